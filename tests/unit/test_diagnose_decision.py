@@ -29,7 +29,7 @@ from seals.sysid.scores.held_out import held_out_fall
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant
 from seals.sysid.scores.self_check import SelfCheck
 from seals.sysid.selection import window_models
-from seals.sysid.selection.search import Search
+from seals.sysid.selection.search import Refinement, Search
 from seals.sysid.selection.window_models import WindowModels
 
 OBSERVED = 1000
@@ -330,9 +330,13 @@ def test_a_superfluous_effect_pays_what_a_further_one_must() -> None:
     one = model(["wind"], misfit=1.0, score=10000.0)
     passing = one.candidates[0].acting(Activity(spans=()))
     made = family(0.2)
-    made._pierces = False
+    made._pierces = made._floats = False
     made.problem.vehicle.servo = {}  # type: ignore[attr-defined]
     assert made._asked(one, one.candidates[0]) == POLICY.evidence + POLICY.evidence_further
+    made._floats = True
+    more = made._asked(one, one.candidates[0]) - POLICY.evidence - POLICY.evidence_further
+    assert more == pytest.approx(POLICY.first_order_error * 10000.0)
+    made._floats = False
     more = made._asked(one, passing) - made._asked(one, one.candidates[0])
     assert more == pytest.approx(POLICY.activity_share * 10000.0)
 
@@ -345,11 +349,64 @@ def test_an_effect_of_no_size_is_superfluous(monkeypatch: pytest.MonkeyPatch) ->
     both = replace(both, fit=replace(both.fit, values={**both.fit.values, **sizes}))
     smaller = [replace(both, candidates=(c,), score=10.0) for c in both.candidates]
     made = family(0.2)
-    made._pierces, made.processes, made.nominal = False, 1, both
+    made._pierces = made._floats = False
+    made.processes, made.nominal = 1, both
     made.problem.vehicle.servo = {}  # type: ignore[attr-defined]
     monkeypatch.setattr(WindowModels, "_bears_out", lambda *given: True)
     monkeypatch.setattr(window_models, "fitted", lambda *given, **named: smaller)
     assert made._without_superfluous(both)[0].candidates == (wind,)
+
+
+def test_a_load_is_tried_at_the_times_of_the_effect_that_was_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """No linear screen about zero finds it; a single effect for a time may be its shadow."""
+    found = model(["wind"], misfit=1.0, score=100.0)
+    passing = found.candidates[0].acting(Activity(spans=((1.0, 2.0),)))
+    found = replace(found, candidates=(passing,))
+    load = replace(found.fitter.candidate_set.candidates[1], starts=((0.5,),))
+    made = family(0.2)
+    made.processes, made.nominal = 1, found
+    made.problem.plant = SimpleNamespace(  # type: ignore[misc]
+        candidate_set=SimpleNamespace(candidates=(found.candidates[0].throughout, load))
+    )
+    tried: list[Any] = []
+
+    def fit_all(fitter: Any, jobs: Any, *rest: Any, **more: Any) -> list[EvidenceHypothesis]:
+        tried.extend(jobs)
+        return [replace(found, candidates=job[0], score=150.0) for job in jobs]
+
+    monkeypatch.setattr(window_models, "fitted", fit_all)
+    monkeypatch.setattr(window_models, "may_act_for_a_time", lambda problem, candidate: True)
+    monkeypatch.setattr(window_models, "retimed", lambda problem, nominal, best: best)
+    best, _ = made.refined(found, [], Refinement.backward)
+    (chosen,) = best.candidates
+    assert chosen.name == "payload"
+    assert chosen.activity == passing.activity
+    assert [list(job[1].values()) for job in tried] == [[0.5]]
+
+
+@pytest.mark.parametrize(("changed", "told"), [(1.5, True), (4.0, False)])
+def test_no_name_where_the_data_sheet_must_give_way(
+    changed: float, told: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A force is left over and the stated numbers are four tolerances off: none of these."""
+    level = DisturbanceLevel(level=5.0, gain=500.0, allowance=0.0)
+    monkeypatch.setattr(evidence, "disturbance_level", lambda best: level)
+    best = model(["wind"], misfit=1.0, score=5000.0)
+    stated = {
+        "mass.mass": Parameter(key="mass.mass", tolerance=0.1),
+        "inertia.delta_xx": Parameter(key="inertia.delta_xx", tolerance=0.2),
+    }
+    known = best.fitter.candidate_set
+    best.fitter.candidate_set = replace(known, parameters={**known.parameters, **stated})
+    values = {"mass.mass": -0.1 * changed, "inertia.delta_xx": 0.2 * changed}
+    best = replace(best, fit=replace(best.fit, values=values))
+    said = answer(best, nominal=6.0)
+    assert (said.verdict is Verdict.named) is told
+    if not told:
+        assert said.verdict is Verdict.none_of_these
+        assert "4.0 tolerances" in said.reasons[0]
 
 
 def test_what_a_law_does_not_resolve_is_not_named() -> None:

@@ -123,6 +123,12 @@ def _refusal(
     restless = left.level > policy.disturbance_refused and left.gain > least
     if restless and share < policy.explained:
         return f"a force or a sensor error is left over, {left.level:g} times the stated gusts"
+    changed, most = _changed_data_sheet(best)
+    if restless and changed > policy.data_sheet_kept:
+        return (
+            f"a force is left over, {left.level:g} times the stated gusts, although the numbers of "
+            f"the data sheet are changed by {changed:.1f} tolerances, {most} most of all"
+        )
     floors = misfit_of(best)
     if not floors <= math.exp(2.0 * policy.gross_error):
         return f"the best model leaves a misfit of {floors:.3g} times the noise floor"
@@ -132,6 +138,20 @@ def _refusal(
             f"{100.0 * share:.0f} % of the excess"
         )
     return ""
+
+
+def _changed_data_sheet(best: EvidenceHypothesis) -> tuple[float, str]:
+    """Root mean square of the changes of stated numbers in tolerances, and the most changed one."""
+    parameters = best.fitter.candidate_set.parameters
+    changes = {
+        key: value / parameters[key].tolerance
+        for key, value in best.fit.values.items()
+        if key not in best.fit.free and parameters[key].tolerance > 0.0
+    }
+    if not changes:
+        return 0.0, ""
+    most = max(changes, key=lambda key: abs(changes[key]))
+    return math.sqrt(sum(z * z for z in changes.values()) / len(changes)), most
 
 
 def _between_powers(best: EvidenceHypothesis) -> bool:

@@ -69,8 +69,11 @@ class DecisionPolicy:
         EVIDENCE,
         "added on a vehicle with an arm for effects outside it: its reaction is known less well",
     )
-    wave_model_error: float = threshold(
-        0.01, "1", "share of a wave's evidence that its first-order law leaves over"
+    first_order_error: float = threshold(
+        0.01,
+        "1",
+        "share of the evidence that laws of first order leave over: of waves, and of every effect "
+        "on a hull that floats throughout",
     )
     exchange_gain: float = threshold(
         1.0, EVIDENCE, "gain from which another set of as many effects replaces the chosen one"
@@ -124,6 +127,12 @@ class DecisionPolicy:
         1.5,
         "1",
         "misfit per degree of freedom above which an effect must explain more than is left over",
+    )
+    data_sheet_kept: float = threshold(
+        3.0,
+        "sigma",
+        "root mean square of the stated numbers' changes in tolerances, above which no name is "
+        "given where a force is left over: right models keep them within 1.5",
     )
     self_deception: float = threshold(
         0.5,

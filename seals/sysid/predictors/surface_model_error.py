@@ -34,12 +34,17 @@ class SurfaceModelError:
     Args:
         push: standard deviation of short pushes [N, N m], shape (T, 6).
         blur: standard deviation of the specific force [m/s^2], shape (T,).
-        knot: spacing of the knots of the gusts that follow them [s].
+        floats: whether the hull pierces the surface throughout.
     """
 
     push: Floats
     blur: Floats
-    knot: float = _QUICK
+    floats: bool = False
+
+    @property
+    def knot(self) -> float:
+        """Spacing of the knots of the gusts that follow these errors [s]."""
+        return _CALM if self.floats else _QUICK
 
 
 def surface_model_error(plant: Plant, trajectory: Trajectory) -> SurfaceModelError | None:
@@ -59,10 +64,10 @@ def surface_model_error(plant: Plant, trajectory: Trajectory) -> SurfaceModelErr
     level += _SUDDEN * touching * _widest(_sudden(plant, trajectory, share * weight))
     push = np.repeat(level[:, None], 6, axis=1)
     push[:, 3:] *= _ARM * hull.volume ** (1.0 / 3.0)
-    if touching.all():
+    floats = bool(touching.all())
+    if floats:
         push = np.hypot(push, touching[:, None] * _ripple(vehicle, float(hull.plan_area)))
-    knot = _CALM if touching.all() else _QUICK
-    return SurfaceModelError(push=push, blur=level / vehicle.mass, knot=knot)
+    return SurfaceModelError(push=push, blur=level / vehicle.mass, floats=floats)
 
 
 def _uncertain(share: Floats, *, floats: bool) -> Floats:

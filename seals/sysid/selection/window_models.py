@@ -48,7 +48,9 @@ class WindowModels:
         self.problem, self.processes = problem, processes
         self.nominal = estimate_disturbance(problem)
         trajectory = self.nominal.fitter.trajectory
-        self._pierces = surface_model_error(problem.plant, trajectory) is not None
+        surface_error = surface_model_error(problem.plant, trajectory)
+        self._pierces = surface_error is not None
+        self._floats = surface_error is not None and surface_error.floats
 
     def extended(
         self, base: EvidenceHypothesis, singles: Sequence[EvidenceHypothesis]
@@ -96,7 +98,8 @@ class WindowModels:
         asked = policy.evidence + (policy.evidence_surface if self._pierces else 0.0)
         asked += policy.evidence_further if base.candidates else 0.0
         approximate = any(c.identification.approximate for c in base.candidates)
-        asked += policy.wave_model_error * base.score if approximate else 0.0
+        if base.candidates and (approximate or self._floats):
+            asked += policy.first_order_error * base.score
         asked += policy.activity_share * base.score if added.activity is not None else 0.0
         if self.problem.vehicle.servo and not added.in_arm:
             asked += policy.evidence_arm
@@ -131,11 +134,16 @@ class WindowModels:
     ) -> tuple[EvidenceHypothesis, Sequence[EvidenceHypothesis]]:
         """Leave out effects that do not pay what a further one must, one after the other.
 
-        Nor does one pay that has no size: beside it the fit got stuck elsewhere.
+        A single one for a time is compared with others at its times first. Nor does one pay that
+        has no size: beside it the fit got stuck elsewhere.
         """
-        tried: list[EvidenceHypothesis] = []
+        jobs = self._alone(best) if len(best.candidates) == 1 else []
+        tried = list(fitted(best.fitter, jobs, self.nominal, best, processes=self.processes))
+        rival = max(tried, key=lambda h: h.score, default=best)
+        if rival.score > best.score + self.problem.policy.exchange_gain:
+            best = retimed(self.problem, self.nominal, rival)
         while len(best.candidates) > 1:
-            jobs: list[Job] = [
+            jobs = [
                 (rest, {k: best.fit.values[k] for k in keys_of(rest)})
                 for rest in combinations(best.candidates, len(best.candidates) - 1)
             ]
