@@ -41,10 +41,10 @@ VERBS = {
         "  seals run experiment=drop_test\n"
         "  seals run robot=path/to/folder water=fossen time.duration=3\n"
         "  seals run experiment=drop_test +effect@effects.second=quadratic_drag\n"
-        "  seals run --config-dir FOLDER experiment=theirs     recipes of somebody else\n\n"
+        "  seals run --config-dir FOLDER experiment=theirs     configurations of others\n\n"
         "  seals run -m experiment=drop_test 'seed=range(10)' hydra/launcher=joblib     a sweep\n\n"
-        "  --trust   beside --config-dir: let its YAML name classes and settings of Hydra, too\n"
-        "  --resume  with the same words: go on with a sweep, or resume=FOLDER; see docs/sweeps.md",
+        "  --trust   with --config-dir: allow its YAML to name classes and settings of Hydra\n"
+        "  --resume  with the same arguments: resume a sweep, or resume=FOLDER; see docs/sweeps.md",
     ),
     "compare": Verb(
         target="seals.cli.hydra_app:compare",
@@ -53,19 +53,19 @@ VERBS = {
     ),
     "convert": Verb(
         target="seals.cli.convert:convert",
-        summary="take over a log of another program: PX4, MCAP, rosbag2, WitMotion, CSV",
+        summary="convert a log of another program: PX4, MCAP, rosbag2, WitMotion, CSV",
         usage="log=PATH out=FOLDER [reader=NAME] [map=FILE] [meta=FILE] [KEY=VALUE ...]\n"
         "  seals convert log=flight.ulg out=flight_7\n"
         "  seals convert log=recording out=dive_2 reader.topics=[/imu,/odom]     a rosbag2\n"
         "  seals convert log=tank.csv reader=csv map=tank_map.yaml out=tank_1\n"
         "  seals convert log=flight.ulg robot=my_quad rate=100 out=flight_8    to diagnose\n\n"
         "  map      YAML of the reader's fields, such as columns and units; see docs/logs.md\n"
-        "  meta     YAML of what is known of vehicle and sensors, as in meta.yaml\n"
-        "  robot    folder or name: motor commands become speeds of its rotors (motors.*)\n"
-        "  rate     evenly spaced rows [Hz]; span=[12,80]: these seconds only\n"
-        "  axes     world=ned, body=frd, quaternion=xyzw ...: what the log deviates in\n"
+        "  meta     YAML with data of vehicle and sensors, as in meta.yaml\n"
+        "  robot    folder or name: convert motor commands to speeds of its rotors (motors.*)\n"
+        "  rate     evenly spaced rows [Hz]; span=[12,80]: only the rows from 12 s to 80 s\n"
+        "  axes     world=ned, body=frd, quaternion=xyzw ...: conventions of the log\n"
         "  urdf     description of the vehicle, copied into the log folder\n"
-        "  table    log.parquet, or log.csv; replace=true: write over a log folder\n"
+        "  table    log.parquet, or log.csv; replace=true: overwrite a log folder\n"
         "MCAP and rosbag2 need aam-seals[logs]\n\n"
         "exit code: 0 written, 2 refused",
     ),
@@ -81,15 +81,15 @@ VERBS = {
         "  robot       folder or name of the robot, where meta.yaml does not describe the vehicle\n"
         "  without     effects to leave out of the nominal model that the log states\n"
         "  out         folder of diagnosis.json, report.html and report.json\n"
-        "  plan        false: do not look for the flight that would settle what stays open\n"
+        "  plan        false: do not search for a flight that would distinguish open effects\n"
         "  report      false: write diagnosis.json only\n"
-        "  processes   that share the work; 0, the default, for one per core\n\n"
+        "  processes   number of parallel processes; 0, the default, for one per core\n\n"
         "exit code: 0 nothing missing, 10 named, 11 one of several, 12 none of these, "
         "13 cannot tell, 20 bad data",
     ),
     "calibrate": Verb(
         target="seals.cli.hydra_app:calibrate",
-        summary="find stated numbers of a robot from its logs, with intervals",
+        summary="estimate parameters of a robot from its logs, with intervals",
         usage="log=[FOLDER,...] parameters=[NAME,...] [robot=FOLDER] [held_out=FOLDER]"
         " [out=FOLDER]\n"
         "  seals calibrate log=[flight_1,flight_2] robot=my_robot parameters=[mass] out=answer\n"
@@ -97,34 +97,34 @@ VERBS = {
         "  parameters  names as in robot.yaml: mass, inertia, effects.NAME.FIELD,\n"
         "              actuators.NAME.FIELD, hulls.LINK.displaced_volume, sensors.NAME.FIELD;\n"
         "              groups (effects.water_drag) and patterns (actuators.*)\n"
-        "  held_out    another log of the vehicle, which judges and is not fitted\n"
-        "  prior       1-sigma of what is asked for, as a share of what is stated: 0.5\n"
-        "  apply       true: write a copy of the robot's folder with the new numbers\n"
-        "  plan        false: do not look for the manoeuvre that shows what the logs do not\n"
+        "  held_out    another log of the vehicle, for the error only, not fitted\n"
+        "  prior       1-sigma of the parameters, relative to their stated values: 0.5\n"
+        "  apply       true: write a copy of the robot's folder with the new values\n"
+        "  plan        false: do not search for a manoeuvre that determines the rest\n"
         "  report      false: write calibration.json only\n\n"
         "exit code: 0 calibrated, 2 refused",
     ),
     "add": Verb(
         target="seals.cli.hydra_app:add",
-        summary="write what a diagnosis found as a model of one's own",
+        summary="write the effects that a diagnosis found to a model overlay",
         usage="diagnosis=FOLDER name=NAME [base=MODEL] [choose=EFFECT] [accept=formula]\n"
         "  seals add diagnosis=answer_7 name=my_model        writes models/my_model.yaml\n"
         "  seals run robot=ball +model=my_model\n\n"
-        "  choose      which effect of an answer that names several\n"
+        "  choose      the effect to add, when the diagnosis names a set\n"
         "  accept      formula: the formula found for a force that no effect explains\n"
-        "  replace     true: write over a model of that name\n\n"
+        "  replace     true: overwrite a model of that name\n\n"
         "exit code: 0 written, 2 refused (nothing was named, or the name is taken)",
     ),
     "verify": Verb(
         target="seals.cli.hydra_app:verify",
-        summary="try a model on a log that no fit saw, in the real simulator",
+        summary="verify a model on a held-out log in the rigid-body simulator",
         usage="log=FOLDER model=NAME [older=[FOLDER,...]]\n"
         "  seals verify log=flight_8 model=my_model older=[flight_5,flight_6]\n"
         "exit code: 0 the error fell, 14 it did not: the model is marked as withdrawn",
     ),
     "plan": Verb(
         target="seals.cli.hydra_app:plan",
-        summary="choose the manoeuvre that would tell effects apart",
+        summary="choose the manoeuvre that best tells effects apart",
         usage="effects=[NAME,NAME] log=FOLDER [out=FOLDER], or diagnosis=FOLDER [out=FOLDER]\n"
         "  seals plan effects=[payload,thrust_coefficient] log=flight_7 out=plan_7\n"
         "  seals plan effects=[quadratic_drag] log=flight_7\n"
@@ -133,7 +133,7 @@ VERBS = {
     ),
     "list": Verb(
         target="seals.cli.listing:list_installed",
-        summary="list what is installed",
+        summary="list installed plug-ins, robots and configurations",
         usage="[KIND]\n  seals list effect",
     ),
     "describe": Verb(
@@ -143,7 +143,7 @@ VERBS = {
     ),
     "check": Verb(
         target="seals.cli.check:check",
-        summary="say whether a robot folder makes sense",
+        summary="check the physical plausibility of a robot folder",
         usage="robot=NAME or robot=FOLDER\n"
         "  seals check robot=aam\n"
         "  seals check robot=path/to/folder\n"
@@ -154,23 +154,23 @@ VERBS = {
         summary="fly a robot by keyboard, gamepad or a script of keys; record a demonstration",
         usage="[device=keyboard|joystick] [script=FILE] [speed=1] [KEY=VALUE ...]\n"
         "  seals teleop robot=aam                        a window opens; needs aam-seals[teleop]\n"
-        "  seals teleop robot=aam script=keys.yaml       no window, as fast as it can be\n"
+        "  seals teleop robot=aam script=keys.yaml       no window, as fast as possible\n"
         "  seals teleop script=runs/some_session/keys.csv    the same session again\n\n"
         "  script    events such as: - {t: 0.5, hold: w, seconds: 2}   or CSV: t,control,value\n"
-        "  speed     simulated seconds in one second of the clock\n"
+        "  speed     simulated seconds per second of real time\n"
         "  export    tensordict: the demonstration for learning; needs aam-seals[learn]\n"
-        "  guide.speed, guide.climb, guide.turn, guide.joint_speed: what full stick means",
+        "  guide.speed, guide.climb, guide.turn, guide.joint_speed: values at full deflection",
         more="seals.control.keymap:table",
     ),
     "train": Verb(
         target="seals.cli.train:train",
-        summary="let a learner practise; write curves and a policy",
+        summary="train a policy; write learning curves and the policy",
         usage="[learner=NAME] [env=NAME] [course.steps=50000] [KEY=VALUE ...], or resume=FOLDER\n"
-        "  seals train learner=sac env=reach                     twins on the processor\n"
+        "  seals train learner=sac env=reach                     batch dynamics on the CPU\n"
         "  seals train learner=sacfd demonstrations=runs/some_recording/demonstrations\n"
         "  seals train learner=sac device=cuda count=4096 learner.batch=8192 learner.ratio=0.01\n"
-        "  seals train resume=runs/some_training                 one that was cut off goes on\n\n"
-        "  count           environments that step at once\n"
+        "  seals train resume=runs/some_training                 resume an interrupted one\n\n"
+        "  count           number of parallel environments\n"
         "  course.stop_at  share of successes at which the training ends early\n"
         "  course.checkpoint   seconds between two checkpoints; 0 for none\n"
         "  writes training.csv, evaluation.csv, policy/ and run.json; needs aam-seals[learn]\n\n"
@@ -178,80 +178,80 @@ VERBS = {
     ),
     "evaluate": Verb(
         target="seals.cli.evaluate:evaluate",
-        summary="judge a policy on starts that no training has seen, or compare training runs",
+        summary="evaluate a policy from held-out starts, or compare training runs",
         usage="policy=FOLDER|scripted|random|still [KEY=VALUE ...], or: --compare ARM=FOLDERS ...\n"
         "  seals evaluate policy=runs/some_training/policy       100 held-out starts\n"
-        "  seals evaluate policy=FOLDER grid=robustness          a table over changed worlds\n"
+        "  seals evaluate policy=FOLDER grid=robustness          a table over world variants\n"
         "  seals evaluate --compare sac='runs/study/sac/*' sacfd='runs/study/sacfd/*'\n"
         "  seals evaluate --compare runs/study                   runs/study/ARM/SEED\n\n"
         "  episodes   number of starts; count, how many at once; device=cpu|cuda\n"
         "  out        folder of the results; the run's folder by default\n"
-        "  budget, reference, value, hold   terms of a comparison: declare them before the runs",
+        "  budget, reference, value, hold   analysis plan: declare it before the runs",
     ),
     "record": Verb(
         target="seals.cli.evaluate:record",
-        summary="keep the episodes of a policy as demonstrations for learning",
+        summary="record the episodes of a policy as demonstrations for learning",
         usage="[env=NAME] [policy=scripted|FOLDER|KEYS.yaml] [episodes=10] [KEY=VALUE ...]\n"
-        "  seals record env=reach out=demos/reach                ten successes of the expert\n"
-        "  seals record env=reach noise=0.1 hdf5=reach.hdf5      shaken, and as one file\n"
+        "  seals record env=reach out=demos/reach                ten successful episodes\n"
+        "  seals record env=reach noise=0.1 hdf5=reach.hdf5      action noise; one file\n"
         "  seals record policy=runs/some_session/keys.csv who=human keep=all\n\n"
-        "  first    seed of the first start; keep=successes|all; most, how many tries for one\n"
+        "  first    seed of the first start; keep=successes|all; most: attempts per episode\n"
         "  minari   id of a Minari data set to write as well; needs the package minari",
     ),
     "view": Verb(
         target="seals.cli.hydra_app:view",
-        summary="look at a run in the browser: replay a folder, or start one and watch it",
+        summary="show a run in the browser: replay a folder, or start a live run",
         usage="FOLDER, or [KEY=VALUE ...] [sliders=[KEY,KEY:LOW:HIGH]] [host=HOST] [port=PORT]\n"
         "  seals view runs/2026-11-21/14-03-22_drop_test\n"
         "  seals view experiment=drop_test sliders=[initial.position.2:0.2:2]\n\n"
-        "  sliders   numbers of the run; turning one starts the run anew with it\n"
-        "  host      0.0.0.0 opens the page to other machines; the default to this one alone\n"
-        "  port      0 takes any that is free; over SSH: ssh -L 8080:localhost:8080 MACHINE\n"
+        "  sliders   parameters of the run; changing one starts a new run\n"
+        "  host      0.0.0.0 opens the page to other machines; the default is this machine only\n"
+        "  port      0 takes any free port; over SSH: ssh -L 8080:localhost:8080 MACHINE\n"
         "needs aam-seals[view]; Ctrl-C ends it",
     ),
     "render": Verb(
         target="seals.cli.render:render",
-        summary="draw the frames of a run and a film of them",
+        summary="render the frames of a run and a film of them",
         usage="run=FOLDER [renderer=tiny|mitsuba] [quality=draft|paper] [camera=...] [KEY=VALUE]\n"
         "  seals render run=runs/some_run                    frames and film.mp4 in its folder\n"
         "  seals render run=runs/some_run renderer=mitsuba camera=split water_type=coastal_3\n"
         "  seals render run=runs/some_run 'camera=[2,-1,0.5]' 'look_at=[0,0,0]' speed=0.5\n\n"
-        "  camera    side, three_quarter, split (half in the water), under_water, or a place\n"
-        "  follow    true: the camera goes along with the robot\n"
-        "  speed     simulated seconds in a second of the film; fps frames a second\n"
+        "  camera    side, three_quarter, split (half in the water), under_water, or a position\n"
+        "  follow    true: the camera moves with the robot\n"
+        "  speed     simulated seconds per second of the film; fps frames per second\n"
         "  start, end, width, height, fov, water_type, out, film=false, replace=true\n"
-        "A render that was cut off goes on with the same words: whole frames are kept.\n"
+        "The same command resumes an interrupted render; complete frames are kept.\n"
         "mitsuba and the film need aam-seals[render]",
     ),
     "new": Verb(
         target="seals.cli.new:new",
-        summary="start a robot of your own from a URDF, or a package for an effect or a sensor",
+        summary="create a robot folder from a URDF, or a package for an effect or a sensor",
         usage="robot NAME --urdf FILE [--package NAME=FOLDER] [--density KG_PER_M3],\n"
         "   or: seals new datasheet log=FLIGHT robot=FOLDER\n"
         "   or: seals new effect NAME, or: seals new sensor NAME\n"
         "  seals new robot my_hexa --urdf downloads/hexa.urdf\n"
         "  seals new robot my_arm --urdf arm.urdf --package arm_description=../arm_description\n"
         "  seals new effect whirl\n\n"
-        "  robot     makes the folder NAME with robot.yaml, the URDF and its meshes\n"
-        "  --package where the files of package://NAME/... lie, when not around the URDF\n"
+        "  robot     creates the folder NAME with robot.yaml, the URDF and its meshes\n"
+        "  --package where the files of package://NAME/... are, when not near the URDF\n"
         "  --density gives links without <inertial> the mass of their shapes\n"
         "  datasheet writes datasheet.yaml into the robot's folder: noise, tolerances, delays\n"
-        "  effect    makes the package seals-NAME with a law, its test and its pyproject.toml\n"
-        "exit code: 0 made, 2 refused (the name is taken, the URDF or a mesh cannot be used)",
+        "  effect    creates the package seals-NAME with a law, its test and its pyproject.toml\n"
+        "exit code: 0 created, 2 refused (the name is taken, the URDF or a mesh cannot be used)",
     ),
     "validate": Verb(
         target="seals.cli.validate:validate",
-        summary="run the validation of the particle water; write a page with table and plots",
+        summary="run the validation of the particle water; write a report",
         usage="water [CASE ...] [--full] [--out FOLDER]\n"
         "  seals validate water\n"
         "  seals validate water hydrostatics standing_wave --full\n\n"
-        "exit code: 0 all figures with a bar are within it, 1 one is missed, 2 refused",
+        "exit code: 0 all errors are within their limits, 1 one is not, 2 refused",
     ),
     "runs": Verb(
         target="seals.cli.runs:runs",
         summary="list, filter and compare run folders; table and picture of a sweep",
         usage="FOLDER [where=CONDITIONS] [metric=NAMES] [table=FILE] [plot=FILE against=KEY]\n"
-        "  seals runs runs/2026-11-21/14-03-22_drop_test          state, duration, what differs\n"
+        "  seals runs runs/2026-11-21/14-03-22_drop_test          state, duration, overrides\n"
         "  seals runs runs where='state=done, seed<5' sort=-seconds\n"
         "  seals runs SWEEP metric=position_z.min,steps_per_second table=sweep.parquet\n"
         "  seals runs SWEEP metric=position_z.min against=initial.position.2 plot=depth.png\n\n"
@@ -259,13 +259,13 @@ VERBS = {
         "  metric    key of run.json; COLUMN.STATISTIC of the log; TABLE.COLUMN.STATISTIC;\n"
         "            statistics: first last min max mean rms std range\n"
         "  sort      column; -COLUMN for the largest first\n"
-        "  table     .csv or .parquet; plot .png; replace=true writes over them\n"
+        "  table     .csv or .parquet; plot .png; replace=true overwrites them\n"
         "  against   override on the abscissa; by=KEY draws a line for each of its values\n\n"
         "exit code: 0 listed, 2 refused",
     ),
     "doctor": Verb(
         target="seals.cli.doctor:doctor",
-        summary="say whether this machine and the installed plug-ins are sound",
+        summary="check the installation and its plug-ins",
         usage="\n  seals doctor",
     ),
 }

@@ -78,7 +78,7 @@ class LeastSquares(Protocol[T_contra, Found]):
     def evaluate(
         self, tasks: Sequence[T_contra], proposals: Sequence[Sequence[Proposal]]
     ) -> Sequence[Sequence[Found]]:
-        """Evaluate the proposed steps of every task; an unusable step gives None."""
+        """Evaluate the proposed steps of every task; an unusable step has no result."""
         ...
 
     def keep(self, task: T_contra, outcome: Found) -> None:
