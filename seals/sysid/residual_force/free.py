@@ -50,7 +50,8 @@ class FreeWindows(Windows):
             skip=transient_rows(plant),
             delay=fitter.windows.delay,
         )
-        self.loose = self._gust_precision
+        # weights of the free force, found before the stated gusts take its place
+        self.loose, self._weights = self._gust_precision, self._weights
         self._gusts(fitter.windows.gusts * vehicle.gust, extra)
         self.tight = self._gust_precision
         self.stated_gust: Floats = fitter.windows.gusts * vehicle.gust
@@ -76,8 +77,9 @@ class FreeWindows(Windows):
             Shape (W, 6 K + c, 6 K + c); the knots run axis by axis.
         """
         size = self.size
-        start = self._loose[:, :, :size]
-        both = np.concatenate([self._loose[:, :, size:], outputs], axis=2)
+        loose = self._marginal.outputs
+        start = loose[:, :, :size]
+        both = np.concatenate([loose[:, :, size:], outputs], axis=2)
         held = np.matmul(start.transpose(0, 2, 1), start)
         scale = 1.0 / np.sqrt(np.maximum(np.einsum("wii->wi", held), 1e-300))
         held = held * scale[:, :, None] * scale[:, None, :] + 1e-11 * np.eye(size)
