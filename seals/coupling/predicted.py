@@ -18,7 +18,7 @@ from seals.robot.model import RobotModel
 
 
 class PredictedForces:
-    """Added inertia as masses and wrenches; joint drives as torques or, while standing, motors.
+    """Loads of one robot: added inertia as masses and wrenches, joint drives as torques or motors.
 
     Args:
         engine: the robot in the engine.
@@ -61,7 +61,7 @@ class PredictedForces:
         contacts: Contacts,
         joints: Floats,
     ) -> None:
-        """Hand wrenches, motors and joint forces of the next step to the engine.
+        """Pass wrenches, motors and joint forces of the next step to the engine.
 
         Args:
             engine: the robot in the engine.

@@ -16,7 +16,7 @@ from seals.robot.model import RobotModel
 
 
 class SolvedForces:
-    """Added inertia as generalised inertia; joint drives with gain and limit.
+    """Loads of one robot: added inertia as generalised inertia, joint drives with gain and limit.
 
     Equation:
         (M + J^T A J) a = J^T (wrench - A b - velocity terms of A) + what the engine knows, with A
@@ -56,7 +56,7 @@ class SolvedForces:
         contacts: Contacts,
         joints: Floats,
     ) -> None:
-        """Hand wrenches, inertia, joint forces and drives of the next step to the engine.
+        """Pass wrenches, inertia, joint forces and drives of the next step to the engine.
 
         Args:
             engine: the robot in the engine.
