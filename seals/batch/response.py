@@ -97,7 +97,8 @@ class Response:
             assert kinematics is not None
             assert moving is not None
             rise = rise + kinematics.bias(moving)
-        return rise.transpose(1, 0, 2).reshape(-1, 6)
+        rows: Floats = rise.transpose(1, 0, 2).reshape(-1, 6)
+        return rows
 
     @property
     def sample(self) -> Sample:

@@ -68,7 +68,7 @@ def generalised_inertia(many: Many, links: RigidInertias) -> Floats:
     for j, link in enumerate(tree.child):
         if lead:
             out[:6, lead + j] = out[lead + j, :6] = momentum[:, j]
-        for i in np.flatnonzero(tree.moves[link]):
+        for i in np.flatnonzero(tree.moves[link]).tolist():
             entry = (motion[:, i] * momentum[:, j]).sum(axis=0)
             out[lead + i, lead + j] = out[lead + j, lead + i] = entry
     return np.ascontiguousarray(out.transpose(2, 0, 1))
@@ -93,7 +93,8 @@ def generalised_force(many: Many, load: Floats) -> Floats:
         push += tree.slides * (pull - push)
     joints = (many.axes * push).sum(axis=0)
     lead = [] if tree.fixed_base else [force[:, 0], torque[:, 0]]
-    return np.concatenate([*lead, joints]).T
+    force_of_all: Floats = np.concatenate([*lead, joints]).T
+    return force_of_all
 
 
 def _turned(many: Many, inertia: Floats) -> Floats:

@@ -54,9 +54,9 @@ class Factors:
         except np.linalg.LinAlgError:
             return
         size = matrix.shape[1]
-        by_entry = np.ascontiguousarray(factor.reshape(-1, size * size).T)
+        by_entry: Floats = np.ascontiguousarray(factor.reshape(-1, size * size).T)
         self._lower = by_entry.reshape(size, size, 1, -1)
-        self._inverse = 1.0 / by_entry[:: size + 1, None]
+        self._inverse: Floats = 1.0 / by_entry[:: size + 1, None]
 
     def solve(self, right: Floats) -> Floats:
         """Return x for b of the shape (N, n) or (N, n, k), in the same shape."""
@@ -72,7 +72,8 @@ class Factors:
         for i in reversed(range(len(x))):
             x[i] *= inverse[i]
             x[:i] -= lower[i, :i] * x[i]
-        return x.transpose(2, 0, 1).reshape(right.shape)
+        solution: Floats = x.transpose(2, 0, 1).reshape(right.shape)
+        return solution
 
 
 def solve_symmetric(

@@ -125,6 +125,7 @@ def read_vehicle(
     imu = meta.get("sensors", {}).get("imu", {})
     channels = meta.get("sensors", {}).get("channels", {})
     gust = meta.get("disturbance") or {}
+    step = (meta.get("simulated") or {}).get("step")
     return Vehicle(
         **made,
         environment=environment,
@@ -136,14 +137,10 @@ def read_vehicle(
         imu_turn=_turn(imu.get("orientation", [1.0, 0.0, 0.0, 0.0])),
         initial_state=tuple(meta.get("initial_state", ())),
         sea=sea,
-        **_of_simulation(meta),
+        # a run of SEALS states its step, and its commands act at the time of their row
+        command_latency=JITTER if step is None else 0.0,
+        simulated_step=None if step is None else float(step),
     )
-
-
-def _of_simulation(meta: Mapping[str, Any]) -> dict[str, float]:
-    """Timing of a run of SEALS: its commands act at the time of their row."""
-    step = (meta.get("simulated") or {}).get("step")
-    return {} if step is None else {"command_latency": 0.0, "simulated_step": float(step)}
 
 
 def _of_meta(

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from seals.arrays import Floats
 from seals.frames import rpy_of
 from seals.registry import default_backend, get
 from seals.robot.model import RobotModel
@@ -79,5 +80,5 @@ def urdf_of(robot: RobotModel) -> str:
     return "\n".join([*parts, "</robot>\n"])
 
 
-def _numbers(values: Sequence[float]) -> str:
+def _numbers(values: Sequence[float] | Floats) -> str:
     return " ".join(repr(float(x)) for x in values)
