@@ -47,11 +47,14 @@ def spread(work: Callable[[Item], Any], items: Sequence[Item], processes: int) -
 
 
 def _leave_signals() -> None:
-    """Let SIGTERM end a child at once, and leave Ctrl-C to its parent.
+    """Let SIGTERM from the parent end a child at once, and leave all else to the parent.
 
     A child inherits the parent's handlers, and the pool ends its children by SIGTERM: a handler
-    that raises would print a traceback of work that is already done.
+    that raises would print a traceback of work that is already done. A signal to the whole process
+    group, such as that of `timeout`, would end a child that holds the lock of the pool's queue, and
+    the parent would wait for that lock for ever: children have a group of their own.
     """
+    os.setpgid(0, 0)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import signal
+import subprocess
+import sys
+import time
 
 import pytest
 
@@ -26,3 +30,29 @@ def test_children_do_not_inherit_handlers_that_raise() -> None:
             2,
         )
     assert found == [(signal.SIG_DFL, signal.SIG_IGN)] * 2
+
+
+def test_a_signal_to_the_whole_group_ends_parent_and_children() -> None:
+    """As `timeout` and process managers send it: one child idle, one at work, nobody hangs."""
+    if not hasattr(signal, "SIGKILL"):
+        pytest.skip("no forked processes on this system")
+    program = (
+        "import signal, time\n"
+        "from seals.sysid.parallel import spread\n"
+        "def stop(*_):\n"
+        "    raise SystemExit(5)\n"
+        "signal.signal(signal.SIGTERM, stop)\n"
+        "print('ready', flush=True)\n"
+        "spread(lambda seconds: time.sleep(seconds), [0.05, 120.0], 2)\n"
+    )
+    command = [sys.executable, "-c", program]
+    with subprocess.Popen(command, start_new_session=True, stdout=subprocess.PIPE) as parent:
+        assert parent.stdout is not None
+        parent.stdout.readline()
+        time.sleep(1.5)
+        os.killpg(parent.pid, signal.SIGTERM)
+        try:
+            assert parent.wait(30.0) == 5
+        finally:
+            if parent.poll() is None:
+                os.killpg(parent.pid, signal.SIGKILL)
