@@ -48,6 +48,8 @@ MEASURED = {
 }
 """Readings of a run, the channel each measures, its letters, and its noise where not stated."""
 NOISE = {"position_noise": 1e-3, "attitude_noise": 2e-3}
+SETTLED = 1.0
+"""Time from which on a flight is recorded: drives and joints have found their place [s]."""
 ENCODER = 1e-3
 """Noise of measured joints [rad]."""
 
@@ -169,6 +171,8 @@ def measured(run: Path, place: Path, seed: int) -> Path:
     log, rng = read_native(run), np.random.default_rng(seed)
     # rows as often as there are readings and commands
     log = log.select(slice(None, None, max(1, round(1.0 / (RATE * _step(log))))))
+    if any("_cmd" in k for k in log.columns):
+        log = log.select(log.time >= SETTLED)
     columns = {k: v for k, v in log.columns.items() if k == "t" or "_cmd" in k}
     told = log.meta["sensors"]["channels"]
     channels: Row = {}

@@ -121,7 +121,7 @@ class FusedBody(RigidBody):
         """Weights (B, 1) and matrices about the base of all added inertias."""
         out = []
         for b, _, added, _ in found.inertias:
-            batch = added.weight.shape[0] // len(b.links)
+            batch = max(added.weight.shape[0], added.matrix.shape[0]) // len(b.links)
             for j, k in enumerate(b.links):
                 rows = slice(j * batch, (j + 1) * batch)
                 if added.matrix.shape[0] > 1:
@@ -132,7 +132,8 @@ class FusedBody(RigidBody):
                         self._moved[key] = self._at_base(k, added.matrix)
                         self._patterns[id(self._moved[key])] = pattern(self._moved[key])
                     moved = self._moved[key]
-                out.append((added.weight[rows], moved))
+                # one weight applies to all: that of a robot in the air, without added mass
+                out.append((_rows(added.weight, rows), moved))
         return out
 
     def _filled(self, matrix: Array) -> list[tuple[int, int]]:

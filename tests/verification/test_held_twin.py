@@ -87,9 +87,13 @@ def _surfaces(count: int) -> list[tuple[Any, float]]:
     return list(zip(ups, rng.uniform(-0.3, 0.3, count).tolist(), strict=True))
 
 
-def test_a_fused_body_has_the_accelerations_of_the_tree(model: Any) -> None:
+@pytest.mark.parametrize("water_level", [0.0, None])
+def test_a_fused_body_has_the_accelerations_of_the_tree(
+    model: Any, water_level: float | None
+) -> None:
     """Two forms of the equations of motion agree to rounding, added mass and drag included."""
     settings, robot, effects = model
+    environment = replace(settings.environment, water_level=water_level)
     whole, held = hold(robot, effects, POSTURE)
     assert whole.links == ("body", "upper", "fore", "palm")
     rng = np.random.default_rng(1)
@@ -105,7 +109,7 @@ def test_a_fused_body_has_the_accelerations_of_the_tree(model: Any) -> None:
     found = []
     for held_form in (True, False):
         form = replace(whole, held=held_form)
-        twin = BatchDynamics(form, held, settings.environment, settings.wave, batch=batch)
+        twin = BatchDynamics(form, held, environment, settings.wave, batch=batch)
         assert isinstance(twin.body, FusedBody) is held_form
         rates = twin.rates(twin.start(**pose), 0.0, inputs)
         found.append(
