@@ -10,7 +10,7 @@ import pytest
 from seals.batch.response import Response
 from seals.sysid.data.vehicle import read_vehicle
 from seals.sysid.parallel import spread
-from seals.sysid.predictors.linearise import _accelerations, _everywhere
+from seals.sysid.predictors.linearise import Columns, _accelerations, _everywhere
 from seals.sysid.predictors.plant import Held
 from seals.sysid.predictors.problem import Linearisation, linearise_model
 from seals.sysid.predictors.trajectory_cache import TrajectoryCache, packed
@@ -70,6 +70,22 @@ def test_a_fitter_is_built_again_from_its_linearisation(cache: TrajectoryCache) 
     assert again.fit(()).cost == fitter.fit(()).cost
     without = replace(about, columns=None).fitter(cache.plant, window=0.5)
     assert without.fit(()).cost == pytest.approx(fitter.fit(()).cost, rel=1e-12)
+
+
+def test_many_responses_are_those_of_each_parameter(cache: TrajectoryCache) -> None:
+    """However many parameters go through the windows together, none takes another's place."""
+    windows = linearise_model(cache.plant, cache.trajectory, {}, window=0.5).windows
+    rng, rows, size = np.random.default_rng(3), len(cache.rows), cache.trajectory.size
+    push, reading = rng.standard_normal((rows, size, 70)), rng.standard_normal((rows, 6, 70))
+    names = tuple(f"p{k}" for k in range(70))
+    together = windows.responses(Columns(keys=names, push=push, reading=reading))
+    assert together.shape[2] == 70
+    for k in (0, 31, 32, 69):
+        alone = Columns(keys=names[k : k + 1], push=push[:, :, [k]], reading=reading[:, :, [k]])
+        found = windows.responses(alone)[:, :, 0]
+        assert together[:, :, k] == pytest.approx(found, rel=1e-9, abs=1e-9)
+    none = Columns(keys=(), push=push[:, :, :0], reading=reading[:, :, :0])
+    assert windows.responses(none).shape == (*together.shape[:2], 0)
 
 
 def test_few_equations_of_motion_are_kept(

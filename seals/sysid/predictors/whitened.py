@@ -3,10 +3,37 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from seals.arrays import Floats
+
+
+class Marginal(NamedTuple):
+    """Start states and gusts of the windows.
+
+    Args:
+        outputs: by each of them, whitened, shape (W, K * ny, q).
+        products: of these outputs, shape (W, q, q).
+    """
+
+    outputs: Floats
+    products: Floats
+
+
+class Weights(NamedTuple):
+    """Normal matrix of start states and gusts, priors included.
+
+    Args:
+        scale: that makes its diagonal one, shape (W, q).
+        factor: Cholesky factor of the scaled matrix, shape (W, q, q).
+        inverse: of the factor, shape (W, q, q).
+    """
+
+    scale: Floats
+    factor: Floats
+    inverse: Floats
 
 
 @dataclass(frozen=True, kw_only=True)

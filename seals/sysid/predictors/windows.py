@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Mapping
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,38 +15,14 @@ from seals.sysid.data.samples import Samples
 from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.data.vehicle import Vehicle
 from seals.sysid.predictors.linearise import Columns, Dynamics, Prediction
-from seals.sysid.predictors.whitened import Whitened
+from seals.sysid.predictors.whitened import Marginal, Weights, Whitened
 
 _KNOT = 0.35
 """Spacing of the knots of the gusts in correlation times."""
+_BLOCK = 32
+"""Parameters whose responses are carried through the windows together: a bound on memory."""
 _QUANTISED = 1.0 + 1.0 / 48.0
 """Variance of noise and rounding to half a sigma, in units of the noise alone."""
-
-
-class Marginal(NamedTuple):
-    """Start states and gusts of the windows.
-
-    Args:
-        outputs: by each of them, whitened, shape (W, K * ny, q).
-        products: of these outputs, shape (W, q, q).
-    """
-
-    outputs: Floats
-    products: Floats
-
-
-class Weights(NamedTuple):
-    """Normal matrix of start states and gusts, priors included.
-
-    Args:
-        scale: that makes its diagonal one, shape (W, q).
-        factor: Cholesky factor of the scaled matrix, shape (W, q, q).
-        inverse: of the factor, shape (W, q, q).
-    """
-
-    scale: Floats
-    factor: Floats
-    inverse: Floats
 
 
 class Windows:
@@ -305,9 +280,15 @@ class Windows:
 
     def responses(self, columns: Columns) -> Floats:
         """Derivatives of the whitened outputs by parameters, shape (W, K * ny, p)."""
-        order = self.rows.T
-        start = np.zeros((self.count, self.size, len(columns.keys)))
-        return self._run(start, _adding(columns.push[order]), columns.reading[order])
+        order, many = self.rows.T, len(columns.keys)
+        rows = self.length * len(self.channel_of) + (0 if self._stated is None else self.size)
+        out = np.empty((self.count, rows, many))
+        for first in range(0, many, _BLOCK):
+            chosen = slice(first, first + _BLOCK)
+            push, reading = columns.push[:, :, chosen][order], columns.reading[:, :, chosen][order]
+            start = np.zeros((self.count, *push.shape[2:]))
+            out[:, :, chosen] = self._run(start, _adding(push), reading)
+        return out
 
     @property
     def volume(self) -> float:
