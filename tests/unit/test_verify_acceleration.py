@@ -12,6 +12,7 @@ import pytest
 from seals.config.compose import compose
 from seals.logs import Log
 from seals.sysid.data.trajectory import Trajectory
+from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.predictors.problem import _astray
 from seals.sysid.validation.acceleration import acceleration_of, draw_acceleration
 from seals.sysid.validation.application import _robot
@@ -61,13 +62,14 @@ def test_a_window_that_a_step_leads_away_from_the_measured_pose_stays() -> None:
     noise = rng.normal(size=(40, 3)) * 1e-3
     turn = np.tile([0.0, 0.0, 0.0, 1.0], (40, 1))
     plant: Any = SimpleNamespace(
-        samples=SimpleNamespace(channels={"position": noise, "orientation": turn}),
+        samples=SimpleNamespace(channels={"position": noise, "orientation": turn}, step=0.01),
+        candidate_set=SimpleNamespace(policy=DecisionPolicy()),
         vehicle=SimpleNamespace(sigma={"position": 1e-3, "orientation": 1e-3}),
     )
 
-    def at(shift: float) -> Trajectory:
+    def at(shift: float, count: int = 20) -> Trajectory:
         position = np.zeros((40, 3))
-        position[20:] += shift
+        position[20 : 20 + count] += shift
         still, none = np.zeros((40, 3)), np.zeros((40, 0))
         return Trajectory(
             position=position,
@@ -79,5 +81,7 @@ def test_a_window_that_a_step_leads_away_from_the_measured_pose_stays() -> None:
         )
 
     assert _astray(plant, at(0.0), at(0.01), rows).tolist() == [False, True]
+    # a short stretch counts as a long one does
+    assert _astray(plant, at(0.0), at(0.01, 4), rows).tolist() == [False, True]
     assert _astray(plant, at(0.0), at(1e-3), rows).tolist() == [False, False]
     assert _astray(plant, at(0.02), at(0.01), rows).tolist() == [False, False]

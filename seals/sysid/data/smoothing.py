@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seals.arrays import Floats
 
 _REACH = 3.0
 """Half width of the kernel in bandwidths."""
+_NARROW = 2.0
+"""Bandwidth in rows below which a cubic is no longer determined well by what it holds."""
+_MISSED = 2.0
+"""Root mean square residual about a row from which a fit is too stiff there [1-sigma]; noise alone
+leaves one."""
 
 
 def local_polynomial(
@@ -44,6 +50,54 @@ def local_polynomial(
     if poor.any() and half < len(values):
         value[poor], slope[poor] = wide[0][poor], wide[1][poor]
     return value, slope
+
+
+def adaptive_polynomial(
+    values: Floats, step: float, *, bandwidth: float, sigma: float
+) -> tuple[Floats, Floats]:
+    """Value and slope of a local polynomial fit whose bandwidth is halved where it is too stiff.
+
+    At an impact a wide fit leaves the measurements by many times their noise; there narrower ones
+    take its place, as long as each still misses them.
+
+    Args:
+        values: evenly spaced rows, NaN where there is no sample, shape (T, k).
+        step: between rows [s].
+        bandwidth: the widest [s].
+        sigma: white noise of the values, 1-sigma.
+
+    Returns:
+        Values and slopes, each (T, k).
+    """
+    value, slope = local_polynomial(values, step, bandwidth=bandwidth)
+    stiff = np.ones(len(values), dtype=bool)
+    while bandwidth >= _NARROW * step:
+        square = np.mean(((values - value) / sigma) ** 2, axis=1)
+        stiff &= _missed(square, max(1, round(bandwidth / step)))
+        if not stiff.any():
+            break
+        bandwidth *= 0.5
+        closer = local_polynomial(values, step, bandwidth=bandwidth)
+        value[stiff], slope[stiff] = closer[0][stiff], closer[1][stiff]
+    return value, slope
+
+
+def _missed(square: Floats, half: int) -> NDArray[np.bool_]:
+    """Return true for rows about which a fit misses the samples, shape (T,).
+
+    Args:
+        square: whitened squared residual of every row, NaN for no sample, shape (T,).
+        half: rows to either side that count.
+    """
+    good = np.isfinite(square)
+    if not good.any():
+        return np.zeros(len(square), dtype=bool)
+    ones = np.ones(2 * half + 1)
+    total = _correlate(np.where(good, square, 0.0)[:, None], ones)[:, 0]
+    mean = total / np.maximum(_correlate(good.astype(float)[:, None], ones)[:, 0], 1.0)
+    # a stated noise that is too small counts for less
+    out: NDArray[np.bool_] = mean > _MISSED**2 * max(1.0, float(np.median(mean[good])))
+    return out
 
 
 def _correlate(values: Floats, weight: Floats) -> Floats:

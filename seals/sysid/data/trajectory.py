@@ -12,7 +12,7 @@ from seals.arrays import Floats
 from seals.batch import TwinState
 from seals.frames import exponential, matrix_of, multiply, rotation_vector
 from seals.sysid.data.samples import Samples
-from seals.sysid.data.smoothing import local_polynomial
+from seals.sysid.data.smoothing import adaptive_polynomial, local_polynomial
 from seals.sysid.data.vehicle import Vehicle
 
 
@@ -92,8 +92,17 @@ def _piece(samples: Samples, vehicle: Vehicle, first: int, last: int) -> Traject
     seen = {name: values[first:last] for name, values in samples.channels.items()}
     gaps = float(np.mean(np.isfinite(seen["position"][:, 0])))
     wide = max(0.06, 2.5 * step) if gaps > 0.5 else 0.15
-    position, ground = local_polynomial(seen["position"], step, bandwidth=wide)
-    turn, slope = local_polynomial(seen["orientation"], step, bandwidth=max(0.03, 1.5 * step))
+    sigma = vehicle.sigma
+    position, ground = adaptive_polynomial(
+        seen["position"], step, bandwidth=wide, sigma=sigma["position"]
+    )
+    # a component of the quaternion is half an angle
+    turn, slope = adaptive_polynomial(
+        seen["orientation"],
+        step,
+        bandwidth=max(0.03, 1.5 * step),
+        sigma=0.5 * sigma["orientation"],
+    )
     turn = turn / np.linalg.norm(turn, axis=1, keepdims=True)
     rotation = matrix_of(turn)
     if "angular_velocity" in seen:

@@ -208,6 +208,12 @@ class DecisionPolicy:
     late_gain: float = threshold(
         100.0, "chi2", "gain of the model's own trajectory over the measured one for it to be used"
     )
+    trajectory_astray: float = threshold(
+        3.0,
+        "sigma",
+        "root mean square distance of a stretch of a trajectory from the measured "
+        "pose from which a refinement has diverged: noise alone leaves one",
+    )
     # cross-validation over several runs
     parameter_price: float = threshold(
         0.03, "log rms", "fall of the log error that each further parameter must bring"

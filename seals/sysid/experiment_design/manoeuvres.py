@@ -183,15 +183,16 @@ def under_water(scene: Scene, time: Floats) -> Path:
     return _path(scene, time, x=x, y=y, z=z + bob)
 
 
+_SWINGS = ((2.6, 0.0), (3.4, 1.0), (2.1, 2.0), (3.0, 3.0))
+"""Period [s] and phase [rad] at which each joint of an arm swings."""
+
+
 def arm_swing(scene: Scene, time: Floats) -> Path:
     """Hover while the joints swing one after the other, quickly and slowly."""
-    swing = np.stack(
-        [
-            sine(time, size=0.35, period=p, seconds=17.0, phase=f)
-            for p, f in ((2.6, 0.0), (3.4, 1.0), (2.1, 2.0), (3.0, 3.0))
-        ],
-        axis=1,
-    )[:, : len(scene.joints)]
+    swing = np.zeros((len(time), len(scene.joints)))
+    # further joints, those of fingers, stay
+    for k, (p, f) in enumerate(_SWINGS[: len(scene.joints)]):
+        swing[:, k] = sine(time, size=0.35, period=p, seconds=17.0, phase=f)
     return _path(scene, time, joints=swing)
 
 

@@ -41,8 +41,6 @@ _BIASES = (0.1, 1.0)
 """1-sigma of the free biases of gyroscope [rad/s] and accelerometer [m/s^2] meanwhile."""
 _FINE = 0.04
 """Spacing of the knots of the free force [s]."""
-_ASTRAY = 3.0
-"""Root mean square distance from the measured pose from which a step has diverged [1-sigma]."""
 _FORGOTTEN = 5.0
 """Time constants after which the start of an actuator no longer matters."""
 GUSTS = 1.3
@@ -347,7 +345,7 @@ def _astray(
     """Return true for windows that a step leads away from the measured pose, shape (W,).
 
     Where forces change within a row or two, as on rotors that touch water, a step of a linear
-    model can diverge; noise alone leaves a window no three standard deviations off.
+    model can diverge: a stretch as long as the free force can bend the trajectory then lies off.
 
     Args:
         plant: extended model.
@@ -364,11 +362,22 @@ def _astray(
         both = np.concatenate([shift, tilt / sigma["orientation"]], axis=1)[rows]
         given = np.isfinite(both)
         total = np.where(given, both, 0.0) ** 2
-        mean: Floats = total.sum(axis=(1, 2)) / np.maximum(given.sum(axis=(1, 2)), 1)
-        return mean
+        mean = _stretches(total.sum(axis=2), count) / np.maximum(
+            _stretches(given.sum(axis=2).astype(float), count), 1.0
+        )
+        worst: Floats = mean.max(axis=1)
+        return worst
 
-    level = off(after)
-    out: NDArray[np.bool_] = ~(level <= np.maximum(_ASTRAY**2, off(before)))
+    count = min(max(1, round(_FINE / samples.step)), rows.shape[1])
+    limit = plant.candidate_set.policy.trajectory_astray**2
+    out: NDArray[np.bool_] = ~(off(after) <= np.maximum(limit, off(before)))
+    return out
+
+
+def _stretches(values: Floats, count: int) -> Floats:
+    """Sums over all stretches of some rows of every window, shape (W, K - count + 1)."""
+    total = np.cumsum(np.pad(values, ((0, 0), (1, 0))), axis=1)
+    out: Floats = total[:, count:] - total[:, :-count]
     return out
 
 
