@@ -54,7 +54,7 @@ class Factors:
         except np.linalg.LinAlgError:
             return
         size = matrix.shape[1]
-        by_entry: Floats = np.ascontiguousarray(factor.reshape(-1, size * size).T)
+        by_entry: Floats = np.array(factor.reshape(-1, size * size).T, order="C")
         self._lower = by_entry.reshape(size, size, 1, -1)
         self._inverse: Floats = 1.0 / by_entry[:: size + 1, None]
 

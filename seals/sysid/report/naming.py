@@ -28,7 +28,7 @@ def effect_words(name: str) -> str:
 
     Example:
         >>> effect_words("waves")
-        'Regular deep-water wave: it moves the surface and the water about a hull.'
+        'Airy wave on deep water: elevation, velocity and acceleration of the water.'
     """
     laws = {**installed(), **{law.candidate: law for law in wave_laws()}}
     return (inspect.getdoc(laws.get(name)) or "").partition("\n")[0] if name in laws else ""
