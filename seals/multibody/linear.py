@@ -54,7 +54,7 @@ class Factors:
         except np.linalg.LinAlgError:
             return
         size = matrix.shape[1]
-        by_entry: Floats = np.array(factor.reshape(-1, size * size).T, order="C")
+        by_entry: Floats = np.ascontiguousarray(factor.reshape(-1, size * size).T)
         self._lower = by_entry.reshape(size, size, 1, -1)
         self._inverse: Floats = 1.0 / by_entry[:: size + 1, None]
 
@@ -62,7 +62,7 @@ class Factors:
         """Return x for b of the shape (N, n) or (N, n, k), in the same shape."""
         columns = right.reshape(*right.shape[:2], -1)
         if self._lower is None:
-            found: Floats = np.linalg.solve(self.matrix, columns)
+            found = np.linalg.solve(self.matrix, columns).astype(np.float64, copy=False)
             return found.reshape(right.shape)
         lower, inverse = self._lower, self._inverse
         x = columns.transpose(1, 2, 0).copy()
