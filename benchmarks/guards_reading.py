@@ -11,7 +11,7 @@ PARQUET, _PAGES = "tests/unit/test_logs_parquet.py", "seals.logs.parquet_pages"
 CLOCK = "tests/unit/test_logs_clock.py"
 REFERENCES, _NAMES = "tests/unit/test_mesh_references.py", "seals.hydrostatics.references"
 MACROS, _CHILD = "tests/unit/test_macros_child.py", "seals.robot.macros_child"
-DOOR, TRIAL = "tests/unit/test_view_door.py", "tests/unit/test_reading_trial.py"
+DOOR, TRIAL = "tests/unit/test_view_door.py", "tests/unit/test_isolated_reading.py"
 
 _XML = 'if re.search(r"<!\\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):'
 _YAML = "seals.untrusted_io"
@@ -33,17 +33,21 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         "seals.scaffold.resources", 'if "<!" in text', 'if "<?!" in text', FILES, "manifest"
     ),
     "libraries that crash": Guard(
-        "seals.reading_trial", "if done.returncode:", "if False:", TRIAL, "crash_is_refused"
+        "seals.isolated_reading", "if done.returncode:", "if False:", TRIAL, "crash_is_refused"
     ),
     "libraries that hang": Guard(
-        "seals.reading_trial", "(resource.RLIMIT_CPU, seconds),", "", TRIAL, "endless_loop"
-    ),
-    "trial of MATLAB files": Guard(
-        "seals.plugins.readers.pendulum",
-        'try_reading(f"{__name__}:matrices_of", file)',
-        "pass",
+        "seals.isolated_reading",
+        "(resource.RLIMIT_CPU, seconds, seconds),",
+        "",
         TRIAL,
-        "matlab",
+        "endless_loop",
+    ),
+    "MATLAB files in a child": Guard(
+        "seals.plugins.readers.pendulum",
+        'read_isolated(f"{__name__}:segments_of", file)',
+        "segments_of(file)",
+        TRIAL,
+        "never_reads",
     ),
     "macros": Guard(_CHILD, "_INSIDE.match(name)", "False", MACROS, "inner_names_are", "xacro"),
     "functions in macros": Guard(

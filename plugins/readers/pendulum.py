@@ -11,9 +11,9 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import LogError
+from seals.isolated_reading import read_isolated
 from seals.logs.datasets import DataFile, Dataset, paths_of
 from seals.logs.log import Log
-from seals.reading_trial import try_reading
 from seals.untrusted_io import regular_file
 
 DATASET = Dataset(
@@ -67,24 +67,29 @@ class ReaderPendulum:
         return [_log(path, content, name) for name in _GROUPS]
 
 
-def _load(path: Path) -> dict[str, Any]:
+def _load(path: Path) -> dict[str, list[Floats]]:
     file = regular_file(path, most=1 << 25)
-    try_reading(f"{__name__}:matrices_of", file)
-    try:
-        return matrices_of(file)
-    except Exception as error:  # scipy lets errors of every kind through on damaged files
-        raise LogError(f"'{file}' is not a valid MATLAB file ({error}).") from error
+    found: dict[str, list[Floats]] = read_isolated(f"{__name__}:segments_of", file)
+    return found
 
 
-def matrices_of(file: Path) -> dict[str, Any]:
-    """Return the variables of a MATLAB file."""
+def segments_of(file: Path) -> dict[str, list[Floats]]:
+    """Return the segments of a MATLAB file by the names of its variables.
+
+    Raises:
+        LogError: SciPy does not read it, or a variable is no list of numbers.
+    """
     from scipy.io import loadmat
 
-    return dict(loadmat(str(file)))
+    try:
+        content = dict(loadmat(str(file)))
+    except Exception as error:  # scipy lets errors of every kind through on damaged files
+        raise LogError(f"'{file}' is not a valid MATLAB file ({error}).") from error
+    return {key: _segments(file, content, key) for group in _GROUPS.values() for key in group}
 
 
-def _log(path: Path, content: dict[str, Any], name: str) -> Log:
-    parts = [_segments(path, content, key) for key in _GROUPS[name]]
+def _log(path: Path, content: dict[str, list[Floats]], name: str) -> Log:
+    parts = [content[key] for key in _GROUPS[name]]
     if len(parts[0]) != len(parts[1]):
         raise LogError(f"'{path}': {len(parts[0])} time and {len(parts[1])} data segments.")
     for time, values in zip(*parts, strict=True):

@@ -17,12 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.errors import ConfigError, LogError, MissingExtra
+from seals.isolated_reading import read_isolated
 from seals.learn.demonstrations.episode import Demonstrations, Episode
 from seals.learn.demonstrations.layout import joined
 from seals.learn.demonstrations.metadata import FORM, Declared, declared, metadata_of
 from seals.learn.metadata import check_metadata
 from seals.logs.atomic import atomic_path
-from seals.reading_trial import try_reading
 from seals.untrusted_io import plain_json
 
 _FILTERS = {1: "gzip", 2: "shuffle", 3: "fletcher32"}
@@ -81,23 +81,34 @@ def read_hdf5(path: str | Path) -> Demonstrations:
     place = Path(path)
     if not place.is_file() or place.is_symlink():
         raise ConfigError(f"demonstrations={path}: there is no such file.\nGive an HDF5 file.")
-    try_reading(f"{__name__}:read_sound_hdf5", place)
-    return read_sound_hdf5(place)
+    found = read_isolated(f"{__name__}:hdf5_content", place)
+    return Demonstrations(
+        origin=declared(found["card"], where=str(place)).origin,
+        episodes=[Episode(**fields) for fields in found["episodes"]],
+    )
 
 
-def read_sound_hdf5(place: Path) -> Demonstrations:
-    """Read a file on which the library is known neither to crash nor to hang; else as above."""
+def hdf5_content(place: Path) -> dict[str, Any]:
+    """Return the metadata of an HDF5 file, ``card``, and the fields of its ``episodes``.
+
+    A damaged file can crash the library or let it hang: call it by `read_isolated`.
+
+    Raises:
+        ConfigError: the metadata is missing, broken, or declares too much.
+        LogError: the file cannot be read, or holds something else than the metadata declares.
+    """
     h5py = _h5py()
     try:
         with h5py.File(place, "r") as file:
             data = _group(file, "data", place)
-            found = declared(_metadata(data, place), where=str(place))
+            card = dict(_metadata(data, place))
+            found = declared(card, where=str(place))
             episodes = [_episode(data, number, found, place) for number in range(len(found.steps))]
     except (OSError, KeyError, RuntimeError, ValueError) as cause:
         raise LogError(
             f"{place} cannot be read: {cause}.\nIt must be a whole HDF5 file."
         ) from cause
-    return Demonstrations(origin=found.origin, episodes=episodes)
+    return {"card": card, "episodes": episodes}
 
 
 def _columns(episode: Episode) -> dict[str, NDArray[Any]]:
@@ -141,7 +152,7 @@ def _group(parent: Any, name: str, place: Path) -> Any:
     return child
 
 
-def _episode(data: Any, number: int, found: Declared, place: Path) -> Episode:
+def _episode(data: Any, number: int, found: Declared, place: Path) -> dict[str, Any]:
     group = _group(data, f"demo_{number}", place)
     steps, seed = found.steps[number], found.seeds[number]
     seen, done = found.sizes
@@ -160,16 +171,16 @@ def _episode(data: Any, number: int, found: Declared, place: Path) -> Episode:
         name: _numbers(group, name, (steps,), "uint8", place) != 0
         for name in ("terminated", "truncated")
     }
-    return Episode(
-        observation=joined(state["obs"], state["next_obs"], seed),
-        action=_numbers(group, "actions", (steps, done), "float32", place),
-        reward=_numbers(group, "rewards", (steps,), "float32", place),
-        terminated=flags["terminated"],
-        truncated=flags["truncated"],
-        success=found.success[number],
-        seed=seed,
-        pixels=images,
-    )
+    return {
+        "observation": joined(state["obs"], state["next_obs"], seed),
+        "action": _numbers(group, "actions", (steps, done), "float32", place),
+        "reward": _numbers(group, "rewards", (steps,), "float32", place),
+        "terminated": flags["terminated"],
+        "truncated": flags["truncated"],
+        "success": found.success[number],
+        "seed": seed,
+        "pixels": images,
+    }
 
 
 def _numbers(group: Any, name: str, shape: tuple[int, ...], kind: str, place: Path) -> NDArray[Any]:
