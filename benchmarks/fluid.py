@@ -115,7 +115,11 @@ def build(args: argparse.Namespace) -> Any:
     inside = np.round(TANK / spacing) * spacing
     inside[1] = counts[1] * spacing
     points, samples = block(counts, spacing), walls(inside, spacing)
-    plain = {"evenness": 0.0, "calming": 0.0, "viscosity": 30.0} if args.plain else {}
+    plain = (
+        {"stress_correction": 0.0, "artificial_viscosity": 0.0, "viscosity": 30.0}
+        if args.plain
+        else {}
+    )
     settings = PbfSettings(
         iterations=args.iterations,
         kernel=Kernel(args.kernel),

@@ -68,7 +68,7 @@ def deciding() -> bool:
 
 @contextlib.contextmanager
 def undecided() -> Iterator[None]:
-    """Make all laws called inside evaluate every branch for all rows, as on an accelerator."""
+    """Let laws called inside evaluate every branch for all rows, as on an accelerator."""
     _DECIDING.append(False)
     try:
         yield

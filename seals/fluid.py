@@ -183,7 +183,7 @@ class SeaOfFluid:
     """
 
     def __init__(self, fluid: Fluid) -> None:
-        """Keep the fluid."""
+        """Store the fluid."""
         self.fluid = fluid
 
     def at(self, position: Array, time: Array, level: float) -> Sea:

@@ -103,7 +103,7 @@ CROSS = np.ascontiguousarray(_LEVI_CIVITA.T)
 
 
 def cross(a: Array, b: Array) -> Array:
-    """Cross product of rows, shapes (N, 3); a single row stands for all.
+    """Cross product of rows, shapes (N, 3); a single row is broadcast.
 
     All nine products at once, then one small matrix product: a third of the calls of the textbook
     form.

@@ -73,7 +73,7 @@ def filled(value: Any, others: Iterator[Tensor]) -> Any:
 
 
 def form_of(value: Any) -> Hashable:
-    """Return the structure of a nest: shapes, types and constants; a key for compiled forms.
+    """Return the structure of a nested value as a key: shapes, types and constants.
 
     Example:
         >>> form_of((1.0, {"a": None})) == form_of((1.0, {"a": None}))

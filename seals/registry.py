@@ -226,7 +226,7 @@ def _class_summary(plugin: Plugin) -> str:
 
 
 def _source_summary(path: Path, module: str, name: str) -> str | None:
-    """Find a class's docstring in a source file, or in the file of its package it is taken from."""
+    """Find a class's docstring in a source file, or in the module that the package imports."""
     for node in ast.parse(path.read_text(encoding="utf-8")).body:
         if isinstance(node, ast.ClassDef | ast.FunctionDef) and node.name == name:
             return ast.get_docstring(node) or ""

@@ -163,7 +163,7 @@ def _read_head(raw: bytes, size: int) -> _Head:
 
 
 def _digest_of(head: _Head, file: BufferedReader) -> bytes:
-    """Return the digest of what follows, piece by piece, and go back to where it stands."""
+    """Return the digest of the rest of a file, and restore the read position."""
     found = hashlib.blake2b(head.raw, digest_size=_DIGEST)
     file.seek(_HEAD.size + _DIGEST)
     while part := file.read(_PIECE):
@@ -188,7 +188,7 @@ def _read_2(file: BufferedReader, head: _Head, kind: str) -> Any:
 
 
 def _arrays(table: Any, file: BufferedReader, held: int) -> list[np.ndarray]:
-    """Return the arrays; all declared sizes are added up before the first one is made."""
+    """Read the arrays, after a check of the sum of all declared sizes."""
     declared = [_declared(row) for row in table]
     total = sum(_padded(size) for *_, size in declared)
     if total != held:

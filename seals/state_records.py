@@ -159,7 +159,7 @@ def _names(cls: Any) -> tuple[str, ...]:
 
 @functools.cache
 def _kinds(cls: type) -> Mapping[str, Any]:
-    """Return the declared kinds of the fields; none when they cannot be read."""
+    """Return the declared types of the fields; none when they cannot be read."""
     try:
         return typing.get_type_hints(cls)
     except (NameError, TypeError):

@@ -49,7 +49,7 @@ def packed(state: Any) -> tuple[Any, list[np.ndarray]]:
 
 
 class _Packer:
-    """Arrays met so far."""
+    """Collector of the arrays of a state."""
 
     def __init__(self) -> None:
         self.arrays: list[np.ndarray] = []
@@ -105,13 +105,13 @@ class _Packer:
 
 
 def _is_subnormal(raw: bytes) -> bool:
-    """Return whether the bits of a number are subnormal; no arithmetic, which might flush it."""
+    """Return whether the bits of a number are subnormal, without arithmetic that may flush it."""
     magnitude = int.from_bytes(raw, "big") & ((1 << 63) - 1)
     return 0 < magnitude < 1 << 52
 
 
 def _number_of(bits: str) -> float:
-    """Return the number of sixteen hexadecimal digits."""
+    """Return the float given by sixteen hexadecimal digits."""
     raw = bytes.fromhex(bits)
     if len(raw) != 8:
         raise ValueError(f"a number of {len(raw)} bytes")
@@ -175,7 +175,7 @@ def _all_of(kind: type, value: Any) -> Any:
 
 
 def conform(found: Any, like: Any, where: str = "state") -> None:
-    """Refuse a state whose structure differs from one of the same simulation.
+    """Refuse a state whose structure differs from that of the same simulation.
 
     What is None in the other may be anything; lists, sets and plain tuples of another length and
     further entries of a mapping are let pass, because they come and go.
@@ -209,7 +209,7 @@ def _entries(value: Any) -> Mapping[Any, Any]:
 
 
 def _form(value: Any) -> str:
-    """Return the kind of a part, in words that two of one kind share."""
+    """Describe the type of a part; parts of equal structure have equal descriptions."""
     if isinstance(value, np.ndarray):
         return f"array {value.dtype} {value.shape}"
     if is_record(value):

@@ -63,7 +63,7 @@ def _refuse_strange(file: Path, status: os.stat_result, most: int) -> None:
 
 
 def _content(file: Path, most: int) -> bytes:
-    """Return the bytes of an ordinary file; what is opened is looked at, not the name alone."""
+    """Return the bytes of a regular file, checked on the open file instead of its name."""
     # without O_NONBLOCK, opening a pipe that nobody writes into waits without end
     flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0)
     with open(os.open(file, flags | getattr(os, "O_BINARY", 0)), "rb") as stream:
@@ -252,13 +252,13 @@ def _measure(events: Any) -> None:
 
 
 def _refuse_long_number(event: Any) -> None:
-    """Refuse numbers without end: YAML reads 1:59:59 to the base 60, in quadratic time."""
+    """Refuse overlong numbers, which YAML reads to the base 60 in quadratic time."""
     if event.tag or (event.implicit[0] and _NUMBER.fullmatch(event.value)):
         raise ValueError(f"a number of {len(event.value):,} signs, allowed are {_LONGEST_NUMBER}")
 
 
 def _measure_merges(root: Any) -> None:
-    """Refuse what merge keys, ``<<``, fill in to more entries than may be written out.
+    """Refuse merge keys, ``<<``, that expand to too many entries.
 
     What they bring is copied before the names are compared: repeated, it doubles each time.
     """
@@ -285,7 +285,7 @@ def _measure_merges(root: Any) -> None:
 
 
 def _unfold(content: object) -> None:
-    """Refuse what repeated aliases unfold to more than may be written out."""
+    """Refuse repeated aliases that expand to too many entries."""
     level, count = [content], 0
     for _ in range(_DEEPEST):
         children: list[object] = []

@@ -152,7 +152,7 @@ class Rotors(ActuatorOptions, Effect):
         return np.where(self._reverse > 0.0, -self.limit, 0.0)
 
     def constants(self) -> dict[str, Floats]:
-        """Return hubs, axes, coefficients; the length of ``before`` is the first command column."""
+        """Return hubs, axes, coefficients; ``before``: one entry per preceding command column."""
         return {
             "position": self._position,
             "axis": self._axis,

@@ -97,7 +97,7 @@ class Servos(Effect):
     accounts_for: ClassVar[tuple[str, ...]] = ("joint drive",)
 
     def __post_init__(self) -> None:
-        """Refuse lists of wrong numbers; their lengths are known when there are joints."""
+        """Check the values of all lists; their lengths are checked once the joints are known."""
         for key, sign in (*_EACH.values(), ("speed_limit", "positive")):
             values = getattr(self, key)
             if values:

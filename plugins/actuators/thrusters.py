@@ -89,7 +89,7 @@ class Thrusters(ActuatorOptions, Effect):
         return self._limit
 
     def constants(self) -> dict[str, Floats]:
-        """Return positions and axes; the length of ``before`` is the first command column."""
+        """Return positions and axes; ``before``: one entry per preceding command column."""
         return {
             "position": self._position,
             "axis": self._axis,

@@ -28,7 +28,7 @@ class Commanded:
     )
 
     def __post_init__(self) -> None:
-        """Want nothing yet."""
+        """Start without a reference."""
         self.wanted = Reference()
 
     def tell(self, aim: Reference) -> None:
@@ -51,5 +51,5 @@ class Commanded:
         return None
 
     def stage(self, memory: Any) -> str:
-        """Return the only stage."""
+        """Return ``commanded``, the only stage."""
         return "commanded"

@@ -120,7 +120,7 @@ class Learned:
         return aim, kept
 
     def finished(self, memory: LearnedGuideState) -> bool | None:
-        """Return True where a fixed target has been held; following a body never finishes."""
+        """Return True if a fixed target has been held; following a body never finishes."""
         return True if memory.there and not self.target else None
 
     def stage(self, memory: LearnedGuideState) -> str:

@@ -106,7 +106,7 @@ class Oval:
         return np.array([reach * along[0], reach * along[1], 0.5 * self.height * up])
 
     def _angle(self, time: float) -> tuple[float, float, float]:
-        """Return angle, its rate and their rate: at rest, a soft start, laps, a soft end."""
+        """Return angle, rate and acceleration: at rest, a smooth start, laps, a smooth end."""
         full, soft = 2.0 * math.pi / self.period, self.start_time
         whole = 2.0 * math.pi * self.laps
         moving = time - soft
@@ -136,7 +136,7 @@ class Oval:
 
 
 def _eased(time: float, soft: float, full: float) -> tuple[float, float, float]:
-    """Angle, rate and its rate when the rate rises to ``full`` by a smooth step in ``soft``."""
+    """Angle, rate and acceleration while the rate rises smoothly to ``full`` within ``soft``."""
     u = time / soft
     angle = full * soft * (u**3 - 0.5 * u**4)
     return angle, full * (3.0 * u**2 - 2.0 * u**3), full * 6.0 * u * (1.0 - u) / soft

@@ -152,7 +152,7 @@ class Stick:
         return " ".join(memory.held) or "hold"
 
     def _heard(self, situation: RobotState, memory: StickState) -> StickState:
-        """Memory with the events that have happened by now."""
+        """Return the state after all events up to the current time."""
         every = self._device.events(situation)
         stop = memory.events
         # half a nanosecond forgives times that were rounded in a file
@@ -171,7 +171,7 @@ class Stick:
         )
 
     def _moved(self, situation: RobotState, memory: StickState, span: float) -> StickState:
-        """Memory after ``span`` [s] of what is held."""
+        """Return the state after the held controls acted for ``span`` [s]."""
         stick = stick_of(memory.held)
         yaw = memory.yaw + self.turn * stick.turn * span
         cos, sin = math.cos(yaw), math.sin(yaw)
@@ -198,7 +198,7 @@ class Stick:
     def _arms(
         self, memory: StickState, shares: tuple[float, ...], *, stow: bool, span: float
     ) -> dict[str, Floats]:
-        """Angles of all arms: the chosen one by its keys, all of them on the way to rest."""
+        """Angles of all arms: the selected one moved by its keys, or all on their way to rest."""
         out = dict(memory.joints)
         step = self.joint_speed * span
         for number, (name, arm) in enumerate(self._robot.arms.items()):
@@ -215,7 +215,7 @@ class Stick:
 
 
 def shortened(vector: Floats, longest: float) -> Floats:
-    """Return a vector, shortened where it is longer than ``longest``.
+    """Return a vector with its length limited to ``longest``.
 
     Example:
         >>> shortened(np.array([3.0, 4.0]), 1.0)

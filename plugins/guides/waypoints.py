@@ -69,7 +69,7 @@ class Waypoints:
     )
 
     def __post_init__(self) -> None:
-        """Refuse places that are none."""
+        """Refuse waypoints that are not finite positions."""
         good = all(len(p) == 3 and np.all(np.isfinite(p)) for p in self.places)
         if not self.places or not good:
             raise ConfigError(

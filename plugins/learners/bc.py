@@ -60,7 +60,7 @@ class BC:
     normalise: bool = True
 
     def __post_init__(self) -> None:
-        """Refuse sizes that make no sense."""
+        """Refuse sizes out of range."""
         whole(batch=(self.batch, 1), updates=(self.updates, 1), look=(self.look, 1))
 
     def start(self, spaces: Spaces, *, device: str, seed: int) -> BcAgent:

@@ -77,7 +77,7 @@ class PPO:
     reward_form: str = "plain"
 
     def __post_init__(self) -> None:
-        """Refuse sizes and words that make no sense."""
+        """Refuse sizes out of range and unknown words."""
         whole(
             horizon=(self.horizon, 1),
             epochs=(self.epochs, 1),
@@ -234,7 +234,7 @@ class PpoAgent:
         return self.order.chunk(self.learner.minibatches)[part]
 
     def _end_round(self) -> None:
-        """End a round; only now may the scale of observations move."""
+        """End a round, and update the observation normaliser with its observations."""
         import torch
 
         self.norm.update(torch.cat([step["observation"] for step in self.rollout]))

@@ -40,7 +40,7 @@ class RLPD(SAC):
     subset: int = 2
 
     def __post_init__(self) -> None:
-        """Refuse sizes and words that make no sense."""
+        """Refuse sizes out of range and unknown words."""
         super().__post_init__()
         whole(subset=(self.subset, 1))
         if self.subset > self.critics:

@@ -98,7 +98,7 @@ class SAC:
     normalise: bool = True
 
     def __post_init__(self) -> None:
-        """Refuse sizes and words that make no sense."""
+        """Refuse sizes out of range and unknown words."""
         whole(
             critics=(self.critics, 1),
             batch=(self.batch, 1),
@@ -180,14 +180,14 @@ class SacAgent:
         return Returns(length=self.learner.steps, gamma=self.learner.gamma)
 
     def _encoder(self) -> Any:
-        """Return the layers of the picture; this agent sees none."""
+        """Return the image encoder; None, as this agent takes no images."""
 
     def _features(self) -> int:
-        """Return how many numbers the actor takes."""
+        """Return the size of the actor's input."""
         return self.spaces.observation_size
 
     def _critic_input_size(self) -> int | None:
-        """Return how many numbers the critics take beside an action, None for as many."""
+        """Return the size of the critics' input besides the action; None for the actor's."""
 
     def _actor_inputs(self, observation: Any, *, shift: bool = False) -> Tensor:
         """Return the actor's inputs; ``shift`` applies random shifts to images."""
@@ -199,7 +199,7 @@ class SacAgent:
         return seen
 
     def _recordable(self) -> bool:
-        """Return True if an update fits into a CUDA graph: it reads no number on the host."""
+        """Return True if an update can be recorded as a CUDA graph."""
         return True
 
     def _pessimistic_value(self, values: Tensor) -> Tensor:
@@ -308,7 +308,7 @@ class SacAgent:
         }
 
     def _learning_rate(self) -> float:
-        """Return the learning rate of now."""
+        """Return the current learning rate."""
         share = max(SETTLED, 1.0 - self.steps / self.learner.settle)
         return self.learner.learning_rate * share
 
@@ -350,7 +350,7 @@ class SacAgent:
     # keeping
 
     def policy(self) -> tuple[dict[str, Any], dict[str, Tensor]]:
-        """Return the policy's mean, squashed to -1 and 1."""
+        """Return the policy's mean, mapped to -1 to 1 by tanh."""
         norm = None if self.norm is None else self.norm.layer
         return networks.policy_of(
             self._description(), body=self.nets.actor, norm=norm, encoder=self.encoder

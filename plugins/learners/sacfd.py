@@ -66,7 +66,7 @@ class SACfD(SAC):
     pretrain: int = 1000
 
     def __post_init__(self) -> None:
-        """Refuse sizes and words that make no sense."""
+        """Refuse sizes out of range and unknown words."""
         super().__post_init__()
         whole(anneal=(self.anneal, 1), pretrain=(self.pretrain, 0))
 

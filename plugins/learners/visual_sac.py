@@ -68,7 +68,7 @@ class VisualSAC(SAC):
     withheld: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        """Refuse sizes and words that make no sense."""
+        """Refuse sizes out of range and unknown words."""
         super().__post_init__()
         whole(channels=(self.channels, 1), features=(self.features, 1), shift=(self.shift, 0))
         one_of("critics_see", self.critics_see, CRITICS)
@@ -94,7 +94,7 @@ class VisualSAC(SAC):
 
 
 def remaining_columns(names: Sequence[str], withheld: Sequence[str]) -> list[int] | None:
-    """Return the indices of the observations that are not withheld; None when none is.
+    """Return the indices of the observations that are given to the policy; None for all.
 
     Raises:
         ConfigError: there is no such name.

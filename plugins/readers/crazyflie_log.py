@@ -27,7 +27,7 @@ class _Event:
 
 
 class _Cursor:
-    """A place in the bytes; every step past the end is a refusal."""
+    """Read position in the bytes; reading past the end is refused."""
 
     def __init__(self, content: bytes, where: str) -> None:
         self.content, self.where, self.place = content, where, 0

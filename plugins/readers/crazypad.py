@@ -37,7 +37,7 @@ _PRESENT_IN_SOME = {
 
 @dataclass(kw_only=True)
 class ReaderCrazypad:
-    """Flights of a 27 g quadrotor, healthy and changed on purpose; one log for each file.
+    """Flights of a 27 g quadrotor, unmodified and modified on purpose; one log for each file.
 
     Channels:
         ``motor_pwm_1..4`` (share of full thrust before the battery's compensation),

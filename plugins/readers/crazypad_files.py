@@ -335,7 +335,7 @@ _KIND = {"m": "motor_data", "c": "controller_data"}
 
 
 def flight_files() -> tuple[DataFile, ...]:
-    """Return the flights; the public form was never compared, its logs are binary."""
+    """Return the flights; the public binary logs have no checksum yet."""
     return tuple(
         DataFile(
             path=f"data/{_KIND[log[0]]}/{_letters(folder)}/{group[:2]}_log{log[1:]}",

@@ -44,7 +44,7 @@ def messages(
 
 
 class _Bounded:
-    """A stream that refuses to read more than the file has left: room is not made for a claim."""
+    """Stream that refuses a read beyond the end of the file before it allocates memory."""
 
     def __init__(self, stream: BinaryIO, file: Path) -> None:
         self._stream, self._left = stream, file.stat().st_size
@@ -122,7 +122,7 @@ def _records(stream: Any, file: Path) -> Iterator[Any]:
 
 
 def _unpacked(chunk: Any) -> bytes:
-    """Return the content of a chunk; a few bytes may declare, or hold, gigabytes."""
+    """Return the content of a chunk, unpacked within a bound on its size."""
     size = int(chunk.uncompressed_size)
     if size > _MOST_RECORD:
         raise ValueError(f"a chunk declares {size:,} bytes, allowed are {_MOST_RECORD:,}")

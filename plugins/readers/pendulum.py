@@ -34,7 +34,7 @@ _GROUPS = {"identification": ("Time_id", "Y_id"), "validation": ("Time_vad", "Y_
 
 @dataclass(kw_only=True)
 class ReaderPendulum:
-    """Free swings of a real single pendulum, cart fixed, no input; a log to fit, one to test.
+    """Free swings of a real pendulum on a fixed cart, no input; a log to fit, one to test.
 
     Channels:
         ``joint_position_1`` (0 = hanging) and ``joint_velocity_1``; four segments in the log

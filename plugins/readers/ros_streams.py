@@ -116,7 +116,7 @@ def _take(message: Message, found: dict[str, _Gathered], choice: Choice, where: 
 
 
 def _stamp(content: Any, recorded: int, clock: str, place: str) -> int:
-    """Return the time of a message [us]; one without a stamp of its own has that of recording."""
+    """Return the time stamp of a message [us]; without one, its recording time."""
     own = _header_stamp(content) if clock == "header" else None
     if own is None:
         return recorded // 1000

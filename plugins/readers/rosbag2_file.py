@@ -109,7 +109,7 @@ def _opened(file: Path) -> sqlite3.Connection:
 
 
 def _check_tables(base: sqlite3.Connection, file: Path) -> None:
-    """Refuse views and virtual tables in place of tables: a view can count for ever."""
+    """Refuse views and virtual tables in place of tables: a query of a view may never end."""
     kinds = dict(base.execute("SELECT name, type || ' ' || substr(sql, 1, 14) FROM sqlite_master"))
     for table, wanted in _TABLES.items():
         if not str(kinds.get(table, "")).upper().startswith("TABLE CREATE TABLE"):

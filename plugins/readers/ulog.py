@@ -226,7 +226,7 @@ def _numbered(stem: str, pattern: str, scale: float = 1.0) -> Callable[..., list
 
 
 def _outputs(topic: str, all_samples: dict[str, Samples]) -> list[Stream]:
-    """Pulse widths, unless newer firmware tells the shares of thrust that they were made of."""
+    """Pulse widths of the motors, unless newer firmware logs the motors' thrust fractions."""
     if "actuator_motors" in all_samples:
         return []
     return _numbered("motor_pwm", "output[{}]")(topic, all_samples)

@@ -74,7 +74,7 @@ def parse(raw: bytes, *, where: str) -> dict[tuple[str, int], Samples]:
 
 
 def _appended(raw: bytes, where: str) -> list[int]:
-    """Return where data were appended (after a crash of the autopilot), rising."""
+    """Return the offsets at which data were appended (after a crash of the autopilot), rising."""
     if raw[_HEADER + 2 : _HEADER + 3] != b"B" or len(raw) < _HEADER + 3 + 40:
         return []
     flags = raw[_HEADER + 11 : _HEADER + 19]

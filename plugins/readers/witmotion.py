@@ -167,7 +167,7 @@ def _rows(text: str, where: str) -> tuple[list[str], list[list[str]], list[int]]
 
 
 def _heading(words: list[str]) -> dict[str, int]:
-    """Return the place of each known column; empty where the line is not a heading."""
+    """Return the index of each known column; empty if the line is not a header."""
     found: dict[str, int] = {}
     for place, word in enumerate(words[:256]):
         name = word.strip().strip('"').lower().replace("°", "deg").replace("º", "deg")

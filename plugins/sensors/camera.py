@@ -82,7 +82,7 @@ class SensorCamera(MountedSensor):
     sees: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        """Refuse what no picture can be made of."""
+        """Refuse unknown kinds of images, and check the lens."""
         for name in self.what:
             if name not in WHAT:
                 raise ConfigError(
@@ -128,7 +128,7 @@ class SensorCamera(MountedSensor):
         return {"picture": np.array([float(memory)])}, memory + 1
 
     def _measured(self, picture: Picture, rng: np.random.Generator) -> NDArray[np.float32]:
-        """Depth with noise; what is not met stays so."""
+        """Depth with noise; pixels without a hit are unchanged."""
         depth: NDArray[np.float32] = np.asarray(picture.depth)
         if not (self.depth_floor or self.depth_growth):
             return depth

@@ -160,7 +160,7 @@ class SensorDvl(Instrument):
         return {BEAM: self.noise, RANGE: ranges, "velocity": self.noise * float(each.max())}
 
     def _returns(self, felt: SensorInput) -> Floats:
-        """Ranges of the beams that return, others not a number."""
+        """Ranges of the beams that return, NaN for the others."""
         around, none = felt.around, np.full(BEAMS, math.nan)
         axis_down = felt.rotation[2, 2]
         if axis_down < math.cos(self.largest_tilt) or not around.wet(felt.time, felt.position):

@@ -62,7 +62,7 @@ class SensorMagnetometer(Instrument):
     )
 
     def __post_init__(self) -> None:
-        """Check the iron, and make a vector of the field."""
+        """Check the hard-iron offset, and store the field as a vector."""
         if len(self.hard_iron) != 3 or not np.all(np.isfinite(self.hard_iron)):
             raise ConfigError(
                 f"magnetometer.hard_iron={self.hard_iron} is not allowed.\n"

@@ -1,4 +1,4 @@
-"""Pressure sensor of the depth."""
+"""Pressure sensor that measures depth."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from seals.sensors.protocol import SensorInput
 
 @dataclass(kw_only=True)
 class SensorPressure(Instrument):
-    """Water pressure above that of the air, and the depth computed from it.
+    """Gauge pressure of the water, and the depth computed from it.
 
     Equation:
         p = integral of rho (g + a_z) from the port to the local surface, a_z the vertical
@@ -105,7 +105,7 @@ class SensorPressure(Instrument):
         return {"pressure": law}
 
     def solve(self, seen: TrueValues, felt: SensorInput) -> dict[str, Floats]:
-        """Return the pressure, and the depth unless the port may be in air."""
+        """Return the pressure, and the depth unless the port may be out of the water."""
         depth = seen["pressure"] / (self.density * self.gravity)
         return {**seen, "depth": depth} if depth[0] >= self.shallowest else dict(seen)
 

@@ -83,7 +83,7 @@ class SensorRangeFinder(Instrument):
     meets_surface: bool = True
 
     def __post_init__(self) -> None:
-        """Spread the rays."""
+        """Compute the directions of the rays."""
         super().__post_init__()
         if not self.nearest < self.farthest:
             raise ConfigError(

@@ -110,7 +110,7 @@ def _calm(now: Instant) -> Array:
 
 
 def _pace(now: Instant, closing: Array) -> Array:
-    """Velocity that is kept up with: the animal's; of a hand that closes, its own [m/s].
+    """Feedforward velocity: the animal's, or the hand's own while it closes [m/s].
 
     A hand that went along with what it jostles would jostle it the more, and one that changed its
     pace while it closes would swing.
@@ -144,7 +144,7 @@ def _follow(away: Array, aside: Array, grip: Array, closing: Array) -> Array:
 
 
 def _search(now: Instant) -> Array:
-    """Velocity to a ring above the water, and around it [m/s]."""
+    """Velocity to a circle above the water, and along it [m/s]."""
     xp = namespace(now.position)
     turn = 2.0 * math.pi * now.time / LAP
     level = now.facts["level"]
@@ -153,7 +153,7 @@ def _search(now: Instant) -> Array:
 
 
 def _lift(now: Instant, plan: Plan) -> Array:
-    """Velocity straight up, to rest half as high again as the animal must come [m/s]."""
+    """Upward velocity, up to 1.5 times the height that the animal must reach [m/s]."""
     xp = namespace(now.position)
     end = now.facts["level"] + 1.5 * plan.height
     up = xp.minimum(GAIN * (end - now.target[:, 2:3]), end * 0.0 + LIFT)

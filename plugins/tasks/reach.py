@@ -106,7 +106,7 @@ class TaskReach(Task):
     )
 
     def __post_init__(self) -> None:
-        """Refuse boxes that are none."""
+        """Refuse empty boxes."""
         for name in ("start", "target"):
             low, high = getattr(self, f"{name}_low"), getattr(self, f"{name}_high")
             if (
@@ -137,7 +137,7 @@ class TaskReach(Task):
 
     @property
     def posture(self) -> Floats:
-        """Values of all joints that the robot keeps [rad or m], shape (J,)."""
+        """Held joint positions [rad or m], shape (J,)."""
         return self._posture
 
     @property
@@ -174,7 +174,7 @@ class TaskReach(Task):
         return observation_of(self.sight, now._replace(tool=self.place(now), target=target))
 
     def _elsewhere(self, target: Array) -> Array:
-        """Return a place in the box of targets that later digits of the target choose, (N, 3).
+        """Return a pseudo-random point of the target box, hashed from the target, shape (N, 3).
 
         It stays the same for an episode, and tells no learner where the target is.
         """
@@ -194,7 +194,7 @@ class TaskReach(Task):
         return now.target - now.position - level_hand_offset(now._replace(tool=self.place(now)))
 
     def lacking(self, now: Instant) -> Array:
-        """Return the larger target distance of hand and level hand, for rewards [m], shape (N,).
+        """Return the larger of the target distances of hand and level hand [m], shape (N,).
 
         Of the hand alone, a body would gain by leaning it to the target; of the level hand alone,
         it might swing as it likes.

@@ -31,7 +31,7 @@ def _number(default: float, unit: str, low: float, high: float, why: str) -> flo
 
 
 def _manners() -> dict[str, Any]:
-    """Ranges of the search for gaits of the crab, see docs/animals.md."""
+    """Ranges of the crab's gait parameters for the search, see docs/animals.md."""
     return {
         "frequency": [1.0, 6.0],
         "stroke": [0.015, 0.05],
@@ -111,7 +111,7 @@ class TaskWalk(Task):
     overspeed: float = _number(0.5, "m/s", 0.0, 100.0, "the paper gives none")
 
     def __post_init__(self) -> None:
-        """Refuse rings and ranges that are none."""
+        """Refuse an empty start ring, a goal that is no position, and empty ranges."""
         self._names: tuple[str, ...] = ()
         if self.nearest > self.farthest:
             raise ConfigError(
@@ -243,7 +243,7 @@ class TaskWalk(Task):
         return now.facts["power"][:, 0] / (self._weight * self.rate)
 
     def ended(self, now: Instant, memory: Array) -> Array:
-        """Return True for a fallen robot, bool (N,)."""
+        """Return True where the robot has fallen, bool (N,)."""
         return now.rotation[:, 2, 2] < self.fallen
 
     def scripted_policy(self, now: Instant) -> Array:

@@ -204,7 +204,7 @@ def _heading(direction: Array) -> tuple[Array, Array]:
 
 
 def _guessed(residual: Residual) -> list[dict[str, float]]:
-    """Waves whose push and lift fit best, over a grid of periods and directions."""
+    """Waves whose force fits best, over a grid of periods and directions."""
     log = np.broadcast_to(np.asarray(residual.log), len(residual.force))
     logs = [_RegularPush(residual, log == k) for k in np.unique(log)]
     longest = max(float(np.ptp(part.time)) for part in logs)
@@ -232,7 +232,7 @@ def _periods(longest: float) -> list[float]:
 
 
 def _apart(one: Any, other: Any) -> bool:
-    """Return true where two waves are no neighbours in period and direction."""
+    """Return true if two waves are not neighbours in period and direction."""
     turn = abs(math.remainder(one[2] - other[2], 2.0 * math.pi))
     return turn > 0.25 * math.pi or abs(math.log(one[1] / other[1])) > 0.1
 
@@ -248,14 +248,14 @@ def _values(period: float, direction: float, waves: Sequence[Floats]) -> dict[st
 
 
 class _RegularPush:
-    """Force of regular waves of unit amplitude along one log, fitted to what is left over.
+    """Force of regular waves of unit amplitude along one log, fitted to the residual force.
 
     Equation:
         F = (rho V + M_A) a_water, and rho g A_wp eta upward where the hull pierces the surface.
     """
 
     def __init__(self, residual: Residual, rows: Any) -> None:
-        """Take the hull's displaced mass, its waterplane and the course."""
+        """Store the displaced mass and waterplane of the hull, and the trajectory."""
         subject, environment = residual.subject, residual.subject.environment
         hull, density = subject.hull, environment.water_density or 998.0
         volume = hull.volume if hull is not None else 0.0
@@ -269,7 +269,7 @@ class _RegularPush:
         self.stiffness = density * environment.gravity * area * pierces
 
     def fit(self, period: float, directions: Floats) -> tuple[Floats, Floats]:
-        """Left-over square and the two phases of the wave that fits best, for some directions.
+        """Residual sum of squares and the two phases of the best wave, for some directions.
 
         Returns:
             Square [N^2], shape (D,), and amplitude times cosine and sine of the phase, (D, 2).

@@ -175,7 +175,7 @@ class WaveSea:
         return xp.cos(theta), xp.sin(theta)
 
     def _profiles(self, position: Array, level: float) -> tuple[Array, Array]:
-        """Shares of the motion along and up that are left at depth, shape (N, M)."""
+        """Depth attenuation of horizontal and vertical motion, shape (N, M)."""
         xp = namespace(position)
         k = as_like(self._k, position)
         z = xp.clip(position[:, 2] - level, None, 0.0)[:, None]

@@ -47,7 +47,7 @@ class FusedBody(RigidBody):
         environment: EnvironmentSettings,
         change: Array | None = None,
     ) -> None:
-        """Find the places of the links and the inertia of all about the base."""
+        """Find the poses of the links, and the inertia of all links about the base."""
         still = np.zeros((1, 0))
         places, turns = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], still)
         self.maps = [twist_map(p, r) for p, r in zip(places[0], turns[0], strict=True)]
@@ -151,6 +151,6 @@ def _rows(x: Array, rows: slice) -> Array:
 
 
 def _split(change: Array, links: int) -> list[Array]:
-    """Rows link by link as one array a link."""
+    """Split rows ordered link by link into one array per link."""
     each = change.shape[0] // links
     return [change[k * each : (k + 1) * each] for k in range(links)]

@@ -258,7 +258,7 @@ class BatchDynamics:
 
 
 def _form(robot: RobotModel) -> type[RigidBody | TreeBody]:
-    """The equations of motion that suit a robot."""
+    """Equations of motion for a robot: one body, a tree, or rigidly connected links."""
     if len(robot.links) == 1 and not robot.tree.fixed_base:
         return RigidBody
     return FusedBody if robot.held and not robot.tree.fixed_base else TreeBody

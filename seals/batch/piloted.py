@@ -84,7 +84,7 @@ class PilotedTwin:
         values: Mapping[str, Any] | None = None,
         fused: bool = False,
     ) -> None:
-        """Hold the joints, then bind twin and controller."""
+        """Hold the joints, then bind batch dynamics and controller."""
         self.plant = plant = build_plant(robot, effects, settings.environment)
         self.whole, held = hold(robot, effects, joints)
         self.twin = BatchDynamics(
@@ -159,7 +159,7 @@ class PilotedTwin:
         return self.controller.command(view, velocity, yaw, flight.control)
 
     def submersion(self, flight: Flight) -> Array:
-        """Return the submerged share of all hulls' volume [1], shape (B, 1)."""
+        """Return the submerged fraction of the volume of all hulls [1], shape (B, 1)."""
         posture = self.twin.posture(flight.state, flight.time)
         share: Array = self._water.now(posture.sample)[0]  # type: ignore[arg-type]
         return share
@@ -216,7 +216,7 @@ def _batched(
 
 
 def _chosen(fresh: Any, other: Any, ended: Array) -> Any:
-    """Fresh values where a flight ended, in arrays and in what holds them."""
+    """Select fresh values where a flight ended, in arrays and nested tuples."""
     if other is None:
         return None
     if isinstance(other, Mapping):

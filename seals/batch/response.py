@@ -62,7 +62,7 @@ class Response:
     def __init__(
         self, twin: BatchDynamics, state: TwinState, time: Any, inputs: Inputs, posture: Posture
     ) -> None:
-        """Evaluate and solve the twin's own equations."""
+        """Evaluate and solve the equations of the batch without small changes."""
         self.twin, self.inputs, self.posture = twin, inputs, posture
         self._state, self._time = state, time
         self._joints = Joints(state.joints, state.joint_velocity)
@@ -75,7 +75,7 @@ class Response:
 
     @cached_property
     def _lifts(self) -> Floats:
-        """Maps from the generalised velocity to the links' twists, shape (1 or B, L, 6, n)."""
+        """Matrices from the generalised velocity to the links' twists, shape (1 or B, L, 6, n)."""
         body = self.twin.body
         if isinstance(body, RigidBody):
             # links that do not move: their twists are constant maps of that of the base
@@ -86,7 +86,7 @@ class Response:
 
     @cached_property
     def _rise(self) -> Floats:
-        """Acceleration of every link's twist, rows link by link, shape (L B, 6)."""
+        """Acceleration twist of every link, rows link by link, shape (L B, 6)."""
         rates = self.rates
         if isinstance(self.twin.body, RigidBody):
             own = np.concatenate((rates.velocity, rates.angular_velocity), axis=1)
@@ -102,7 +102,7 @@ class Response:
 
     @property
     def sample(self) -> Sample:
-        """Surroundings of the links, the flows of all effects in them, rows link by link."""
+        """Sample the surroundings of the links with the flows of all effects, rows link by link."""
         return self._found.sample
 
     def _tree(self, body: TreeBody, state: TwinState) -> None:
@@ -219,7 +219,7 @@ class Response:
 
 
 def _differ(one: Evaluation, other: Evaluation) -> bool:
-    """Return true where two evaluations at one state differ in what acts on the links."""
+    """Return true if two evaluations at one state differ in the loads on the links."""
     kinds = ((one.loads, other.loads), (one.inertias, other.inertias))
     pairs = [
         pair

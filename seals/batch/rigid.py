@@ -148,7 +148,7 @@ class RigidBody:
         return columns(*x[:3]), columns(*x[3:])
 
     def _filled(self, matrix: Array) -> list[tuple[int, int]]:
-        """Entries of an added inertia that are not zero everywhere; on an accelerator all."""
+        """Entries of an added inertia that are nonzero anywhere; on an accelerator, all of them."""
         return FULL if unasked(matrix) else pattern(matrix)
 
 

@@ -20,7 +20,7 @@ Ahead = tuple[Rates, Any] | None
 
 
 class FusedSlopes:
-    """Compiled `BatchDynamics.slopes`; what differs between stages is passed as arrays.
+    """Compiled `BatchDynamics.slopes`; arguments that differ between stages are arrays.
 
     Args:
         twin: on PyTorch.
@@ -30,7 +30,7 @@ class FusedSlopes:
     """
 
     def __init__(self, twin: BatchDynamics) -> None:
-        """Take the law of the twin."""
+        """Store the state derivatives of the batch dynamics."""
         if not hasattr(twin.like, "untyped_storage"):
             raise ConfigError(
                 f"a twin of {type(twin.like).__module__} arrays cannot be fused.\n"
@@ -50,7 +50,7 @@ class FusedSlopes:
         *,
         posture: Posture | None = None,
     ) -> tuple[Rates, Mapping[str, Array]]:
-        """Return the rates and the new memory; a posture at hand saves a fused law nothing."""
+        """Return the rates and the new memory; a known posture is not used."""
         del posture
         if ahead is None:
             still = state.velocity * 0.0
@@ -63,7 +63,7 @@ class FusedSlopes:
         return found
 
     def _number(self, value: Any) -> Array:
-        """A number as an array (1, 1), made once."""
+        """Return a number as an array (1, 1), cached."""
         if not isinstance(value, int | float):
             return column_of(value, self._like)
         if value not in self._numbers:

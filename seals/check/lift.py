@@ -74,7 +74,7 @@ def commanded_directions(matrix: Floats, centre: Floats, positions: Floats) -> C
 
 
 def hover_share(matrix: Floats, weight: float, *, yaw: bool = True) -> float | None:
-    """Return the share of full thrust that the busiest rotor needs to hold the robot level.
+    """Return the fraction of full thrust at which the most loaded rotor holds the robot level.
 
     Args:
         matrix: of the rotors, from `wrench_matrix`.

@@ -14,7 +14,7 @@ ROUNDING = 1e-6
 
 
 def look_at_limbs(robot: RobotModel) -> Iterator[RobotFinding]:
-    """Yield findings about poses beyond joint limits, and arms listed from the wrong end."""
+    """Yield findings about poses beyond joint limits, and arms listed from tip to base."""
     poses = [(f"{a.name}.stowed", a.joints, a.stowed) for a in robot.arms.values()]
     for hand in robot.grippers.values():
         poses += [

@@ -64,7 +64,7 @@ def _look(path: Path, name: str, scale: float) -> Iterator[RobotFinding]:
 
 
 def _size(path: Path) -> tuple[int, float]:
-    """Number of triangles and largest extent in the mesh's own unit; a guess for large files."""
+    """Number of triangles and largest extent in the mesh's own unit, estimated for large files."""
     size = path.stat().st_size
     if size > 100 * MANY_TRIANGLES:
         return ((size - 84) // 50 if path.suffix.lower() == ".stl" else size // 100), 0.0

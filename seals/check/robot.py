@@ -50,7 +50,7 @@ def check_robot(
 
 
 def _mass(robot: RobotModel) -> Iterator[RobotFinding]:
-    """Total mass, centre of gravity, moving parts without mass."""
+    """Check total mass, centre of gravity, and moving parts without mass."""
     total = float(robot.mass.sum())
     words = f"{total:.4g} kg in {len(robot.links)} link(s)"
     if total <= 0.0:
@@ -106,7 +106,7 @@ def _inertia(robot: RobotModel) -> Iterator[RobotFinding]:
 
 
 def _links(robot: RobotModel) -> Iterator[RobotFinding]:
-    """Links that lack mass, hull or collision geometry."""
+    """Find links that lack mass, hull or collision geometry."""
     # propellers and screws need neither collision shapes nor hulls
     share = TRIFLE * float(robot.mass.sum())
     slight = [name for name, mass in zip(robot.links, robot.mass, strict=True) if mass <= share]
@@ -131,7 +131,7 @@ def _links(robot: RobotModel) -> Iterator[RobotFinding]:
 
 
 def _floating(robot: RobotModel) -> Iterator[RobotFinding]:
-    """Volume, net buoyancy, draught and stability in fresh water."""
+    """Check volume, net buoyancy, draught and stability in fresh water."""
     body = FloatingBody(robot)
     if not body.parts:
         advice = (
@@ -161,7 +161,7 @@ def _floating(robot: RobotModel) -> Iterator[RobotFinding]:
 
 
 def _stability(body: FloatingBody, volume: float) -> Iterator[RobotFinding]:
-    """Restoring moment for a small roll and pitch, and whether upright is an equilibrium at all."""
+    """Check the restoring moment in roll and pitch, and that upright is an equilibrium."""
     for name, axis in (("roll", (1.0, 0.0, 0.0)), ("pitch", (0.0, 1.0, 0.0))):
         height = body.metacentric_height(axis, volume)
         arm = body.righting_arm(axis, volume)

@@ -97,7 +97,7 @@ def execute(config: Any) -> int:
 
 
 def _refuse_target(out: Path, *, replace: bool) -> None:
-    """Refuse to write over anything but a log folder, before the work and not after it."""
+    """Refuse to overwrite anything but a log folder, before the conversion starts."""
     if not out.exists():
         return
     if not replace:
@@ -149,7 +149,7 @@ def _robot(config: Any) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def _of_log(meta: Mapping[str, Any], vehicle: Mapping[str, Any]) -> dict[str, Any]:
-    """Metadata of a reader; less its vehicle where that is a mere name or mass beside a robot."""
+    """Metadata of a log; without its vehicle if that is only a name or mass beside a robot."""
     stated = meta.get("vehicle")
     part = bool(vehicle) and isinstance(stated, Mapping) and "inertia" not in stated
     return {k: v for k, v in meta.items() if not (part and k == "vehicle")}
@@ -188,7 +188,7 @@ def adapted(log: Log, config: Any, vehicle: Mapping[str, Any]) -> tuple[Log, lis
 
 
 def _shifts(given: Any) -> dict[str, float]:
-    """Times by which channels are late [s], as the option states them."""
+    """Return the delays of channels [s] that the option states."""
     entries = dict(given) if isinstance(given, Mapping) else {} if given is None else {"": given}
     for key, value in entries.items():
         if not key or isinstance(value, bool) or not isinstance(value, int | float):
@@ -212,7 +212,7 @@ def _cut(log: Log, span: list[float]) -> Log:
 
 
 def _tell(log: Log, vehicle: Mapping[str, Any]) -> None:
-    """Print what the check of the log finds; refuse what no verb could use.
+    """Print the findings of the log check; refuse a log that no verb can use.
 
     Raises:
         SealsError: the log cannot be used.

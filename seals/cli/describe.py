@@ -98,7 +98,7 @@ def describe_robot(plugin: registry.Plugin, *, folder: bool = True) -> str:
 
 
 def _limb(settings: Any) -> str:
-    """The entries of an arm or a gripper as they stand in robot.yaml."""
+    """Return the entries of an arm or a gripper as in robot.yaml."""
     return ", ".join(f"{key}={value}" for key, value in settings.items() if value not in ("", []))
 
 

@@ -44,7 +44,7 @@ def doctor(arguments: list[str]) -> int:
 
 
 def _look(look: Callable[[], Iterator[Remark]]) -> Iterator[Remark]:
-    """Run one look; a doctor that falls ill reports it as a fault."""
+    """Run one check; an unexpected error in it becomes a fault of the report."""
     try:
         yield from look()
     except Exception as error:  # whatever is broken on this machine must not stop the other looks
@@ -142,7 +142,7 @@ def data() -> Iterator[Remark]:
 
 
 def _short(words: str) -> str:
-    """Return the first line of a refusal without the name that the report shows beside it."""
+    """Return the first line of an error, without the name shown beside it."""
     first = words.partition("\n")[0]
     return first.partition(" cannot be used: ")[2] or first
 

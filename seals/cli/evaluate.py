@@ -31,7 +31,7 @@ def record(arguments: list[str]) -> int:
 
 
 def with_card(arguments: Sequence[str]) -> list[str]:
-    """Return the arguments, preceded by those of the policy's training.
+    """Return the arguments, preceded by the overrides stated in the policy's metadata.
 
     A policy is judged in the world of its training, unless the words say otherwise: an override
     of the card goes where a word has the same key.
@@ -69,7 +69,7 @@ def _key(word: str) -> str:
 
 
 def _one_thread() -> None:
-    """Many small arrays: threads only get into each other's way."""
+    """Limit linear algebra to one thread, which is faster for many small arrays."""
     for library in ("OPENBLAS", "OMP"):
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
@@ -114,7 +114,7 @@ def _record_task(config: Any) -> int | None:
 
 
 def _tidy(execute: Any, config: Any) -> int | None:
-    """Run a task; with ``out=FOLDER`` nothing else lies in the run's own folder."""
+    """Run a task, then remove the run's own folder if it is empty."""
     from hydra.core.hydra_config import HydraConfig
 
     folder = Path(HydraConfig.get().runtime.output_dir)

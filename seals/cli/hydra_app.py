@@ -146,7 +146,7 @@ def launch(root: str, arguments: list[str], task: Task) -> int:
 
 @contextlib.contextmanager
 def _endings(sweep: Any, kind: str) -> Iterator[None]:
-    """Say in words why Hydra, or a launcher, gave up; a sweep that was refused leaves nothing."""
+    """Explain an error of Hydra or a launcher; remove the folder of a refused sweep."""
     try:
         yield
     except SealsError:
@@ -175,14 +175,14 @@ def _endings(sweep: Any, kind: str) -> Iterator[None]:
 
 
 def _ended(sweep: Any) -> int:
-    """Report on a sweep; the folder of one that was refused as a whole goes."""
+    """Report on a sweep, and remove its folder if it is empty."""
     code: int = sweep.report()
     discard(sweep.folder.absolute())
     return code
 
 
 class _Outcome:
-    """Runs the task and keeps its error from Hydra, which would print a line of its own."""
+    """Runner of the task that keeps its error from Hydra, which would print it again."""
 
     def __init__(self, task: Task, claim: Any) -> None:
         self.task, self.claim = task, claim
@@ -240,7 +240,7 @@ def _run_task(config: Any) -> int | None:
 
 
 def _place_logs(config: Any) -> None:
-    """Let a short name stand for a log that comes with the package; refuse a path of nothing."""
+    """Replace the short name of a shipped log by its path; refuse a path that does not exist."""
     from omegaconf import OmegaConf, open_dict
 
     from seals.logs.shipped import find_log
@@ -354,7 +354,7 @@ _FLAGS = (
 
 
 def _refuse_flags(arguments: list[str]) -> list[str]:
-    """Let Hydra's parser judge the flags, and say its verdict in two lines.
+    """Check the flags by Hydra's parser, and report its error in two lines.
 
     Returns:
         The arguments that are Hydra's.
@@ -406,7 +406,7 @@ def _refuse_other_verb(root: str, arguments: list[str]) -> None:
 
 @contextlib.contextmanager
 def _hydra_process(root: str, arguments: list[str]) -> Iterator[None]:
-    """Lend Hydra the process: its arguments, and its errors raised instead of printed."""
+    """Set the arguments for Hydra, and raise its errors instead of printing them."""
     argv, full = sys.argv, os.environ.get("HYDRA_FULL_ERROR")
     sys.argv = [f"seals {root}", *arguments]
     os.environ["HYDRA_FULL_ERROR"] = "1"

@@ -297,7 +297,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _of_system(error: OSError) -> int:
-    """Say what the system denied: room, a long name, the right; all else is a fault, raised."""
+    """Explain a system error about disk space, name length or permission; raise all others."""
     from seals.logs.room import told_full, words
 
     if isinstance(error, BrokenPipeError):
@@ -353,7 +353,7 @@ def _dispatch(words: list[str]) -> int:
 
 
 def _named(target: str) -> Any:
-    """Return what ``module:function`` names."""
+    """Return the object that ``module:function`` names."""
     module, _, function = target.partition(":")
     return getattr(importlib.import_module(module), function)
 

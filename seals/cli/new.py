@@ -54,7 +54,7 @@ def _refuse_options(kind: str, options: list[tuple[str, str]]) -> None:
 
 
 def _datasheet(words: list[str], options: list[tuple[str, str]]) -> int:
-    """Write the data sheet of a robot folder from a flight, and print what the flight told."""
+    """Write the data sheet of a robot folder from a flight, and print its values."""
     _refuse_options("datasheet", options)
     given = dict(options)
     if words or not (given.get("log") and given.get("robot")):
@@ -88,7 +88,7 @@ def _datasheet(words: list[str], options: list[tuple[str, str]]) -> int:
 
 
 def _sorted(arguments: list[str]) -> tuple[list[str], list[tuple[str, str]]]:
-    """Words, and options with their values, in the order in which they were given."""
+    """Separate positional words from options with their values, both in order."""
     words: list[str] = []
     options: list[tuple[str, str]] = []
     rest = iter(arguments)
@@ -150,7 +150,7 @@ def _density(given: list[str]) -> float | None:
 
 
 def _told(name: str, made: NewRobot) -> Iterator[str]:
-    """Yield what was made, what to look at, and what comes next."""
+    """Yield a summary of the new folder, remarks to look at, and the next steps."""
     robot, drives = made.robot, made.drives
     parts = [
         f"{robot.mass.sum():.4g} kg",

@@ -16,7 +16,7 @@ def runs(arguments: list[str]) -> int:
 
 
 def _quoted(word: str) -> str:
-    """Return a word whose value Hydra takes as it stands: conditions hold signs of its grammar.
+    """Return a word with its value quoted, because conditions hold characters of Hydra's grammar.
 
     Example:
         >>> _quoted("where=seed<5, state=done"), _quoted("runs/a")

@@ -39,7 +39,7 @@ def refuse_slips(root: str, words: Sequence[str]) -> None:
 
 
 def _key_of(root: str, word: str) -> str:
-    """The key whose value a bare word is; empty when none is."""
+    """Return the key of which a bare word is a value; empty without one."""
     from seals import registry
     from seals.config.recipes import experiments
     from seals.logs.shipped import shipped_logs
@@ -57,7 +57,7 @@ def _key_of(root: str, word: str) -> str:
 
 
 def _refuse_own_folder(words: Sequence[str]) -> None:
-    """Hydra writes its settings into the run's folder first: those of the old run would be gone."""
+    """Refuse a run folder that is the run to repeat: Hydra would overwrite its settings."""
     values = {key: value for key, _, value in (word.partition("=") for word in words)}
     own = values.get("hydra.run.dir")
     for key in ("repeat", "resume"):

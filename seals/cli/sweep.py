@@ -137,7 +137,7 @@ def _newest(root: str, words: Sequence[str]) -> Path:
 
 
 def _note(folder: Path) -> dict[str, Any]:
-    """Return what a sweep noted of itself when it began."""
+    """Return the record that a sweep wrote when it began."""
     try:
         if not os.path.lexists(folder / NOTE):
             raise FileNotFoundError(folder / NOTE)
@@ -157,7 +157,7 @@ def _note(folder: Path) -> dict[str, Any]:
 
 
 def _in_utc(moment: str) -> str:
-    """Return a moment as text that sorts by time, whatever its zone; empty for none."""
+    """Return a time as text that sorts by time in any time zone; empty for none."""
     if not moment:
         return ""
     there = datetime.datetime.fromisoformat(moment)
@@ -165,7 +165,7 @@ def _in_utc(moment: str) -> str:
 
 
 def _taken_up(root: str, folder: Path, words: Sequence[str]) -> list[str]:
-    """Return the words of a sweep that is named by its folder; only launchers may be new."""
+    """Return the words of a sweep given by its folder; only the launcher may differ."""
     note = _note(folder)
     if note["verb"] != root:
         raise ConfigError(
@@ -192,7 +192,7 @@ def _taken_up(root: str, folder: Path, words: Sequence[str]) -> list[str]:
 
 
 def _going_on(words: Sequence[str], folder: Path) -> list[str]:
-    """Add what sends the jobs into their old folders."""
+    """Add the override that runs the jobs in their old folders."""
     kept = [word for word in words if word not in MULTIRUN and not _names_folder(word)]
     # Hydra's parser takes no flag between two overrides
     kept.sort(key=lambda word: not word.startswith("-"))
@@ -200,7 +200,7 @@ def _going_on(words: Sequence[str], folder: Path) -> list[str]:
 
 
 def _refuse_other_places(words: Sequence[str]) -> None:
-    """Refuse folders of jobs that are not named by number: a sweep is found by them again."""
+    """Refuse job folders that are not named by number: a resumed sweep could not find them."""
     for word in words:
         if word.startswith("hydra.sweep.subdir"):
             raise ConfigError(

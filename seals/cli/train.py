@@ -18,7 +18,7 @@ FREE = ("course", "threads", "film")
 
 
 def train(arguments: list[str]) -> int:
-    """Train: compose, then hand over to ``seals.learn.training.application``.
+    """Run ``seals train``: compose the configuration, then call its application.
 
     ``resume=FOLDER`` stands for the words that began the training in that folder; it goes on there.
     """
@@ -34,7 +34,7 @@ def train(arguments: list[str]) -> int:
 
 
 def _refuse_changes(folder: Path, words: list[str]) -> None:
-    """Refuse what would make another training of it, before anything in the folder is touched."""
+    """Refuse changes that would make it another training, before any file is written."""
     for word in words:
         if word.startswith("-") or word.partition("=")[0].partition(".")[0] not in FREE:
             raise ConfigError(
@@ -44,7 +44,7 @@ def _refuse_changes(folder: Path, words: list[str]) -> None:
 
 
 def _begun(folder: Path) -> list[str]:
-    """Return the overrides that began the training in a folder."""
+    """Return the overrides of the training in a folder."""
     import yaml
 
     path = folder / ".hydra" / "overrides.yaml"

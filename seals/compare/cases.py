@@ -183,7 +183,7 @@ def _sigma(log: Log, channel: str) -> Floats:
 
 
 def _as_vector(log: Log, channel: str) -> Floats:
-    """Samples whose scatter is that of the residual.
+    """Samples with the scatter of the residual; an attitude as a rotation vector.
 
     Twice the vector part of an attitude is a rotation.
     """

@@ -125,7 +125,7 @@ def _edge(force: Floats, first: int, last: int, *, bound: float) -> int:
 
 
 def _rise(force: Floats, last: int, bound: float) -> int:
-    """First sample of the lasting rise that ends the free fall, searched backwards from its end."""
+    """First sample of the lasting rise that ends free fall, searched backwards from its end."""
     k = last
     while k > 0 and abs(force[k]) > bound:
         k -= 1

@@ -46,7 +46,7 @@ def noise_of(values: Floats, *, stated: float | None = None) -> Floats:
 
 
 def _quantum(y: Floats) -> float:
-    """Smallest step between different values, when the channel is quantised coarsely; else 0."""
+    """Quantisation step of a coarsely quantised channel; else 0."""
     levels = np.unique(y)
     if levels.size < 2 or levels.size > 0.5 * y.size:
         return 0.0

@@ -152,7 +152,7 @@ class Solver:
         return pairs + [(k, 1e-4) for k in self.cases[i].start.free]
 
     def _parameter_steps(self, values: Floats) -> Floats:
-        """Steps that change the samples by a fraction of the noise: found once by trial."""
+        """Steps that change the samples by a fraction of the noise, found once by trial."""
         if 0 not in self._steps:
             trial = 1e-4 * np.maximum(
                 np.abs(values), np.minimum(1.0, self.bounds[:, 1] if len(values) else 1.0)

@@ -45,7 +45,7 @@ def build(node: Any, *, where: str) -> Any:
 
 
 def _refuse_untyped(node: Any, where: str) -> None:
-    """Refuse nodes that no plug-in stands behind, and keys that its schema does not have."""
+    """Refuse nodes without a plug-in, and keys that its schema does not have."""
     from omegaconf import DictConfig, OmegaConf
 
     if not isinstance(node, DictConfig) or node.get("_target_") is None:
@@ -83,7 +83,7 @@ def _converted(cls: type, values: dict[str, Any], where: str) -> dict[str, Any]:
 
 
 def _numbers(row: list[Any], where: str) -> list[float]:
-    """One row of numbers; whole ones are numbers, too."""
+    """Convert one row of numbers; integers become floats."""
     for entry in row:
         if isinstance(entry, bool) or not isinstance(entry, int | float):
             raise ConfigError(

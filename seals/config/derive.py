@@ -98,7 +98,7 @@ def _default(field: dataclasses.Field[Any]) -> Any:
 
 
 def _as_config(value: T) -> Any:
-    """Turn default values into what a structured config may hold."""
+    """Convert default values to types that a structured config may hold."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         fields = {
             field.name: _as_config(getattr(value, field.name))

@@ -158,7 +158,7 @@ def _keys(parent: Any, scope: str) -> list[str]:
 
 
 def _allowed(parent: Any, key: str, text: str) -> str:
-    """Say which values a key takes: its bounds, its names, or its type."""
+    """Describe the allowed values of a key: bounds, names, or type."""
     from omegaconf import OmegaConf
 
     schema = None if parent is None else OmegaConf.get_type(parent)
@@ -243,7 +243,7 @@ _SAYINGS: tuple[tuple[str, str, str], ...] = (
 
 
 def _by_words(text: str, overrides: Sequence[str], *, root: str) -> SealsError:
-    """Explain errors that carry nothing but a sentence."""
+    """Explain errors that consist of a sentence only."""
     for pattern, first, second in _SAYINGS:
         found = re.search(pattern, text, re.DOTALL)
         if found is None:

@@ -56,7 +56,7 @@ class PluginSource(ConfigSource):
         return "seals"
 
     def available(self) -> bool:
-        """Return True: the registry always answers."""
+        """Return True: the registry is always available."""
         return True
 
     def is_group(self, config_path: str) -> bool:
@@ -226,7 +226,7 @@ def model_option(name: str) -> Container:
 
 
 def _typed_node(schema: type) -> Container:
-    """Return a node of a schema that the caller may change: a copy takes a sixth of the making."""
+    """Return a modifiable node of a schema, copied from a cache."""
     return copy.deepcopy(_read_schema(schema))
 
 

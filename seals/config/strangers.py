@@ -102,7 +102,7 @@ def _files(folder: Path) -> Iterator[Path]:
 
 
 def _refuse_place(place: Path, folder: Path) -> None:
-    """A folder's name is the package of its files."""
+    """Refuse files inside a folder of Hydra's own settings."""
     if any(_HYDRA.search(part) for part in place.relative_to(folder).parent.parts):
         raise _distrust(place, "lies in a folder of Hydra's own settings")
 
@@ -124,7 +124,7 @@ def _refuse_head(place: Path, content: Mapping[Any, Any]) -> None:
 
 
 def _refuse_classes(place: Path, content: Any) -> None:
-    """Special keys of Hydra at any depth, but for the class of an installed plug-in."""
+    """Refuse Hydra's special keys at any depth, but for the class of an installed plug-in."""
     from seals.config.plugin_lookup import is_plugin
 
     waiting = [content]

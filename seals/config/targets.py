@@ -17,7 +17,7 @@ _DEEPEST = 40
 
 
 def refuse_targets(node: Any, *, where: str) -> None:
-    """Refuse every ``_target_`` in a composed node that its schema does not name.
+    """Refuse every ``_target_`` in a composed node that differs from its schema's.
 
     References are followed: what they lead to would be made, too.
 

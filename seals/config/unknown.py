@@ -42,5 +42,5 @@ def refuse_unknown(node: Any, *, where: str) -> None:
 
 
 def _empty(node: Any) -> bool:
-    """Return whether there is nothing to walk: None, a missing value or a reference."""
+    """Return whether a value has no entries to check: None, missing, or a reference."""
     return bool(node._is_none() or node._is_missing() or node._is_interpolation())

@@ -51,7 +51,7 @@ def _refusal(given: str, what: str, advice: str) -> UnknownPlugin:
 
 
 def _urdf(path: Path) -> Path | None:
-    """The URDF that a path is, or holds."""
+    """Return the URDF at a path, or inside it."""
     if path.is_file():
         return path if path.suffix in (".urdf", ".xacro") else None
     if not path.is_dir():

@@ -65,7 +65,7 @@ def respond(
 def _by_sign(
     held: Floats, following: Floats, before: Floats, part: float, taus: tuple[Floats, Floats]
 ) -> Floats:
-    """State at the start of every part, where rising and falling have their own time constants."""
+    """State at the start of every interval, where rise and fall have different time constants."""
     out = np.empty_like(held)
     # what is kept over the two stretches of every part, rising and falling
     early, late = ([np.exp(-s / tau) for tau in taus] for s in (before, part - before))

@@ -52,7 +52,7 @@ class Allocation:
         saturation: Saturation = Saturation.paper,
         weights: Floats | None = None,
     ) -> None:
-        """Find what does not change with the centre."""
+        """Compute the parts that do not depend on the centre of gravity."""
         self._layout, self._rows, self.saturation = layout, list(rows), saturation
         self._squared = [kind == ROTOR for kind in layout.kind]
         self._all_rotors = all(self._squared)
@@ -132,12 +132,12 @@ class Allocation:
         return made
 
     def _squared_bounds(self, limit: Floats, low: Floats) -> tuple[Any, ...]:
-        """Bounds as given, and squared, as arrays and as lists: in air always the same."""
+        """Bounds as given, and squared, as arrays and as lists; cached, constant in air."""
         high, least = self._squares(limit), self._squares(low)
         return limit, low, high, least, high.tolist(), least.tolist()
 
     def _squares(self, command: Floats) -> Floats:
-        """Squared speeds with their sign, or forces; backwards they count for less."""
+        """Signed squared speeds, or forces; scaled where a drive runs backwards."""
         u: Floats = command * np.abs(command)
         if not self._all_rotors:
             u = np.where(self._squared, u, command)
@@ -148,7 +148,7 @@ class Allocation:
 
 
 def _command(u: float, reverse: float, *, rotor: bool) -> float:
-    """Command of a drive for a squared speed or a force; backwards it makes less of it."""
+    """Command of a drive for a squared speed or a force; divided by ``reverse`` backwards."""
     u = u if u >= 0.0 else u / reverse
     return math.copysign(math.sqrt(abs(u)), u) if rotor else u
 

@@ -88,7 +88,7 @@ class BatchAllocation:
     def __init__(
         self, plant: Plant, centre: Array, like: Array, *, saturation: Saturation, weights: Array
     ) -> None:
-        """Find what does not change."""
+        """Compute the constant parts."""
         layout = plant.layout
         one = Allocation(layout, rows=LIFT_ROWS, saturation=saturation, weights=weights)
         matrix = one.matrix(centre)
@@ -139,7 +139,7 @@ class BatchAllocation:
         return xp.where(u < 0.0, u * self._reverse, u)
 
     def _least_norm(self, wrench: Array, gain: Array) -> Array:
-        """Smallest squared commands that make the wrench."""
+        """Smallest squared commands that produce the wrench."""
         if self._inverse is not None:
             return (wrench @ self._inverse.T) / gain
         xp = namespace(wrench)
@@ -216,7 +216,7 @@ def _box(h: Array, g: Array) -> Array:
 
 
 def _row_by_row(now: _Search) -> Floats:
-    """Return what each row found, on NumPy: only those still searching are worked on."""
+    """Solve every row on NumPy; rows that have converged are left out."""
     found: Floats = np.empty_like(now.g)
     rows = np.arange(len(found))
     for _ in range(ROUNDS * now.g.shape[1]):
@@ -232,7 +232,7 @@ def _row_by_row(now: _Search) -> Floats:
 
 @partial(compile_law, nested=True)
 def _round(now: _Search) -> tuple[Array, Array, _Search]:
-    """One round of the search, on PyTorch: best shares, which of them are wrong, what to try."""
+    """One round of the active-set search, on PyTorch: optimum, violated bounds, next state."""
     x, wrong = _tried(now)
     return x, wrong, _changed(now, x, wrong)
 
@@ -253,7 +253,7 @@ def _tried(now: _Search) -> tuple[Array, Array]:
 
 
 def _changed(now: _Search, x: Array, wrong: Array) -> _Search:
-    """Return the search with other bounds: all wrong shares change sides, or the last of them."""
+    """Return the search with all wrong variables switched, or only the last of each row."""
     xp = namespace(x)
     bad = xp.sum(xp.astype(wrong, x.dtype), axis=1)
     patience = xp.where(bad < now.fewest, now.patience * 0.0 + 3.0, now.patience - 1.0)
@@ -282,7 +282,7 @@ def _times(h: Array, x: Array) -> Array:
 
 
 def _last(flags: Array) -> Array:
-    """Flags of which only the last of every row that is set stays set."""
+    """Keep only the last set flag of every row."""
     xp = namespace(flags)
     out, later = [], flags[:, 0] & ~flags[:, 0]
     for k in reversed(range(flags.shape[1])):

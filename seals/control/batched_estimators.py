@@ -74,7 +74,7 @@ class BatchActuatorLimitEstimator:
         return BatchActuatorLimits(gain, self._limit * share, self._low * share * (1.0 - still))
 
     def _gains(self, actuator: BoundEffect, motion: Motion, sample: Sample) -> list[Array]:
-        """Thrust against that of the drive's own map, slow and at its limit."""
+        """Thrust relative to the drive's own map, at low speed and at its limit."""
         rows = rows_of(actuator.links, self._links, self._batch)
         part = take_motion(motion, rows)
         out = []
@@ -101,7 +101,7 @@ class BatchImmersionEstimator:
     def __init__(
         self, places: Sequence[Array], turns: Sequence[Array], volume: Array, gravity: float
     ) -> None:
-        """Keep the places."""
+        """Store the positions of the hulls."""
         self._places, self._turns, self._gravity = places, turns, gravity
         self._volume = volume
 

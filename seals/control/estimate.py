@@ -46,7 +46,7 @@ class Estimator:
     """
 
     def __init__(self, sense: str) -> None:
-        """Keep the name."""
+        """Store the name of the sensor."""
         self.sense = sense
 
     def update(

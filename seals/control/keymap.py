@@ -99,7 +99,7 @@ _WORDS = {
 
 
 def is_control(name: str) -> bool:
-    """Return whether a name is that of a key, axis or button that may appear in a script."""
+    """Return whether a name is that of a key, axis or button of a script."""
     return name in CONTROLS or bool(re.fullmatch(r"(axis|button)_\d+", name))
 
 

@@ -41,7 +41,7 @@ class MassPropertyEstimator:
     """
 
     def __init__(self, robot: RobotModel) -> None:
-        """Make the pseudo-inertias of the base and of what hangs rigidly on every joint."""
+        """Compute the pseudo-inertias of the base and of the rigid group on every joint."""
         tree = self._tree = robot.tree
         # rigid groups: the base, then the child link of every joint with all that is fixed to it
         self._group = np.array([0, *tree.child])

@@ -206,7 +206,7 @@ class CoupledBody(BodyOptions):
         self.engine.set_velocity(self._speed.now, self._joints)
 
     def _move_back(self, dynamics: Dynamics, kick: Floats, step: float) -> None:
-        """Move a robot at a joint stop as its middle velocity does, the stop's impulse left out.
+        """Move a robot at a joint stop by its middle velocity, without the impulse of the stop.
 
         Without it the robot would go h^2 a / 2 too far in every step at the stop.
         """

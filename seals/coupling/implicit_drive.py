@@ -26,7 +26,7 @@ class ImplicitDrive(NamedTuple):
 
 
 class _Gain(NamedTuple):
-    """Gain (1, J) and armature (J,) of a step, and what they were made of."""
+    """Gain (1, J) and armature (J,) of a step, with the arrays that they were computed from."""
 
     stiffness: Floats
     damping: Floats

@@ -181,7 +181,7 @@ def _times(matrix: Floats, vectors: Floats) -> Floats:
 
 
 def _turning(twists: Floats) -> Floats:
-    """Matrices that make Kirchhoff terms of momenta, shape (L, 6, 6); twists (L, 6)."""
+    """Matrices that give the Kirchhoff terms of momenta, shape (L, 6, 6); twists (L, 6)."""
     both = skew_last(twists.reshape(-1, 2, 3))
     out = np.zeros((len(twists), 6, 6))
     out[:, :3, :3] = out[:, 3:, 3:] = both[:, 1]

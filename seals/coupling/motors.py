@@ -33,7 +33,7 @@ class StandingMotors:
     """
 
     def __init__(self, engine: EngineBody, joints: int) -> None:
-        """Keep the engine."""
+        """Store the engine."""
         self._engine = engine
         self._none = np.zeros(joints)
         self.running, self.forces = False, self._none

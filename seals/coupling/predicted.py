@@ -39,7 +39,7 @@ class PredictedForces:
 
     @property
     def running(self) -> bool:
-        """Whether motors of the engine act."""
+        """Return whether motors of the engine are active."""
         return self._motors.running
 
     def forget(self) -> None:
@@ -113,7 +113,7 @@ class PredictedForces:
         contacts: Contacts,
         joints: Floats,
     ) -> tuple[Floats, Floats]:
-        """Wrenches on the links and forces on the joints that the engine's step needs."""
+        """Wrenches on the links and forces on the joints for the engine's next step."""
         if dynamics.found.inertias or dynamics.discontinuous:
             contact = contacts.wrenches() if contacts.any else None
             wrench, joint_force = self._split.act(dynamics, contact, acting)
@@ -126,13 +126,13 @@ class PredictedForces:
         return wrench, joint_force
 
     def _stands(self, dynamics: Dynamics, step: float, contacts: Contacts) -> bool:
-        """Return whether a leg of the robot touches something, or did so a moment ago."""
+        """Return whether a leg of the robot is in contact, or was a moment ago."""
         if not self._feet or dynamics.joint_drive is None:
             return False
         return self._motors.wanted(not self._feet.isdisjoint(contacts.links), step)
 
     def _pushed(self, dynamics: Dynamics, contacts: Contacts) -> tuple[Floats, Floats]:
-        """Wrenches on the links and forces on the joints beside those of the motors."""
+        """Wrenches on the links and forces on the joints, without those of the motors."""
         # what the motors did is not what the joints feel when they are off
         self._servo.response = None
         outer: Floats = dynamics.joint_force[0]

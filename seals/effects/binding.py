@@ -146,7 +146,7 @@ class EffectSet:
         )
 
     def _with(self, bound: Sequence[BoundEffect]) -> EffectSet:
-        """The same effects with other parameters: sorted as these are."""
+        """Return the set with other parameters, sorted as this one."""
         other = copy.copy(self)
         other.bound, other._as_bound = tuple(bound), False
         for kind in _KINDS:
@@ -181,7 +181,7 @@ _KINDS = (
 
 
 def has_hook(effect: object, hook: type) -> bool:
-    """Return true where an effect's class defines a hook, given by its protocol."""
+    """Return true if an effect's class defines a hook, given by its protocol."""
     return _defines(cast(Any, type(effect)), cast(Any, hook))
 
 
@@ -218,7 +218,7 @@ def bind_effects(
 
 
 def _check_hooks(name: str, effect: Effect) -> None:
-    """Refuse hooks that name what they cannot be given."""
+    """Refuse hooks with arguments that they cannot be given."""
     for hook, kind in _HOOKS.items():
         if has_hook(effect, kind):
             try:

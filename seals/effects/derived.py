@@ -118,7 +118,7 @@ def unit_scale(meta: Parameter, *, mass: float, length: float, gravity: float) -
 
 
 def strengths_of(law: type[Effect]) -> tuple[str, ...]:
-    """Return the fitted parameters that zero switches off: their bounds include it."""
+    """Return the fitted parameters whose bounds include zero, which switches the effect off."""
     return tuple(
         p for p, m in parameters_of(law).items() if m.fit and m.bounds[0] <= 0.0 <= m.bounds[1]
     )
@@ -154,7 +154,7 @@ def _stated(law: type[Effect], parameter: str) -> float | None:
 
 
 def _can_act(law: type[Effect], subject: Subject) -> bool:
-    """Return true where the vehicle has all that the effect's hooks act on."""
+    """Return true if the vehicle has all that the effect's hooks act on."""
     hooks = {n for n in _HOOKS if callable(getattr(law, n, None))}
     if not hooks or callable(getattr(law, "drives", None)):
         return False
@@ -167,7 +167,7 @@ def _can_act(law: type[Effect], subject: Subject) -> bool:
 
 
 def _needs_joints(law: type[Effect], hook: str) -> bool:
-    """Return true where a hook on links reads the joints."""
+    """Return true if a hook on links reads the joints."""
     return hook in ARGUMENTS and "joints" in arguments_of_class(law, hook)
 
 
@@ -180,7 +180,7 @@ _HOOKS = (
 def _variants(
     fields: Mapping[str, Any], subject: Subject
 ) -> list[tuple[dict[str, Any], dict[str, float]]]:
-    """Options and the variant they stand for: each rotor with each joint, in the medium."""
+    """Options of each variant and its label: each rotor with each joint, in the medium."""
     shared: dict[str, Any] = {}
     if "medium" in fields:
         medium = fields["medium"].default

@@ -122,7 +122,7 @@ class Effect(EffectOptions):
     """Whether nothing is left of the effect in water where nothing of the robot is submerged."""
 
     def __init_subclass__(cls) -> None:
-        """Take over hooks and attributes under their former names."""
+        """Accept hooks and attributes under their former names."""
         super().__init_subclass__()
         for old, new in _FORMER.items():
             given = vars(cls).get(old)

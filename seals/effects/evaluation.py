@@ -180,7 +180,7 @@ class Evaluator:
         seen: dict[Any, Any],
         dry: bool,
     ) -> list[tuple[BoundEffect, Any, AddedInertia, Medium]]:
-        """Added inertias; those of no weight are found once and kept."""
+        """Added inertias; those that vanish out of the water are cached while dry."""
         out = []
         for b in self.effects.inertias:
             if dry and b.name in self._dry:
@@ -214,7 +214,7 @@ class Evaluator:
         seen: dict[Any, Any],
         running: list[tuple[BoundEffect, Drives]],
     ) -> list[tuple[BoundEffect, Any, Wrench]]:
-        """Wrenches of one actuator and of the effects that go with its thrust."""
+        """Wrenches of one actuator, and of the effects on its thrust."""
         drives = actuator.hooks.drives(inputs, actuator.params)
         for b in self.effects.actuations:
             if b.links == actuator.links:
@@ -272,7 +272,7 @@ class Evaluator:
     def _seen(
         self, b: BoundEffect, motion: Motion, sample: Sample, seen: dict[Any, Any]
     ) -> tuple[Any, Motion, Medium]:
-        """Rows, motion and medium of one effect; shared among effects of equal rows and medium."""
+        """Rows, motion and medium of one effect, shared among effects of equal rows and medium."""
         key = self._keys[b.name]
         rows = self.rows[b.name]
         pair = seen.get(key)
@@ -284,7 +284,7 @@ class Evaluator:
         return rows, *pair
 
     def _given(self, b: BoundEffect, hook: str, given: tuple[Any, ...]) -> tuple[Any, ...]:
-        """Arguments of a hook on links; the joints repeat for every link of the effect."""
+        """Arguments of a hook on links; joint states are repeated for every link of the effect."""
         wanted = self._picks[b.name, hook]
         if wanted.dear and len(b.links) > 1:
             at = _JOINTS[hook]
@@ -303,7 +303,7 @@ class Evaluator:
         return pair
 
     def _held(self, motion: Motion) -> Joints:
-        """Joints of a robot that moves as one body: held places, at rest."""
+        """Joint states of a robot with held joints: held positions, zero rates."""
         place = motion.velocity[:1, 0:1] * 0.0 + as_like(
             [list(self.effects.held or ())], motion.velocity
         )
@@ -312,7 +312,7 @@ class Evaluator:
     def _part(
         self, links: tuple[int, ...], rows: Any, motion: Motion, sample: Sample
     ) -> tuple[Motion, Sample]:
-        """Motion and surroundings of some links; their bodies are picked once."""
+        """Motion and surroundings of some links; their body properties are cached."""
         if rows is None:
             return motion, sample
         kept = self._bodies.get(links)
@@ -336,7 +336,7 @@ def _check_joint_force(b: BoundEffect, force: Array, joints: Joints, batch: int)
 
 
 class _Call(NamedTuple):
-    """Arguments of one hook, and whether it names those that cost something to make."""
+    """Arguments of one hook, and whether it declares those that are costly to compute."""
 
     pick: Pick
     dear: bool
@@ -362,12 +362,12 @@ def _repeated(joints: Joints, times: int) -> Joints:
 
 
 def vanishes_dry(b: BoundEffect) -> bool:
-    """Return true where an effect is zero while nothing is submerged."""
+    """Return true if an effect is zero while nothing is submerged."""
     return b.effect.zero_when_dry and b.kind is MediumKind.water and not b.effect.memory_size
 
 
 def is_dry(sample: Sample) -> bool:
-    """Return true where nothing is submerged."""
+    """Return true if nothing is submerged."""
     return type(sample.submersion) is np.ndarray and not np.count_nonzero(sample.submersion)
 
 
@@ -403,14 +403,14 @@ def thrust_wrench(drives: Drives, arm: Array | None = None) -> Wrench:
 
 
 def _nominal(b: BoundEffect, motion: Motion, medium: Medium) -> tuple[AddedInertia, Wrench]:
-    """A change of the rigid inertia as inertia that moves with the link, and its weight."""
+    """Convert a change of the rigid inertia to inertia that moves with the link, with weight."""
     matrix = b.hooks.inertia_change(motion.body, b.params)
     one = motion.velocity[:, 0:1] * 0.0 + 1.0
     return AddedInertia(matrix, one), weight_of(matrix, motion, medium.gravity)
 
 
 def _still(medium: Medium) -> Medium:
-    """The medium of inertia that has none: at rest in the world."""
+    """Return the medium of an inertia without one: at rest in the world."""
     return medium._replace(velocity=medium.velocity * 0.0, acceleration=medium.velocity * 0.0)
 
 

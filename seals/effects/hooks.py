@@ -93,7 +93,7 @@ def _arguments(cls: type, hook: str) -> tuple[str, ...]:
 
 
 def _may_stand_for(name: str, plain: str, hook: str) -> bool:
-    """Return true where a name is the plain argument's, or one that resembles no other's."""
+    """Return true if a name is the plain argument's, or resembles no other argument."""
     meant = name if name in ARGUMENTS[hook] else nearest(name, ARGUMENTS[hook])
     return meant in (None, plain)
 
@@ -108,5 +108,5 @@ def pick_of(effect: object, hook: str) -> Pick:
 
 
 def names_any(effect: object, hook: str, words: tuple[str, ...]) -> bool:
-    """Return true where a hook declares one of some arguments."""
+    """Return true if a hook declares one of some arguments."""
     return not set(words).isdisjoint(arguments_of(effect, hook))

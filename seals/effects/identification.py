@@ -92,13 +92,13 @@ class Identification:
         searched: whether the diagnosis of one log tries the effect. False for laws that every model
             holds anyway and for those that only several runs compared can tell.
         starts: starting values of the fit, one row of parameters each; none for zero alone.
-        resists: a drag: a slightly different law of another drag looks like a small one.
-        answers: it changes the response to commands, which the feedback against gusts imitates.
-        needs_motion: any log with enough motion shows it, and one that does not could not tell: its
-            rank among such effects, the first is flown for first; None for all others.
+        resists: whether it is a drag, which an error in the law of another drag may imitate.
+        answers: whether it changes the response to commands, as feedback against gusts does.
+        needs_motion: rank among the effects that only a log with enough motion can show; `seals
+            plan` serves the first one first. None for all others.
         in_arm: it acts inside an arm; None where the hook ``joint_loads`` decides.
-        always_fitted: its response about zero says little of it, so the linear screen may not rule
-            it out.
+        always_fitted: whether the linear screen may not rule it out, because its response about
+            zero is not typical of it.
         confounders: names of effects that a log may be unable to tell from it; either of two may
             name the other. They are compared first where an effect is one of several.
         data_sheet: two sides of one proportion of a vehicle, such as thrust and mass, share a
@@ -110,11 +110,11 @@ class Identification:
         guessed: it is not linear about zero and needs a pose and starting values from the residual
             force, see `seals.effects.Effect.guesses`.
         placed: its force depends on the place in the world.
-        approximate: its law, of first order, leaves a share of what it explains.
+        approximate: whether its law is of first order and leaves part of the residual.
         adds_only: parameters whose natural spread can only add, such as latencies.
-        family: laws that differ only by the power of the speed share a name here; two of them
-            together mean that neither is the law.
-        measurement: a measurement on the ground that would tell, as a sentence.
+        family: common name of laws that differ only by the power of the speed; where a fit needs
+            two of them, neither is the law.
+        measurement: a measurement on the ground that would identify it, as a sentence.
         words: plain names of its parameters by their name or stem; ``{}`` stands for the variant.
         formula: its parameters are the terms of a formula: a force that no effect explains becomes
             an instance of it.
@@ -260,7 +260,7 @@ class Subject:
 
     @property
     def has_water(self) -> bool:
-        """Return true where there is water and the base has a hull."""
+        """Return true if there is water and the base has a hull."""
         return self.environment.water_level is not None and self.hull is not None
 
     @property

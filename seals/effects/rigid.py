@@ -37,7 +37,7 @@ def changed(body: Body, matrix: Array) -> Body:
 
 
 def _everyone(change: Array, rows: int) -> Array:
-    """One change for each link as one for every row of the bodies."""
+    """Repeat one change per link for every row of the bodies."""
     count = change.shape[0]
     if count in (1, rows) or rows % count or rows == 1:
         return change

@@ -119,5 +119,5 @@ def _contact(e: EnvironmentSettings) -> tuple[float, float]:
 
 
 def _levels(e: EnvironmentSettings) -> tuple[float, float, float]:
-    """Bottom, water and land; a shore without one of them is refused when the run is built [m]."""
+    """Return the levels of bottom, water and land of a shore [m]."""
     return float(e.tank_bottom or 0.0), float(e.water_level or 0.0), float(e.ground_level or 0.0)

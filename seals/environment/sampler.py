@@ -177,7 +177,7 @@ class _Profile:
 
 
 def _felt(sea: Sea) -> Array:
-    """Acceleration of the water that passes a point, world axes [m/s^2], shape (N, 3)."""
+    """Acceleration of the water along the path of a point, world axes [m/s^2], shape (N, 3)."""
     if sea.gradient is None:
         return sea.acceleration
     return sea.acceleration + carried(sea.gradient, sea.velocity)

@@ -54,7 +54,7 @@ class WettingExact:
     """
 
     def __init__(self, hulls: Sequence[Hull]) -> None:
-        """Keep the hulls and the values of the fully submerged state."""
+        """Store the hulls and their fully submerged values."""
         self.hulls = tuple(hulls)
         self._reach = np.array([[h.reach] for h in hulls])
         self._longest = float(self._reach.max())
@@ -96,7 +96,7 @@ class WettingTable:
     """
 
     def __init__(self, tables: Sequence[HullTable], *, reach: Sequence[float] = ()) -> None:
-        """Keep the tables."""
+        """Store the tables."""
         self.tables = tuple(tables)
         self.reach = tuple(reach) or (math.inf,) * len(self.tables)
         self._whole: list[tuple[Floats, Floats]] = []
@@ -112,7 +112,7 @@ class WettingTable:
         return Wet(*(xp.concat(list(column), axis=0) for column in zip(*parts, strict=True)))
 
     def _where_cut(self, normal: Floats, level: Floats, cuts: Sequence[slice]) -> Wet:
-        """Look only where the surface may cut a hull; elsewhere all of it is wet, or nothing."""
+        """Look up only hulls that the surface may cut; the others are wet or dry as a whole."""
         volume, centre, area, middle = (
             np.zeros((len(level), k), level.dtype) for k in (1, 3, 1, 3)
         )

@@ -84,7 +84,7 @@ def _ranked(heights: Vector) -> tuple[Vector, Vector, Vector]:
 def _whole(
     faces: Faces, heights: Vector, lean: Vector, levels: Vector, above: NDArray[np.bool_]
 ) -> Vector:
-    """Return the sums over the faces that are wet, or wet but for their highest corner."""
+    """Return the sums over the faces that are submerged, all of them or all but one corner."""
     a, b, c = heights[:, 0], heights[:, 1], heights[:, 2]
     h = a + b + c
     squares = a * a + b * b + c * c
@@ -111,7 +111,7 @@ def _cut(
     levels: Vector,
     crossing: tuple[NDArray[np.int64], ...],
 ) -> Vector:
-    """Return the small triangles: added at a lowest corner, taken away at a highest."""
+    """Return the triangles at cut corners: added at a lowest corner, subtracted at a highest."""
     n, j, f = crossing
     h = heights[n, :, f]
     p = levels[n, j]

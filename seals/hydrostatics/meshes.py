@@ -108,7 +108,7 @@ def _read(source: Any) -> tuple[str, Vector, Numbers]:
 
 
 def _read_file(path: Path) -> tuple[str, Vector, Numbers]:
-    """Read a mesh file, after a look at its size."""
+    """Read a mesh file after a check of its size."""
     if not os.path.isfile(path):
         beside = sorted(p.name for p in path.parent.glob("*")) if path.parent.is_dir() else []
         raise RobotError(f"mesh file {path} does not exist.\nIn that folder: {beside[:12]}")
@@ -145,7 +145,7 @@ def _read_file(path: Path) -> tuple[str, Vector, Numbers]:
 
 
 def _checked(name: str, vertices: Vector, faces: Numbers, scale: float, any_size: bool) -> Vector:
-    """Return the scaled vertices, or refuse the mesh in words."""
+    """Return the scaled vertices, or raise an error about the mesh."""
     if faces.ndim != 2 or faces.shape[-1] != 3 or not len(faces):
         raise RobotError(f"{name} has no triangles.\nGive a closed triangle mesh.")
     if len(faces) > MOST_FACES:
@@ -174,7 +174,7 @@ def _checked(name: str, vertices: Vector, faces: Numbers, scale: float, any_size
 
 
 def _weld(vertices: Vector, faces: Numbers) -> Numbers:
-    """Return faces by point rather than by vertex: corners at one place get one number."""
+    """Merge corners at the same position: return faces by point instead of vertex."""
     grid = WELD * max(float(np.ptp(vertices, axis=0).max()), 1e-300)
     rounded = np.round((vertices - vertices.min(axis=0)) / grid).astype(np.int64)
     _, number = np.unique(rounded, axis=0, return_inverse=True)
@@ -182,7 +182,7 @@ def _weld(vertices: Vector, faces: Numbers) -> Numbers:
 
 
 def _fault(faces: Numbers) -> str | None:
-    """Say why faces do not make a closed, evenly wound surface, or None.
+    """Return why faces do not form a closed surface of one orientation, or None.
 
     A slit whose two faces collapse after welding is harmless: every edge still has its opposite.
     """

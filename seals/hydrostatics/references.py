@@ -135,7 +135,7 @@ def _one_kind_of_ends(raw: bytes) -> bytes:
 
 
 def _candidates(words: bytes) -> list[str]:
-    """Return what may be meant: one name with blanks in it, or several."""
+    """Return the possible file names of a text: one with blanks in it, or several."""
     text = words.decode("utf-8", "replace").strip().strip('"')
     return list(dict.fromkeys([text, *text.split()]))
 
@@ -166,7 +166,7 @@ def _of_dae(path: Path) -> Iterator[str]:
 
 
 def _refuse_copies(root: Any) -> None:
-    """Refuse nodes that stand for one another: their copies double with every line."""
+    """Refuse nodes that refer to one another: their copies may grow exponentially."""
     nodes = {
         str(e.get("id")): e for e in root.iter() if str(e.tag).endswith("}node") and e.get("id")
     }
@@ -217,7 +217,7 @@ def _list(content: Any, key: str) -> list[dict[str, Any]]:
 
 
 def _refuse_hollow(content: Any) -> None:
-    """Refuse numbers without bytes behind them, and one part placed without end."""
+    """Refuse more declared numbers, or copies of a part, than the bounds allow."""
     counts = [one.get("count") for one in _list(content, "accessors")]
     known = [count for count in counts if isinstance(count, int)]
     if len(known) != len(counts) or min(known, default=0) < 0 or sum(known) > _MOST_ELEMENTS:

@@ -170,7 +170,7 @@ def winding_test(corners: Vector) -> Inside:
 
 
 class _Winding:
-    """Winding numbers by matrix products: what depends on the faces alone is done once."""
+    """Winding numbers by matrix products; the terms of the faces are computed once."""
 
     def __init__(self, corners: Vector) -> None:
         self.corners = a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]

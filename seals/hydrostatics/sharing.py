@@ -63,7 +63,7 @@ def shape_digest(hull: object) -> str:
 
 
 def _add(digest: Any, value: object) -> None:
-    """Add a value to a digest, with its type, so that no two different values read alike."""
+    """Add a value with its type to a digest, so that different values never collide."""
     digest.update(f"{type(value).__module__}.{type(value).__qualname__};".encode())
     if value is None or isinstance(value, bool | int | float | str | np.generic):
         digest.update(f"{value!r};".encode())

@@ -41,7 +41,7 @@ class Episode(Replay):
     """
 
     def __init__(self, stage: Stage, rows: Sequence[EpisodeFrame]) -> None:
-        """Join the rows."""
+        """Concatenate the rows."""
         time = np.array([row.time for row in rows])
         tracks = {}
         for name in stage.robots:

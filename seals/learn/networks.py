@@ -138,7 +138,7 @@ def encoder_of(pixels: Mapping[str, Any]) -> nn.Module:
 
 
 def _refuse_small(size: int, strides: list[int]) -> None:
-    """Refuse pictures that the layers, each of 3 by 3 pixels, shrink to nothing."""
+    """Refuse images too small for the 3 by 3 convolutions."""
     least = 1
     for stride in reversed(strides):
         least = (least - 1) * stride + 3
@@ -273,7 +273,7 @@ def policy_of(
 
 
 def _first_outputs(tensors: Mapping[str, Tensor], count: int) -> dict[str, Tensor]:
-    """Drop all but the first outputs of the last layer: the means, without the deviations."""
+    """Keep only the means among the outputs of the last layer, without the deviations."""
     last = [key for key in tensors if key.endswith(".weight")][-1].removesuffix(".weight")
     found = {key: value.detach() for key, value in tensors.items()}
     for part in ("weight", "bias"):

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def each(function: Callable[..., Any], first: Any, *others: Any) -> Any:
-    """Apply a function to each leaf of observations of one form.
+    """Apply a function to each leaf of observations of equal structure.
 
     Example:
         >>> each(lambda a, b: a + b, {"state": 1, "pixels": 2}, {"state": 10, "pixels": 20})

@@ -63,7 +63,7 @@ def save_policy(
     metadata: Mapping[str, Any],
     replace: bool = True,
 ) -> Path:
-    """Write a policy as a folder that appears whole or not at all.
+    """Write a policy as a folder, atomically.
 
     Args:
         folder: to be made.

@@ -35,7 +35,7 @@ class Recorded:
         given: Any,
         generator: Generator,
     ) -> None:
-        """Call the law a few times, record it, and put the state back."""
+        """Call the law a few times, record it, and restore the state."""
         import torch
 
         self.state, self._given = copied(state), copied(given)
@@ -54,7 +54,7 @@ class Recorded:
         generator.set_state(before)
 
     def __call__(self, given: Any) -> Any:
-        """Return the output of the step from the state that was kept under an input."""
+        """Return the output of the step for an input and the stored state."""
         put(given, self._given)
         self._graph.replay()
         return copied(self._output)

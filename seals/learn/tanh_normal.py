@@ -29,7 +29,7 @@ class TanhNormal:
     """
 
     def __init__(self, output: Tensor) -> None:
-        """Split the output of a network."""
+        """Split the output of a network into mean and deviation."""
         self._mean, self._raw = output.chunk(2, -1)
 
     @property

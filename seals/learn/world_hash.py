@@ -46,7 +46,7 @@ def world_config(config: Any) -> dict[str, Any]:
 
 
 def _placeless(value: Any) -> Any:
-    """Drop the path of the robot's folder, which differs between machines, and neutral values."""
+    """Drop neutral values, and the path of the robot's folder, which differs between machines."""
     if isinstance(value, dict):
         kept = {k: v for k, v in value.items() if k != "folder"}
         return {k: _placeless(v) for k, v in kept.items() if k not in NEUTRAL or v != NEUTRAL[k]}

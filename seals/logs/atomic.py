@@ -108,7 +108,7 @@ def _take_place(beside: Path, target: Path) -> None:
 
 
 def _exchanged(one: Path, other: Path) -> bool:
-    """Let two names change places in one step; return whether this system can."""
+    """Exchange two names atomically; return whether this system can."""
     try:
         call = ctypes.CDLL(None, use_errno=True).renameat2
     except (OSError, AttributeError, TypeError):
@@ -131,13 +131,13 @@ def _sync(path: Path) -> None:
 
 
 def write_bytes(path: str | Path, content: bytes) -> None:
-    """Write bytes to a file that appears whole or not at all."""
+    """Write bytes to a file atomically."""
     with atomic_path(path) as beside:
         beside.write_bytes(content)
 
 
 def write_text(path: str | Path, text: str) -> None:
-    """Write UTF-8 text to a file that appears whole or not at all."""
+    """Write UTF-8 text to a file atomically."""
     write_bytes(path, text.encode("utf-8"))
 
 

@@ -140,7 +140,7 @@ def _about_z(angle: float) -> Floats:
 
 
 def _turned(log: Log, stems: Sequence[str], turn: Floats) -> Log:
-    """Return a log with vector channels mapped by a matrix; an absent component counts as NaN."""
+    """Return a log with vector channels mapped by a matrix; missing components count as NaN."""
     if np.array_equal(turn, np.eye(3)):
         return log
     columns: dict[str, Floats] = {}
@@ -157,7 +157,7 @@ def _turned(log: Log, stems: Sequence[str], turn: Floats) -> Log:
 
 
 def _attitude(log: Log, axes: AxesSettings, said: list[str]) -> Log:
-    """Return a log whose quaternion is w, x, y, z from body to world, in the log's own axes."""
+    """Return a log whose quaternion is converted to w, x, y, z from body to world."""
     _one_of(axes.quaternion, ORDERS, "axes.quaternion")
     if axes.euler:
         log = _from_euler(log, axes.euler)

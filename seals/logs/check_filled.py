@@ -64,7 +64,7 @@ def _seconds(log: Log, run: tuple[int, int]) -> float:
 
 
 def _straight(values: Floats) -> NDArray[np.bool_]:
-    """Rows whose second difference is that of a straight line, as rounded in the file."""
+    """Mask of rows with the second difference of a straight line, as rounded in the file."""
     steps = np.abs(np.diff(values))
     moving = steps[np.isfinite(steps) & (steps > 1e-9 * np.nanmax(np.abs(values), initial=1e-12))]
     quantum = float(np.min(moving)) if moving.size else 0.0
@@ -75,6 +75,6 @@ def _straight(values: Floats) -> NDArray[np.bool_]:
 
 
 def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First and last-plus-one row of each run of true rows."""
+    """First row, and the row after the last, of each run of true rows."""
     edges = np.diff(np.concatenate([[0], mask.astype(np.int8), [0]]))
     return list(zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1), strict=True))

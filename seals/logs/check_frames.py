@@ -74,7 +74,7 @@ def _mean_rates(early: Floats, late: Floats, span: Floats) -> Floats:
 
 
 def _pairs(log: Log) -> tuple[Floats, Floats, Floats, Floats]:
-    """Attitudes ``_SPAN`` apart in one segment, their distance, and the gyro's mean between."""
+    """Attitudes ``_SPAN`` apart in one segment, the rotation between, and the mean gyro rate."""
     q, gyro = log.channel("orientation"), log.channel("angular_velocity")
     good = np.flatnonzero(np.isfinite(q).all(axis=1))
     if good.size < _FEWEST:

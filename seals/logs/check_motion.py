@@ -58,7 +58,7 @@ def check_motion(log: Log) -> list[Finding]:
 
 
 def _shift(moved: Floats, felt: Floats, there: NDArray[np.bool_]) -> int:
-    """Rows by which the accelerometer is late, told by sizes: axes do not matter for them."""
+    """Delay of the accelerometer in rows, from magnitudes, which do not depend on axes."""
     sizes = (np.linalg.norm(moved, axis=1)[:, None], np.linalg.norm(felt, axis=1)[:, None])
     late, likeness = delay_between(*sizes, there)
     return round(late / 0.01) if likeness > _UNSURE else 0
@@ -84,7 +84,7 @@ def _warn(code: str, channel: str, text: str, *, refuse: bool = False) -> Findin
 
 
 def _axes(moved: Floats, felt: Floats) -> list[Finding]:
-    """Find by which signed permutation or turn the position's axes follow the accelerometer's."""
+    """Find the signed permutation or rotation from the accelerometer's axes to the position's."""
     excited = [k for k in range(3) if _size(felt[:, k : k + 1]) > _LEAST]
     score = _each(moved, felt, excited)
     if not excited or min(score) > _UNLIKE:
@@ -142,7 +142,7 @@ def _heading(moved: Floats, felt: Floats) -> list[Finding]:
 
 
 def _attitude(moved: Floats, attitude: Floats, force: Floats, felt: Floats) -> list[Finding]:
-    """Find whether another reading of the quaternion makes the accelerometer fit the position."""
+    """Find another quaternion convention under which accelerometer and position agree."""
     ours = _likeness(moved, felt)
     if ours > _UNSURE:
         return []

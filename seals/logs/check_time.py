@@ -154,7 +154,7 @@ def _converted(log: Log) -> list[Finding]:
 
 
 def _span(log: Log, median: float) -> list[Finding]:
-    """Refuse a run that would take more steps than any computation of them can take."""
+    """Refuse a duration that needs too many time steps."""
     found = []
     for number in np.unique(log.segment):
         time = log.time[log.segment == number]

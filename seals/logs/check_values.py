@@ -1,4 +1,4 @@
-"""Checks of single columns: missing, infinite, constant, held and clipped samples."""
+"""Checks of single columns: missing, infinite, constant, repeated and clipped samples."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _CLIPPED_JUMP = 20.0
 
 
 def check_values(log: Log) -> list[Finding]:
-    """Return the findings about single columns and about which channels there are."""
+    """Return the findings about single columns and about missing channels."""
     found = _channels(log)
     for name, values in log.columns.items():
         if name != "t":

@@ -83,7 +83,7 @@ def usual_step(time: Floats, segment: NDArray[Any]) -> float:
 
 
 def guessed(step: float) -> str:
-    """Name the units that would explain a typical step too long for seconds.
+    """Return the units that would explain a typical step too long for seconds.
 
     Example:
         >>> guessed(1e7), guessed(1e6), guessed(20.0)

@@ -117,7 +117,7 @@ class Log:
         ]
 
     def select(self, mask: ArrayLike | slice) -> Log:
-        """Return the rows that a boolean mask, a slice or an index array picks.
+        """Return the rows given by a boolean mask, a slice or an index array.
 
         Raises:
             LogError: no row is left, or the mask has another length.

@@ -93,7 +93,7 @@ def _spread(name: str, values: Floats, rows: NDArray[np.int64], count: int) -> F
 
 
 def _sorted(stream: Stream, where: str) -> Stream:
-    """Return a stream in the order of time, one sample for each stamp, the last one given."""
+    """Return a stream sorted by time; of samples with equal stamps the last one is kept."""
     steps = np.diff(stream.stamps)
     if steps.size and steps.min() < -_JUMP:
         raise LogError(

@@ -59,7 +59,7 @@ class MotorCurve:
     order: Sequence[int] = ()
 
     def __post_init__(self) -> None:
-        """Refuse what no motor can have."""
+        """Refuse values that no motor can have."""
         if self.command and self.command not in COMMANDS:
             raise LogError(
                 f"motors.command={self.command} is not allowed.\n"
@@ -198,7 +198,7 @@ def _columns(curve: MotorCurve, motors: int, rotors: int) -> list[int]:
 
 
 def _sag(log: Log, curve: MotorCurve) -> Floats:
-    """Share of the full speed that the battery's voltage leaves, at every row."""
+    """Fraction of full speed that the battery voltage allows, at every row."""
     if not log.has("battery_voltage"):
         raise LogError(
             "motors.full_voltage is stated, but the log has no battery_voltage.\n"

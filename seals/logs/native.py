@@ -96,7 +96,7 @@ def write_native(
     table: str = TABLES[0],
     replace: bool = False,
 ) -> Path:
-    """Write a log folder, whole or not at all.
+    """Write a log folder, atomically.
 
     Args:
         log: the log.

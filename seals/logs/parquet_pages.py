@@ -66,7 +66,7 @@ def refuse_bombs(file: Path, metadata: Any, column: int) -> None:
 
 
 def _walk(stream: BinaryIO, file: Path, chunk: Any, most: int) -> int:
-    """Return the number of pages of a column chunk, each looked at."""
+    """Check the pages of a column chunk and return their number."""
     starts = [chunk.data_page_offset]
     if chunk.has_dictionary_page and chunk.dictionary_page_offset:
         starts.append(chunk.dictionary_page_offset)

@@ -59,7 +59,7 @@ def reserve(folder: Path, size: int) -> None:
 
 
 def told_full(error: BaseException) -> bool:
-    """Return whether an error, or a cause of it, says that the disk is full."""
+    """Return whether an error, or one of its causes, reports a full disk."""
     link: BaseException | None = error
     while link is not None:
         if isinstance(link, OSError) and link.errno in FULL:
@@ -82,7 +82,7 @@ def words(path: str | Path | None) -> str:
 
 
 def _free(path: Path) -> int:
-    """Room that a user may still fill beside a path [byte]."""
+    """Disk space available to the user at a path [byte]."""
     place = path if path.is_dir() else path.parent
     try:
         found = os.statvfs(place)

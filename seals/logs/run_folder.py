@@ -113,7 +113,7 @@ def lockable() -> bool:
 
 
 def _locked(folder: Path) -> int | None:
-    """Return the locked file, None on a system or a disk without locks."""
+    """Return the locked file; None if the system or the disk has no locks."""
     try:
         import fcntl
     except ImportError:
@@ -143,7 +143,7 @@ def _locked(folder: Path) -> int | None:
 
 
 def _opened(path: Path, flags: int) -> int:
-    """Open a lock file; never wait at a pipe, never follow a link out of the folder."""
+    """Open a lock file without waiting at a pipe or following a link out of the folder."""
     more = (getattr(os, name, 0) for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_CLOEXEC"))
     try:
         descriptor = os.open(path, flags | sum(more), 0o666)
@@ -162,7 +162,7 @@ def _strange(path: Path) -> ConfigError:
 
 
 def _introduce(descriptor: int) -> None:
-    """Write into the lock whose it is; nothing but a refusal's words depends on it."""
+    """Write the owner into the lock file, for error messages only."""
     words = json.dumps({"pid": os.getpid(), "machine": platform.node(), "since": time.ctime()})
     # on a full disk the lock holds without a word
     with contextlib.suppress(OSError):
@@ -190,7 +190,7 @@ class Claim:
     """
 
     def __init__(self) -> None:
-        """Hold nothing yet."""
+        """Start without a lock."""
         self._held = contextlib.ExitStack()
         self._folder: Path | None = None
         self.earlier: Path | None = None
@@ -227,7 +227,7 @@ class Claim:
 
 
 def _begun(folder: Path) -> bool:
-    """Return whether there is more of a run than the configuration that Hydra writes."""
+    """Return whether a folder holds more of a run than Hydra's configuration."""
     return any((folder / name).exists() for name in PRODUCTS if name != NOTES)
 
 
@@ -281,7 +281,7 @@ def clear(folder: Path, *, notes: bool = True) -> None:
 
 
 def _roll_back(folder: Path) -> None:
-    """Bring back what a killed process had begun to move aside."""
+    """Restore the files that a killed process had moved aside."""
     moving = folder / MOVING
     if not moving.is_dir():
         return
@@ -314,7 +314,7 @@ def foreign_log(folder: Path) -> str:
 
 
 def _found(path: Path, pattern: re.Pattern[bytes]) -> str | None:
-    """Return an id by its line: reading all of YAML would take a hundred times as long."""
+    """Return an id by searching its line, a hundred times as fast as parsing the YAML."""
     if not path.is_file() or path.stat().st_size == 0:
         return None
     found = pattern.search(read_bytes(path, most=_MOST_NOTE))

@@ -56,7 +56,7 @@ def find_log(given: str | Path, *, key: str = "log") -> Path:
 
 
 def _hint(place: Path, shipped: dict[str, Path]) -> str:
-    """The nearest neighbour on disk or shipped log, and what is shipped."""
+    """Return the nearest path or shipped log, and the list of shipped logs."""
     close = nearest(str(place), shipped)
     if close is None:
         found = nearest(place.name, _neighbours(place.parent))

@@ -65,7 +65,7 @@ def read_parquet(path: str | Path, *, wanted: Collection[str] | None = None) -> 
 
 
 def _plain(file: Path, schema: Any, wanted: Collection[str] | None) -> dict[str, int]:
-    """Return the place of each flat column of numbers, found without unpacking anything."""
+    """Return the index of each flat numeric column, from the schema alone."""
     found: dict[str, int] = {}
     for place in range(len(schema)):
         column = schema.column(place)
@@ -125,7 +125,7 @@ def read_csv_columns(
 
 
 def _kind_of_time(raw: bytes, place: int, delimiter: str, skip_lines: int) -> Any:
-    """Return the type of a column of times, which may be dates, by its first cell."""
+    """Return the type of the time column, numbers or dates, by its first cell."""
     import pyarrow as pa
 
     lines = raw[: 1 << 20].split(b"\n", skip_lines + 2)
@@ -226,7 +226,7 @@ def _refuse_text(file: Path, name: str, kind: object) -> None:
 
 
 def _check_size(file: Path, rows: int, width: int) -> None:
-    """Refuse a table above the bound; say of a large one what it will take."""
+    """Refuse a table above the bound; print the expected memory and time of a large one."""
     if rows * max(width, 1) > MOST_VALUES:
         raise LogError(
             f"'{file}' declares {rows:,} rows of {width} columns, allowed are {MOST_VALUES:,} "

@@ -110,7 +110,7 @@ def _turned(many: Many, inertia: Floats) -> Floats:
 
 
 def _folded(parent: tuple[int, ...], values: Floats) -> None:
-    """Add to every link what hangs on it, in place; links along the second axis."""
+    """Add to every link the inertia of its children, in place; links along the second axis."""
     for link in reversed(range(1, len(parent))):
         values[:, parent[link]] += values[:, link]
 

@@ -48,7 +48,7 @@ class Assembly:
     """
 
     def __init__(self, inertia: Array, armature: Array | None = None) -> None:
-        """Keep the inertia."""
+        """Store the inertia."""
         self.inertia, self.armature = inertia, armature
         self.links = inertia.shape[1]
         self._kept: tuple[Kinematics, Array] | None = None
@@ -93,7 +93,7 @@ class Assembly:
 
     @cached_property
     def _rigid(self) -> RigidInertias | None:
-        """The inertias as those of rigid bodies; None where they are none."""
+        """Return the inertias in rigid-body form; None where they are not rigid."""
         return RigidInertias.of(self.inertia)
 
     def _composed(
@@ -201,7 +201,7 @@ class Assembly:
         return by_batch(xp.concat((force, torque), axis=1), self.links)
 
     def _everywhere(self, values: Array, rows: Any, batch: int) -> Array:
-        """Values on some rows as values on all rows, zero elsewhere."""
+        """Expand values on some rows to all rows, zero elsewhere."""
         xp = namespace(values)
         count = self.links * batch
         if rows is None:

@@ -105,7 +105,7 @@ class Many(NamedTuple):
         return self.in_links(rise, spin)
 
     def _split(self, rates: Floats) -> tuple[Floats, Floats | None]:
-        """What turns, and what slides, of vectors along the joints, (3, J, B)."""
+        """Split vectors along the joints into revolute and prismatic parts, (3, J, B)."""
         if not self.tree.sliding:
             return rates, None
         return rates * (1.0 - self.tree.slides), rates * self.tree.slides

@@ -80,12 +80,12 @@ class Tree:
 
     @cached_property
     def levers(self) -> NDArray[np.int64]:
-        """Links of the lever arms: all links, then the child of every joint, shape (L + J,)."""
+        """Links that have a lever arm: all links, then the child of every joint, shape (L + J,)."""
         return np.concatenate((np.arange(self.links), self.children))
 
     @cached_property
     def sweep(self) -> Floats:
-        """Matrix that sums cross products of links, joints and base to link velocities.
+        """Matrix that sums the cross products of links, joints and base into link velocities.
 
         Shape (L, L + J + 1): the product of the link's own spin and arm, less those of the joints
         between the base and the link, and the velocity of a free base.
@@ -95,7 +95,7 @@ class Tree:
 
     @cached_property
     def drift(self) -> Floats:
-        """Matrix that sums cross products of links, joints and base to the bias acceleration.
+        """Matrix that sums the cross products of links, joints and base into bias accelerations.
 
         Shape (L, L + 2 J + 1).
         """
@@ -125,12 +125,12 @@ class Tree:
 
     @cached_property
     def sliding(self) -> bool:
-        """Return whether any joint slides."""
+        """Return whether any joint is prismatic."""
         return any(self.prismatic)
 
     @cached_property
     def slides(self) -> Floats:
-        """1 for a joint that slides, 0 for one that turns, shape (J, 1)."""
+        """1 for a prismatic joint, 0 for a revolute one, shape (J, 1)."""
         return np.asarray(self.prismatic, dtype=float).reshape(-1, 1)
 
 

@@ -57,7 +57,7 @@ class Lens:
     far: float = 50.0
 
     def __post_init__(self) -> None:
-        """Refuse what no picture can be made of."""
+        """Refuse image sizes, angles of view and ranges out of bounds."""
         for name in ("width", "height"):
             value = getattr(self, name)
             if not 1 <= value <= LARGEST:

@@ -108,7 +108,7 @@ class SceneView:
         return Picture(*(None if x is None else x[0] for x in whole))
 
     def _under_sky(self, drawn: Picture, ways: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Colours with the sky of the optics where nothing is met."""
+        """Fill pixels without a hit with the sky of the optics."""
         empty = drawn.parts == 0
         if not empty.any():
             return np.asarray(drawn.colour)
@@ -131,7 +131,7 @@ class CameraView:
     """
 
     def __init__(self, scene: SceneView) -> None:
-        """Begin without a picture."""
+        """Start without an image."""
         self.view = scene
         self.shot: Shot | None = None
 

@@ -93,7 +93,7 @@ def _turned(radius: float, length: float, *, rounded: bool) -> tuple[Floats, NDA
 
 
 def _swelling() -> float:
-    """Radius of a polygon's corners when its area is that of the unit circle."""
+    """Circumradius of a polygon with the area of the unit circle."""
     step = 2.0 * np.pi / ROUND
     return float(np.sqrt(step / np.sin(step)))
 

@@ -82,7 +82,7 @@ def drawn_bars(chart: Bars) -> dict[str, Any]:
 
 
 def _drawable(chart: Bars) -> Bars:
-    """The chart without numbers that are not finite: its page could not be written with them."""
+    """Return the chart with finite numbers only; a bar without a finite value has no length."""
     ends = [bar.value for bar in chart.bars if isfinite(bar.value)]
     base = min(ends, default=1.0) if chart.log else 0.0
     bars = []

@@ -90,7 +90,7 @@ def _line(line: Series, columns: Columns) -> dict[str, Any]:
 
 
 def _stack(lines: list[Series], columns: Columns) -> list[dict[str, Any]]:
-    """Areas on one another, positive and negative parts apart so that signs do not cancel.
+    """Stacked areas; positive and negative parts are stacked separately.
 
     A part that changes its sign is two areas, of which the second is not in the legend; more than
     one part has a line for the sum.

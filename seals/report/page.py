@@ -67,7 +67,7 @@ def write_page(
     badge: str = "",
     light: bool = False,
 ) -> Path:
-    """Write a page to a file that appears whole or not at all; arguments as for :func:`page`."""
+    """Write a page to a file, atomically; arguments as for :func:`page`."""
     write_text(path, page(title, sections, subtitle=subtitle, badge=badge, light=light))
     return Path(path)
 
@@ -91,7 +91,7 @@ def _figures(charts: Sequence[Chart | Bars]) -> dict[str, Any]:
 
 
 def _script_safe(value: Any) -> str:
-    """JSON for a script element: a text such as ``</script>`` in a name must not end it."""
+    """Return JSON in which ``</script>`` in a name cannot end the script element."""
     text = json.dumps(value, separators=(",", ":"), allow_nan=False)
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 

@@ -19,7 +19,7 @@ ROW = 90
 
 
 def write_picture(path: str | Path, charts: Chart | list[Chart]) -> Path:
-    """Write one chart, or several below each other, as an image that appears whole or not at all.
+    """Write one chart, or several below each other, as an image, atomically.
 
     Args:
         path: the file, ``.png`` or ``.webp``.
@@ -85,7 +85,7 @@ def _draw(axes: Any, chart: Chart) -> None:
 
 
 def _legend(axes: Any, title: str) -> None:
-    """Set the legend beside the title, out of the way of the lines, where both fit in one row."""
+    """Place the legend beside the title where both fit in one row."""
     names = axes.get_legend_handles_labels()[1]
     # a key takes as much room as six letters
     if len(names) <= 4 and len(title) + sum(len(name) + 6 for name in names) <= ROW:

@@ -187,7 +187,7 @@ def _facts(
 
 
 def _refuse_company(overrides: list[str], key: str) -> None:
-    """Refuse overrides beside ``repeat`` or ``resume``: the run would no longer be that run."""
+    """Refuse overrides beside ``repeat`` or ``resume``, which would change the run."""
     others = [word for word in overrides if word.partition("=")[0].lstrip("+") != key]
     if others:
         raise ConfigError(
@@ -197,7 +197,7 @@ def _refuse_company(overrides: list[str], key: str) -> None:
 
 
 def _verdict(folder: Path, original: Path) -> list[str]:
-    """Say whether a repeated run came out as before."""
+    """Print whether a repeated run is identical to the original."""
     found = differences(folder, original)
     if not found:
         return [f"The log and the ledger are those of {original}, bit for bit."]
@@ -207,7 +207,7 @@ def _verdict(folder: Path, original: Path) -> list[str]:
 
 
 def _say(record: Record, settings: RunSettings, remarks: list[str], report: Path) -> None:
-    """Print how it went; the last line says where the report is."""
+    """Print a summary of the run; the last line gives the path of the report."""
     end = float(record.log.time[-1])
     verb = {
         Ending.done: "simulated",

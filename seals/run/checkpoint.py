@@ -47,7 +47,7 @@ class Checkpoints:
     """
 
     def __init__(self, folder: Path, every: float) -> None:
-        """Start the clock."""
+        """Start the timer."""
         self.folder, self.every = folder / FOLDER, every
         self._last, self._full = time.perf_counter(), False
 
@@ -146,7 +146,7 @@ def _write(beside: Path, world: World, books: Any) -> None:
 
 
 def _take_place(beside: Path, folder: Path) -> None:
-    """Put a whole checkpoint in the place of the last one, which steps aside by a rename."""
+    """Replace the last checkpoint by a complete new one, by renaming."""
     before = _before(folder)
     if folder.exists():
         shutil.rmtree(before, ignore_errors=True)
@@ -223,7 +223,7 @@ def refusals(kept: Path) -> Iterator[None]:
 
 
 def _restore(state: dict[str, Any], scene: bytes, world: World) -> None:
-    """Put a world into a state whose form is that of its own."""
+    """Restore a world from a state of the same structure."""
     snapshot, backend = state["snapshot"], world.backend
     assert isinstance(backend, Storing)
     with tempfile.TemporaryDirectory(prefix="seals_scene_") as beside:
@@ -242,7 +242,7 @@ def _restore(state: dict[str, Any], scene: bytes, world: World) -> None:
 
 
 def _description(world: World) -> dict[str, Any]:
-    """Return what a world must share with that of a checkpoint."""
+    """Return the properties that a world must share with that of a checkpoint."""
     actors = {
         name: [len(actor.robot.links), actor.robot.tree.joints, list(actor.effects.names)]
         for name, actor in world.actors.items()
@@ -264,7 +264,7 @@ def _refuse_other_world(kept: Any, world: World) -> None:
 
 
 def _scene(path: Path, digest: Any) -> bytes:
-    """Return the engine's own file when it is that of the state."""
+    """Return the engine's own file if its digest is that of the state."""
     with open_regular(path) as file:
         content = file.read(MOST_SCENE + 1)
     if len(content) > MOST_SCENE:

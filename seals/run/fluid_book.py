@@ -23,7 +23,7 @@ class FluidBook:
     """
 
     def __init__(self, fluid: Fluid | None) -> None:
-        """Start with no row."""
+        """Start without rows."""
         self._fluid = fluid
         self._rows: list[dict[str, float]] = []
 

@@ -183,7 +183,7 @@ def _solids(settings: RunSettings) -> dict[str, Any]:
 
 
 def _elsewhere(effect: Any, sensors: Mapping[str, Any]) -> bool:
-    """Return whether an effect is a fault of sensors that are not inertial."""
+    """Return whether an effect is a fault of sensors other than inertial ones."""
     named = [n for n in options_of(effect, EffectOptions).sensors if n in sensors]
     return bool(named) and not any("specific_force" in sensors[n].channels() for n in named)
 
@@ -208,7 +208,7 @@ def _plugin(kind: str, plugin: Any) -> dict[str, Any]:
 
 
 def _noise(sensor: Any, channel: str) -> dict[str, float]:
-    """Standard deviation of a channel's white noise and the latency of its sensor, where told."""
+    """White noise (standard deviation) of a channel and latency of its sensor, where stated."""
     density = getattr(sensor, NOISE_FIELDS.get(channel, ""), None)
     sigma = float(density) * math.sqrt(sensor.rate) if density else None
     stated: Mapping[str, float] = sensor.sigmas() if hasattr(sensor, "sigmas") else {}
@@ -219,7 +219,7 @@ def _noise(sensor: Any, channel: str) -> dict[str, float]:
 
 
 def _tolerance(settings: RunSettings, *, driven: bool) -> dict[str, Any]:
-    """Resolution limit of logged channels due to the time step; all else is exact."""
+    """Resolution limit of logged channels due to the time step."""
     step = settings.time.step
     early = "s, commands act at the time of their row, those of a vehicle 0.5 ms later"
     late = "s, an accelerometer reads the mean over a step"
@@ -258,7 +258,7 @@ def _sensors(
 
 
 def _mounting(sensor: Any, robot: RobotModel) -> dict[str, Any]:
-    """Place [m] and axes (w, x, y, z) of an inertial sensor in the body; one on an arm, its own."""
+    """Position [m] and axes (w, x, y, z) of an inertial sensor in its body."""
     own = quaternion_of_rpy(np.asarray([getattr(sensor, "rpy", (0, 0, 0))], dtype=float))
     place = np.asarray(getattr(sensor, "position", (0.0, 0.0, 0.0)), dtype=float)
     origin, turn = place_on_base(robot, sensor.link) or (np.zeros(3), np.eye(3))

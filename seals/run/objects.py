@@ -138,7 +138,7 @@ def object_configuration(name: str, settings: ObjectSettings, robot: RobotModel)
 
 
 def _own_effects(name: str, found: RobotFile, settings: ObjectSettings) -> dict[str, Effect]:
-    """Effects of the object's folder, with the values of the run over those of the folder."""
+    """Effects of the object's folder, with values that the run overrides."""
     parts = found.parts.get("effects", {})
     for key in settings.effects:
         if key not in parts:
@@ -162,7 +162,7 @@ def _actuators(name: str, found: RobotFile) -> dict[str, Effect]:
 
 
 def _weighed(robot: RobotModel, mass: float | None, surface: Surface) -> RobotModel:
-    """The robot with another total mass, its distribution as it was, and another surface."""
+    """Return the robot with another total mass, scaled evenly, and another surface."""
     stated = None if surface == Surface() else surface
     if mass is None:
         return dataclasses.replace(robot, surface=stated)

@@ -87,7 +87,7 @@ class Thinned:
     def __init__(
         self, folder: Path, every: float, fluid: Fluid | None, cut: Path | None = None
     ) -> None:
-        """Refuse before anything runs."""
+        """Refuse an impossible request before the run starts."""
         if fluid is None:
             raise ConfigError(
                 f"particles={every:g}: the run has no water of particles.\n"

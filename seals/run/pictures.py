@@ -40,7 +40,7 @@ class Pictures:
     """
 
     def __init__(self, actor: Actor, folder: Path | None) -> None:
-        """Begin with an empty index."""
+        """Start with an empty index."""
         self.actor, self.folder = actor, folder
         self.rows: dict[str, list[dict[str, float]]] = {name: [] for name in self._cameras()}
 
@@ -102,7 +102,7 @@ class Pictures:
             write_json(where / SCENE, self._described(name))
 
     def _described(self, name: str) -> dict[str, Any]:
-        """Metadata for readers of the pictures."""
+        """Metadata of a camera for readers of its images."""
         sensor: Any = self.actor.sensor_suite.sensors[name]
         lens, scene = sensor.lens, self._cameras()[name].view.scene
         return {

@@ -47,7 +47,7 @@ def spoken(seconds: float) -> str:
 
 
 class _Lines:
-    """A line now and then, which shows only when the run turns out to be long."""
+    """Progress lines at intervals, printed only for long runs."""
 
     def __init__(self, label: str, total: int, note: Callable[[], str]) -> None:
         self.label, self.total, self.note = label, total, note
@@ -55,7 +55,7 @@ class _Lines:
         self._first: int | None = None
 
     def tell(self, done: int) -> None:
-        """Show how far the run is; cheap enough to be called every step."""
+        """Report the number of steps done; cheap enough to be called every step."""
         now = time.perf_counter()
         if self._first is None:
             # what was done before a run was taken up says nothing of its pace
@@ -74,11 +74,11 @@ class _Lines:
         print(words.rstrip(), file=sys.stderr, flush=True)
 
     def close(self) -> None:
-        """Nothing is left standing."""
+        """Do nothing: printed lines stay."""
 
 
 class _Bar:
-    """A bar that appears only when the run turns out to be long."""
+    """Progress bar, shown only for long runs."""
 
     def __init__(self, label: str, total: int, note: Callable[[], str]) -> None:
         self.label, self.total, self.note = label, total, note
@@ -87,7 +87,7 @@ class _Bar:
         self._task: Any = None
 
     def tell(self, done: int) -> None:
-        """Show how far the run is; cheap enough to be called every step."""
+        """Report the number of steps done; cheap enough to be called every step."""
         now = time.perf_counter()
         # a step of many particles takes long: then every one is worth a look
         if done % _EVERY and done < self.total and now - self._told < QUIET_SECONDS:
@@ -119,6 +119,6 @@ class _Bar:
         self._bar.start()
 
     def close(self) -> None:
-        """Take the bar away."""
+        """Remove the bar."""
         if self._bar is not None:
             self._bar.stop()

@@ -116,7 +116,7 @@ class Recorder:
         return out
 
     def _specific_force(self, turn: Any) -> Floats:
-        """Mean acceleration over the last step minus gravity; the first row knows none."""
+        """Mean acceleration over the last step minus gravity; NaN in the first row."""
         change = np.diff(self._state[: self.rows, 7:10], axis=0)
         acceleration = np.full((self.rows, 3), np.nan)
         acceleration[1:] = change / np.diff(self.time)[:, None]
@@ -143,7 +143,7 @@ class Recorder:
 
 
 def _names_of(actor: Actor) -> dict[tuple[str, str], str]:
-    """Name in the log of every sensor's channels.
+    """Names in the log of every sensor's channels.
 
     The log's own names are those of the body: the first sensor on the base takes them, the readings
     of all others stand under ``SENSOR_CHANNEL``. An inertial sensor may sit on a link that is fixed
@@ -162,7 +162,7 @@ def _names_of(actor: Actor) -> dict[tuple[str, str], str]:
 
 
 def _named(name: str, width: int, channel: str) -> list[str]:
-    """Column names of one channel, as the log format spells them, under its name in this log."""
+    """Column names of one channel, as the log format spells them, under its name in the log."""
     known = CHANNELS.get(channel)
     if channel.startswith("joint_") or (known is not None and known.numbered):
         return [f"{name}_{k + 1}" for k in range(width)]

@@ -78,7 +78,7 @@ def _read(folder: Path, key: str) -> dict[str, Any]:
 
 
 def _typed(kind: str, node: Any, *, where: str) -> Any:
-    """Put the schema of the plug-in named in ``_target_`` behind a plain node."""
+    """Convert a plain node to one with the schema of the plug-in in its ``_target_``."""
     from omegaconf import OmegaConf
 
     target = node.get("_target_") if isinstance(node, dict) else None
@@ -89,7 +89,7 @@ def _typed(kind: str, node: Any, *, where: str) -> Any:
 
 
 def _same_robot(folder: Path, config: Any, key: str) -> None:
-    """Refuse a robot that is no longer the one that ran, unless the run itself holds it all."""
+    """Refuse a robot whose files have changed since the run, unless the run holds them all."""
     facts = _facts(folder)
     for name, thing in facts.get("objects", {}).items():
         _same_object(folder, name, thing, key)
@@ -109,7 +109,7 @@ def _same_robot(folder: Path, config: Any, key: str) -> None:
 
 
 def _same_object(folder: Path, name: str, noted: Any, key: str) -> None:
-    """Refuse an object whose files are no longer those that ran."""
+    """Refuse an object whose files have changed since the run."""
     try:
         home = Path(noted["folder"])
         changed = [file for file, code in noted["files"].items() if digest(home / file) != code]
@@ -125,7 +125,7 @@ def _same_object(folder: Path, name: str, noted: Any, key: str) -> None:
 
 
 def _facts(folder: Path) -> dict[str, Any]:
-    """Return what a run noted of itself; nothing when it was cut off."""
+    """Return the content of ``run.json``; empty for a run that was interrupted."""
     path = folder / "run.json"
     if not os.path.lexists(path):
         return {}
@@ -139,7 +139,7 @@ def _facts(folder: Path) -> dict[str, Any]:
 
 
 def _noted_files(folder: Path, facts: dict[str, Any]) -> dict[str, str]:
-    """Return the checksums of the robot's files that a run noted; none when it was cut off."""
+    """Return the checksums of the robot's files in ``run.json``; none without it."""
     if not facts:
         return {}
     try:

@@ -83,7 +83,7 @@ def _overview(record: Record, settings: RunSettings) -> list[Block]:
 
 
 def _clipped(record: Record, settings: RunSettings) -> list[Block]:
-    """Say which sensors came to the end of their range: their peaks are not the true ones."""
+    """Return a remark on sensors that reached the end of their range."""
     fields = {"specific_force": "accelerometer_range", "angular_velocity": "gyroscope_range"}
     found: list[Block] = []
     for stem, field in fields.items():

@@ -112,7 +112,7 @@ def _sample(waves: Waves, level: float) -> tuple[Floats, Any]:
 
 
 def _moves(waves: Waves, level: float) -> bool:
-    """Return whether the waves are anything but still water: such know no normal."""
+    """Return whether the waves move; still water has no normal."""
     return waves is not None and _sample(waves, level)[1] is not None
 
 

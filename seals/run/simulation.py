@@ -138,7 +138,7 @@ class _Books(NamedTuple):
     pictures: Pictures
 
     def take(self, time: float) -> bool:
-        """Record the present; return whether the run is over."""
+        """Record the present row; return whether the run is over."""
         self.recorder.take(time)
         self.contacts.take(float(self.recorder.time[-2:][0]), time)
         self.aims.take(self.recorder.rows - 1)
@@ -163,7 +163,7 @@ class _Books(NamedTuple):
         }
 
     def restore(self, kept: Mapping[str, Any], folder: Path) -> None:
-        """Go on after the rows of a snapshot.
+        """Continue after the rows of a snapshot.
 
         Args:
             kept: the snapshot.
@@ -184,7 +184,7 @@ class _Books(NamedTuple):
 
 
 def _books(settings: RunSettings, world: World, steps: int) -> _Books:
-    """Open the books with the row of the start."""
+    """Create the recorders with the initial row."""
     actor = world.actors[ROBOT]
     recorder = Recorder(
         actor,
@@ -208,14 +208,14 @@ def _books(settings: RunSettings, world: World, steps: int) -> _Books:
 
 
 def _take_up(kept: Path, world: World, books: _Books, steps: int) -> None:
-    """Put a world and its books, fresh ones, into the state of a checkpoint."""
+    """Restore a world and its recorders from a checkpoint."""
     state = take_up(kept, world, most=largest_state(world, books.snapshot(), steps + 1))
     with refusals(kept):
         books.restore(state, kept.parent)
 
 
 class _Stepping(NamedTuple):
-    """A run that is ready to be stepped."""
+    """Run that is ready to be stepped."""
 
     world: World
     books: _Books
@@ -226,7 +226,7 @@ class _Stepping(NamedTuple):
 
 
 def _stepped(settings: RunSettings, run: _Stepping, started: Callable[[], None] | None) -> Record:
-    """Take all steps, or as many as go."""
+    """Take all steps, until the end or an interruption."""
     actor, books = run.world.actors[ROBOT], run.books
     recorder, objects, stages = books[:3]
     if started is not None:
@@ -277,7 +277,7 @@ def _until_over(run: _Stepping) -> tuple[Ending, BaseException | None]:
 
 
 def _blamed(kept: Path, fault: Exception) -> Exception:
-    """Return the error of a run that was taken up, in words: memories are checked when in use."""
+    """Return an error in a resumed run as one about its checkpoint, which may be damaged."""
     if isinstance(fault, SealsError):
         return fault
     text = " ".join(str(fault).split())[:300]

@@ -45,7 +45,7 @@ def check_step(settings: RunSettings, robot: RobotModel) -> None:
 
 
 def _check_springs(settings: RunSettings, robot: RobotModel) -> None:
-    """Refuse springs to the world that throw the whole robot: h sqrt(K / m) > 2 (leapfrog)."""
+    """Refuse springs to the world that are too stiff for the step: h sqrt(K / m) > 2."""
     step, mass = settings.time.step, float(robot.mass.sum())
     for name, effect in settings.effects.items():
         stiffness = float(effect.spring())

@@ -25,7 +25,7 @@ SPACING = "spacing [m]"
 
 
 class Mesh(NamedTuple):
-    """Closed triangle mesh.
+    """Closed triangle mesh of a water surface.
 
     Args:
         vertices: [m], shape (n, 3).
@@ -67,7 +67,7 @@ def surface_of(places: Floats, spacing: float, *, threads: bool = True) -> Mesh:
 
 
 def refuse_missing() -> Any:
-    """Return the module pysplashsurf, or refuse in words where it is missing.
+    """Return the module pysplashsurf; raise a `MissingExtra` where it is missing.
 
     Raises:
         MissingExtra: it is not installed.
@@ -117,7 +117,7 @@ class Surfaces:
     def __init__(
         self, folder: Path, every: float, fluid: Fluid | None, cut: Path | None = None
     ) -> None:
-        """Refuse before anything runs."""
+        """Refuse an impossible request before the run starts."""
         if fluid is None:
             raise ConfigError(
                 f"surface={every:g}: the run has no water of particles.\n"

@@ -90,7 +90,7 @@ def _motion(log: Log, settings: RunSettings, marks: tuple[Mark, ...]) -> list[Ch
 
 
 def _objects(log: Log, marks: tuple[Mark, ...]) -> list[Chart]:
-    """Heights of the objects, where there are any."""
+    """Heights of the objects; empty without objects."""
     names = list(log.meta.get("objects", {}))
     columns = {name: log.columns[f"object_{name}_position_z"] for name in names}
     if not columns:
@@ -99,7 +99,7 @@ def _objects(log: Log, marks: tuple[Mark, ...]) -> list[Chart]:
 
 
 def _attitude(log: Log, marks: tuple[Mark, ...]) -> list[Chart]:
-    """Attitude over time, where it changes at all."""
+    """Attitude over time; empty where it does not change."""
     turn = log.channel("orientation")[:, [1, 2, 3, 0]]
     angle = np.degrees(rotation_vector(np.nan_to_num(turn)))
     if np.ptp(angle, axis=0).max() < STILL_DEGREES:
@@ -112,7 +112,7 @@ def _attitude(log: Log, marks: tuple[Mark, ...]) -> list[Chart]:
 
 
 def _from_above(log: Log) -> list[Chart]:
-    """Path over the ground, where there is one."""
+    """Path over the ground; empty without horizontal motion."""
     place = log.channel("position")
     if not np.nanmax(np.ptp(place[:, :2], axis=0)) > STILL_METRES:
         return []

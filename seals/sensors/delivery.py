@@ -54,7 +54,7 @@ class Delivery:
     """
 
     def __init__(self, sensor: Any, *, delay: float = 0.0) -> None:
-        """Find the chances of losing one reading, and the next."""
+        """Compute the probability of a dropout after a reading, and after a dropout."""
         own = options_of(sensor, SensorOptions)
         self.latency, self.delay = float(own.latency), max(delay, 0.0)
         share = float(own.dropout)

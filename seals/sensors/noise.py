@@ -52,7 +52,7 @@ class Noise:
     high: float = math.inf
 
     def __post_init__(self) -> None:
-        """Determine once which error terms are active."""
+        """Determine which error terms are active."""
         self._drifts, self._noisy = bool(np.any(self.drift)), bool(np.any(self.sigma))
         self._noisy = self._noisy or self.share > 0.0
         self._ends = self.low > -math.inf or self.high < math.inf

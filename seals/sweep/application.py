@@ -137,7 +137,7 @@ def _chosen(rows: Sequence[Row], columns: Mapping[str, list[Value]], where: str)
 
 
 def _picked(columns: Mapping[str, list[Value]], places: Sequence[int]) -> dict[str, list[Value]]:
-    """Return the columns of some runs, in the order of their places."""
+    """Return the columns of some runs, by their indices."""
     return {key: [values[k] for k in places] for key, values in columns.items()}
 
 
@@ -155,7 +155,7 @@ def _sorted(columns: dict[str, list[Value]], by: str) -> dict[str, list[Value]]:
 
 
 def _text(columns: Mapping[str, list[Value]], overrides: Container[str]) -> str:
-    """Return the table for the eye: what was chosen in full, what was measured in four digits."""
+    """Return the table as text: overrides with all digits, metrics with four."""
     cells = [
         [(written if key in overrides else shown)(value) for value in values]
         for key, values in columns.items()

@@ -88,7 +88,7 @@ class JobLock:
     """
 
     def __init__(self, folder: Path, descriptor: int) -> None:
-        """Keep the file that is locked."""
+        """Store the locked file."""
         self._folder, self._descriptor = folder, descriptor
 
     def note(self, job: Job) -> None:
@@ -140,7 +140,7 @@ def _locked(folder: Path, place: int) -> Iterator[int]:
 
 @contextlib.contextmanager
 def _held(descriptor: int, place: int) -> Iterator[None]:
-    """Lock one byte of a file among processes, those of other machines on one disk included."""
+    """Lock one byte of a file against other processes, also those of other machines."""
     try:
         import fcntl
     except ImportError as cause:
@@ -156,7 +156,7 @@ def _held(descriptor: int, place: int) -> Iterator[None]:
 
 
 def _forget_torn_line(file: Any) -> None:
-    """Cut off what a killed process left of a line."""
+    """Remove an incomplete last line that a killed process left."""
     file.seek(0)
     content = file.read()
     whole = content.rfind(b"\n") + 1

@@ -16,7 +16,7 @@ HYDRA = ".hydra"
 def goes_on(
     folder: Path, config: Any, hydra: Any, words: Sequence[str], before: Job | None
 ) -> bool:
-    """Return whether a job resumes at its checkpoint; other checkpoints are removed.
+    """Return whether a job resumes from its checkpoint; checkpoints of other jobs are removed.
 
     Args:
         folder: of the job.
@@ -52,7 +52,7 @@ def _checkpoints(verb: str) -> Any:
 
 
 def _is_own(folder: Path, hydra: Any, words: Sequence[str]) -> bool:
-    """Return whether a job of this very sweep, with these words, was at work in a folder."""
+    """Return whether the job in a folder belongs to this sweep and has the same overrides."""
     import yaml
 
     try:

@@ -21,7 +21,7 @@ SAID = "said.txt"
 
 
 def perform(task: Callable[[Any], int | None], config: Any) -> int:
-    """Do one job of a sweep and return its exit code; an error is noted and not raised.
+    """Run one job of a sweep and return its exit code; an error is recorded, not raised.
 
     Args:
         task: takes the composed configuration; may return an exit code.
@@ -61,7 +61,7 @@ def perform(task: Callable[[Any], int | None], config: Any) -> int:
 
 
 def _note(folder: Path, config: Any, hydra: Any, words: list[str]) -> None:
-    """Write Hydra's notes, each of them whole or not at all."""
+    """Write Hydra's notes, each file atomically."""
     from omegaconf import OmegaConf
 
     notes = {"config": config, "hydra": OmegaConf.create({"hydra": hydra}), "overrides": words}
@@ -73,7 +73,7 @@ def _note(folder: Path, config: Any, hydra: Any, words: list[str]) -> None:
 def _done(
     task: Callable[[Any], int | None], config: Any, claim: JobLock, folder: Path, job: Job
 ) -> int:
-    """Run the task with its words going to a file, and note how it ended."""
+    """Run the task with its output redirected to a file, and record how it ended."""
     start = time.perf_counter()
     with _said(folder):
         try:
@@ -96,7 +96,7 @@ def _done(
 
 @contextlib.contextmanager
 def _said(folder: Path) -> Iterator[None]:
-    """Let what is printed go to a file of the job's folder."""
+    """Redirect printed output to a file in the job's folder."""
     with (
         (folder / SAID).open("a", encoding="utf-8") as file,
         contextlib.redirect_stdout(file),

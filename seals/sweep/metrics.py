@@ -38,7 +38,7 @@ class Measures:
     """
 
     def __init__(self, row: Row) -> None:
-        """Read nothing yet."""
+        """Start without tables; each is read on first use."""
         self._row = row
         self._tables: dict[str, dict[str, Floats]] = {}
 
@@ -100,7 +100,7 @@ def _read(folder: Path, table: str) -> dict[str, Floats]:
 
 
 def _plain(name: str) -> bool:
-    """Return whether a name stays inside the run's folder."""
+    """Return whether a file name stays inside the run's folder."""
     return bool(name) and not set(name) & set("/\\\0") and name != ".."
 
 

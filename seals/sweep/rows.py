@@ -79,7 +79,7 @@ def find_rows(folder: Path) -> list[Row]:
 
 
 def _jobs(folder: Path) -> Iterator[tuple[Path, Job]]:
-    """Yield the jobs of all sweeps below a folder, or around it, by the folders of their runs."""
+    """Yield the jobs of all sweeps at, below or above a folder, with the folders of their runs."""
     for note in (*folder.rglob(NOTE), folder.parent / NOTE):
         for number, job in read_jobs(note.parent).items():
             place = note.parent / str(number)

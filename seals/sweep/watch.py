@@ -46,7 +46,7 @@ class Sweep:
     """
 
     def __init__(self, verb: str, words: Sequence[str], *, resumed: bool) -> None:
-        """Wait for Hydra to name the folder."""
+        """Start without a folder; Hydra names it later."""
         self.verb, self.words, self.resumed = verb, list(words), resumed
         self.folder: Path | None = None
         self.claim = Claim()
@@ -88,7 +88,7 @@ class Sweep:
         return began
 
     def _noted(self, folder: Path) -> str:
-        """Write the note of a sweep, which belongs to one only; return when it began."""
+        """Write the record of a sweep, or check the present one; return the start time."""
         note = folder / NOTE
         with opened(folder):
             if self.resumed:
@@ -110,7 +110,7 @@ class Sweep:
             self._tell(known)
 
     def _tell(self, known: int) -> None:
-        """Print a line for every job that ended since the last look."""
+        """Print a line for every job that ended since the last call."""
         assert self.folder is not None
         book = self.folder / TABLE
         size = book.stat().st_size if book.is_file() else 0
@@ -136,7 +136,7 @@ class Sweep:
         return f"{len(self._ended)}{of}  "
 
     def _left(self, known: int) -> str:
-        """Return the time left by the pace so far."""
+        """Return the remaining time, from the mean duration of finished jobs."""
         fresh = len(self._ended) - known
         if self._total is None or fresh == 0 or len(self._ended) >= self._total:
             return ""
@@ -144,7 +144,7 @@ class Sweep:
         return f"; {spoken(pace * (self._total - len(self._ended)))} left"
 
     def _own(self, job: Job) -> str:
-        """Return the overrides of a job beyond those of its sweep."""
+        """Return the overrides of a job that its sweep does not share."""
         return " ".join(word for word in job.words if word not in self.words)
 
     def stop(self) -> None:
@@ -183,7 +183,7 @@ class Sweep:
         return SealsError(f"the sweep was cut short: {text:.300}\n{jobs} {advice}")
 
     def _without_end(self, jobs: Collection[int]) -> str:
-        """Return the numbers of the jobs without an entry in the job log, if known."""
+        """Return the numbers of jobs without an entry in the job log, if their count is known."""
         missing = [str(number) for number in range(self._total or 0) if number not in jobs]
         if not missing:
             return ""
@@ -240,7 +240,7 @@ def watched(sweep: Sweep) -> Iterator[None]:
 
 
 class _Stopped(BaseException):
-    """Error that leaves a Hydra callback; plain exceptions would become warnings.
+    """Error that ends a Hydra callback; Hydra turns plain exceptions into warnings.
 
     Args:
         cause: to be raised in its place.
@@ -259,7 +259,7 @@ class Watch(Callback):
     """
 
     def __init__(self, began: str | None = None) -> None:
-        """Take what the configuration holds."""
+        """Store the settings of the configuration."""
         self.began = began
 
     def on_run_start(self, config: Any, **kwargs: Any) -> None:

@@ -206,13 +206,13 @@ def _rival(
 
 
 def _active(candidate: Candidate, logs: Sequence[str]) -> dict[str, Any]:
-    """When the effect acts, where it does not act throughout."""
+    """Return when the effect acts, if not throughout."""
     activity = candidate.activity
     return {} if activity is None else {"active": activity.to_list(logs)}
 
 
 def _place(candidate: Candidate, hypothesis: EvidenceHypothesis) -> dict[str, Any]:
-    """Medium or link in which the effect acts, where its variants differ by it.
+    """Return the medium or link of the effect, where its variants differ by it.
 
     Links of a robot folder are told by their names, those of a log by their numbers.
     """

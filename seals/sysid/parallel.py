@@ -47,7 +47,7 @@ def spread(work: Callable[[Item], Any], items: Sequence[Item], processes: int) -
 
 
 def _leave_signals() -> None:
-    """Let SIGTERM from the parent end a child at once, and leave all else to the parent.
+    """End a child at once on SIGTERM, and leave all other signals to the parent.
 
     A child inherits the parent's handlers, and the pool ends its children by SIGTERM: a handler
     that raises would print a traceback of work that is already done. A signal to the whole process

@@ -46,7 +46,7 @@ class RunsDiagnosis:
     seconds: float
 
     def rms(self, channel: str, *, after: bool) -> float:
-        """Error on held-out runs; on all runs where each was held out in turn."""
+        """Error on held-out runs; without any, on all runs, each held out in turn."""
         unseen = bool(self.search.validator.experiment.unseen)
         return self.variants[-1 if after else 0].rms(channel, held_out=unseen)
 
@@ -125,7 +125,7 @@ def _one(settings: CompareSettings, logs: Sequence[Log], name: str) -> RunsDiagn
 
 
 def _variant(found: RunsSearch, model: ValidatedHypothesis) -> ModelVariant:
-    """Evaluate a model on all runs; without unseen ones each by the fit that lacked it."""
+    """Evaluate a model on all runs, each by a fit that left it out if none is held out."""
     experiment = found.validator.experiment
     unseen = found.validator.unseen(model)
     trained = model.fit.predicted if experiment.unseen else model.held

@@ -124,7 +124,7 @@ def _device(config: Any, settings: RunSettings, timed: bool) -> Device:
 
 
 def _keep_keys(folder: Path, config: Any, events: Sequence[Event], end: float) -> None:
-    """Write the session's events, and a configuration that takes the session up again."""
+    """Write the session's events, and a configuration that resumes the session."""
     from omegaconf import OmegaConf, open_dict
 
     path = folder / KEYS

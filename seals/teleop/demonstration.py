@@ -100,7 +100,7 @@ def as_demonstrations(log: Log, *, rate: float, origin: Origin, seed: int = 0) -
 def _flat(
     columns: dict[str, Floats], stems: tuple[str, ...], log: Log
 ) -> tuple[Singles, list[str]]:
-    """Channels side by side, with the names of their columns."""
+    """Concatenate channels, and return their column names."""
     found = [stem for stem in stems if stem in columns]
     names = [name for stem in found for name in columns_of(stem, log.columns)]
     values = np.concatenate([columns[stem] for stem in found], axis=1).astype(np.float32)
@@ -110,7 +110,7 @@ def _flat(
 
 
 def _filled(values: Singles) -> Singles:
-    """Columns whose gaps hold the reading before, or the first one where there is none before."""
+    """Fill gaps of columns with the previous reading, or the first one at the start."""
     rows = np.arange(len(values))[:, None]
     there = np.isfinite(values)
     before = np.maximum.accumulate(np.where(there, rows, -1), axis=0)

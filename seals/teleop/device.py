@@ -42,7 +42,7 @@ class Script:
     """
 
     def __init__(self, events: Sequence[Event]) -> None:
-        """Keep the events."""
+        """Store the events."""
         self.recorded: Sequence[Event] = tuple(events)
 
     def events(self, situation: RobotState) -> Sequence[Event]:

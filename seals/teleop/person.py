@@ -86,7 +86,7 @@ class Person:
         return pads
 
     def _take(self, now: float) -> None:
-        """Turn what pygame saw into events at the time ``now`` [s]."""
+        """Convert pygame's events to input events at the time ``now`` [s]."""
         pygame = self._pygame
         for event in pygame.event.get():
             if event.type == pygame.QUIT:
@@ -123,7 +123,7 @@ def settled(value: float) -> float:
 
 
 def pygame_of(importer: Callable[[str], Any] | None = None) -> Any:
-    """Return the module pygame, or refuse in words where it is missing.
+    """Return the module pygame; raise a `MissingExtra` where it is missing.
 
     Raises:
         MissingExtra: it is not installed.

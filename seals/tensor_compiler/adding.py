@@ -66,14 +66,14 @@ def reduced(join: Join) -> Callable[..., Grid | None]:
 
 
 def _as(c: Columns, entry: Any, kind: Any, wanted: Any) -> Any:
-    """An entry of another type."""
+    """Convert an entry to another type."""
     if kind == wanted:
         return entry
     return c.call(c.aten._to_copy.default, c.column(entry, kind), dtype=wanted)
 
 
 def matmul(c: Columns, node: Node, a: Grid, b: Grid) -> Grid | None:
-    """Products of matrices along the batch, or of one constant matrix with the batch."""
+    """Multiply matrices row by row of the batch, or one constant matrix with the batch."""
     kind = node.meta["val"].dtype
     flat = a.entries.ndim == 2
     axes: dict[Any, int | None] = {(0, None): 0, (None, 1): 1, (None, None): None}

@@ -28,7 +28,7 @@ class Columns:
     """
 
     def __init__(self, old: GraphModule, batch: int) -> None:
-        """Begin an empty graph."""
+        """Start an empty graph."""
         import torch
 
         self.graph, self.batch = torch.fx.Graph(), batch
@@ -144,7 +144,7 @@ class Columns:
         return self.call(target, *args, **node.kwargs)
 
     def _alike(self, node: Node, entries: Sequence[Any], kinds: Sequence[dtype]) -> list[Any]:
-        """Entries as tensors of the type that PyTorch joins the whole inputs to.
+        """Convert entries to the type to which PyTorch promotes the whole inputs.
 
         That depends on which of them have an index, and columns have other indices than the whole.
         """
@@ -163,7 +163,7 @@ class Columns:
         ]
 
     def _number(self, node: Node, entries: Sequence[Any], kinds: Sequence[dtype]) -> Any:
-        """Return what a pointwise operation makes of numbers."""
+        """Return the result of a pointwise operation on numbers."""
         import torch
         from torch.fx.node import map_arg
 

@@ -49,7 +49,7 @@ def compiled(graph: GraphModule, given: Sequence[Tensor]) -> Callable[..., Any]:
 
 
 def _options(graph: GraphModule, given: Sequence[Tensor]) -> dict[str, Any]:
-    """Return settings of the compiler that suit columns of one length, as far as it knows them."""
+    """Return compiler settings for columns of one length, those that it knows."""
     from torch._inductor import config
 
     # results are written side by side, not worked out again for every place of the whole

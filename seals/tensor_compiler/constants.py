@@ -28,7 +28,7 @@ def moved(graph: GraphModule, device: Any) -> None:
 
 
 def worked_out(graph: GraphModule) -> dict[Node, Tensor]:
-    """Replace nodes that depend on constants alone by their values; return these by node.
+    """Evaluate nodes that depend on constants alone; return the values by node.
 
     Small ones are always replaced, larger ones where many operations lead to them.
     """
@@ -50,7 +50,7 @@ def worked_out(graph: GraphModule) -> dict[Node, Tensor]:
 
 
 def _known(graph: GraphModule) -> tuple[dict[Node, Tensor], dict[Node, int]]:
-    """Return the values of all nodes that depend on constants alone, and operations up to them."""
+    """Return the values of all nodes that depend on constants alone, and their costs."""
     import torch
     from torch.fx.node import map_arg
 

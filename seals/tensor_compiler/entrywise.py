@@ -86,11 +86,11 @@ class _Writing:
         self.found: dict[Node, Any] = {}
 
     def whole(self, node: Node) -> Any:
-        """A result as one tensor."""
+        """Return a result as one tensor."""
         return self.columns.whole(self.found[node])
 
     def written(self, node: Node) -> Any:
-        """The result of a node, entry by entry where that is known how."""
+        """Return the result of a node, entry by entry where that is implemented."""
         import torch
 
         if node.op != "call_function":
@@ -112,7 +112,7 @@ class _Writing:
         return self._as_it_was(node) if made is None else made
 
     def _as_it_was(self, node: Node) -> Any:
-        """The operation of whole tensors."""
+        """Return the unchanged operation on whole tensors."""
         import torch
 
         new = self.columns.graph.node_copy(node, self.whole)
@@ -127,12 +127,12 @@ class _Writing:
         return new
 
     def _grid(self, node: Node) -> Grid | None:
-        """Entries of a result; None where it has too many or is none."""
+        """Return the entries of a result; None for too many entries or no tensor."""
         found = self.found[node]
         return found if isinstance(found, Grid) else self.columns.apart(found)
 
     def _formed(self, node: Node, form: Callable[..., Any]) -> Any:
-        """An operation that moves entries or joins them."""
+        """Apply an operation that rearranges or concatenates entries."""
         from torch.fx.node import map_arg
 
         grids: dict[Node, Any] = {x: self._grid(x) for x in node.all_input_nodes}
@@ -147,7 +147,7 @@ class _Writing:
         return made
 
     def _pointwise(self, node: Node) -> Grid | None:
-        """An operation that does the same with every entry."""
+        """Apply a pointwise operation to every entry."""
         import torch
 
         if not isinstance(node.meta["val"], torch.Tensor):
@@ -166,7 +166,7 @@ class _Writing:
         return Grid(filled_with(entries[0].shape, one), axis, result)
 
     def _looked_up(self, node: Node, table: Node, dim: int, index: Node) -> Grid | None:
-        """Entries of a table, itself whole, by indices entry by entry."""
+        """Look up entries of a table, kept whole, by indices entry by entry."""
         places, value = self._grid(index), node.meta["val"]
         if places is None or places.axis is None or value.ndim != 1:
             return None

@@ -38,12 +38,12 @@ class Fused:
     """
 
     def __init__(self, law: Callable[..., Any]) -> None:
-        """Keep the law."""
+        """Store the law."""
         self._law = law
         self._pieces: dict[Hashable, Piece] = {}
 
     def __call__(self, *given: Any) -> Any:
-        """Return what the law gives."""
+        """Return the result of the law."""
         given = mapped(given, lambda leaf: columnar(leaf) if is_tensor(leaf) else leaf)
         form = form_of(given)
         if form not in self._pieces:
@@ -96,7 +96,7 @@ class Piece:
         _PIECES[self._number] = self
 
     def __call__(self, given: Any) -> Any:
-        """Return what the law gives, in its own form."""
+        """Return the result of the law, in its own structure."""
         import torch
 
         rows = list(tensors(given))
@@ -124,7 +124,7 @@ class Piece:
 
 
 def _apart(rows: list[Tensor]) -> list[Tensor]:
-    """Return tensors none of which is another one: later calls may give different ones."""
+    """Copy tensors that occur twice: later calls may give different ones."""
     seen: set[int] = set()
     out = []
     for x in rows:
@@ -144,7 +144,7 @@ class _Place:
 
 
 def _made(found: Any, given: Sequence[Tensor]) -> tuple[list[Tensor], Any]:
-    """Return the tensors that are new, each once and with a store of its own, and a nest of places.
+    """Return copies of the new tensors, each once, and the structure of their origins.
 
     What was given and comes back unchanged is not made again.
     """

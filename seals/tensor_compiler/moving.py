@@ -58,7 +58,7 @@ def select(c: Columns, node: Node, x: Grid, dim: int, index: int) -> Grid | None
 
 
 def _at(dim: int, places: slice) -> tuple[Any, ...]:
-    """Some places of one index, all of those before it."""
+    """Index of some positions along one dimension, all positions of those before."""
     return (*([slice(None)] * dim), places)
 
 

@@ -53,7 +53,7 @@ def _interpreter(graph: GraphModule, known: dict[str, Tensor]) -> Any:
 
 
 def _hold(graph: GraphModule, node: Node, name: str, value: Tensor) -> None:
-    """Let a tensor be held by a graph that was given it."""
+    """Store a tensor argument as a buffer of the graph."""
     graph.register_buffer(name, value)
     with graph.graph.inserting_before(node):
         new = graph.graph.get_attr(name)

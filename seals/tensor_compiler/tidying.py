@@ -31,7 +31,7 @@ def tidied(graph: GraphModule, device: Any) -> GraphModule:
 
 
 def _join_equals(graph: GraphModule) -> None:
-    """Let what is done twice to the same numbers be done once; nothing here writes."""
+    """Merge common subexpressions; the graph has no in-place operations."""
     seen: dict[Any, Node] = {}
     for node in list(graph.graph.nodes):
         if node.op not in {"call_function", "get_attr"} or draws(node):

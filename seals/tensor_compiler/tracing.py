@@ -53,7 +53,7 @@ def traced(law: Callable[..., list[Tensor]], given: Sequence[Tensor]) -> GraphMo
 
 
 def _place(problem: BaseException) -> str:
-    """Return file and line of a law where a problem arose."""
+    """Return file and line of a law that caused a problem."""
     trace, place = problem.__traceback__, "a law"
     while trace is not None:
         name = trace.tb_frame.f_globals.get("__name__", "")

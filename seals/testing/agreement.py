@@ -66,7 +66,7 @@ class Agreement:
     """
 
     def __init__(self, name: str, *, duration: float, steps: Sequence[float], backend: str) -> None:
-        """Keep the options."""
+        """Store the options."""
         self.name, self.duration, self.steps, self.backend = name, duration, tuple(steps), backend
 
     def measure(
@@ -159,7 +159,7 @@ class Agreement:
 def _reference(
     robot: RobotModel, effects: EffectSet, starts: Sequence[Configuration], duration: float
 ) -> Track:
-    """Trajectory of the twin with an error of its own below 1e-5 of the path.
+    """Reference trajectory of the batch dynamics, with an error below 1e-5 of the path.
 
     Fourth-order steps of 4 ms err by less than 1e-6 on smooth laws, and joint friction is stiff.
     Memory is advanced once a step, to first order: that error is extrapolated away.

@@ -81,7 +81,7 @@ def check_backend(backend: str | type, *, values: Mapping[str, Any] | None = Non
 
 
 class _BackendCheck:
-    """The parts of the check; each opens a world of its own."""
+    """Parts of the check, each in a world of its own."""
 
     def __init__(self, name: str, make: Any) -> None:
         self.name, self.make = name, make
@@ -105,7 +105,7 @@ class _BackendCheck:
         return world, actor
 
     def placed(self, robot: RobotModel) -> float:
-        """Compare what reset was given with what read returns."""
+        """Compare the state given to reset with the state read back."""
         world, actor = self.world(robot, {})
         given, found = start_of(robot, "air", 0), actor.body.read()
         world.close()

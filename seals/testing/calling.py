@@ -52,7 +52,7 @@ def call_hook(
 
 
 def _by_joints(bundle: Any, joints: Joints) -> Any:
-    """Rows of a bundle once for every joint; fields of one row stand for all."""
+    """Repeat the rows of a bundle for every joint; fields of a single row stay."""
 
     def tiled(x: Any) -> Any:
         if isinstance(x, tuple):

@@ -153,7 +153,7 @@ def _same(a: Any, b: Any) -> bool:
 
 
 def _plain(thing: Any) -> Any:
-    """Values only: equal things may share their parts differently."""
+    """Return plain values: equal states may share their parts differently."""
     if isinstance(thing, np.ndarray):
         return thing.tolist()
     if isinstance(thing, Mapping):

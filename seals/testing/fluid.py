@@ -77,7 +77,7 @@ def check_fluid(fluid: str | type, *, values: Mapping[str, Any] | None = None) -
 
 
 class _FluidCheck:
-    """The parts of the check; each opens a fluid of its own."""
+    """Parts of the check, each with a fluid of its own."""
 
     def __init__(self, name: str, make: Any) -> None:
         self.name, self.make = name, make
@@ -178,7 +178,7 @@ class _FluidCheck:
 
 
 def _held(bodies: int) -> BodyStates:
-    """A cube in the middle of the water that nothing moves."""
+    """Return a static cube in the middle of the water."""
     place = np.array([[0.0, 0.0, LEVEL - 0.5 * DEPTH]])
     still, turn = np.zeros((1, 3)), np.eye(3)[None]
     whole = BodyStates(place, turn, still, still, np.zeros(1), np.zeros((1, 3, 3)), still)

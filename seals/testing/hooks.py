@@ -50,7 +50,7 @@ class HookCheck:
     """
 
     def __init__(self, name: str, effect: Effect, hooks: tuple[str, ...], *, seed: int = 0) -> None:
-        """Draw parameters around the material ones."""
+        """Draw parameters around the significant ones."""
         self.name, self.effect, self.hooks = name, effect, hooks
         self.rng = np.random.default_rng(seed)
         self.values: dict[str, Any] = {}
@@ -61,7 +61,7 @@ class HookCheck:
                 self.values[f"it.{parameter}"] = np.clip(spread, *meta.bounds)
 
     def run(self) -> tuple[str, ...]:
-        """Check everything and return the array libraries that were used."""
+        """Run all checks and return the array libraries that were used."""
         used = {"numpy"}
         for hook in self.hooks:
             for still in (False, True):
@@ -138,7 +138,7 @@ class HookCheck:
         )
 
     def _check_full(self, hook: str, instant: Instant) -> None:
-        """Check that one value of the parameters still gives one matrix a body."""
+        """Check that a single parameter value still gives one matrix per body."""
         if hook != "inertia_change":
             return
         bound = bind_effects({"it": self.effect}, [_link(self.effect)])
@@ -150,7 +150,7 @@ class HookCheck:
         )
 
     def _check_nothing(self, hook: str, instant: Instant, found: tuple[Any, Any]) -> None:
-        """Check that a change of size zero changes nothing, and one that matters something."""
+        """Check that a zero change has no effect, and a significant one has."""
         same = nothing(hook, instant)
         declared = parameters_of(self.effect)
         plain = type(self.effect)(links=self.effect.links)
@@ -175,7 +175,7 @@ class HookCheck:
     def _check_pure(
         self, hook: str, instant: Instant, memory: Array | None, expected: tuple[Any, Any]
     ) -> None:
-        """Check that a second call gives the same and that nothing given is changed."""
+        """Check that a second call gives the same result and leaves its arguments unchanged."""
         params = dict(self._params(np.zeros(1)))
         given = (instant, memory, tuple(params.values()))
         before = copied(tuple(given))
@@ -194,7 +194,7 @@ class HookCheck:
     def _check_rows(
         self, hook: str, instant: Instant, memory: Array | None, expected: tuple[Any, Any]
     ) -> None:
-        """Check that each row alone gives the same, and that a medium of one row stands for all."""
+        """Check that each row alone gives the same result, and a medium of one row is broadcast."""
         for row in range(ROWS):
             alone = self._call(
                 hook, picked(instant, row), picked(memory, row), self._params(np.zeros(1), row)
@@ -216,7 +216,7 @@ class HookCheck:
     def _check_libraries(
         self, hook: str, instant: Instant, memory: Array | None, expected: tuple[Any, Any]
     ) -> set[str]:
-        """Check the same law under other array libraries and return their names."""
+        """Check the results under other array libraries and return the libraries' names."""
         likes = other_libraries()
         for library, like in likes.items():
             given, kept = converted(instant, like), converted(memory, like)
@@ -282,7 +282,7 @@ def _link(effect: Effect) -> str:
 
 
 def _filled(output: Any) -> Any:
-    """A change of timing with arrays in place of numbers; other outputs stay."""
+    """Convert a change of timing from numbers to arrays; other outputs stay."""
     if not isinstance(output, Timing):
         return output
     return Timing(*(np.full((1, 1), x) if isinstance(x, int | float) else x for x in output))

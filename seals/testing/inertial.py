@@ -75,7 +75,7 @@ class _Inertial:
         self.figures: dict[str, float] = {}
 
     def record(self, channel: str, instants: list[SensorInput], **options: Any) -> Floats:
-        """Readings of one channel, every instant due, shape (len(instants), 3)."""
+        """Readings of one channel at every due instant, shape (len(instants), 3)."""
         sensor, rng = self.make(**{**self.quiet, **options}), np.random.default_rng(self.seed)
         memory, rows = sensor.start(rng), []
         for instant in instants:
@@ -131,7 +131,7 @@ class _Inertial:
         )
 
     def walk(self, side: str, channel: str) -> None:
-        """Compare the increments of the bias with the random walk declared."""
+        """Compare the increments of the bias with the declared random walk."""
         if f"{side}_walk" not in self.known:
             return
         walk, rate = 0.02, 50.0

@@ -75,7 +75,7 @@ def check_learner(
 
 
 class _LearnerCheck:
-    """Agents of one learner among points that are to reach others."""
+    """Checks of one learner on the environment of points and targets."""
 
     def __init__(self, name: str, learner: Any, device: str) -> None:
         self.name, self.learner, self.device = name, learner, device
@@ -99,7 +99,7 @@ class _LearnerCheck:
         return self.learner.start(spaces, device=self.device, seed=3)
 
     def course(self, steps: int) -> Any:
-        """Let an agent act and learn; store its reported losses."""
+        """Train an agent for some steps, and store its reported losses."""
         self.course_told = []
         agent = self._start(pixels=self.environment.pixels)
         if agent.wants != "no":
@@ -153,7 +153,7 @@ class _LearnerCheck:
             self.figures = figures
 
     def repeats(self, agent: Any) -> None:
-        """Run the course again from the same seed."""
+        """Repeat the training from the same seed."""
         stated = self.course_told
         self.course(STEPS if agent.interactive else 0)
         require(
@@ -164,7 +164,7 @@ class _LearnerCheck:
         )
 
     def continues(self, agent: Any) -> None:
-        """Put a fresh agent into the state of a used one, through a file, and go on with both."""
+        """Restore a used agent from a file, and continue both agents."""
         other = self._start(pixels=self.environment.pixels)
         with tempfile.TemporaryDirectory() as folder:
             write_checkpoint(Path(folder), {"agent": agent.state()})

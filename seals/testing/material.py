@@ -102,7 +102,7 @@ def natural_scale(meta: Parameter, *, size: float = 1.0) -> float:
 
 
 def _inside(value: float, meta: Parameter) -> float:
-    """The value; where it lies outside the bounds, their middle or some tolerances."""
+    """Return the value; if out of bounds, the middle of the bounds or some tolerances."""
     low, high = meta.bounds
     if low <= value <= high:
         return value

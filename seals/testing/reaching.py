@@ -36,7 +36,7 @@ class PointReach:
     def __init__(
         self, count: int = 1, *, size: int = 0, length: int = 40, device: str = "cpu"
     ) -> None:
-        """Place the points."""
+        """Place points and targets."""
         self.count, self.length, self.device = count, length, device
         self.pixels = (6, size, size) if size else None
         self.reset(list(range(count)))
@@ -54,7 +54,7 @@ class PointReach:
         return self._shown(self._state)
 
     def _start(self) -> Tensor:
-        """Return a start for each seed: fractions of multiples of roots of primes, less their mean.
+        """Return a low-discrepancy start for each seed.
 
         The sequence is that of Weyl: evenly spread, and a function of the seed alone.
         """
@@ -105,7 +105,7 @@ class PointReach:
         """Do nothing: there are no resources."""
 
     def _shown(self, state: Tensor) -> Any:
-        """Return the numbers, and a picture: a spot of the point and the target in three views."""
+        """Return the state, and an image of point and target in three views."""
         import torch
 
         if self.pixels is None:
@@ -123,7 +123,7 @@ class PointReach:
 
 
 def demonstrations(episodes: int, *, size: int = 0, seed: int = 10_000) -> Mapping[str, Any]:
-    """Return episodes of the expert, as `seals.learn.learner.Agent.add_demonstrations` takes them.
+    """Return episodes of the scripted policy, for `seals.learn.learner.Agent`.
 
     Args:
         episodes: how many.

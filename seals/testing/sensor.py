@@ -95,7 +95,7 @@ def check_sensor(
 
 
 def _check_due(name: str, sensor: Sensor, seed: int) -> str:
-    """Check that readings come when due, and not otherwise; return where they are complete."""
+    """Check that readings come only when due; return the steps with a complete reading."""
     rng = np.random.default_rng(seed)
     memory = sensor.start(rng)
     state = rng.bit_generator.state
@@ -152,7 +152,7 @@ def _complete(name: str, sensor: Sensor, place: str, memory: Any, seed: int) -> 
 
 
 def _check_seed(name: str, make: Callable[[], Sensor], place: str, seed: int) -> None:
-    """Check that the record repeats under one seed, and from one memory."""
+    """Check that the record repeats under one seed, and from one state."""
 
     def record() -> list[Any]:
         sensor, rng = make(), np.random.default_rng(seed)
@@ -185,7 +185,7 @@ def _check_seed(name: str, make: Callable[[], Sensor], place: str, seed: int) ->
 
 
 def _moving(k: int, place: str) -> SensorInput:
-    """A turning, accelerating instant of a robot at rest in its joints."""
+    """Sensor input of a turning, accelerating robot with joints at rest."""
     here = felt(
         force=(0.3 * k, 1.0, 9.0),
         angular_velocity=(0.1, -0.2, 0.05 * k),

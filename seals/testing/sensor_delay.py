@@ -64,7 +64,7 @@ def check_delivery(
 def _record(
     sensor: Any, instant: Callable[[int], SensorInput], seed: int, count: int
 ) -> tuple[list[Values | None], list[tuple[int, float, Values]]]:
-    """Record the logged and the delivered readings: step, time it was taken, reading."""
+    """Record logged and delivered readings: step, sample time, reading."""
     rng, way, line = np.random.default_rng(seed), Delivery(sensor), NEW
     memory = sensor.start(rng)
     rows: list[Values | None] = []

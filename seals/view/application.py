@@ -60,7 +60,7 @@ def execute(config: Any) -> int | None:
 
 
 def _refuse_company(overrides: list[str]) -> None:
-    """Refuse overrides of a run that has been."""
+    """Refuse overrides of a finished run."""
     others = [w for w in overrides if w.partition("=")[0].lstrip("+").split(".")[0] not in OWN]
     if others:
         raise ConfigError(

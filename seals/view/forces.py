@@ -57,7 +57,7 @@ class Forces:
         self.usual = float(np.quantile(np.max(sizes, axis=0), 0.9)) if sizes else 0.0
 
     def _sort(self, stage: Stage, name: str, values: Floats) -> None:
-        """Put a column ``[actor/]effect.link.component`` into the table."""
+        """Store a column ``[actor/]effect.link.component`` in the table."""
         actor, _, rest = name.rpartition("/")
         effect, _, rest = rest.partition(".")
         link, _, component = rest.rpartition(".")

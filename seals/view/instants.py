@@ -21,7 +21,7 @@ class Instants:
     """
 
     def __init__(self, folder: Path | None, suffix: str) -> None:
-        """Find the files; nothing is read yet."""
+        """Find the files; none is read yet."""
         files = sorted(folder.glob(f"t_*{suffix}")) if folder is not None else []
         self.files = [(_instant(file), file) for file in files]
         self._times = np.array([time for time, _ in self.files])
@@ -56,7 +56,7 @@ class ParticleSnapshots:
 
 
 def _instant(file: Path) -> float:
-    """Time in a name, ``t_000.0500.ply``."""
+    """Time in a file name, ``t_000.0500.ply``."""
     try:
         return float(file.stem.removeprefix("t_"))
     except ValueError as cause:

@@ -61,7 +61,7 @@ class Live:
     """
 
     def __init__(self, folder: Path) -> None:
-        """Start."""
+        """Start the child process."""
         self._ears, mouth = Pipe(duplex=False)
         with mouth:
             self._process = subprocess.Popen(
@@ -77,7 +77,7 @@ class Live:
         self.over, self.failure = False, ""
 
     def heard(self) -> list[Frame]:
-        """Return the new frames; ``over`` is set once the run has ended."""
+        """Return the new frames; ``over`` is set after the end of the run."""
         found: list[Frame] = []
         try:
             while not self.over and self._ears.poll():
@@ -141,7 +141,7 @@ class Broadcast:
     """
 
     def __init__(self, say: Callable[[Frame], None]) -> None:
-        """Begin with the first step."""
+        """Start at the first step."""
         self._say, self._next, self._count = say, 0.0, 0
 
     def tick(self, world: Any, books: Any) -> None:

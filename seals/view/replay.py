@@ -50,7 +50,7 @@ class Replay:
     def __init__(
         self, folder: Path, stage: Stage, time: Floats, tracks: Mapping[str, Track]
     ) -> None:
-        """Keep the parts."""
+        """Store the parts."""
         self.folder, self.stage, self.time, self.tracks = folder, stage, time, dict(tracks)
 
     @property
@@ -121,7 +121,7 @@ def _track(log: Log, robot: RobotModel, lead: str) -> Track:
 
 
 def _columns(log: Log, names: Iterator[str]) -> Floats:
-    """Columns side by side; rows in which a sensor had no reading are filled from their ends."""
+    """Concatenate columns; rows without a reading are interpolated."""
     wanted = list(names)
     missing = [name for name in wanted if name not in log.columns]
     if missing:

@@ -69,7 +69,7 @@ class Session:
     drops: ParticleSnapshots
 
     def __init__(self, config: Any, sliders: Sequence[Slider], folder: Path) -> None:
-        """Prepare; `start` or `open` puts a run on show."""
+        """Prepare; `start` or `open` displays a run."""
         self.config, self.sliders, self._first = config, tuple(sliders), folder
         self.values = {s.key: s.value for s in sliders}
         self.replay: Replay | None = None
@@ -112,7 +112,7 @@ class Session:
         self.note = f"run {len(self.made)} is going on"
 
     def _config(self) -> Any:
-        """The configuration with the values of those sliders that were turned."""
+        """Return the configuration with the changed slider values."""
         from omegaconf import OmegaConf
 
         config = OmegaConf.create(OmegaConf.to_container(self.config, enum_to_str=True))

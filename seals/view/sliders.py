@@ -108,7 +108,7 @@ def _stated(word: str, ends: str) -> tuple[float, float]:
 
 
 def _chosen(config: Any, idle: Collection[str]) -> list[Slider]:
-    """The first coefficient of every effect, drag in water before drag before the others."""
+    """First coefficient of every effect, ordered: drag in water, other drag, others."""
     first: dict[str, Slider] = {}
     for slider in _every(config):
         effect = slider.key.split(".")[1]
@@ -124,7 +124,7 @@ def _chosen(config: Any, idle: Collection[str]) -> list[Slider]:
 
 
 def _every(config: Any) -> list[Slider]:
-    """All coefficients of effects and actuators that a fit may change, and that are not zero."""
+    """All nonzero coefficients of effects and actuators that a fit may change."""
     found = []
     for section in ("effects", "actuators"):
         for name, node in (config.get(section) or {}).items():
@@ -156,7 +156,7 @@ def _declared(node: Any) -> Mapping[str, Parameter]:
 
 
 def _range(value: float, meta: Parameter | None) -> tuple[float, float] | None:
-    """Ends of a slider: some times the value, within the bounds."""
+    """Ends of a slider: multiples of the value, within the bounds."""
     if meta is None:
         return None
     low, high = meta.bounds

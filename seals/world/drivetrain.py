@@ -33,7 +33,7 @@ class Delayed:
     """
 
     def __init__(self, delay: float, now: Floats | None) -> None:
-        """Start with nothing on the way."""
+        """Start without pending values."""
         self.delay, self.now = max(delay, 0.0), now
         self._coming: tuple[tuple[float, Floats | None], ...] = ()
 
@@ -252,7 +252,7 @@ def timing_of(effects: EffectSet) -> Timing:
 
 
 def _within(values: Floats, limit: Floats) -> Floats:
-    """Values between -limit and limit; np.clip takes three times as long."""
+    """Clip values to -limit and limit, three times as fast as np.clip."""
     held: Floats = np.minimum(np.maximum(values, -limit), limit)
     return held
 

@@ -140,7 +140,7 @@ def joined(parts: Sequence[BodyStates]) -> BodyStates:
 
 
 def _table(rows: Sequence[tuple[Any, ...]]) -> BodyStates:
-    """Rows of bodies as columns."""
+    """Convert body states from rows to columns."""
     if not rows:
         return joined([])
     return BodyStates(*(np.array(column) for column in zip(*rows, strict=True)))
@@ -203,7 +203,7 @@ def _response(dynamics: Dynamics, contact: Floats, assembly: Assembly, step: flo
 
 
 def _ease(group: Group, *, held: bool) -> tuple[float, Floats]:
-    """Inverse mass and inverse inertia in the root's axes.
+    """Inverse mass and inverse inertia, in the root's axes.
 
     Args:
         group: the body.

@@ -191,7 +191,7 @@ class Pilot:
         )
 
     def _weigh(self, seen: ControlInput) -> tuple[MassNow, float, Buoyancy, ActuatorLimits]:
-        """Mass properties, submersion, buoyancy and reach of the drives, now or at the start."""
+        """Compute mass properties, submersion, buoyancy and actuator limits."""
         if self._options.needs_mass_properties or self._weighed is None:
             self._weighed = (
                 self._mass.now(seen.kinematics),

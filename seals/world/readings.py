@@ -65,7 +65,7 @@ class ReadingChain:
 
 
 def _at(time: float, past: Past) -> tuple[Floats, Past]:
-    """Value at a time on the line through the past readings, and those still needed."""
+    """Interpolate past readings at a time; also return the readings still needed."""
     first = sum(1 for t, _ in past if t <= time + INSTANT)
     if first == 0:
         return past[0][1], past
@@ -114,7 +114,7 @@ class Faults:
                     self._turn(b, name, sensors[name])
 
     def _turn(self, b: BoundEffect, name: str, sensor: Sensor) -> None:
-        """Turn the axes of one sensor, unless it has none and was only meant among all."""
+        """Rotate the axes of one sensor; a sensor without axes is skipped if all were meant."""
         if not hasattr(sensor, "rpy"):
             if name in _chosen(b):
                 raise ConfigError(

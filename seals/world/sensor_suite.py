@@ -77,7 +77,7 @@ class SensorSuite:
         board: OnboardState,
         gravity: float,
     ) -> None:
-        """Tell the sensors what the robot has, and find the faults of each."""
+        """Bind the sensors to the robot's equipment, and find the faults of each."""
         self.sensors, self.body, self.gravity = dict(sensors), body, gravity
         self.around, self.board = around, board
         self.meet(NOBODY, ())
@@ -155,7 +155,7 @@ class SensorSuite:
     def _hand_on(
         self, name: str, now: Instant, reading: Values | None, rng: np.random.Generator
     ) -> None:
-        """Log a reading, and collect the readings that arrive."""
+        """Log a reading, and collect arriving readings."""
         way = self._ways[name]
         if way.plain:
             if reading is not None:
@@ -176,7 +176,7 @@ class SensorSuite:
         return out
 
     def _felt(self, name: str, now: Instant, outside: tuple[Floats, Floats]) -> SensorInput:
-        """Motion of one link, for inertial sensors with its mean accelerations over the step."""
+        """Motion of one link; for inertial sensors with mean accelerations over the step."""
         time, step, kinematics, moving, before = now
         link, inertial = self._carriers[name], self._inertial[name]
         turn, twist = kinematics.rotations[0, link], moving.twists[0, link]
@@ -227,7 +227,7 @@ add_former_names(SensorSuite, {"eyes": "cameras"})
 
 
 def _turned(vector: Floats, spin: Floats, time: float) -> Floats:
-    """Return a vector in the axes that a turning body had a short time before, to second order."""
+    """Return a vector in the axes of a turning body a short time before, to second order."""
     (a, b, c), (p, q, r) = vector.tolist(), (spin * time).tolist()
     x, y, z = q * c - r * b, r * a - p * c, p * b - q * a
     return np.array(

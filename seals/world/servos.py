@@ -41,7 +41,7 @@ class Servoing:
     def push(
         self, found: Evaluation, inputs: Inputs
     ) -> tuple[Floats, JointDrive | None, Floats | None]:
-        """Return joint forces, joint drives to take implicitly, and the drives' inertia."""
+        """Return explicit joint forces, implicit joint drives, and the inertia of the drives."""
         force = inputs.joint_torque
         for _, more in found.joint_loads:
             force = force + more

@@ -60,5 +60,5 @@ def kept(flow: str, **settings: float) -> float:
 
 def test_calming_takes_out_what_alternates_and_leaves_shear() -> None:
     """Of motion against the neighbours nearly nothing is left, of a smooth shear nearly all."""
-    assert kept("alternating", calming=400.0) < 0.05
-    assert kept("shear", calming=400.0) == pytest.approx(1.0, abs=0.01)
+    assert kept("alternating", artificial_viscosity=400.0) < 0.05
+    assert kept("shear", artificial_viscosity=400.0) == pytest.approx(1.0, abs=0.01)

@@ -72,7 +72,7 @@ class MujocoBody:
         self._mine, self._link = number == self._number, link
 
     def _entries(self, m: Any, every: list[int]) -> None:
-        """Places of the robot's entries in the engine's sparse inertia, with their coordinates."""
+        """Indices of the robot's entries in the engine's sparse inertia, with their coordinates."""
         coordinate = {dof: k for k, dof in enumerate(every)}
         table = [
             (int(m.M_rowadr[dof]) + k, coordinate[dof], coordinate[int(column)])
@@ -97,7 +97,7 @@ class MujocoBody:
         self._scene.stale = True
 
     def _arm(self) -> Floats:
-        """From the origin of the base to the engine's point of it, world axes [m]."""
+        """Vector from the origin of the base to the engine's reference point, world axes [m]."""
         self._engine.mju_rotVecQuat(self._out, self.reference, self._turn)
         return self._out
 

@@ -110,7 +110,7 @@ def _joint(engine: Any, body: Any, robot: RobotModel, j: int, *, name: str, step
 def _shape(
     engine: Any, spec: Any, body: Any, piece: Piece, *, name: str, robot: RobotModel
 ) -> None:
-    """Add a collision shape that touches nothing but what pairs name."""
+    """Add a collision shape that touches only the shapes of its contact pairs."""
     kinds = engine.mjtGeom
     geom = body.add_geom(
         name=name, pos=piece.position, quat=wxyz(piece.rotation), contype=0, conaffinity=0, mass=0.0
@@ -128,7 +128,7 @@ def _shape(
 
 
 def _mesh(engine: Any, spec: Any, piece: Piece, name: str, robot: RobotModel) -> None:
-    """Add the convex hull of a mesh, as which it touches."""
+    """Add the convex hull of a mesh as collision shape."""
     from scipy.spatial import ConvexHull, QhullError
 
     points = np.asarray(piece.vertices, dtype=float)

@@ -82,7 +82,7 @@ class Scene:
         spec.memory = ARENA
 
     def _put(self, solid: Solid) -> tuple[str, int, bool, Surface]:
-        """Describe a solid that stands still."""
+        """Describe a static solid."""
         kinds = self.engine.mjtGeom
         name = f"/{solid.name}"
         x, y, z, w = solid.quaternion

@@ -145,12 +145,12 @@ class BackendPybullet:
         return self._saved(), bodies
 
     def _tried(self, path: Path) -> None:
-        """Read a scene and step it; native code believes every length and address in it."""
+        """Load a stored scene and step it, as a trial: the engine checks no length or address."""
         self._engine.restoreState(fileName=str(path), physicsClientId=self._client)
         self._engine.stepSimulation(physicsClientId=self._client)
 
     def _saved(self) -> _State:
-        """The engine's state, saved inside the engine."""
+        """Save the engine's state inside the engine."""
         return _State(self._engine, self._client, self._scene)
 
     def close(self) -> None:
@@ -164,7 +164,7 @@ class BackendPybullet:
 
 
 class _Scene:
-    """Stands for one open scene, which ends with the last body or backend that holds it.
+    """Handle of an open scene, which ends with the last body or backend that holds it.
 
     The engine gives numbers of clients and states out again.
     """
@@ -188,7 +188,7 @@ def _forget(engine: Any, client: int, number: int, scene: weakref.ReferenceType[
 
 
 def _put(p: Any, client: int, solid: Solid) -> int:
-    """Add a solid that stands still."""
+    """Add a static solid."""
     if solid.kind == "plane":
         shape = {"shapeType": p.GEOM_PLANE, "planeNormal": [0, 0, 1]}
     elif solid.kind == "box":

@@ -91,7 +91,7 @@ def load_robot(p: Any, client: int, robot: RobotModel) -> Loaded:
 
 
 def _weigh(p: Any, client: int, body: int, index: list[int], robot: RobotModel) -> None:
-    """Give links the masses of the model where these are not the URDF's, inertia in proportion."""
+    """Set the model's masses where they differ from the URDF's; scale inertia in proportion."""
     for k, link in enumerate(index):
         info = p.getDynamicsInfo(body, link, physicsClientId=client)
         mass, there = float(robot.mass[k]), float(info[0])

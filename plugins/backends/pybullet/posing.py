@@ -26,7 +26,7 @@ class Posing:
     """
 
     def __init__(self, engine: Any, client: int, tree: Tree, loaded: Loaded) -> None:
-        """Find the link that carries each, and its place there."""
+        """Find the moving link that carries each link, and the link's pose on it."""
         self._p, self._client, self._body = engine, client, loaded.body
         moving = [k for k in range(1, tree.links) if tree.joint[k] >= 0]
         self._asked = [loaded.index[k] for k in moving]

@@ -36,7 +36,7 @@ def survived(attempt: Callable[[], object]) -> bool:
 
 
 def _quiet() -> None:
-    """Say nothing, leave no core, and end in time."""
+    """Suppress output and core dumps, and limit the time."""
     import resource
 
     for name in (signal.SIGALRM, signal.SIGSEGV, signal.SIGABRT, signal.SIGTERM):

@@ -57,19 +57,19 @@ class HeightField:
         self.heights = self._smoothed(_closed(tops, self.level))
 
     def _smoothed(self, heights: Floats) -> Floats:
-        """Heights without cells that stand out: pockets and jets are not the surface."""
+        """Heights without outlying cells: air pockets and jets are not the surface."""
         around = median_filter(heights, size=3, mode="nearest")
         out: Floats = np.where(np.abs(heights - around) > self.spacing, around, heights)
         return out
 
     def _cells(self, points: Floats) -> tuple[Any, Floats]:
-        """Number of the cell of every point inside the grid, and its height."""
+        """Cell index and height of every point inside the grid."""
         index = np.floor((points[:, :2] - self.lower) / self.edge).astype(int)
         inside = ((index >= 0) & (index < self.shape)).all(axis=1)
         return index[inside, 0] * self.shape[1] + index[inside, 1], points[inside, 2]
 
     def _ranked(self, particles: Floats) -> Floats:
-        """Surface over every cell; where there is little water, the highest there is."""
+        """Surface over every cell from its highest particles; NaN with too few of them."""
         cells, heights = self._cells(particles)
         order = np.lexsort((-heights, cells))
         cells, heights = cells[order], heights[order]

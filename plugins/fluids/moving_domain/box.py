@@ -41,7 +41,7 @@ class Box(NamedTuple):
 
     @property
     def upper(self) -> Floats:
-        """Corner on the surface [m], shape (3,)."""
+        """Corner of largest x, y and z, on the surface [m], shape (3,)."""
         out: Floats = self.lower + self.spacing * np.array(self.counts)
         return out
 

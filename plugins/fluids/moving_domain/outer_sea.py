@@ -33,7 +33,7 @@ class OuterSea:
     """
 
     def __init__(self, wave: Waves, level: float, current: tuple[float, float]) -> None:
-        """Check that the wave has a displacement."""
+        """Refuse waves that do not tell the displacement of the water."""
         still = wave.at(np.zeros((1, 3)), np.zeros((1, 1)), level).velocity is None
         if not still and not isinstance(wave, Orbits):
             raise ConfigError(
@@ -51,18 +51,18 @@ class OuterSea:
         return np.inf if self._orbits is None else self._orbits.shortest
 
     def displacement(self, rest: Floats, time: float) -> Floats:
-        """Return the displacement of the water at rest positions [m], shape (n, 3)."""
+        """Return the displacement of water particles by their rest positions [m], shape (n, 3)."""
         if self._orbits is None:
             return np.zeros_like(rest)
         return np.asarray(self._orbits.displacement(rest, np.array([[time]]), self.level))
 
     def places(self, rest: Floats, time: float) -> Floats:
-        """Return the world positions of water with given rest positions [m], shape (n, 3)."""
+        """Return the world positions of water particles by rest positions [m], shape (n, 3)."""
         out: Floats = rest + self.current * time + self.displacement(rest, time)
         return out
 
     def rest(self, places: Floats, time: float) -> Floats:
-        """Return the rest positions of the water at world positions [m], shape (n, 3)."""
+        """Return the rest positions of the water particles at world positions [m], shape (n, 3)."""
         here = places - self.current * time
         out: Floats = here
         if self._orbits is not None:
@@ -71,7 +71,7 @@ class OuterSea:
         return out
 
     def velocity(self, rest: Floats, time: float) -> Floats:
-        """Return the velocity of the water at rest positions [m/s], shape (n, 3)."""
+        """Return the velocity of water particles by their rest positions [m/s], shape (n, 3)."""
         out = np.repeat(self.current[None], len(rest), axis=0)
         if self._orbits is not None:
             out += np.asarray(self.wave.at(rest, np.array([[time]]), self.level).velocity)

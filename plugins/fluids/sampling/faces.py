@@ -78,7 +78,7 @@ def smaller_radius(radius: float, spacing: float, fine: float) -> float:
 
 
 def _layer(kind: str, size: tuple[float, ...], spacing: float) -> Samples:
-    """The first layer of a shape."""
+    """Return the outermost layer of samples of a shape."""
     if kind == "sphere":
         return sample_sphere(size[0], spacing, SEEN)
     draw = {"box": sample_box, "cylinder": sample_cylinder, "capsule": sample_capsule}

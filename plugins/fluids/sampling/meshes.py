@@ -142,7 +142,7 @@ def _filled(
 
 
 def _near_surface(full: Any, index: Any, layers: int) -> Any:
-    """Return a mask of cells within some layers, also across corners, of one that is not full."""
+    """Return a mask of the cells within some layers of a cell not full, diagonals included."""
     if layers >= max(full.shape):
         return np.ones(len(index), dtype=bool)
     deep = np.pad(full, layers)
@@ -191,7 +191,7 @@ def _dense(corners: Floats, area: Floats, fine: float) -> tuple[Floats, Floats]:
 
 
 def _thinned(cloud: Floats, apart: float) -> Any:
-    """Numbers of points of a cloud that are at least ``apart`` from each other, in order."""
+    """Indices of points of a cloud that are at least ``apart`` from each other, in order."""
     from scipy.spatial import cKDTree
 
     near = cKDTree(cloud)
@@ -204,7 +204,7 @@ def _thinned(cloud: Floats, apart: float) -> Any:
 
 
 def _nearest(cloud: Floats, places: Floats) -> Any:
-    """Number of the nearest place for every point of the cloud."""
+    """Index of the nearest place for every point of the cloud."""
     from scipy.spatial import cKDTree
 
     return cKDTree(places).query(cloud)[1]

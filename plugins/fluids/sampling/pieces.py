@@ -60,7 +60,7 @@ def sample_pieces(
 
 
 def _sampled(piece: Piece, spacing: float, thin: Thin, layers: int) -> Samples:
-    """One piece; a stated volume scales those of its samples."""
+    """Sample one piece; a stated volume rescales the volumes of its samples."""
     if piece.kind == "mesh":
         assert piece.vertices is not None
         closed = is_closed(piece.faces) and volume_of(piece.vertices, piece.faces) > 0.0

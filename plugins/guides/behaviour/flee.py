@@ -48,7 +48,7 @@ class Flee(Behaviour):
     calm: float = param(1.0, "m", bounds=(0.0, 1e3), tolerance=0.0, source="chosen", fit=False)
 
     def __post_init__(self) -> None:
-        """Refuse an animal that calms down while it is alarmed."""
+        """Refuse a distance of calm below the distance of alarm."""
         if self.calm < self.alarm:
             raise ConfigError(
                 f"flee.calm={self.calm} is below flee.alarm={self.alarm}.\n"

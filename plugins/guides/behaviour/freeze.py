@@ -32,5 +32,5 @@ class Freeze(Behaviour):
         return Reference(yaw=memory), memory
 
     def stage(self, memory: float) -> str:
-        """Return its name."""
+        """Return the name of the behaviour."""
         return "still"

@@ -68,7 +68,7 @@ class Seek(Behaviour):
         return heading_for(way, speed, memory.yaw), memory._replace(there=False)
 
     def finished(self, memory: SeekState) -> bool | None:
-        """Return True where a fixed target is reached; following a body never finishes."""
+        """Return True if a fixed target is reached; following a body never finishes."""
         return True if memory.there and not self.target else None
 
     def stage(self, memory: SeekState) -> str:

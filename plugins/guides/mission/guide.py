@@ -137,7 +137,7 @@ class Mission:
         return pursued(situation, move.place, gain=gain, speed=speed, joints=joints, grip=grip)
 
     def _after(self, time: float, stage: Stage, move: Move, kept: MissionState) -> MissionState:
-        """Memory after an instant: the stage goes on, or another one begins."""
+        """Return the state after an instant: the stage goes on, or the next one begins."""
         good = min(kept.good, time) if move.fine else math.inf
         kept = kept._replace(
             place=move.place.position, yaw=move.place.yaw, arm=move.arm, grip=move.grip, good=good
@@ -166,7 +166,7 @@ class Mission:
         )
 
     def _first_reach(self, index: int) -> int:
-        """Index of the first of the reaches that led to a stage."""
+        """Index of the first of the consecutive reach stages before a stage."""
         reaches = [k for k in range(index + 1) if isinstance(self._stages[k], ReachStage)]
         while len(reaches) > 1 and reaches[-2] == reaches[-1] - 1:
             reaches.pop()
@@ -179,7 +179,7 @@ class Mission:
         return {n: float(readings[n]["pressing"][0]) if n in readings else 0.0 for n in self.pads}
 
     def _seen(self, situation: RobotState, kept: MissionState) -> Floats | None:
-        """Place of the object: readings smoothed; kept while the hand is closed about it."""
+        """Position of the object by smoothed readings, held while the hand is closed about it."""
         reading = situation.readings.get(self.locator)
         if reading is None or kept.grip > 0.0 or reading["seen"][0] == 0.0:
             return kept.target

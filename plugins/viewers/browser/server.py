@@ -44,13 +44,13 @@ def open_server(host: str, port: int) -> Any:
 
 
 def _shown(host: str) -> str:
-    """Return how a host is written in an address that a browser here can open."""
+    """Return the host name of the address for a browser on this machine."""
     local = {"0.0.0.0": "127.0.0.1", "::": "[::1]"}
     return local.get(host, f"[{host}]" if ":" in host else host)
 
 
 def refuse_missing() -> Any:
-    """Return the module viser, or refuse in words where it is missing.
+    """Return the module viser; raise a `MissingExtra` where it is missing.
 
     Raises:
         MissingExtra: it is not installed.
@@ -66,7 +66,7 @@ def refuse_missing() -> Any:
 
 
 def _free(host: str, port: int) -> int:
-    """Return the port if it can be listened on, or one that can."""
+    """Return the port if it is free, else another free one."""
     try:
         kind, _, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
         with socket.socket(kind, socket.SOCK_STREAM) as trial:

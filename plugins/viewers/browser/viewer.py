@@ -118,7 +118,7 @@ class Page:
             pushes.show({n: a for n, a in arrows.items() if n in wanted}, stretch)
 
     def _obey(self) -> None:
-        """Take a chosen time, and start a run anew once its sliders rest."""
+        """Jump to the chosen time, and restart a run once its sliders have stopped moving."""
         chosen = self.panel.grabbed()
         if chosen is not None:
             self.now, self.panel.playing.value = chosen, False
@@ -136,7 +136,7 @@ class Page:
             self.now, self.panel.playing.value = 0.0, True
 
     def _pass(self) -> None:
-        """Let time go on."""
+        """Advance the displayed time."""
         clock = time.perf_counter()
         passed, self._clock = clock - self._clock, clock
         if self.panel.playing.value:
@@ -149,7 +149,7 @@ class Page:
             self.now = self.now % end if again else end
 
     def _build(self) -> None:
-        """Put the run on show into the page."""
+        """Build the displayed run in the page."""
         session = self._session
         for part in self._parts:
             part.remove()

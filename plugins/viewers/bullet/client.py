@@ -97,7 +97,7 @@ class Bodies:
             self.part_of[body.number + 1] = body.part
 
     def _load(self, shapes: list[Shape], colour: Colour) -> list[tuple[int, Floats, float]]:
-        """Put shapes of one frame and colour into the scene; return number, middle and radius."""
+        """Add shapes of one frame and colour to the scene; return number, centre and radius."""
         corners, normals = zip(*(_placed(shape) for shape in shapes), strict=True)
         points, outward = np.concatenate(corners), np.concatenate(normals)
         p, bodies = self.engine, []
@@ -159,7 +159,7 @@ class Bodies:
                 )
 
     def _in_view(self, middles: Floats, lens: Lens) -> list[bool]:
-        """Return whether the balls around the bodies reach into the pyramid that a lens sees."""
+        """Return whether the bounding spheres of the bodies reach into the view frustum."""
         if self._files is not None:
             return [True] * len(middles)
         reach = self._radii
@@ -171,7 +171,7 @@ class Bodies:
         return found
 
     def _turn(self, frame: int, rotation: Floats) -> list[float]:
-        """Quaternion of a frame; several cameras ask for the same one."""
+        """Quaternion of a frame, cached because several cameras ask for it."""
         before = self._turns.get(frame)
         if before is None or not np.array_equal(before[0], rotation):
             turn: list[float] = quaternion_of(rotation).tolist()
@@ -186,7 +186,7 @@ class Bodies:
 
 
 def _quarters(points: Floats) -> list[NDArray[np.intp]]:
-    """Corners of triangles in groups that lie together, so that what is out of view is left out."""
+    """Split triangles into compact groups, so that groups out of view can be skipped."""
     centres = points.reshape(-1, 3, 3).mean(axis=1)
     if len(centres) < FEW:
         return [np.arange(len(points))]

@@ -124,7 +124,7 @@ class Drawing:
 
 
 def _view(turn: Floats) -> list[float]:
-    """World axes about the camera to OpenGL's, column by column: x right, y up, z backwards."""
+    """View matrix of OpenGL, column-major: camera axes x right, y up, z backwards."""
     view = np.eye(4)
     view[:3, :3] = (turn * [1.0, -1.0, -1.0]).T
     view[2, 3] = -BACK

@@ -63,7 +63,7 @@ def grains() -> NDArray[np.float64]:
 
 @lru_cache(maxsize=1)
 def _faded() -> NDArray[np.float64]:
-    """Weight that goes to zero at the edges, so that none is seen."""
+    """Weight that fades to zero at the edges, which hides them."""
     along = np.abs(np.arange(CELLS) + 0.5 - 0.5 * CELLS) / (0.5 * CELLS)
     edge = np.clip((1.0 - along) / 0.25, 0.0, 1.0)
     weight: NDArray[np.float64] = edge[:, None] * edge[None, :]

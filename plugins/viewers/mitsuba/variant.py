@@ -68,7 +68,7 @@ def _chosen(variant: Variant) -> str:
 
 @lru_cache(maxsize=8)
 def trial(variant: str) -> str:
-    """Return what is wrong with a variant; empty when it works.
+    """Return the error of a variant; empty when it works.
 
     An old LLVM does not raise an error but ends the process, hence a child.
     """

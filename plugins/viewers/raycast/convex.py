@@ -62,7 +62,7 @@ def solids_of(vertices: Floats, faces: NDArray[np.int64]) -> list[Solid]:
 
 
 def _pieces(faces: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Number of the piece of every face; pieces that touch in a corner only stay apart."""
+    """Piece index of every face; pieces that touch only at a corner stay apart."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
@@ -93,7 +93,7 @@ def _solid(points: Floats) -> Solid:
 
 
 def _merged(found: Floats, size: float) -> Floats:
-    """One equation for each plane, where triangles of one face give several."""
+    """One plane equation for each flat face that consists of several triangles."""
     kept: list[Floats] = []
     for row in found:
         if not any(

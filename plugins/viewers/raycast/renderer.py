@@ -149,13 +149,13 @@ class RendererRaycast:
         return colour, depth, parts, outward
 
     def _most(self, fixed: Fixed, hulls: tuple[tuple[int, int], ...]) -> int:
-        """Rays in one block."""
+        """Largest number of rays in one block."""
         memory = (self.block or BLOCK[self.device.partition(":")[0]]) * 1e6
         widest = max(fixed.half.shape[0], *(count * size for count, size in hulls), 1)
         return max(int(memory / 4.0 / widest), 256)
 
     def _program(self, setting: Setting) -> Callable[..., Any]:
-        """The arithmetic, compiled once for each setting if that is wanted."""
+        """Return the ray-casting function, compiled once for each setting if wanted."""
         if not self.fused:
             return trace
         if setting not in self._programs:

@@ -89,7 +89,7 @@ def tables_of(scene: Scene) -> Tables:
 
 
 def _planes(solid: Solid) -> int:
-    """Planes that a convex solid has room for in its group: the next power of two."""
+    """Number of planes reserved for a convex solid in its group: the next power of two."""
     count = 0 if solid.offsets is None else len(solid.offsets)
     return 1 << max(count - 1, 0).bit_length()
 

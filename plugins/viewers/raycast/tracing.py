@@ -173,7 +173,7 @@ def _round(point: list[Tensor], half: Tensor) -> list[Tensor]:
 
 
 def _flat(point: list[Tensor], half: Tensor, box: Tensor) -> list[Tensor]:
-    """Normals of boxes and cylinders: of the side that the point is nearest to."""
+    """Normals of boxes and cylinders: that of the side nearest to the point."""
     import torch
 
     x, y, z = point

@@ -99,7 +99,7 @@ def _arm(name: str, runs: Sequence[Run], lines: Sequence[Curve], terms: Analysis
 
 
 def _score(key: str, run: Run, line: Curve, terms: AnalysisPlan) -> float:
-    """A score, or a refusal that names the run."""
+    """Return a score, or an error that names the run."""
     try:
         return metric(key, line, budget=terms.budget)
     except SealsError as cause:
@@ -113,7 +113,7 @@ def _band(lines: Sequence[Curve], end: float, terms: AnalysisPlan) -> Band:
 
 
 def _clock(runs: Sequence[Run], terms: AnalysisPlan) -> Band | None:
-    """The same curves over the seconds that each run took."""
+    """Return the same curves over the wall time of each run."""
     if terms.over == "seconds" or not all("seconds" in run.columns for run in runs):
         return None
     if not all(np.isfinite(run.columns["seconds"]).all() for run in runs):

@@ -98,7 +98,7 @@ def recorded(config: Any) -> tuple[Demonstrations, int]:
 
 
 def _kept(environment: Any, config: Any) -> tuple[list[Episode], int]:
-    """Let the policy act, and return the episodes that are kept and how many were tried."""
+    """Run the policy; return the kept episodes and the number of episodes tried."""
     from seals.learn.evaluation.policies import policy_of
     from seals.run.progress import progress
 
@@ -140,7 +140,7 @@ def _before(config: Any) -> Demonstrations | None:
 
 
 def _after(before: Demonstrations | None, found: Demonstrations) -> Demonstrations:
-    """Add episodes to those that were there before."""
+    """Append episodes to the earlier ones."""
     if before is None:
         return found
     tried = before.origin.tried + found.origin.tried
@@ -149,7 +149,7 @@ def _after(before: Demonstrations | None, found: Demonstrations) -> Demonstratio
 
 
 def _refuse(config: Any) -> None:
-    """Numbers and words that make no recording."""
+    """Refuse invalid numbers and words of a recording."""
     if config.episodes < 1 or config.most < 1 or not 0.0 <= config.noise <= 1.0:
         raise ConfigError(
             f"episodes={config.episodes}, most={config.most}, noise={config.noise} make no "

@@ -33,7 +33,7 @@ _SMALL = 4096
 
 
 def write_hdf5(demonstrations: Demonstrations, path: str | Path) -> Path:
-    """Write demonstrations as one HDF5 file that appears whole or not at all.
+    """Write demonstrations as one HDF5 file, atomically.
 
     Args:
         demonstrations: to be kept.
@@ -143,7 +143,7 @@ def _metadata(data: Any, place: Path) -> Mapping[str, Any]:
 
 
 def _group(parent: Any, name: str, place: Path) -> Any:
-    """A group that lies in the file itself."""
+    """Return a group that is stored in the file itself, not behind a link."""
     import h5py
 
     child = parent.get(name) if isinstance(parent.get(name, getlink=True), h5py.HardLink) else None
@@ -184,7 +184,7 @@ def _episode(data: Any, number: int, found: Declared, place: Path) -> dict[str, 
 
 
 def _numbers(group: Any, name: str, shape: tuple[int, ...], kind: str, place: Path) -> NDArray[Any]:
-    """A plain array that lies in the file itself, of exactly the size that was declared."""
+    """Return a plain array stored in the file itself, of exactly the declared size."""
     import h5py
 
     where = f"{place}: '{group.name}/{name}'"

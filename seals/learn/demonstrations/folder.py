@@ -36,7 +36,7 @@ _BLOCK = 4096
 
 
 def write(demonstrations: Demonstrations, folder: str | Path, *, replace: bool = False) -> Path:
-    """Write demonstrations as a folder that appears whole or not at all.
+    """Write demonstrations as a folder, atomically.
 
     Args:
         demonstrations: to be kept.
@@ -117,7 +117,7 @@ def tensordict_of() -> Any:
 
 
 def _refuse_strange(root: Path, wanted: Mapping[str, Any]) -> None:
-    """Links, and files that the metadata does not promise."""
+    """Refuse links, and files that the metadata does not declare."""
     promised = {f"{name}.memmap" for name in wanted} | {CARD, _META, f"next/{_META}", "next"}
     for path in _walk(root):
         name = path.relative_to(root).as_posix()
@@ -135,7 +135,7 @@ def _walk(root: Path) -> Iterator[Path]:
 
 
 def _check_meta(folder: Path, wanted: Mapping[str, Any], *, prefix: str) -> None:
-    """The description that tensordict wrote must name plain tensors of the promised sizes."""
+    """Refuse a description by tensordict that names other tensors or sizes than declared."""
     path = folder / _META
     meta = _read_meta(path)
     here = {n.removeprefix(prefix): w for n, w in wanted.items() if n.startswith(prefix)}
@@ -172,7 +172,7 @@ def _read_meta(path: Path) -> dict[str, Any]:
 
 
 def _array(path: Path, shape: tuple[int, ...], kind: str) -> NDArray[Any]:
-    """The numbers of one file."""
+    """Return the numbers of one file."""
     size = math.prod(shape) * np.dtype(kind).itemsize
     if not path.is_file() or path.stat().st_size != size:
         given = f"{path.stat().st_size} bytes" if path.is_file() else "missing"

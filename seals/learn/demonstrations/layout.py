@@ -17,7 +17,7 @@ Arrays = dict[str, NDArray[Any]]
 
 
 def expected(found: Declared) -> dict[str, tuple[tuple[int, ...], str]]:
-    """Return shape and type of every array that metadata promises, by path."""
+    """Return shape and type of every array that metadata declares, by path."""
     steps = sum(found.steps)
     seen, done = found.sizes
     flag = ((steps, 1), "bool")

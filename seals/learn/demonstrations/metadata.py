@@ -106,7 +106,7 @@ def declared(metadata: Mapping[str, Any], *, where: str) -> Declared:
 
 
 def _items(metadata: Mapping[str, Any], name: str, kind: type, where: str) -> tuple[Any, ...]:
-    """A list of one type."""
+    """Return a list, checked to hold items of one type."""
     values = entry(metadata, name, list, where=where)
     for value in values:
         if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
@@ -117,7 +117,7 @@ def _items(metadata: Mapping[str, Any], name: str, kind: type, where: str) -> tu
 
 
 def _refuse_sizes(found: Declared, where: str) -> None:
-    """Counts that do not fit together, or would not fit into memory."""
+    """Refuse sizes that contradict one another or exceed the memory."""
     count = len(found.steps)
     if not 1 <= count <= MOST_EPISODES or {len(found.success), len(found.seeds)} != {count}:
         raise ConfigError(

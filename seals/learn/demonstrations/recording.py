@@ -51,7 +51,7 @@ def record(
 def _round(
     environment: Batched, policy: Policy, seeds: list[int], noise: float, labels: Policy | None
 ) -> list[Episode]:
-    """One episode of every environment; those that are done go on unheard until all are."""
+    """Run one episode in every environment, until all have ended."""
     import torch
 
     observation = environment.reset(seeds)
@@ -91,7 +91,7 @@ def _episode(
     seed: int,
     success: bool,
 ) -> Episode:
-    """The rows of one environment."""
+    """Return the rows of one environment as an episode."""
     images = [part["pixels"][k] for part in seen if "pixels" in part]
     return Episode(
         observation=np.stack([part["state"][k] for part in seen]).astype(np.float32),

@@ -64,7 +64,7 @@ class Episodes:
     """
 
     def __init__(self, task: Task) -> None:
-        """Find the thresholds once."""
+        """Read the thresholds from the task."""
         self.task = task
         self._names = list(extras(task))
         self._distances = list(extras(task).values())

@@ -29,7 +29,7 @@ class Facts:
     def __init__(
         self, names: Sequence[str], actor: Actor, environment: EnvironmentSettings
     ) -> None:
-        """Resolve the requested facts."""
+        """Look up the requested quantities."""
         kinds: Mapping[str, Callable[[], Floats]] = {
             "grip": self._grip,
             "closed": self._closed,
@@ -83,7 +83,7 @@ class Facts:
         return {name: measure().reshape(1, -1) for name, measure in self._kinds.items()}
 
     def _needs(self) -> None:
-        """Refuse facts whose parts the robot or the world lacks."""
+        """Refuse quantities of parts that the robot or the world lacks."""
         robot = self._actor.robot
         needs = {
             "grip": ("a gripper", bool(self._hands)),
@@ -106,14 +106,14 @@ class Facts:
                 )
 
     def _grip(self) -> Floats:
-        """Grip that is wanted, 0 for open and 1 for closed."""
+        """Commanded grip, 0 for open and 1 for closed."""
         pilot = self._actor.pilot
         aim = None if pilot is None else pilot.aim
         wanted = {} if aim is None else aim.grip
         return np.array([wanted.get(hand.name, 0.0) for hand in self._hands])
 
     def _closed(self) -> Floats:
-        """Grip as the fingers have it."""
+        """Measured grip: 0 for open and 1 for closed fingers."""
         joints = self._actor.body.joint_positions()
         shares = []
         for hand in self._hands:
@@ -148,7 +148,7 @@ class Facts:
         return np.array([self._water], dtype=float)
 
     def _sliding(self) -> float:
-        """Mean horizontal speed of the toes that stand now [m/s]."""
+        """Mean horizontal speed of the toes that are on the ground now [m/s]."""
         stands = self._actor.body.contact_normals()[self._feet] > 0.0
         if not stands.any():
             return 0.0

@@ -32,7 +32,7 @@ class PixelEnvironments:
     """
 
     def __init__(self, batch: TwinEnvironments, cameras: BatchCameras, *, frames: int) -> None:
-        """Take over the sizes."""
+        """Store the sizes of the environments."""
         if frames < 1:
             raise ConfigError(f"frames={frames} shows nothing.\nAllowed: 1 or more.")
         self.batch, self.cameras, self._frames = batch, cameras, frames

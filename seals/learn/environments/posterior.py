@@ -102,7 +102,7 @@ def _effect_estimates(
 def _data_sheet_estimates(
     finding: Finding, effects: Mapping[str, Any]
 ) -> Iterator[tuple[str, Estimate]]:
-    """Values of the data sheet as corrected, of effects that the environment has just once.
+    """Yield the corrected data sheet values of effects that the environment has exactly once.
 
     Others are of sensors, or of the body itself, whose parameters the environment does not vary.
     """
@@ -154,7 +154,7 @@ def _matching_effects(
 
 
 def _field(effect: Any, field: str, file: Path) -> str:
-    """The effect's own name of a parameter: an answer may tell a change by that of the whole."""
+    """Return the effect's name of a parameter, which may be ``NAME_change`` in the effect."""
     for name in (field, f"{field}_change"):
         if name in parameters_of(effect):
             return name
@@ -177,7 +177,7 @@ def _number(value: Any, where: str) -> float:
 
 
 def _refuse_other(finding: Finding, model: Mapping[str, Any]) -> None:
-    """Refuse a model that was not made of this answer: its values mean something else."""
+    """Refuse a model that was not made from this diagnosis: its values mean something else."""
     made = str((model.get("provenance") or {}).get("diagnosis_sha256"))
     if made != hashlib.sha256(finding.file.read_bytes()).hexdigest():
         raise ConfigError(

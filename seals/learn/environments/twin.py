@@ -157,7 +157,7 @@ class TwinEnvironments:
             return result
 
     def _advance(self, scene: Scene, asked: Array) -> tuple[Scene, tuple[StepResult, Instant]]:
-        """One control step of all environments, with the chances of episodes that begin in it."""
+        """One control step of all environments, with random numbers for the episodes that begin."""
         chance = self._starts.chances(self.count, self._generator) if self._starts else None
         # looked up at each call: a bound method kept in its own object would be a reference cycle
         law = self._compiled or self._law
@@ -167,7 +167,7 @@ class TwinEnvironments:
     def _law(
         self, scene: Scene, asked: Array, chance: Array | None
     ) -> tuple[Scene, tuple[StepResult, Instant]]:
-        """One control step of all environments; no decision is taken on an accelerator's word."""
+        """One control step of all environments as a pure function, without branches on values."""
         before, xp = scene.now, namespace(asked)
         velocity, yaw = self.task.command(asked, before)
         flight = self._twin.fly(scene.flight, velocity, yaw, self._steps)
@@ -246,7 +246,7 @@ class TwinEnvironments:
         return self._recorded
 
     def _prefetch_resets(self) -> None:
-        """Draw starts, so that no episode that begins takes a decision of the processor."""
+        """Draw initial states in advance, so that resets take no decision on the processor."""
         from seals.learn.environments.prefetched_resets import PREFETCHED, joined
 
         parts = []
@@ -274,7 +274,7 @@ class TwinEnvironments:
         )
 
     def _initial_scene(self, flight: Flight, goal: Array) -> Scene:
-        """Episodes at their first instant."""
+        """Return the episodes at their first instant."""
         still = self._no_action
         now = self._instant(flight, goal, still, still[:, 0:1])
         away = now.target - now.tool
@@ -283,7 +283,7 @@ class TwinEnvironments:
         return Scene(flight, goal, now, self.episodes.start(now))
 
     def _initial_flight(self, draw: Draw) -> tuple[Flight, Array]:
-        """Flights and targets at their starts."""
+        """Return flights and targets at their initial states."""
         rpy = np.concatenate((np.zeros((self.count, 2)), draw.yaw), axis=1)
         # the state has velocities in body axes: turned about the vertical alone
         c, s = np.cos(draw.yaw[:, 0]), np.sin(draw.yaw[:, 0])
@@ -324,7 +324,7 @@ class TwinEnvironments:
         return EpisodeFrame(float(time[0]), {ROBOT: robot}, target)
 
     def _as_action(self, action: Tensor) -> Array:
-        """An action as the twins take it, from -1 to 1."""
+        """Return an action as the batch dynamics take it, clipped to -1 to 1."""
         held = action.detach().clamp(-1.0, 1.0)
         if isinstance(self._like, np.ndarray):
             return np.asarray(held.cpu().numpy(), dtype=float)
@@ -367,7 +367,7 @@ def picked(fresh: Any, other: Any, ended: Array) -> Any:
 
 
 def _like_on(device: str, *, double: bool, fused: bool) -> Array:
-    """Return the kind of array that twins compute with.
+    """Return an array of the type and device of the batch dynamics.
 
     On a processor NumPy takes a fifth of PyTorch's time for a few hundred robots, unless they are
     fused: the work lies in the calls, not in the numbers.

@@ -219,7 +219,7 @@ class WorldEnvironment:
         )
 
     def _target(self, now: Floats) -> tuple[Floats, Floats]:
-        """Place and velocity of the target: of an object of the world, or as the task says."""
+        """Position and velocity of the target: those of an object, or from the task."""
         name = self.task.object
         if not name:
             return self.task.target(self._goal, now)

@@ -101,7 +101,7 @@ def _name(found: EvaluationResult) -> str:
 
 
 def _distances(found: EvaluationResult) -> Series:
-    """The share of episodes below each distance, as steps."""
+    """Fraction of episodes below each distance, as a step curve."""
     ordered = np.sort(found.columns["distance"])
     share = np.arange(1, len(ordered) + 1) / len(ordered)
     return Series(

@@ -36,7 +36,7 @@ class PolicyScripted:
         """Do nothing: the scripted policy has no memory."""
 
     def act(self, observation: Any) -> Tensor:
-        """Return the expert's actions."""
+        """Return the actions of the scripted policy."""
         return self.environment.scripted_policy()
 
 

@@ -25,7 +25,7 @@ class Memory:
     """
 
     def __init__(self, *, capacity: int, sampler: Any, device: str, generator: Generator) -> None:
-        """Remember the sizes; the buffer is made with the first transition."""
+        """Store the sizes; the buffer is allocated with the first transition."""
         self.capacity, self.device = capacity, device
         self.sampler = sampler
         self.sampler.generator = generator
@@ -112,7 +112,7 @@ class Memory:
         self.sampler.load_state_dict(state["sampler"])
 
     def _whole(self) -> Any:
-        """Return the buffer, made when it is first written to."""
+        """Return the buffer, allocated at the first write."""
         if self._buffer is None:
             self._make(0)
         return self._buffer

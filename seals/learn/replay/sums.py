@@ -30,7 +30,7 @@ class SumTree:
     """
 
     def __init__(self, size: int, device: str = "cpu") -> None:
-        """Make room for the weights."""
+        """Allocate the weights."""
         import torch
 
         self.size = size

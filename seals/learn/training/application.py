@@ -104,7 +104,7 @@ def train_into(
 
 
 def _film(folder: Path, eval_env: Any, config: Any) -> None:
-    """Leave a film of the policy; a training that is done is not lost with its film."""
+    """Film the policy; an error in it does not lose a completed training."""
     from seals.learn.film import FILM, film
     from seals.learn.policy import load_policy
     from seals.learn.starts import validation_seeds
@@ -117,7 +117,7 @@ def _film(folder: Path, eval_env: Any, config: Any) -> None:
 
 
 def _run(training: Training, folder: Path, facts: Mapping[str, Any], remarks: list[str]) -> Outcome:
-    """Run a training and note in ``run.json`` how it goes."""
+    """Run a training and record its progress in ``run.json``."""
 
     def note(state: str, **more: Any) -> None:
         place = {
@@ -146,7 +146,7 @@ def _run(training: Training, folder: Path, facts: Mapping[str, Any], remarks: li
 
 @contextlib.contextmanager
 def _stopping(training: Training) -> Iterator[None]:
-    """Let Ctrl-C, or a cluster that wants its machine back, stop between two updates.
+    """Let Ctrl-C, or a cluster's stop signal, end the training between two updates.
 
     The second signal stops at once; the checkpoint is then an older one.
     """
@@ -231,7 +231,7 @@ def _metadata(facts: Mapping[str, Any], environment: Any) -> dict[str, Any]:
 
 
 def _root(word: str) -> str:
-    """Return the first part of the key that an override is of."""
+    """Return the first part of the key of an override."""
     return word.lstrip("+~").partition("=")[0].partition(".")[0].partition("@")[0]
 
 

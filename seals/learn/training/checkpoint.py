@@ -81,5 +81,5 @@ def remove_checkpoint(folder: Path) -> None:
 
 
 def _half_of_memory() -> int:
-    """Bytes that a checkpoint may have: what it holds was in the memory of such a machine."""
+    """Return the largest size of a checkpoint, half of the machine's memory [byte]."""
     return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 2

@@ -235,7 +235,7 @@ class Training:
     # keeping
 
     def _checkpoint(self) -> None:
-        """Write a checkpoint when it is time, or when someone wants to stop.
+        """Write a checkpoint when it is due, or when a stop is requested.
 
         Raises:
             KeyboardInterrupt: ``stop`` was set; here, between two updates, nothing is half done.

@@ -30,7 +30,7 @@ class Rows:
     """
 
     def __init__(self, path: Path, columns: Sequence[str], *, keep: int = 0) -> None:
-        """Write the header, or drop rows that a resumed training will write again."""
+        """Write the header, or drop rows that a resumed training will repeat."""
         self.path, self.columns = path, list(columns)
         # the step does not tell: a checkpoint may stand before or behind the row of its own step
         kept = _kept(path, keep) if keep and path.is_file() else []

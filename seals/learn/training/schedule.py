@@ -35,7 +35,7 @@ class TrainingSchedule:
     tensorboard: bool = False
 
     def __post_init__(self) -> None:
-        """Refuse numbers that make no sense.
+        """Refuse numbers out of range.
 
         Raises:
             ConfigError: one is too small.

@@ -48,7 +48,7 @@ def environments(config: Any) -> Iterator[tuple[Any, Any]]:
 
 
 def _randomised_parameters(config: Any, count: int, seed: int) -> dict[str, Any] | None:
-    """Parameters by which the environments of the training differ; evaluations are as configured.
+    """Return the randomised effect parameters of the training's environments.
 
     Raises:
         ConfigError: an engine holds one robot a world, whose parameters are those configured.
@@ -106,7 +106,7 @@ def agent_of(config: Any, environment: Any) -> tuple[Agent, list[str]]:
 
 
 def _read_demonstrations(config: Any, environment: Any) -> tuple[dict[str, Any], list[str]]:
-    """Read the demonstrations and see that they are of this environment."""
+    """Read the demonstrations and check that they belong to this environment."""
     from seals.learn.demonstrations.folder import read
     from seals.learn.shipped import demonstrations_folder
 

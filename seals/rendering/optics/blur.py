@@ -77,7 +77,7 @@ def blurred(planes: Array, length: Array, scattering: float, angle: float, pixel
 
 
 def _coarse(planes: Array, step: int) -> Array:
-    """Means of blocks of pixels; the edge goes on where the last block is not full."""
+    """Means of blocks of pixels; edge pixels are repeated to fill the last block."""
     if step == 1:
         return planes
     xp = namespace(planes)
@@ -91,7 +91,7 @@ def _coarse(planes: Array, step: int) -> Array:
 
 
 def _spread(coarse: Array, like: Array, width: float, step: int) -> Array:
-    """The coarse picture through a Gaussian, on the fine pixels."""
+    """Blur the coarse image by a Gaussian, evaluated on the fine pixels."""
     xp = namespace(like)
     # means of blocks have spread the light a little already
     width = math.sqrt(max(width * width - (step * step - 1.0) / 12.0, 0.01))

@@ -102,7 +102,7 @@ def pattern(
 
 
 def _bent(sx: Array, sy: Array, sun: Sun) -> tuple[Array, Array, Array]:
-    """Run of refracted sunlight per metre of depth along x and y, and its strength."""
+    """Horizontal offset of refracted sunlight per metre of depth, and its intensity."""
     xp = namespace(sx)
     lx, ly, lz = sun.ray()
     long = xp.sqrt(1.0 + sx * sx + sy * sy)
@@ -118,7 +118,7 @@ def _bent(sx: Array, sy: Array, sun: Sun) -> tuple[Array, Array, Array]:
 
 
 def _counted(u: Array, v: Array, weight: Array, cells: int) -> Array:
-    """Share rays at places u, v (in cells) between the cells there; shape (N, 2, cells, cells)."""
+    """Distribute rays at (u, v) over the neighbouring cells; shape (N, 2, cells, cells)."""
     xp = namespace(u)
     views, depths = u.shape[0], u.shape[1]
     # one more row and column on every side takes what falls beside the patch
@@ -139,7 +139,7 @@ def _counted(u: Array, v: Array, weight: Array, cells: int) -> Array:
 
 
 def _sums(start: Array, shares: tuple[tuple[Array, int], ...], size: int) -> Array:
-    """Sums of shares by the number of their cell, counted from a start for each."""
+    """Sums of weights by cell index, each weight with its own offset."""
     xp = namespace(start)
     flat = xp.reshape(start, (-1,))
     if xp is np:

@@ -122,7 +122,7 @@ def _places(view: Sight, distance: Array) -> tuple[Array, Array]:
 
 
 def _slope(view: Sight, lines: Lines, surface: Surface, when: Array) -> tuple[Array, Array]:
-    """Slope of the surface where lines of sight cross it, as a pixel sees it."""
+    """Slope of the surface where lines of sight cross it, averaged over the pixel."""
     xp = namespace(view.colour)
     distance = lines.cross.distance
     x, y = _places(view, distance)
@@ -135,7 +135,7 @@ def _slope(view: Sight, lines: Lines, surface: Surface, when: Array) -> tuple[Ar
 
 
 def _light(optics: Optics, view: Sight, lines: Lines, surface: Surface, time: Array) -> Array:
-    """Light that gets through the surface onto what is under it, in full light's units [1]."""
+    """Light transmitted through the surface to the objects below, relative to full light [1]."""
     if not optics.caustics or surface.reach == 0.0 or optics.sun_share == 0.0:
         return optics.entering
     xp = namespace(lines.ends)
@@ -155,7 +155,7 @@ def _light(optics: Optics, view: Sight, lines: Lines, surface: Surface, time: Ar
 
 
 def _facing(optics: Optics, normals: Array) -> Array:
-    """Strength of sunlight on a surface, on a level one being one, at most [1]."""
+    """Sunlight on an inclined surface relative to a level one, at most 1 [1]."""
     xp = namespace(normals)
     east, north = optics.sun.drift()
     toward = normals[..., 2] - east * normals[..., 0] - north * normals[..., 1]
@@ -163,7 +163,7 @@ def _facing(optics: Optics, normals: Array) -> Array:
 
 
 def _blurred(optics: Optics, medium: Medium, view: Sight, lines: Lines, planes: Array) -> Array:
-    """Light from the scene with the blur of the water on its way."""
+    """Light from the scene, blurred by the water along the path."""
     xp = namespace(planes)
     wet = lines.cross.wet
     inside = planes
@@ -178,12 +178,12 @@ def _blurred(optics: Optics, medium: Medium, view: Sight, lines: Lines, planes: 
 
 
 class _Mirror:
-    """The surface where lines of sight cross it: what it mirrors, what it lets through."""
+    """Reflection and transmission at the surface where lines of sight cross it."""
 
     def __init__(
         self, optics: Optics, lines: Lines, view: Sight, slope: tuple[Array, Array]
     ) -> None:
-        """Find how steeply the lines meet the surface."""
+        """Compute the angle of incidence."""
         xp = namespace(lines.ends)
         self.optics, self.lines = optics, lines
         cross, (sx, sy) = lines.cross, slope

@@ -63,7 +63,7 @@ def crossing(
 
 
 def _rows(near: Array) -> slice:
-    """The rows of the pictures between the first and the last that the surface may cross.
+    """Rows of the images between the first and the last that the surface may cross.
 
     A camera that looks ahead has the surface in one half of its picture. On an accelerator all rows
     cost less than to wait for this answer.
@@ -75,14 +75,14 @@ def _rows(near: Array) -> slice:
 
 
 def _put(whole: Array, part: Array, cut: slice) -> Array:
-    """Rows of a picture replaced by others."""
+    """Return an image with some rows replaced."""
     if cut.start == 0 and cut.stop == whole.shape[1]:
         return part
     return np.concatenate([whole[:, : cut.start], part, whole[:, cut.stop :]], axis=1)
 
 
 def _still(above: Array, height: Array, dz: Array, ranges: Array) -> tuple[Array, Array, Array]:
-    """Side of the beginning, distance and whether there is a crossing, of a level surface."""
+    """Crossing of a level surface: start under water, distance, and whether it is crossed."""
     xp = namespace(dz)
     wet = above < 0.0
     leads = xp.where(wet, dz, -dz) > 1e-9
@@ -92,7 +92,7 @@ def _still(above: Array, height: Array, dz: Array, ranges: Array) -> tuple[Array
 
 
 def _near(above: Array, end: Array, surface: Surface) -> Array:
-    """Return whether a line is not wholly below, nor wholly above, all that the surface may do."""
+    """Return whether a ray enters the band of heights that the surface may reach."""
     low, high = -surface.reach, surface.reach
     end = end - surface.level
     return ~(((above < low) & (end < low)) | ((above > high) & (end > high)))
@@ -101,7 +101,7 @@ def _near(above: Array, end: Array, surface: Surface) -> Array:
 def _moving(
     line: tuple[Array, ...], ranges: Array, surface: Surface, time: Array, port: float
 ) -> tuple[Array, Array, Array]:
-    """The same for a moving surface: steps through the band it moves in, then three secants."""
+    """Crossing of a moving surface: steps through its band of heights, then three secants."""
     xp = namespace(ranges)
     ox, oy, oz, dx, dy, dz = line
 

@@ -26,7 +26,7 @@ class SurfaceGrid:
     def __init__(
         self, heights: Floats, lower: tuple[float, float], edge: tuple[float, float]
     ) -> None:
-        """Keep the heights with their mean as the level."""
+        """Store the heights; their mean is the level."""
         self.heights, self.lower, self.edge = np.asarray(heights, dtype=float), lower, edge
         self.level = float(self.heights.mean())
         self.reach = float(np.abs(self.heights - self.level).max())
@@ -45,7 +45,7 @@ class SurfaceGrid:
     def _corners(
         self, x: Array, y: Array
     ) -> tuple[tuple[Array, Array, Array, Array], Array, Array]:
-        """Heights at the four middles about each point, and where it lies between them."""
+        """Heights of the four cells around each point, and the point's position between them."""
         xp = namespace(x)
         rows, columns = self.heights.shape
         u = xp.clip((x - self.lower[0]) / self.edge[0] - 0.5, 0.0, rows - 1.0)

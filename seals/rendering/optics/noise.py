@@ -34,7 +34,7 @@ def standard_normal(like: Array, rng: Any) -> Array:
 
 @functools.cache
 def _quantiles() -> NDArray[np.float32]:
-    """Normal numbers at the middles of 2^16 equal shares."""
+    """Quantiles of the normal distribution at the centres of 2^16 equal intervals."""
     from scipy.special import ndtri
 
     return np.asarray(ndtri((np.arange(1 << 16) + 0.5) / (1 << 16)), dtype=np.float32)

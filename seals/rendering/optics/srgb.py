@@ -64,7 +64,7 @@ def to_bytes(linear: Array) -> Array:
 
 @functools.cache
 def _encoded() -> NDArray[np.uint8]:
-    """Levels of `STEPS` even steps of light."""
+    """Table of sRGB levels over `STEPS` even steps of light."""
     light = np.linspace(0.0, 1.0, STEPS)
     table: NDArray[np.uint8] = np.floor(to_srgb(light) * 255.0 + 0.5).astype(np.uint8)
     return table

@@ -99,7 +99,7 @@ class SurfaceAiry:
         *,
         level: float = 0.0,
     ) -> None:
-        """Keep the waves as plain numbers: each is one pass over the points."""
+        """Store the waves as plain numbers, one pass over the points for each."""
         waves = np.column_stack([amplitude, np.reshape(wave, (-1, 2)), omega, phase])
         self.waves: list[list[float]] = waves.tolist()
         self.level = level
@@ -133,7 +133,7 @@ class SurfaceAiry:
 
 
 def _turn(omega: float, time: Array, phase: float, like: Array) -> Array:
-    """Angle phase - omega time, whole turns taken off before single precision loses them."""
+    """Phase - omega time without whole turns, computed before conversion to single precision."""
     if isinstance(time, int | float):
         return math.fmod(phase - omega * time, 2.0 * math.pi)
     xp = namespace(like)
@@ -149,7 +149,7 @@ class SurfaceSum:
     """
 
     def __init__(self, *parts: Surface) -> None:
-        """Keep the parts."""
+        """Store the parts."""
         self.parts = parts
         self.level = parts[0].level
         self.reach = sum(part.reach for part in parts)
@@ -196,7 +196,7 @@ class SurfaceWaves:
     """
 
     def __init__(self, waves: Waves, *, level: float, reach: float) -> None:
-        """Keep the plug-in."""
+        """Store the plug-in."""
         self.waves, self.level, self.reach = waves, level, reach
 
     def height(self, x: Array, y: Array, time: Array) -> Array:

@@ -71,7 +71,7 @@ def execute(config: Any) -> int:
 
 
 def _outcome(config: Any, robot: RobotDescription | None, tell: Any) -> Outcome:
-    """Calibrate, and see what follows for the robot's folder and for the next flight."""
+    """Calibrate, derive the edited robot files, and propose the next flight."""
     places = places_of(config.log, key="log")
     held = config.held_out
     unseen = None if held is None else find_log(str(held), key="held_out")
@@ -111,7 +111,7 @@ def _write(config: Any, outcome: Outcome, out: Path) -> list[Path]:
 
 
 def _print(outcome: Outcome) -> None:
-    """Print the table of numbers and what goes with it."""
+    """Print the table of numbers with remarks."""
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table

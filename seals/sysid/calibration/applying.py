@@ -90,7 +90,7 @@ def _inside(file: Path, folder: Path) -> bool:
 
 
 def _with(text: str, number: StatedNumber, value: float) -> str:
-    """Text of `robot.yaml` with one number; what is left to a default is added."""
+    """Return the text of `robot.yaml` with one number set; a missing key is added."""
     path = number.name.split(".")
     if path[0] == SENSORS:
         # a fault of a sensor is an effect of the model
@@ -108,7 +108,7 @@ def _with(text: str, number: StatedNumber, value: float) -> str:
 
 
 def _listed(number: StatedNumber) -> bool:
-    """Return true where `robot.yaml` has a list with one number a drive."""
+    """Return true if `robot.yaml` has a list with one number per drive."""
     return number.name.startswith(f"{ACTUATORS}.") and not number.key.endswith(
         number.name.rpartition(".")[2]
     )

@@ -93,7 +93,7 @@ class Calibration:
         return max(value - half, low), min(value + half, high)
 
     def determined(self, number: StatedNumber) -> bool:
-        """Return true where the logs narrow the prior of a number enough to determine it."""
+        """Return true if the logs narrow the prior of a number enough to determine it."""
         return self.sigma(number) < self.problem.policy.undetermined * self.prior(number)
 
     @property

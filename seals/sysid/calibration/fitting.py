@@ -70,7 +70,7 @@ def moved(before: Fit, after: Fit, keys: Sequence[str]) -> float:
 
 
 def _again(problem: Problem, fitter: Fitter, fit: Fit) -> Fitter:
-    """Find the trajectory again with the fitted model, and linearise there."""
+    """Re-estimate the trajectory with the fitted model, and linearise along it."""
     if not problem.samples.posed:
         return follow_measurements(fitter, fit.free, at=fit.values, rounds=1)
     trajectory = refined(problem.plant, fitter.trajectory, at=fit.values)

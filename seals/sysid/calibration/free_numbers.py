@@ -43,7 +43,7 @@ def with_free_numbers(
 
 
 def _hand_over(parameters: dict[str, Parameter], number: StatedNumber, keys: Sequence[str]) -> None:
-    """Move a tolerance to the parameter that changes a number and nothing beside it, in place."""
+    """Transfer a tolerance to the parameter that changes this number alone, in place."""
     stated = parameters[keys[0]].changes if keys and number.key not in keys else None
     if stated is None:
         return
@@ -105,7 +105,7 @@ _OPTIONS = ("medium", "rotor", "joint")
 
 
 def _same_law(one: Effect | None, other: Effect | None, base: str) -> bool:
-    """Return true where two effects are one law at one place."""
+    """Return true if two effects are of one law at one place."""
     if one is None or other is None or type(one) is not type(other):
         return False
     links = [{base if link == "root" else link for link in e.links} for e in (one, other)]

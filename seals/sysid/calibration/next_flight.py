@@ -83,7 +83,7 @@ def next_flight(found: Calibration) -> NextFlight | None:
 
 
 def _problem(found: Calibration, number: StatedNumber) -> Problem:
-    """The problem with one number as a candidate and the others within their uncertainty."""
+    """Problem with one number as a candidate and the others within their uncertainty."""
     problem, fit = found.problem, found.solution.fit
     held: CandidateSet = problem.plant.candidate_set
     parameters = dict(held.parameters)

@@ -63,7 +63,7 @@ def with_entry(text: str, path: Sequence[str], value: str) -> str:
 
 
 def holds(text: str, path: Sequence[str]) -> bool:
-    """Return true where the file has a value at a path."""
+    """Return true if the file has a value at a path."""
     node = _root(text)
     for key in path:
         if _kind(node) != "mapping":

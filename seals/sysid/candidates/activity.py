@@ -115,7 +115,7 @@ class Activity:
 def _passed(
     moment: Moment | None, time: Floats, step: float, *, over_steps: bool, open_is: float
 ) -> Floats:
-    """One after a moment, zero before it; over steps the share of each."""
+    """Step function: 1 after a moment, 0 before; ``over_steps``: its mean over each step."""
     if moment is None:
         return np.full(len(time), open_is)
     late = (time - moment.value) / step

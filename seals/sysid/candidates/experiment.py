@@ -74,7 +74,7 @@ def _names() -> dict[type, str]:
 
 
 def name_of(effect: Effect) -> str:
-    """Return the name of an effect in the library.
+    """Return the name of an effect among the candidates.
 
     Example:
         >>> from seals.registry import get
@@ -120,7 +120,7 @@ def _parameter(effect: Effect, key: str, *, nominal: float) -> Parameter:
 def _offered(
     settings: CompareSettings, robot: RobotModel, nominal: Sequence[str]
 ) -> dict[str, Effect]:
-    """Configured effects outside the nominal model first: they know their links; then the rest."""
+    """Return configured effects outside the nominal model first, then other installed ones."""
     out = {
         n: e
         for n, e in settings.effects.items()
@@ -244,7 +244,7 @@ class _Sizes:
         return replace(_parameter(effect, key, nominal=off), scale=scale, start=start)
 
     def _scale(self, law: type[Effect], parameter: str) -> float:
-        """Plausible size: as stated, 0.05 by default, or from the unit for laws from outside."""
+        """Plausible size: as stated, 0.05 by default, or from the unit for an effect of others."""
         rules = law.identification.compared or Comparison(order=(Stage.surroundings, 0))
         for stem, scale in rules.scales.items():
             if parameter.startswith(stem):

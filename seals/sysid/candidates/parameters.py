@@ -144,7 +144,7 @@ class Candidate:
         return self.identification.may_begin or self.identification.may_end
 
     def resembles(self, other: Candidate) -> bool:
-        """Return true where either of two effects declares the other as a confounder."""
+        """Return true if either of two effects declares the other as a confounder."""
         return (
             other.name in self.identification.confounders
             or self.name in other.identification.confounders

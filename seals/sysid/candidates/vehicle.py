@@ -58,7 +58,7 @@ def candidate_set_of(vehicle: Vehicle, *, speeds: Floats, logs: int = 1) -> Cand
 
 
 def _of_each_log(law: Any, addition: Addition, logs: int) -> Addition:
-    """The same with parameters for each log of what differs from log to log, as times do."""
+    """Return the candidates with separate parameters for each log where these may differ."""
     if addition.effect is not None or logs < 2:
         return addition
     own = {
@@ -126,7 +126,7 @@ def subject_of(vehicle: Vehicle, speeds: Floats) -> Subject:
 
 
 def _structure(subject: Subject) -> list[Addition]:
-    """Tolerances of the vehicle that belong to no effect."""
+    """Tolerances of the vehicle itself, beside those of effects."""
     found = []
     spread = subject.spread("torque_coefficient")
     if len(subject.lag) and subject.rotors and spread:

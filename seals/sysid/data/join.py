@@ -66,12 +66,12 @@ def _column(log: Log, name: str) -> Floats:
 
 
 def _listed(key: str, logs: Sequence[Log]) -> list[Any]:
-    """Entries of all runs, in order."""
+    """Return the entries of all runs, in order."""
     return [entry for log in logs for entry in list(log.meta[key])[: len(log.segments())]]
 
 
 def _each(logs: Sequence[Log]) -> list[dict[str, Any]]:
-    """What differs between the logs: name, rows, place on one clock, surroundings, sensors."""
+    """Return what differs between the logs: name, rows, clock, surroundings, sensors."""
     found: list[dict[str, Any]] = []
     begin = 0.0
     for log in logs:
@@ -116,7 +116,7 @@ def _compare(first: Log, other: Log) -> None:
 
 
 def _plain(key: str, value: Any) -> Any:
-    """Facts without what names them only, and without what may differ from log to log."""
+    """Return metadata without names and without what may differ from log to log."""
     if key == "baseline":
         return [_bare(entry) for entry in value or [] if entry.get("name") not in sea_laws()]
     if key == "sensors" and isinstance(value, Mapping):
@@ -125,7 +125,7 @@ def _plain(key: str, value: Any) -> Any:
 
 
 def _bare(value: Any) -> Any:
-    """Facts without what names them only."""
+    """Return metadata without names."""
     if isinstance(value, Mapping):
         return {k: _bare(v) for k, v in value.items() if k not in _LABELS}
     if isinstance(value, list | tuple):

@@ -132,7 +132,7 @@ def _stowed(robot: RobotModel) -> Floats:
 
 
 def _named(effects: Mapping[str, Effect], robot: RobotModel) -> set[str]:
-    """Links that effects act on by name, and all where a force acts on each link by itself."""
+    """Links that effects name, and all links under an effect that acts on each."""
     found = {link for e in effects.values() for link in e.links if link not in EVERYWHERE}
     spread = [e for e in effects.values() if "*" in e.links and e.ambient() is None]
     if any(has_hook(e, Loads) or has_hook(e, Inertia) for e in spread):
@@ -151,7 +151,7 @@ def _servo(effects: Mapping[str, Effect], robot: RobotModel) -> dict[str, Floats
 
 
 def _with_motors(actuators: Mapping[str, Effect], robot: RobotModel) -> RobotModel:
-    """The robot with the inertia of its joints' motors, whether they drive or not."""
+    """Return the robot with the inertia of its joints' motors, driven or not."""
     armature = _servo(actuators, robot).get("armature")
     if armature is None:
         return robot
@@ -164,7 +164,7 @@ def _instances(
     robot: RobotModel,
     environment: EnvironmentSettings,
 ) -> tuple[dict[str, Effect], dict[str, str]]:
-    """Effects by the names that a diagnosis uses, and their keys in ``robot.yaml``."""
+    """Effects by their instance names in a diagnosis, and their keys in ``robot.yaml``."""
     made: dict[str, Effect] = {}
     written: dict[str, str] = {}
     for name, effect in effects.items():
@@ -182,7 +182,7 @@ def _instances(
 def _instance(
     name: str, effect: Effect, robot: RobotModel, environment: EnvironmentSettings
 ) -> str:
-    """Name under which effects look for a nominal one of their kind: that of an entry of a log."""
+    """Return the instance name of an effect, as for an entry of a log."""
     on_base = set(effect.links) <= {"root", robot.links[0]} or "*" in effect.links
     if effect.correction or not on_base:
         return name
@@ -198,7 +198,7 @@ def _surroundings(
     *,
     listed: set[str] | None,
 ) -> dict[str, Effect]:
-    """Effects with those that surroundings give every robot, such as its weight.
+    """Return effects with those that the environment adds to every robot, such as weight.
 
     Args:
         effects: by instance.
@@ -225,7 +225,7 @@ def _surroundings(
 
 
 def _plain(effect: Effect) -> bool:
-    """Return true for an effect of which nothing was changed but where it acts."""
+    """Return true if all parameters of an effect have their defaults."""
     other = type(effect)()
     return all(getattr(effect, p) == getattr(other, p) for p in parameters_of(effect))
 
@@ -241,19 +241,19 @@ def _names_of(meta: Mapping[str, Any]) -> set[str]:
 
 
 def _undriven(meta: Mapping[str, Any]) -> bool:
-    """True for a log of SEALS that lists no drives: nothing guided the run, they stood still."""
+    """Return true for a simulated log without drives: the actuators stood still."""
     entries = meta.get("baseline") or []
     return bool(_instances_of(meta)) and all("instance" in e for e in entries)
 
 
 def _acting(description: RobotDescription, meta: Mapping[str, Any]) -> dict[str, Effect]:
-    """Effects of the robot that act in the nominal model of a log: of a run, those it lists."""
+    """Effects of the robot in the nominal model of a log; of a run, those that it lists."""
     listed = _instances_of(meta)
     return {k: e for k, e in description.effects.items() if not listed or k in listed}
 
 
 def _channel(actuator: Effect) -> str:
-    """Channel of the commands to an actuator: rotors are told a speed, others a force."""
+    """Channel of an actuator's commands: speeds of rotors, forces of others."""
     rotor = "reaction_coefficient" in actuator.constants()
     return "rotor_speed_cmd" if rotor else "thruster_cmd"
 
@@ -261,7 +261,7 @@ def _channel(actuator: Effect) -> str:
 def _columns(
     description: RobotDescription, robot: RobotModel, meta: Mapping[str, Any]
 ) -> tuple[int, ...]:
-    """Column of each joint: as the log lists them, else in the order of the URDF."""
+    """Column of each joint, in the order of the log, else of the URDF."""
     order: Sequence[str] = meta.get("joints") or description.listed or robot.joints
     lost = [name for name in robot.joints if name not in order]
     if lost:

@@ -184,7 +184,7 @@ def _spans(log: Log) -> tuple[LogSpan, ...]:
 
 
 def _held(log: Log, channel: str, count: int) -> Floats:
-    """A command channel; a cell without a number holds the last one."""
+    """Hold the last command in cells without a number."""
     if not channel or not count:
         return np.zeros((log.rows, 0))
     if not log.has(channel):

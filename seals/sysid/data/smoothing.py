@@ -83,7 +83,7 @@ def adaptive_polynomial(
 
 
 def _missed(square: Floats, half: int) -> NDArray[np.bool_]:
-    """Return true for rows about which a fit misses the samples, shape (T,).
+    """Return a mask of rows near which a fit misses the samples, shape (T,).
 
     Args:
         square: whitened squared residual of every row, NaN for no sample, shape (T,).

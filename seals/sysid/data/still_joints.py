@@ -1,4 +1,4 @@
-"""Joints that stand still in a log: the robot is one body in that posture."""
+"""Joints at rest throughout a log, so that the robot is one rigid body."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _STILL = 2.0
 
 
 def still_joints(log: Log, robot: RobotDescription | None) -> dict[str, float]:
-    """Return where the joints stand [rad or m], by name, in a log in which none of them moves.
+    """Return the joint positions [rad or m] by name if no joint moves in a log.
 
     A joint stands still where its readings scatter no wider about their mean than noise and a
     motion as small as that. Empty where one joint moves, or none is measured.

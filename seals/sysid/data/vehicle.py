@@ -146,7 +146,7 @@ def read_vehicle(
 def _of_meta(
     meta: Mapping[str, Any], environment: EnvironmentSettings, entries: Sequence[Mapping[str, Any]]
 ) -> dict[str, Any]:
-    """Model of the vehicle that the metadata describe."""
+    """Build the vehicle that the metadata describe."""
     spec = _part(meta, "vehicle")
     arm = spec.get("arm")
     if arm is not None and not arm.get("controller"):
@@ -178,7 +178,7 @@ def _of_robot(
     description: RobotDescription,
     still: Mapping[str, float],
 ) -> dict[str, Any]:
-    """Model of the vehicle that a robot's folder describes; the metadata may add flows."""
+    """Build the vehicle from a robot's folder; the metadata may add flows."""
     parts = parts_of(description, environment, meta, still)
     effects = dict(parts.effects)
     known = {key.partition(".")[2] for key in parts.written.values()}

@@ -94,7 +94,7 @@ def _chance(margin: Margin) -> float:
 
 
 def _words(found: RunsSearch, claim: RunsClaim) -> list[str]:
-    """Describe the rivals of a claim, and those ruled out by fast changes only."""
+    """Describe the rivals of a claim, and those ruled out by innovations only."""
     own = claim.candidate.label
     out = [f"{s} follows slow changes as well, fast ones speak for {own}" for s in claim.settled]
     return [_alike(found, claim), *out] if claim.rivals else out
@@ -113,7 +113,7 @@ def _alike(found: RunsSearch, claim: RunsClaim) -> str:
 
 
 def _quiet(found: RunsSearch, gain: Margin) -> RunsAnswer:
-    """Decide where no effect is significant: nothing missing, not observable, or none of these."""
+    """Decide without a significant effect: nothing missing, not observable, or none of these."""
     candidate_set = found.validator.experiment.candidate_set
     left = float(found.nominal.held_out_log_rms.mean())
     gross = found.validator.experiment.policy.gross_error

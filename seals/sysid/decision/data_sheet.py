@@ -57,7 +57,7 @@ def with_data_sheet(
 def _one_set(
     claims: Sequence[EvidenceClaim], sides: Sequence[EvidenceClaim], stated: EvidenceHypothesis
 ) -> list[EvidenceClaim]:
-    """Put one claim with all names in the place of the sides of a proportion."""
+    """Replace the claims on both factors of a ratio by one claim with all names."""
     index = len(stated.candidates) - 1
     name = stated.candidates[index].name
     names = tuple(c.name for c in sides if c.name != name)
@@ -72,7 +72,7 @@ def _one_set(
 
 
 def _beside(claim: EvidenceClaim, name: str) -> EvidenceClaim:
-    """Mention a name beside a claim, first of those that resemble it."""
+    """Add a name to a claim, first among those that resemble it."""
     if name == claim.name:
         return claim
     others = tuple(n for n in claim.alike if n != name)

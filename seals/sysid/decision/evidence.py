@@ -87,7 +87,7 @@ def decide(
 def _deceived(
     search: Search[EvidenceHypothesis], left: DisturbanceLevel, share: float, deceived: float
 ) -> EvidenceAnswer:
-    """Answer where the fit does not give back what a simulation was given."""
+    """Return the answer for a fit that fails its self-check on simulated data."""
     words = (
         f"the fit misses {search.best.label} in a simulation that holds it, by "
         f"{100.0 * deceived:.0f} % of its gain"
@@ -141,7 +141,7 @@ def _refusal(
 
 
 def _changed_data_sheet(best: EvidenceHypothesis) -> tuple[float, str]:
-    """Root mean square of the changes of stated numbers in tolerances, and the most changed one."""
+    """Root mean square change of stated numbers in tolerances, and the number changed most."""
     parameters = best.fitter.candidate_set.parameters
     changes = {
         key: value / parameters[key].tolerance
@@ -155,7 +155,7 @@ def _changed_data_sheet(best: EvidenceHypothesis) -> tuple[float, str]:
 
 
 def _between_powers(best: EvidenceHypothesis) -> bool:
-    """Return true where two laws that differ only by the power of the speed act in one variant."""
+    """Return true if two laws of one variant differ only by the power of the speed."""
     laws = {
         (c.identification.family, c.label.partition(" ")[2], c.name)
         for c in best.candidates
@@ -173,7 +173,7 @@ def evidence_temperature(problem: Problem) -> float:
 def _unexcited(
     problem: Problem, search: Search[EvidenceHypothesis], best: EvidenceHypothesis
 ) -> bool:
-    """Return true where the log could show none of the named effects at a plausible size."""
+    """Return true if the log could show none of the named effects at a plausible size."""
     gains = expected_gains(search.nominal)
     candidate_set, policy = best.fitter.candidate_set, problem.policy
 
@@ -198,7 +198,7 @@ def _unexcited(
 def _quiet(
     search: Search[EvidenceHypothesis], left: DisturbanceLevel, blind: Sequence[str] = ()
 ) -> EvidenceAnswer:
-    """Decide where no effect is significant: nothing missing, or a log that could not show it."""
+    """Decide without a significant effect: nothing missing, or not observable in the log."""
     policy = search.nominal.fitter.candidate_set.policy
     gains = expected_gains(search.nominal)
     names: dict[str, float] = {}

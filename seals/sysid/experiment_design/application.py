@@ -100,7 +100,7 @@ def read_diagnosis(place: Path) -> dict[str, Any]:
 
 
 def _open_question(given: Mapping[str, Any], place: str) -> list[str]:
-    """Effects that a diagnosis could not tell apart."""
+    """Return the effects that a diagnosis could not tell apart."""
     if not given:
         raise ConfigError(
             "effects is not given.\nSay which: seals plan effects=[payload,thrust_coefficient]"
@@ -141,7 +141,7 @@ def _read(config: Any, place: str) -> Log:
 def _known(
     candidate_set: CandidateSet, given: Mapping[str, Any], names: list[str]
 ) -> dict[str, dict[str, float]]:
-    """Fitted values of the effects of a diagnosis, by factor key."""
+    """Fitted values of the effects of a diagnosis, by parameter key."""
     out: dict[str, dict[str, float]] = {}
     for effect in given.get("effects", []):
         name, parameters = str(effect.get("name")), effect.get("parameters") or {}

@@ -173,7 +173,7 @@ class Controller:
         return wrench
 
     def _pull(self, wanted: Wanted, state: TwinState, turn: Floats, step: float) -> Floats:
-        """Acceleration that leads to the reference, world axes."""
+        """Feedback acceleration towards the reference, world axes."""
         g = self.gains
         miss = wanted.place - state.position
         self._sum = np.clip(self._sum + g.sum * miss * step, -g.most, g.most)
@@ -183,7 +183,7 @@ class Controller:
         return total
 
     def _bounded(self, up: Floats) -> Floats:
-        """Directions that lean no more than allowed."""
+        """Limit the tilt of directions."""
         out: Floats = up.copy()
         out[:, 2] = np.maximum(out[:, 2], 0.15 * 9.81)
         side = np.linalg.norm(out[:, :2], axis=1)

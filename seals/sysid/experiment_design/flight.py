@@ -150,7 +150,7 @@ def _flown(
 
 
 def _reference(scene: Scene, manoeuvre: Manoeuvre, step: float, lead: float) -> Path:
-    """Reference at all rows: a lead in which actuators forget their start, then whole seconds."""
+    """Reference at all rows: first a hold in which start transients decay, then the motion."""
     before = round(lead / step)
     rows = before + round(manoeuvre.seconds / step)
     time = (np.arange(rows, dtype=float) - before) * step
@@ -280,7 +280,7 @@ class _Loop:
         )
 
     def advance(self, row: int) -> Floats:
-        """Command, move on by one row, and return the commands."""
+        """Compute the commands, advance by one row, and return the commands."""
         first = self._rates(self._twin, self.state, self._drive, row)
         command = self._command(row, first)
         half: Floats = command + (self._drive - command) * np.exp(-0.5 * self.step / self._lag)
@@ -305,7 +305,7 @@ def _moved(state: TwinState, rates: Rates, step: float) -> TwinState:
 
 
 def _padded(parts: Sequence[Floats], rows: int, *, still: bool = False) -> Floats:
-    """Stack references of different length, shape (rows, M, ...); the last row (or 0) is held."""
+    """Stack references of different length, shape (rows, M, ...), padded by the last row or 0."""
     out = []
     for part in parts:
         last = np.zeros_like(part[-1:]) if still else part[-1:]

@@ -103,7 +103,7 @@ class Plan:
 
     @property
     def best(self) -> Ranked:
-        """The proposed manoeuvre: a safe one, with a single log where that is enough."""
+        """Proposed manoeuvre: a safe one, with a single log where that is enough."""
         safe = [r for r in self.ranked if not r.unsafe]
         if not safe:
             reasons = "; ".join(w for r in self.ranked[:1] for w in r.unsafe)
@@ -160,7 +160,7 @@ def propose(
     Args:
         problem: the log made ready: vehicle, sensors, disturbance.
         names: of effects in the catalogue, the likeliest first; one for "does it act at all".
-        known: fitted values by factor key for some of the names; the others are fitted here.
+        known: fitted values by parameter key for some of the names; the others are fitted here.
         quick: leave out what a vehicle with an arm would take long to linearise.
         seed: of gusts and noise in the rehearsals.
         tell: takes the number of stages done, of `STAGES`.
@@ -221,7 +221,7 @@ def _flown(
 
 
 def _ranked(scene: Scene, manoeuvre: Manoeuvre, flown: Sequence[Flown]) -> Ranked:
-    """Contests of all effects over the windows of one manoeuvre."""
+    """Compare all pairs of effects over the windows of one manoeuvre."""
     gram = flown[0].gram
     table = sum_of(manoeuvre, flown)
     count = len(gram.supposed)

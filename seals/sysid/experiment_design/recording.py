@@ -20,7 +20,7 @@ from seals.sysid.predictors.problem import Problem
 
 
 class _Planned(Plant):
-    """Plant in which an added inertia runs over the batch as soon as one of its parameters does."""
+    """Plant whose added inertia varies over the batch if one of its parameters does."""
 
     def twin(
         self,
@@ -36,8 +36,8 @@ class _Planned(Plant):
         moved = {n for n in arrays if has_hook(effects[n], Inertia)}
         full = {
             key: np.full(batch, np.asarray(values.get(key, 0.0)))
-            for key, factor in self.candidate_set.parameters.items()
-            if factor.instance in moved
+            for key, parameter in self.candidate_set.parameters.items()
+            if parameter.instance in moved
         }
         return super().twin({**values, **full}, batch, stiff=stiff, over_steps=over_steps)
 
@@ -76,7 +76,7 @@ def planned_plant(
 
 
 def _sensors(problem: Problem, step: float) -> tuple[dict[str, int], dict[str, float]]:
-    """Rows between samples of each channel, and noise that tells as much in a second."""
+    """Sampling interval of each channel in rows, and noise of equal information per second."""
     every, sigma = {}, dict(problem.vehicle.sigma)
     for name, values in problem.samples.channels.items():
         rate = float(np.mean(np.isfinite(values[:, 0]))) / problem.samples.step

@@ -36,7 +36,7 @@ def measured(
     volts: float | None,
     rng: np.random.Generator,
 ) -> dict[str, Floats]:
-    """Return log columns: commands, and sensor readings with noise at the sensors' rates.
+    """Return log columns: commands, and noisy sensor readings at the sensors' rates.
 
     Args:
         experiment: step of the log, channels of the sensors.
@@ -119,7 +119,7 @@ def _exact(experiment: Experiment, model: Model, track: Track, parts: int) -> di
 
 
 def _late(model: Model, reading: Reading, step: float) -> Reading:
-    """Readings as late as the model's sensors."""
+    """Delay readings as the model's sensors do."""
     at = np.arange(len(reading.angular_velocity)) - model.sensor_delay / step
     rows = np.arange(len(at))
     parts = [

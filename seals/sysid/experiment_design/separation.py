@@ -28,7 +28,7 @@ class Supposed:
 
     Args:
         candidate: of the library; None for nothing.
-        values: changes by factor key.
+        values: changes by parameter key.
     """
 
     candidate: Candidate | None
@@ -141,7 +141,7 @@ def expected_odds(gram: Gram, table: Floats, truth: int, rival: int) -> Contest:
 
 
 def _fitted(gram: Gram, table: Floats, truth: int, model: int) -> tuple[float, float, Floats]:
-    """Fit a model to the signal of another.
+    """Fit one model to the signal of another.
 
     Returns:
         Cost of the best fit, price of its freedom, and the weights of responses and signals that
@@ -211,7 +211,7 @@ def difference(
 def _bounded_step(
     normal: Floats, right: Floats, precision: Floats, begin: Floats, bounds: Floats
 ) -> Floats:
-    """Least squares step with a prior about zero, held at the bounds that it would cross."""
+    """Least-squares step with a prior about zero, limited by the bounds."""
     step = np.zeros(len(right))
     free = np.ones(len(right), dtype=bool)
     for _ in range(3):

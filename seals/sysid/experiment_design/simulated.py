@@ -144,7 +144,7 @@ def _run(
 
 
 class _Flight:
-    """Run in a world in which a controller, or nothing, commands the vehicle row by row."""
+    """Run in a world whose vehicle follows commands row by row, or none."""
 
     def __init__(
         self,
@@ -171,7 +171,7 @@ class _Flight:
         self.last = self.actor.body.read()
 
     def fly(self, rows: int) -> Track:
-        """Settle, then record the rows."""
+        """Let the transients decay, then record the rows."""
         if self.control is not None:
             for _ in range(round(_SETTLE / self.step)):
                 self._advance(0, None)

@@ -29,7 +29,7 @@ def supposed_of(
     Args:
         problem: the log made ready.
         names: of effects in the catalogue.
-        known: values by factor key for names that were fitted already.
+        known: values by parameter key for names that were fitted already.
 
     Raises:
         ConfigError: an effect is not one that this vehicle could miss.
@@ -67,7 +67,7 @@ def variants_of(candidate_set: CandidateSet, name: str) -> list[Candidate]:
 
 
 def _likeliest(problem: Problem, variants: Sequence[Candidate]) -> Candidate:
-    """The variant with the largest linear gain on the log."""
+    """Return the variant with the largest linear gain on the log."""
     if len(variants) == 1:
         return variants[0]
     fitter = problem.fitter

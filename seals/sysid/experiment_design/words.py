@@ -63,7 +63,7 @@ def _gain(plan: Plan, best: Ranked) -> str:
 
 
 def _seen(plan: Plan, best: Ranked) -> str:
-    """Name the channel that separates the closest pair best."""
+    """Name the channel that separates the closest pair most."""
     worst = min(best.contests, key=lambda c: c.separation)
     names = list(plan.names)
     rival = len(names) if worst.rival == NOTHING else names.index(worst.rival)

@@ -103,7 +103,7 @@ class StepRule(Protocol[T_contra]):
         ...
 
     def accepts(self, task: T_contra, cost: float) -> bool:
-        """Return true where a trial with this cost is accepted."""
+        """Return true if a trial with this cost is accepted."""
         ...
 
     def update(self, task: T_contra, before: float) -> None:

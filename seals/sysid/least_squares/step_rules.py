@@ -41,7 +41,7 @@ class Backtracking:
         return [Proposal(0.0, self.shares[task.refused])]
 
     def accepts(self, task: Iterate, cost: float) -> bool:
-        """Return true where the cost falls."""
+        """Return true if the cost falls."""
         return cost < task.cost
 
     def update(self, task: Iterate, before: float) -> None:
@@ -93,7 +93,7 @@ class LevenbergMarquardt:
         return out
 
     def accepts(self, task: Iterate, cost: float) -> bool:
-        """Return true where the cost falls."""
+        """Return true if the cost falls."""
         return cost < task.cost
 
     def update(self, task: Iterate, before: float) -> None:
@@ -131,11 +131,11 @@ class BlockIterate(Iterate):
 
     @abstractmethod
     def remember(self) -> None:
-        """Take the present point as the best one."""
+        """Store the present point as the best one."""
 
     @abstractmethod
     def recall(self) -> None:
-        """Go back to the best point."""
+        """Return to the best point."""
 
 
 @dataclass(frozen=True, kw_only=True)

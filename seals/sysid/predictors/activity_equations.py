@@ -264,7 +264,7 @@ def _responses(
     with_it: Mapping[str, float],
     at: Floats,
 ) -> Columns:
-    """Responses by the effect's parameters; in front the one at its present values, if any."""
+    """Responses by the effect's parameters, preceded by that at its present values, if any."""
     found = fitter.columns_at(keys, with_it)
     if not at.any():
         return found
@@ -281,7 +281,7 @@ def _responses(
 def _masked(
     fitter: Fitter, columns: Columns, offsets: Sequence[float]
 ) -> tuple[Whitened, Whitened]:
-    """Whitened responses where the effect acts from each offset on, and up to it."""
+    """Whitened responses with the effect active from each offset on, and up to it."""
     windows = fitter.windows
     inside = np.full((fitter.plant.samples.rows, 1, 1), -np.inf)
     inside[windows.rows, 0, 0] = np.arange(windows.length)

@@ -73,7 +73,7 @@ class Experiment:
         return np.array([self.parameter(k).nominal for k in range(len(self.names))])
 
     def systematic(self, case: int) -> bool:
-        """Return true where a systematic error, not noise, sets the floor of a fitted channel."""
+        """Return true if a systematic error, not noise, sets the floor of a fitted channel."""
         one, floor = self.cases[case], self.settings.naming.floor
         fitted = [c for c in one.measured if c not in self.settings.naming.judge]
         return any(float(floor.get(c, 0.0)) > float(one.sigma[c].min()) for c in fitted)
@@ -131,7 +131,7 @@ def prepare(settings: CompareSettings, logs: Sequence[Log]) -> Experiment:
 
 
 def _trained(cases: Sequence[Case]) -> list[Case]:
-    """Choose training runs; with fewer than two every run takes part, each held out in turn."""
+    """Choose training runs; if fewer than two are named, each run is held out in turn."""
     if len(cases) < 2:
         raise ConfigError(
             f"{len(cases)} run is too few to name an effect: none can be held out.\n"
@@ -179,7 +179,7 @@ def _observable(experiment: Experiment) -> tuple[tuple[Candidate, ...], tuple[Ca
 
 
 def _changes(experiment: Experiment, keys: Sequence[str]) -> list[float]:
-    """Change of the readings by a plausible size of each key, root mean square over the floor."""
+    """Change of the readings by a plausible size of each key, in units of the noise floor."""
     jobs, shares = [], []
     off = experiment.nominal()
     chosen = experiment.train[:: max(1, len(experiment.train) // 4)]

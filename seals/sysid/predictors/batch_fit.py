@@ -90,7 +90,7 @@ class RunFitter:
         iterations: int = 10,
         rule: LevenbergMarquardt | None = None,
     ) -> None:
-        """Keep the parts."""
+        """Store the arguments."""
         self.experiment, self.iterations = experiment, iterations
         self.rule = rule or LevenbergMarquardt()
         keys = [experiment.parameter(k) for k in range(len(experiment.names))]
@@ -118,7 +118,7 @@ class RunFitter:
         return min(tasks, key=lambda t: t.cost)
 
     def _begin(self, tasks: Sequence[FitTask]) -> None:
-        """Evaluate tasks where they start."""
+        """Evaluate tasks at their starting values."""
         for task in tasks:
             for c in task.cases:
                 task.deviations.setdefault(c, np.zeros_like(self._start(c).sigma))

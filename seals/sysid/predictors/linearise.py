@@ -211,7 +211,7 @@ def _with_friction(
     state_matrix: Floats,
     output_matrix: Floats,
 ) -> Floats:
-    """Derivatives by the joint rates again, dry friction included; those of the output in place.
+    """Recompute the columns of the joint rates with dry friction; the output matrix in place.
 
     Near rest dry friction opposes the rate far more steeply than a servo's damping: without that
     slope the noise of a trajectory's rates would turn into torques.
@@ -235,7 +235,7 @@ def _times(matrices: Floats, rows: Floats) -> Floats:
 
 
 def _places(plant: Plant, used: Mapping[str, float]) -> tuple[int, ...]:
-    """Components of the position on which accelerations depend at all."""
+    """Position components on which accelerations depend."""
     acting = {*plant.vehicle.effects, *(k.partition(".")[0] for k in used)}
     laws = [type(plant.candidate_set.effects[n]) for n in acting & set(plant.candidate_set.effects)]
     # laws of strangers may know where they are, too
@@ -378,7 +378,7 @@ def _accelerations(
 def _everywhere(
     cache: TrajectoryCache, used: Mapping[str, float], shifts: Sequence[Floats], *, stiff: bool
 ) -> list[Floats]:
-    """The same for trajectories at other poses."""
+    """Accelerations and specific force for trajectories at other poses."""
     plant, trajectory = cache.plant, cache.trajectory
     count, drive = plant.samples.rows, plant.drive(used)
     out: list[Floats] = []
@@ -394,7 +394,7 @@ def _everywhere(
 
 
 def _shifted(state: TwinState, error: Floats) -> TwinState:
-    """States with errors added, one each."""
+    """Return states with one error added to each."""
     if not error.any():
         return state
     joints = state.joints.shape[1]

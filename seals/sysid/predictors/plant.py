@@ -153,7 +153,7 @@ class Plant:
         return delay, lag
 
     def changes_readings(self, instance: str) -> bool:
-        """Return true where an instance changes the inertial readings but not the motion."""
+        """Return true if an instance changes the inertial readings but not the motion."""
         effect = self.candidate_set.effects.get(instance)
         return instance in self._quiet - self.timed if effect is not None else False
 
@@ -206,7 +206,7 @@ class Plant:
         )
 
     def _bound(self, used: frozenset[str]) -> EffectSet:
-        """Effects of the nominal model and some more, bound once for each choice."""
+        """Bind the effects of the nominal model and some more, once for each choice."""
         if used not in self._sets:
             effects = self.candidate_set.effects
             chosen = {n: e for n, e in effects.items() if n in self._nominal or n in used}
@@ -214,7 +214,7 @@ class Plant:
         return self._sets[used]
 
     def _bound_alone(self, used: set[str]) -> EffectSet:
-        """Some effects without the nominal model, bound once for each choice."""
+        """Bind some effects without the nominal model, once for each choice."""
         key = frozenset(used)
         if key not in self._alone:
             chosen = {n: e for n, e in self.candidate_set.effects.items() if n in used}
@@ -228,7 +228,7 @@ class Plant:
         return nominal + change if np.ndim(change) else float(nominal + change)
 
     def _waves(self, values: Values, batch: int) -> Any:
-        """Waves under ``values``, one for each link of each vehicle; the known ones without any."""
+        """Waves at ``values``, one per link of each vehicle; the stated waves without any."""
         for instance, waves in self.candidate_set.waves.items():
             own = {k.partition(".")[2]: v for k, v in values.items() if _instance(k) == instance}
             if not own:
@@ -239,7 +239,7 @@ class Plant:
         return self.waves
 
     def _tiled(self, value: Any, batch: int) -> Floats:
-        """A value for each link of each vehicle, links in blocks."""
+        """Repeat a value for each link of each vehicle, links in blocks."""
         each = np.broadcast_to(np.asarray(value, dtype=float), (batch,))
         return np.tile(each, len(self.vehicle.robot.links))
 
@@ -367,7 +367,7 @@ class Plant:
 
 
 def of_joints_alone(effect: Effect) -> bool:
-    """Return true where a law's torque depends on the joints alone, not on motion and medium."""
+    """Return true if a law's torque depends on the joints alone, not on motion and medium."""
     return has_hook(effect, JointLoads) and not names_any(
         effect, "joint_loads", ("motion", "medium")
     )
@@ -382,7 +382,7 @@ def _timing_of(effect: Effect, values: Mapping[str, float]) -> tuple[float, floa
 
 
 def _times_actuators(effect: Effect) -> bool:
-    """Return true where an effect changes the timing of the actuators, not that of the sensors."""
+    """Return true if an effect changes the timing of actuators, not that of sensors."""
     return has_hook(effect, Timed) and any(
         _timing_of(effect, dict.fromkeys(parameters_of(effect), 1.0))
     )
@@ -398,7 +398,7 @@ def nonzero(values: Mapping[str, float]) -> dict[str, float]:
 
 
 def _in_force(delay: float, step: float, held: Held, *, latency: float) -> tuple[int, float]:
-    """Rows by which a command is behind, and the share of the one before it."""
+    """Delay of a command in whole rows, and the weight of the preceding command."""
     if held is Held.row:
         # a command arrives up to twice the mean latency late: the odds that this one has not
         behind = max(int(np.floor(delay / step)) + 1, 1)

@@ -342,7 +342,7 @@ def refined(
 def _astray(
     plant: Plant, before: Trajectory, after: Trajectory, rows: NDArray[np.int64]
 ) -> NDArray[np.bool_]:
-    """Return true for windows that a step leads away from the measured pose, shape (W,).
+    """Return a mask of windows that a step moves away from the measured pose, shape (W,).
 
     Where forces change within a row or two, as on rotors that touch water, a step of a linear
     model can diverge: a stretch as long as the free force can bend the trajectory then lies off.
@@ -375,7 +375,7 @@ def _astray(
 
 
 def _stretches(values: Floats, count: int) -> Floats:
-    """Sums over all stretches of some rows of every window, shape (W, K - count + 1)."""
+    """Sums over all runs of ``count`` consecutive rows of every window, (W, K - count + 1)."""
     total = np.cumsum(np.pad(values, ((0, 0), (1, 0))), axis=1)
     out: Floats = total[:, count:] - total[:, :-count]
     return out

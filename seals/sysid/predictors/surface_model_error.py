@@ -71,7 +71,7 @@ def surface_model_error(plant: Plant, trajectory: Trajectory) -> SurfaceModelErr
 
 
 def _uncertain(share: Floats, *, floats: bool) -> Floats:
-    """Share of the full lift that follows the hull's shape as it gets wet or dry, shape (T,).
+    """Fraction of the full lift that depends on the hull's shape at the surface, shape (T,).
 
     Of a hull that floats throughout only the changes count: an error of its mean lift is constant,
     and one of mass and volume.
@@ -98,7 +98,7 @@ def _ripple(vehicle: Vehicle, area: float) -> Floats:
 
 
 def _sudden(plant: Plant, trajectory: Trajectory, lift: Floats) -> Floats:
-    """Compute the measured specific force without the lift, as a force [N], shape (T,).
+    """Measured specific force without the lift, as a force [N], shape (T,).
 
     On a vehicle that drives itself the thrust hides an impact, and is known: nothing. Nothing
     either on one that floats.
@@ -113,7 +113,7 @@ def _sudden(plant: Plant, trajectory: Trajectory, lift: Floats) -> Floats:
 
 
 def _widest(values: Floats) -> Floats:
-    """Largest of every value and its neighbours."""
+    """Largest of each value and its neighbours."""
     beside: Floats = np.maximum(np.roll(values, 1), np.roll(values, -1))
     return np.maximum(values, beside)
 
@@ -130,7 +130,7 @@ def filled(samples: Samples, name: str) -> Floats:
 
 
 def enters(plant: Plant, trajectory: Trajectory) -> bool:
-    """Return true where a vehicle without actuators falls into water rather than floats."""
+    """Return true if a vehicle without actuators falls into water rather than floats."""
     if not plant.vehicle.has_water or len(plant.vehicle.lag):
         return False
     share = submersion(plant, trajectory)

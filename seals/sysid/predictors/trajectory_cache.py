@@ -51,7 +51,7 @@ class TrajectoryCache:
     """
 
     def __init__(self, plant: Plant, trajectory: Trajectory) -> None:
-        """Find poses and surroundings once."""
+        """Compute poses and surroundings."""
         self.plant, self.trajectory = plant, trajectory
         self.rows = np.arange(plant.samples.rows)
         self.state: TwinState = trajectory.state(self.rows)
@@ -157,7 +157,7 @@ class TrajectoryCache:
 
     @staticmethod
     def _forget(kept: dict[Any, Any], most: int = _KEPT) -> None:
-        """Make room: the oldest goes."""
+        """Remove the oldest entry to make room."""
         if len(kept) >= most:
             del kept[next(iter(kept))]
 
@@ -204,19 +204,19 @@ class TrajectoryCache:
         return out
 
     def _rates(self, values: Mapping[str, float]) -> Rates:
-        """Rates of the whole model at values that nobody asks for again."""
+        """Rates of the whole model at values, not cached."""
         twin = self.plant.twin(values, len(self.rows))
         return twin.rates(self.state, self.time, self.inputs(values), self.posture(values))
 
     def _alone(self, key: str) -> bool:
-        """Return true where a parameter changes only the loads of some effects."""
+        """Return true if a parameter changes only the loads of some effects."""
         instance = key.partition(".")[0]
         effect = self.plant.candidate_set.effects.get(instance)
         timed = instance in self.plant.timed
         return effect is not None and not timed and not has_hook(effect, FlowField)
 
     def _part(self, instance: str, values: Mapping[str, float]) -> EffectSet:
-        """Bind one effect with all that act through the same drive."""
+        """Bind one effect with all effects of the same drive."""
         effects = self.plant.candidate_set.effects
         names = {instance}
         if _drives(effects[instance]):
@@ -232,7 +232,7 @@ class TrajectoryCache:
 
 
 def _drives(effect: object) -> bool:
-    """Return true where an effect acts through the thrust."""
+    """Return true if an effect acts through the thrust."""
     return any(has_hook(effect, hook) for hook in _DRIVING)
 
 

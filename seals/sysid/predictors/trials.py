@@ -87,7 +87,7 @@ def trials(plant: Plant, *, leave: Sequence[str], count: int = COUNT) -> list[Tr
 
 
 def _sizes(candidate_set: CandidateSet, leave: Sequence[str]) -> list[dict[str, float]]:
-    """No effect, and every one that acts on the motion in several sizes."""
+    """Draw no effect, and each effect on the motion in several sizes."""
     out: list[dict[str, float]] = [{}]
     for candidate in candidate_set.candidates:
         parameters = [candidate_set.parameters[k] for k in candidate.keys]
@@ -97,7 +97,7 @@ def _sizes(candidate_set: CandidateSet, leave: Sequence[str]) -> list[dict[str, 
 
 
 def _silent(candidate_set: CandidateSet, key: str) -> bool:
-    """Return true where a parameter changes the readings and not the motion."""
+    """Return true if a parameter changes the readings but not the motion."""
     effect = candidate_set.effects.get(candidate_set.parameters[key].instance)
     return effect is None or any(has_hook(effect, h) for h in (Measure, Timed))
 
@@ -159,7 +159,7 @@ def nearest_trajectories(
 
 
 def _course(plant: Plant, tracks: Sequence[Floats], taken: Any) -> Trajectory:
-    """Put one trajectory together from the trial that is taken for each run."""
+    """Join one trajectory from the trial chosen for each run."""
     parts: dict[str, Floats] = {}
     for name, track in zip(FIELDS, tracks, strict=True):
         parts[name] = np.concatenate(
@@ -177,7 +177,7 @@ def parents(chosen: Sequence[Trial], misfit: Floats) -> list[Trial]:
 
 
 def simulated(plant: Plant, chosen: Sequence[Trial]) -> tuple[Floats, list[Floats]]:
-    """Simulate trials; return distances from the readings (trials, runs) and all states."""
+    """Simulate trials; return distances to the readings (trials, runs) and all states."""
     samples, runs, count = plant.samples, plant.samples.runs, len(chosen)
     keys = dict.fromkeys(k for trial in chosen for k in trial.values)
     # run by run within each trial

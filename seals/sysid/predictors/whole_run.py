@@ -124,26 +124,26 @@ class _Step(NamedTuple):
 
 @dataclass(kw_only=True)
 class _RunTask(BlockIterate):
-    """Model of whole runs on its way to the measurements; a block is a run."""
+    """Whole-run model during its fit; a block is a run."""
 
     now: LinearisedModel
     best: LinearisedModel
     stuck: bool = False
 
     def remember(self) -> None:
-        """Take the present model as the best one."""
+        """Store the present model as the best one."""
         self.best, self.best_cost, self.best_misfit = self.now, self.cost, self.misfit
 
     def recall(self) -> None:
-        """Go back to the best model."""
+        """Return to the best model."""
         self.now, self.cost, self.misfit = self.best, self.best_cost, self.best_misfit
 
 
 class _Descent:
-    """Gauss-Newton steps of models, each about a trajectory that moves with it."""
+    """Gauss-Newton problem of models that are linearised about their own trajectories."""
 
     def linearise(self, tasks: Sequence[_RunTask]) -> None:
-        """Do nothing: a model is linearised where it was moved to."""
+        """Do nothing: a model is linearised at the point it moved to."""
 
     def evaluate(
         self, tasks: Sequence[_RunTask], proposals: Sequence[Sequence[Proposal]]
@@ -162,7 +162,7 @@ class _Descent:
 
 
 def _stepped(now: LinearisedModel, pace: Floats) -> _Step | None:
-    """Take one step, run by run at its pace; return it with the largest move in units of the reach.
+    """Take a step with one step length per run; return the largest move in units of the reach.
 
     None where the step is not finite: the equations, or the trajectory that it leads to.
     """

@@ -94,11 +94,11 @@ class Windows:
         return other
 
     def shares_outputs(self, other: Windows) -> bool:
-        """Return true where whitened outputs of other windows may be used in these."""
+        """Return true if whitened outputs of other windows may be used in these."""
         return self._marginal is other._marginal
 
     def _reference(self, blur: Floats | None) -> None:
-        """Measured values against the trajectory, weights, and which state component each reads."""
+        """Measured less trajectory values, weights, and the state component of each reading."""
         trajectory, sigma = self.trajectory, self.vehicle.sigma
         seen = self.samples.channels
         values: list[Floats] = []
@@ -149,7 +149,7 @@ class Windows:
         self.observed = int(np.count_nonzero(self.weight)) - free
 
     def _gusts(self, gust: Floats, extra: Floats | None) -> None:
-        """Hat functions of the gusts and the inverse of their covariance."""
+        """Hat functions of the gusts, and the inverse of the gusts' covariance."""
         spacing = self._knot or _KNOT * self.vehicle.gust_time
         span = (self.length - 1) * self.samples.step
         knots = max(2, round(span / spacing) + 1)
@@ -175,7 +175,7 @@ class Windows:
 
     @cached_property
     def _march(self) -> tuple[Floats, Floats]:
-        """Transitions and output matrices along the windows, in the order in which they are used.
+        """Transition and output matrices along the windows, in the order of use.
 
         Shapes (K, W, n, n) and (K, W, 3, n).
         """
@@ -221,7 +221,7 @@ class Windows:
         return Weights(scale, factor, np.linalg.inv(factor))
 
     def _run(self, start: Floats, push: Callable[[int, Floats], None], direct: Floats) -> Floats:
-        """Carry state columns through the windows and read them off, whitened.
+        """Propagate state columns through the windows and return their whitened outputs.
 
         Args:
             start: states at the first rows, shape (W, n, c).
@@ -380,7 +380,7 @@ def window_rows(samples: Samples, length: float, skip: int) -> NDArray[np.int64]
 
 
 def _shift(rows: int, late: float) -> Floats:
-    """Matrix that reads a series ``late`` rows earlier, straight lines between rows and before."""
+    """Matrix that delays a series by ``late`` rows, by linear interpolation."""
     at = np.arange(rows) - late
     below = np.clip(np.floor(at).astype(int), 0, rows - 2)
     share = at - below
@@ -391,7 +391,7 @@ def _shift(rows: int, late: float) -> Floats:
 
 
 def _adding(pushes: Floats) -> Callable[[int, Floats], None]:
-    """Add one push after the other, shape (K, W, n, c); the last one is idle."""
+    """Add pushes one after the other, shape (K, W, n, c); the last one has no effect."""
 
     def push(k: int, states: Floats) -> None:
         states += pushes[k]
@@ -400,7 +400,7 @@ def _adding(pushes: Floats) -> Callable[[int, Floats], None]:
 
 
 def _outer(matrix: Floats, weights: Floats) -> Floats:
-    """Columns axis by axis, knot by knot: matrix (K, W, r, 6) times weights (K, m)."""
+    """Outer products by axis and knot: matrix (K, W, r, 6) times weights (K, m)."""
     out = matrix[:, :, :, :, None] * weights[:, None, None, None, :]
     return out.reshape(*matrix.shape[:3], -1)
 

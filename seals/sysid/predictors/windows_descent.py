@@ -27,7 +27,7 @@ class WindowTask(Iterate):
 
 
 class TrialPoint(NamedTuple):
-    """Fit at trial values; its cost is minimised over the keys that are held."""
+    """Fit at trial values, minimised over the nuisance parameters."""
 
     cost: float
     fit: Fit

@@ -103,7 +103,7 @@ class Fitter:
 
     @cached_property
     def _square(self) -> Floats:
-        """Their products with each other, shape (W, p, p)."""
+        """Inner products of `fixed`, shape (W, p, p)."""
         return self.fixed.product(self.fixed)
 
     def with_windows(self, windows: Windows) -> Fitter:
@@ -198,7 +198,7 @@ class Fitter:
             for k in keys
         ]
         with np.errstate(divide="ignore"):
-            # a factor that is known exactly and not freed cannot move: infinite precision
+            # a parameter that is known exactly and not freed cannot move: infinite precision
             precision: Floats = 1.0 / np.asarray(widths, dtype=float) ** 2
         return precision
 
@@ -393,11 +393,11 @@ class Fitter:
 
 
 def is_determined(misfit: Floats) -> bool:
-    """Return true where the misfits of all windows are finite and not negative beyond rounding."""
+    """Return true if all windows have a misfit that is finite and not negative beyond rounding."""
     largest = float(np.abs(misfit).max())
     return bool(np.isfinite(largest) and misfit.min() >= -_ROUNDING * largest)
 
 
 def _silence(normal: Floats, right: Floats, held: int) -> None:
-    """Take one parameter out of the equations."""
+    """Remove one parameter from the equations."""
     normal[:, held, :], normal[:, :, held], right[:, held] = 0.0, 0.0, 0.0

@@ -62,7 +62,7 @@ def execute(config: Any) -> int:
 
 
 def _without(log: Log, config: Any) -> Log:
-    """The log with a nominal model that lacks some effects."""
+    """Return the log with some effects removed from its nominal model."""
     names = [str(name) for name in config.without]
     if not names:
         return log
@@ -79,7 +79,7 @@ def _found(
     places: Sequence[Path],
     tell: Callable[[int], None],
 ) -> Diagnosis:
-    """Diagnose a log and propose the flight that would settle an open question."""
+    """Diagnose a log, and propose a flight for effects that it cannot tell apart."""
     found = diagnose(log, robot=robot, processes=config.processes or cores(), tell=tell)
     found = replace(found, source=sources(places))
     if not config.plan:
@@ -117,7 +117,7 @@ def answer_of(found: Diagnosis, missing: Localisation) -> dict[str, Any]:
 
 
 def _told(found: Diagnosis, missing: Localisation) -> str:
-    """Text beside the verdict: the signature of an unknown effect, the next flight."""
+    """Return the text beside the verdict: signature of an unknown effect, next flight."""
     lines = []
     if found.answer.verdict is Verdict.none_of_these:
         lines += [f"  {line}" for line in missing.signature.sentences]

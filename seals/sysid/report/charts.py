@@ -64,7 +64,7 @@ def gain_chart(entries: Sequence[Entry], *, before: float, asked: float) -> Bars
 
 
 def _gain_text(entry: Entry) -> str:
-    """Gain with its standard error; one within two errors of zero, or tiny, is none seen."""
+    """Gain with its standard error; a gain within two errors of zero is called none."""
     gain, error = entry.gain or 0.0, entry.error or 0.0
     if entry.status == REJECTED and abs(gain) <= max(2.0 * error, NOTHING):
         return "none seen"

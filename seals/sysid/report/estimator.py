@@ -159,7 +159,7 @@ def misfit_of(log: Log, values: Mapping[str, float], found: Diagnosis) -> float:
 
     Args:
         log: of the same vehicle.
-        values: of the model's factors.
+        values: of the model's parameters.
         found: the diagnosis that they come from.
 
     Raises:

@@ -71,7 +71,7 @@ def read_log(config: Any, place: Path) -> Log:
 
 
 def _tell_stated(log: Log) -> None:
-    """Say in words that numbers without a stated tolerance count as exact."""
+    """Print that numbers without a stated tolerance count as exact."""
     if log.meta.get("tolerance"):
         return
     print(
@@ -83,7 +83,7 @@ def _tell_stated(log: Log) -> None:
 
 
 def _tell_time(log: Log) -> None:
-    """Say how long the diagnosis of a long log takes; refuse one that nobody can wait for.
+    """Print the expected time of a long diagnosis; refuse one that takes far too long.
 
     Raises:
         LogError: it has more rows than allowed.

@@ -34,13 +34,13 @@ def effect_words(name: str) -> str:
     return (inspect.getdoc(laws.get(name)) or "").partition("\n")[0] if name in laws else ""
 
 
-def factor_words(key: str) -> str:
+def parameter_words(key: str) -> str:
     """Return the description of a model parameter in words.
 
     Example:
-        >>> factor_words("inertia.delta_xx"), factor_words("weak_rotor_2.relative_loss")
+        >>> parameter_words("inertia.delta_xx"), parameter_words("weak_rotor_2.relative_loss")
         ('moment of inertia, xx', 'thrust loss of actuator 2')
-        >>> factor_words("quadratic_drag_water_change.coefficient_z")
+        >>> parameter_words("quadratic_drag_water_change.coefficient_z")
         'quadratic drag in water, z'
     """
     found = _AXIS.search(key)
@@ -63,7 +63,7 @@ def factor_words(key: str) -> str:
 
 
 def _declared(instance: str, parameter: str) -> str:
-    """Words that an effect declares for a parameter of one of its instances, or none."""
+    """Return the words that an effect declares for a parameter of an instance, or none."""
     for name, law in installed().items():
         variant = instance[len(name) + 1 :]
         if instance != name and not instance.startswith(f"{name}_"):

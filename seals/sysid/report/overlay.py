@@ -89,10 +89,10 @@ def _caption(problem: Problem) -> str:
     length = problem.fitter.windows.length * problem.samples.step
     stated = not problem.samples.posed
     start = (
-        "starts once at the beginning of each run, within the stated doubt of that start, and then "
-        "runs freely with the logged commands"
+        "starts once at the beginning of each run, within the stated uncertainty of that start, "
+        "and then runs freely with the logged commands"
         if stated
-        else f"starts anew every {length:.2g} s from the start that suits it best, and then runs "
+        else f"starts anew every {length:.2g} s from the best-fitting start state, and then runs "
         "freely with the logged commands (small steps in the lines are these restarts)"
     )
     return (
@@ -155,7 +155,7 @@ def _charts(
 
 
 def _kept(track: Track, most: int) -> NDArray[np.intp]:
-    """Rows to draw: those with a measurement, thinned so that every peak of the residual stays."""
+    """Rows to draw: those with a measurement, downsampled without losing peaks."""
     good = np.flatnonzero(np.isfinite(track.before).ravel())
     if len(good) <= most:
         return good
@@ -176,7 +176,7 @@ def _series(
     colour: str,
     band: Floats | None = None,
 ) -> Series:
-    """A line with a gap wherever the number of the window, or run, changes."""
+    """Return a line with a gap wherever the window, or the run, changes."""
     cut = np.flatnonzero(np.diff(window)) + 1
     return Series(
         name=name,

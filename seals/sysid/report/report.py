@@ -115,7 +115,7 @@ def _small_enough(
 
 
 def model_after(diagnosis: Diagnosis) -> EvidenceHypothesis:
-    """Return the model shown as 'after': the chosen one, or the best of the library."""
+    """Return the model shown as 'after': the chosen one, or the best of the candidates."""
     answer, search = diagnosis.answer, diagnosis.search
     if answer.claims:
         return answer.claims[0].hypothesis
@@ -188,7 +188,7 @@ def _overlay(diagnosis: Diagnosis, after: EvidenceHypothesis, most: int) -> list
 
 
 def _wrench(diagnosis: Diagnosis, after: EvidenceHypothesis, missing: Localisation) -> list[Block]:
-    """Blocks of the residual wrench: over time, in words, and its size by condition."""
+    """Blocks of the residual wrench: over time, in words, and by condition."""
     problem = diagnosis.problem
     then = locate_residual_force(problem, after).residual if after.candidates else None
     named = [claim.candidate for claim in diagnosis.answer.claims]
@@ -212,7 +212,7 @@ def _wrench(diagnosis: Diagnosis, after: EvidenceHypothesis, missing: Localisati
         ]
         for r in missing.regimes
     ]
-    head = ["when", "force", "× its doubt", "torque", "× its doubt"]
+    head = ["regime", "force", "× its uncertainty", "torque", "× its uncertainty"]
     table = Table(head=head, rows=rows, right=(1, 2, 3, 4))
     words = (
         "Typical size beyond error bars and gusts; beside it the size in units of both, where 1 "
@@ -314,7 +314,7 @@ def _behind(
         ]
         for m in values
     ]
-    head = ["value", "change", "before [σ]", "after [σ]", "doubt after the fit [σ]"]
+    head = ["value", "change", "before [σ]", "after [σ]", "uncertainty after the fit [σ]"]
     table = Table(head=head, rows=rows, right=(1, 2, 3, 4))
     blocks.append(Fold(title="All datasheet values and how far they moved", blocks=[table]))
     return Section(title="Data check", blocks=blocks, wide=True)

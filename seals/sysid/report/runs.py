@@ -34,7 +34,7 @@ def group_of(one: RunsDiagnosis) -> Group:
 
 
 def _shown(group: Group) -> int:
-    """The first run that no fit saw, else the first."""
+    """Return the first held-out run, or the first run without any."""
     return next((k for k, c in enumerate(group.cases) if c.held_out), 0)
 
 

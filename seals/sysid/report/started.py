@@ -117,7 +117,7 @@ def restarted(hypothesis: EvidenceHypothesis) -> tuple[Floats, Floats]:
 
 
 def _variance(windows: Windows) -> Floats:
-    """Variance of the whitened residual: noise and gusts, less what the fitted starts take.
+    """Variance of the whitened residual: noise and gusts, less the part fitted by the starts.
 
     Equation:
         C - S V S^T with C the covariance of noise and gusts, S the response to the start states

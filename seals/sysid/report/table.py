@@ -168,7 +168,7 @@ def _possible(diagnosis: Diagnosis, candidate: Candidate, score: float) -> str:
 def _beaten(
     diagnosis: Diagnosis, base: EvidenceHypothesis, tried: EvidenceHypothesis, gain: Gain
 ) -> str:
-    """Gap of score between an effect and the named ones that were tried in its place."""
+    """Score difference between an effect and the named ones tried beside the same model."""
     claims = {c.hypothesis.candidates[c.index].label: c.name for c in diagnosis.answer.claims}
     beside = {c.label for c in base.candidates}
     rivals = [

@@ -8,7 +8,7 @@ from typing import Any
 from seals.report import Bar, Bars
 from seals.report.figures import Mark
 from seals.schema import parameters_of
-from seals.sysid.report.naming import factor_words
+from seals.sysid.report.naming import parameter_words
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
 _MOST = 12
@@ -47,20 +47,20 @@ def moved(hypothesis: EvidenceHypothesis) -> tuple[Moved, ...]:
     covariance = fit.covariance
     out = []
     for k, key in enumerate(fit.keys):
-        factor = candidate_set.parameters[key]
-        if key in fit.free or factor.tolerance <= 0.0:
+        parameter = candidate_set.parameters[key]
+        if key in fit.free or parameter.tolerance <= 0.0:
             continue
-        effect = candidate_set.effects.get(factor.instance)
+        effect = candidate_set.effects.get(parameter.instance)
         meta = parameters_of(effect) if effect is not None else {}
-        unit = meta[factor.parameter].unit if factor.parameter in meta else "1"
+        unit = meta[parameter.parameter].unit if parameter.parameter in meta else "1"
         out.append(
             Moved(
                 key=key,
-                words=factor_words(key),
+                words=parameter_words(key),
                 change=float(fit.values[key]),
                 unit=unit,
-                sigmas=float(fit.values[key] / factor.tolerance),
-                uncertainty=float(max(covariance[k, k], 0.0) ** 0.5 / factor.tolerance),
+                sigmas=float(fit.values[key] / parameter.tolerance),
+                uncertainty=float(max(covariance[k, k], 0.0) ** 0.5 / parameter.tolerance),
             )
         )
     return tuple(sorted(out, key=lambda m: -abs(m.sigmas)))
@@ -84,8 +84,8 @@ def tolerance_chart(values: tuple[Moved, ...], *, model: str) -> Bars:
         bars=bars,
         marks=(Mark(at=-_FAR, label="-2 σ"), Mark(at=_FAR, label="+2 σ")),
         note=(
-            "How to read: every nominal value may move a little; 1 σ is the doubt that the log's "
-            "meta.yaml states. Beyond 2 σ (orange) the datasheet or its tolerance deserves a "
-            "second look. Error bars: one standard error; as long as 1 σ, the log says nothing new."
+            "How to read: every nominal value may move a little; 1 σ is the tolerance in the "
+            "log's meta.yaml. Beyond 2 σ (orange) the datasheet or its tolerance deserves a "
+            "second look. Error bars: one standard error; at 1 σ the log holds no information."
         ),
     )

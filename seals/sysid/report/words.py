@@ -43,7 +43,7 @@ def headline(diagnosis: Diagnosis, data: Mapping[str, Any]) -> str:
 
 
 def _when(diagnosis: Diagnosis, effect: Mapping[str, Any]) -> str:
-    """Say when an effect acts; nothing where it acts throughout."""
+    """Return when an effect acts; empty where it acts throughout."""
     entries = effect.get("active")
     return "" if entries is None else f" {active_words(entries, diagnosis.logs)}"
 
@@ -93,7 +93,7 @@ def strained(diagnosis: Diagnosis) -> str:
 
 
 def _unseen(diagnosis: Diagnosis) -> str:
-    """Return which effects would have stayed hidden in this log."""
+    """Name the effects that this log could not have shown."""
     gains = diagnosis.answer.excitation
     best: dict[str, float] = {}
     for label, gain in gains.items():

@@ -59,7 +59,7 @@ def wrench_blocks(
             series=tuple(_lines(k, before, first, then)),
             marks=(Mark(at=0.0, label="", level=True), *activity_marks(problem, candidates)),
         )
-        options[f"{name}: {loud[k]:.2g} × its doubt"] = (chart,)
+        options[f"{name}: {loud[k]:.2g} × its uncertainty"] = (chart,)
     return [
         Choice(label="Axis, loudest first:", options=options),
         Paragraph(text=_caption(first.regime, after), tone="caption"),
@@ -107,7 +107,7 @@ def regime_names(problem: Problem, rows: NDArray[np.int64]) -> NDArray[np.str_]:
 
 @dataclass(frozen=True, kw_only=True)
 class _Places:
-    """Points that are drawn: which, when, in which regime, and whether a run ends there."""
+    """Drawn points: index, time and regime of each, and whether a run ends there."""
 
     keep: NDArray[np.int64]
     time: Floats
@@ -116,7 +116,7 @@ class _Places:
 
 
 def _placed(problem: Problem, found: Residual) -> _Places:
-    """Choose the points of a wrench that are drawn; the last one of every run is among them."""
+    """Choose the points of a wrench to draw, the last one of every run among them."""
     rows = log_rows(problem, found.time)
     ends = np.flatnonzero(np.diff(run_numbers(problem)[rows]))
     keep = np.union1d(thinned_rows(len(rows)), ends).astype(np.int64)
@@ -129,7 +129,7 @@ def _placed(problem: Problem, found: Residual) -> _Places:
 
 
 def _loudness(found: Residual, k: int) -> float:
-    """Root mean square of one component over its error bar and the stated gusts."""
+    """Root mean square of one component relative to its error bar and the stated gusts."""
     values, spread = _component(found, k)
     uncertainty = np.hypot(spread, found.gust[k // 3])
     return float(np.sqrt(np.mean((values / np.maximum(uncertainty, 1e-12)) ** 2)))
@@ -144,7 +144,7 @@ def _component(found: Residual, k: int) -> tuple[Floats, Floats]:
 def _lines(
     k: int, before: Residual, at: _Places, after: tuple[Residual, _Places] | None
 ) -> list[Series]:
-    """The component before, a line for each regime, the one after, and the stated gusts."""
+    """Lines of a component: before, after, one for each regime, and the stated gusts."""
     x, last = at.time, at.last
     values, spread = (a[at.keep] for a in _component(before, k))
     out = []
@@ -172,13 +172,13 @@ def _lines(
 
 def _caption(wet: NDArray[np.str_], after: Residual | None) -> str:
     seen = [name for name in REGIMES if (wet == name).any()]
-    colours = "The colour says what surrounds the vehicle" if len(seen) > 1 else "The vehicle is in"
+    colours = "The colour is the medium of the vehicle" if len(seen) > 1 else "The vehicle is in"
     colours += f" ({', '.join(seen)}). " if len(seen) > 1 else f" {seen[0]} throughout. "
-    dark = "" if after is None else "Dark: what the model after still lacks. "
+    dark = "" if after is None else "Dark: residual force of the model after. "
     return (
         "How to read: the outside force and torque, in the vehicle's own axes, that would have to "
         "be added to the model for it to follow the measurements. Shaded: two standard errors, "
-        f"with the doubt of the datasheet's values in them. {colours}{dark}Between the dashed "
-        "lines it may be gusts of the stated strength. A sensor fault shows up here, too, as a "
-        "force that is not there."
+        f"including the uncertainty of the data sheet. {colours}{dark}Between the dashed "
+        "lines it may be gusts of the stated strength. A sensor fault shows up here, too, as an "
+        "apparent force."
     )

@@ -210,7 +210,7 @@ def _held(
 
 
 def _media(wet: Floats) -> Floats:
-    """Weights of air, water and the passage between them."""
+    """Weights of air, water, and the surface between them."""
     return np.stack([1.0 - wet, wet, 4.0 * wet * (1.0 - wet)], axis=1)
 
 

@@ -37,7 +37,7 @@ class Evidence:
         loose: precision of a free force, likewise.
         precision: of the tolerances, shape (p,).
         centre: their mean against the values at which the misfit was taken, shape (p,).
-        values: those values by factor key.
+        values: those values by parameter key.
         keys: of the tolerances.
         observed: numbers that the log holds beyond its start states.
         gust: level of the gusts [N, N m], shape (2,).
@@ -126,7 +126,7 @@ class Evidence:
         return out
 
     def _alone(self, table: Floats) -> Floats:
-        """Marginalise every window over the tolerances by itself."""
+        """Marginalise each window over the tolerances separately."""
         m, p = self._force, len(self.precision)
         shift = np.eye(table.shape[1])
         shift[m : m + p, -1] = -self.centre
@@ -147,7 +147,7 @@ class Evidence:
 
 
 def _even(block: Floats) -> Floats:
-    """A symmetric block with a floor under its diagonal."""
+    """Return a symmetric block with a lower bound on its diagonal."""
     level = np.einsum("wii->wi", block)
     out: Floats = block + 1e-12 * level[:, :, None] * np.eye(block.shape[1])
     return out
@@ -221,7 +221,7 @@ def _collected(  # noqa: PLR0917  the parts of one set of equations
 def _priors(
     candidate_set: CandidateSet, keys: tuple[str, ...], hypothesis: EvidenceHypothesis | None
 ) -> tuple[dict[str, float], dict[str, float]]:
-    """Mean and width of the tolerances; effects of the model stay where they were fitted."""
+    """Mean and standard deviation of the tolerances; effects of the model are held."""
     mean = dict.fromkeys(keys, 0.0)
     width = {k: max(candidate_set.parameters[k].tolerance, 1e-12) for k in keys}
     if hypothesis is not None:

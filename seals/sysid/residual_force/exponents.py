@@ -45,7 +45,7 @@ class Exponent:
 
     @property
     def sure(self) -> bool:
-        """Return true where the law is significant and its exponent is known."""
+        """Return true if the law is significant and its exponent is determined."""
         return self.share > 2.0 * self.share_sd and self.share > 0.1 and self.sd < _FLAT
 
     def to_dict(self) -> dict[str, Any]:
@@ -95,7 +95,7 @@ def _height(around: Conditions) -> Family:
 
 
 def _fitted(found: Evidence, medium: str, law: str, before: Floats, family: Family) -> Exponent:
-    """Profile of the misfit over the exponent, its lowest point and how sure that is."""
+    """Profile of the misfit over the exponent, with its minimum and standard error."""
     make, grid = family
     tables = [Table(found, make(p)) for p in grid]
     columns = range(tables[0].width)
@@ -123,7 +123,7 @@ def _fitted(found: Evidence, medium: str, law: str, before: Floats, family: Fami
 
 
 def _bottom(grid: Floats, cost: Floats) -> float:
-    """Lowest point of a parabola through the smallest value and its neighbours."""
+    """Minimum of a parabola through the smallest value and its neighbours."""
     k = int(np.clip(np.argmin(cost), 1, len(grid) - 2))
     a, b, c = cost[k - 1 : k + 2]
     bend = a - 2.0 * b + c

@@ -127,7 +127,7 @@ def formula(
 
 
 def _steady(step: Gain) -> bool:
-    """Return true where nearly all windows agree that a term helps."""
+    """Return true if nearly all windows agree that a term helps."""
     return step.total > 25.0 and float(np.mean(step.windows > -2.0)) > 0.8 and step.sure
 
 
@@ -171,7 +171,7 @@ def _candidates(
 
 
 def _borders(around: Conditions, medium: str) -> list[Term]:
-    """Forces beyond planes across the world's axes, at several places and on either side."""
+    """Forces on one side of planes across the world's axes, at several positions."""
     out = []
     for axis in range(3):
         values = around.position[:, axis]
@@ -192,7 +192,7 @@ def _borders(around: Conditions, medium: str) -> list[Term]:
 def _judged(
     found: Evidence, around: Conditions, chosen: Sequence[Term], candidates: Sequence[Term]
 ) -> tuple[Term, Floats] | None:
-    """The best next term on held-out blocks, and the misfit of the windows with it."""
+    """Best next term on held-out blocks, and the misfit of the windows with it."""
     pieces = [basis_of(t.kind, t.settings, around, t.medium) for t in (*chosen, *candidates)]
     ends = np.cumsum([0, *(p.shape[2] for p in pieces)])
     table = Table(found, np.concatenate(pieces, axis=2))

@@ -107,7 +107,7 @@ def _share(found: Evidence, basis: Floats) -> tuple[float, float, float]:
 
 
 def _runs(time: Floats) -> list[slice]:
-    """Stretches of rising time: logs that are read together have clocks of their own."""
+    """Runs of rising time: logs that are read together have separate clocks."""
     cuts = [0, *(np.flatnonzero(np.diff(time) <= 0.0) + 1).tolist(), len(time)]
     return [slice(first, last) for first, last in itertools.pairwise(cuts)]
 

@@ -48,38 +48,38 @@ Law: TypeAlias = Callable[[Scene, Coefficient, Settings], Array]
 
 
 def _fixed(scene: Scene, c: Coefficient, settings: Settings) -> Array:
-    """Constant in the body."""
+    """Constant force or torque in body axes."""
     return c + scene.velocity * 0.0
 
 
 def _world(scene: Scene, c: Coefficient, settings: Settings) -> Array:
-    """Constant in the world."""
+    """Constant force in world axes."""
     return unrotate(scene.rotation, c + scene.velocity * 0.0)
 
 
 def _drag(scene: Scene, c: Coefficient, settings: Settings) -> Array:
-    """Against the motion, with a power of the whole speed."""
+    """Drag against the motion, with a power of the total speed."""
     size = _size(scene.velocity, _STILL)
     return -c * scene.velocity * size ** (settings["drag_power"] - 1.0)
 
 
 def _lift(scene: Scene, c: Coefficient, settings: Settings) -> Array:
-    """Across motion and rotation: angular velocity x velocity."""
+    """Lift across motion and rotation: angular velocity x velocity."""
     return c * cross(scene.spin, scene.velocity)
 
 
 def _spin(scene: Scene, c: Coefficient, settings: Settings) -> Array:
-    """Against the rotation."""
+    """Damping of rotation."""
     return -c * scene.spin
 
 
 def _wheel(scene: Scene, c: Coefficient, settings: Settings) -> Array:
-    """Of a momentum that turns with the body: -angular velocity x momentum."""
+    """Gyroscopic torque of an angular momentum fixed to the body: -angular velocity x momentum."""
     return cross(c + scene.spin * 0.0, scene.spin)
 
 
 def _pull(scene: Scene, c: Coefficient, settings: Settings) -> Array:
-    """Toward a place, with a power of the distance."""
+    """Central force toward a point, with a power of the distance."""
     away = settings["place"] - scene.position
     core = settings["core"]
     xp = namespace(away)
@@ -88,7 +88,7 @@ def _pull(scene: Scene, c: Coefficient, settings: Settings) -> Array:
 
 
 def _spot(scene: Scene, c: Coefficient, settings: Settings) -> Array:
-    """Constant direction in the world around a place."""
+    """Force of constant direction in the world around a point."""
     away = scene.position - settings["place"]
     xp = namespace(away)
     square = xp.sum(away * away, axis=1, keepdims=True)
@@ -97,7 +97,7 @@ def _spot(scene: Scene, c: Coefficient, settings: Settings) -> Array:
 
 
 def _near(scene: Scene, c: Coefficient, settings: Settings) -> Array:
-    """Upward, with a power of the height above a level."""
+    """Upward force, with a power of the height above a level."""
     xp = namespace(scene.position)
     height = scene.position[:, 2:3] - settings["level"]
     reach = xp.sqrt(height * height + _NEAR**2)
@@ -105,7 +105,7 @@ def _near(scene: Scene, c: Coefficient, settings: Settings) -> Array:
 
 
 def _beyond(scene: Scene, c: Coefficient, settings: Settings) -> Array:
-    """Constant in the world beyond a plane."""
+    """Constant force in the world beyond a plane."""
     xp = namespace(scene.position)
     along = xp.sum(scene.position * settings["normal"], axis=1, keepdims=True)
     inside = 0.5 + 0.5 * xp.tanh((along - settings["edge"]) / (settings["width"] + 1e-3))
@@ -113,13 +113,13 @@ def _beyond(scene: Scene, c: Coefficient, settings: Settings) -> Array:
 
 
 def _cosine(scene: Scene, c: Coefficient, settings: Settings) -> Array:
-    """Swings with the time, in phase."""
+    """Force or torque with the cosine of time."""
     xp = namespace(scene.velocity)
     return c * xp.cos(settings["rate"] * scene.time) + scene.velocity * 0.0
 
 
 def _sine(scene: Scene, c: Coefficient, settings: Settings) -> Array:
-    """Swings with the time, a quarter period later."""
+    """Force or torque with the sine of time."""
     xp = namespace(scene.velocity)
     return c * xp.sin(settings["rate"] * scene.time) + scene.velocity * 0.0
 

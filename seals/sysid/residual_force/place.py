@@ -65,7 +65,7 @@ class Pull:
 
     @property
     def sure(self) -> bool:
-        """Return true where the point is significant on held-out windows."""
+        """Return true if the point is significant on held-out windows."""
         return self.share > 2.0 * self.share_sd and self.share > 0.1
 
     def to_dict(self) -> dict[str, Any]:
@@ -123,7 +123,7 @@ def _shape(position: Floats, x: Floats) -> Floats:
 
 
 def _best(position: Floats, force: Floats, spread: Floats) -> tuple[Floats, Floats] | None:
-    """Place, core and power that fit best, from a grid of starts, and their standard errors."""
+    """Fit centre, softening radius and exponent from a grid of starts, with standard errors."""
     weight = 1.0 / spread
     middle, size = position.mean(axis=0), np.maximum(np.ptp(position, axis=0), 0.3)
     begins = _starts(position, force * weight, weight, middle, size)
@@ -174,7 +174,7 @@ def bounded_fit(
 def _starts(
     position: Floats, target: Floats, weight: Floats, middle: Floats, size: Floats
 ) -> list[Floats]:
-    """Points of a grid that fit best, no two of them neighbours."""
+    """Grid points of best fit, no two of them neighbours."""
     line = np.linspace(-1.0, 1.0, _GRID)
     grid = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1).reshape(-1, 3)
     thin = slice(None, None, max(1, len(position) // 100))

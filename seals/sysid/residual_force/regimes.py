@@ -82,7 +82,7 @@ def _regime(name: str, mask: NDArray[np.bool_], found: Residual) -> Regime:
 
 
 def _sizes(values: Floats, spread: Floats, gust: float) -> tuple[float, float]:
-    """Size beyond error and gusts, and root mean square over both."""
+    """Magnitude beyond error and gusts, and root mean square over both."""
     variance = spread**2 + gust**2
     beyond = np.sum(values**2 - variance, axis=1).mean()
     ratio = np.sqrt(np.mean(values**2 / np.maximum(variance, 1e-30)))

@@ -43,7 +43,7 @@ class Gain:
 
     @property
     def sure(self) -> bool:
-        """Return true where the decrease is significant against the scatter between windows."""
+        """Return true if the decrease is significant against the scatter between windows."""
         return self.share > 2.0 * self.share_sd and self.share > 0.03 and self.total > 25.0
 
 
@@ -56,7 +56,7 @@ class Table:
     """
 
     def __init__(self, found: Evidence, basis: Floats) -> None:
-        """Reduce the evidence to the columns."""
+        """Reduce the normal equations of the residual force to the columns."""
         self.found = found
         self.width = basis.shape[2]
         shaped = basis.reshape(found.count, found.knots, 6, self.width)

@@ -118,7 +118,7 @@ def residual(found: Evidence, around: Conditions) -> Residual:
 
 
 def _ceiling(found: Evidence) -> tuple[float, float]:
-    """Share of the excess that any force could explain, and its standard error over windows."""
+    """Fraction of the excess misfit that a free force explains, with its standard error."""
     excess = found.before - FLOOR * found.observed / found.count
     fall = found.before - found.after - found.freedom
     total = float(excess.sum())

@@ -172,7 +172,7 @@ def _frame(given: Findings) -> tuple[str, list[tuple[float, str]]]:
 
 
 def _along(left: Residual, frame: str) -> tuple[str, str]:
-    """Axis that holds most of the force's power."""
+    """Axis with most of the force's power."""
     best = (0.0, "", "")
     for name in ("body", "world"):
         values = left.force if name == "body" else left.force_world
@@ -262,7 +262,7 @@ def _actuators(given: Findings) -> list[tuple[float, str]]:
 
 
 def _places(given: Findings) -> list[tuple[float, str]]:
-    """A spot or a point of pull, whichever explains more."""
+    """Local or central force, whichever explains more."""
     found = [p for p in given.places if p is not None and p.sure and p.share > _PART]
     steady = max((d.whole.share for d in given.dependences if d.variable == "constant"), default=0)
     found = [p for p in found if p.share > steady + 0.1]
@@ -299,7 +299,7 @@ def _line(given: Findings) -> list[tuple[float, str]]:
 
 
 def _others(given: Findings, share: float) -> list[tuple[float, str]]:
-    """Other quantities that explain more than what was told, each in the better of its frames."""
+    """Other quantities that explain more than those described, each in the better frame."""
     best: dict[str, Dependence] = {}
     special = {"constant", MOTION, ODD, EVEN, ROTATION, DRIVE, DRIVE_RATE}
     for d in given.dependences:

@@ -121,7 +121,7 @@ def _gains(found: Evidence, around: Conditions, frequency: Floats) -> tuple[Floa
 
 
 def _share(found: Evidence, around: Conditions, frequency: float, axis: int) -> float:
-    """Held-out share that a swing of force or torque along all axes explains."""
+    """Held-out fraction explained by a sinusoid of force or torque along all axes."""
     kind = "swing" if axis < 3 else "shake"
     basis = basis_of(kind, {"rate": 2.0 * np.pi * frequency}, around)
     held = Table(found, basis).held_out(range(6))
@@ -129,7 +129,7 @@ def _share(found: Evidence, around: Conditions, frequency: float, axis: int) -> 
 
 
 def _background(power: Floats) -> Floats:
-    """Median around each frequency, by both sides so that a steep slope is no line."""
+    """Median around each frequency, the larger of two widths, so that a steep slope is no line."""
     wide = min(_AROUND, 2 * (len(power) // 4) + 1)
     out: Floats = median_filter(power, size=wide, mode="nearest")
     narrow: Floats = median_filter(power, size=max(5, wide // 3 + 1), mode="nearest")
@@ -137,7 +137,7 @@ def _background(power: Floats) -> Floats:
 
 
 def _in_motion(around: Conditions, peak: float, span: float) -> bool:
-    """Return true where velocity, rotation or throttle have a line at a frequency."""
+    """Return true if velocity, rotation or throttle have a line at a frequency."""
     series = [*around.velocity.T, *around.spin.T]
     if around.throttle is not None:
         series.append(around.throttle)

@@ -54,7 +54,7 @@ class Spot:
 
     @property
     def sure(self) -> bool:
-        """Return true where the spot is significant on held-out windows."""
+        """Return true if the spot is significant on held-out windows."""
         return self.share > 2.0 * self.share_sd and self.share > 0.1
 
     def to_dict(self) -> dict[str, Any]:
@@ -113,7 +113,7 @@ def _shape(position: Floats, x: Floats) -> Floats:
 
 
 def _start(position: Floats, force: Floats, weight: Floats, span: Floats) -> Floats:
-    """Best point of a grid over the range of the log."""
+    """Best point of a grid over the positions in the log."""
     line = np.linspace(0.0, 1.0, _GRID)
     grid = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1).reshape(-1, 3)
     places = position.min(axis=0) + grid * span

@@ -89,7 +89,7 @@ class CrossValidator:
     def __init__(
         self, experiment: Experiment, *, iterations: int = 10, tell: Tell | None = None
     ) -> None:
-        """Keep the parts."""
+        """Store the arguments."""
         self.experiment, self._tell, self._done = experiment, tell, 0
         self.solver = RunFitter(experiment, iterations=iterations)
         self.index = {n: k for k, n in enumerate(experiment.names)}
@@ -140,14 +140,14 @@ class CrossValidator:
         ]
 
     def _part(self, count: int, low: float, high: float) -> Tell | None:
-        """Report the shares of one part of the work on so many hypotheses."""
+        """Return a progress function for one part of the work."""
         tell = self._tell
         if tell is None:
             return None
         return lambda share: tell(self._done + count * (low + (high - low) * share))
 
     def _outsets(self, candidates: Sequence[Candidate], start: Floats | None) -> list[Floats]:
-        """Starting values: those of a smaller model, and for new parameters their own.
+        """Starting values: those of a smaller model, and defaults for new parameters.
 
         A key that leaves a corner at its nominal value sets out from several sizes.
         """
@@ -185,7 +185,7 @@ class CrossValidator:
         )
 
     def _held(self, task: FitTask, cases: tuple[int, ...], near: FitTask) -> FitTask:
-        """Task of the held-out runs: only their start states are free."""
+        """Task of the held-out runs, in which only start states are free."""
         known = {c: near.deviations[c] for c in cases if c in near.deviations}
         return FitTask(free=(), cases=cases, values=task.values, deviations=known)
 
@@ -276,7 +276,7 @@ class CrossValidator:
         return innovation if innovation.significant else margin
 
     def _expected(self, hypothesis: ValidatedHypothesis) -> float:
-        """Scatter of the log error that the few independent samples of a run alone would give."""
+        """Expected scatter of the log error, from the independent samples of a run."""
         counts = [self.independent(hypothesis, c) for c in self.experiment.train]
         return float(np.mean([1.0 / (2.0 * n) for n in counts]))
 
@@ -295,7 +295,7 @@ class CrossValidator:
 def _margin(
     gains: Floats, complexity_penalty: float, expected: float, policy: DecisionPolicy
 ) -> Margin:
-    """Mean over runs, and its error from the scatter that was seen and the one expected."""
+    """Mean over runs, with its error from the observed and the expected scatter."""
     runs = len(gains)
     training_log_rms = float(np.sum((gains - gains.mean()) ** 2))
     variance = (training_log_rms + _PRIOR_RUNS * expected) / (runs - 1 + _PRIOR_RUNS)

@@ -64,7 +64,7 @@ def gain(better: Residuals, worse: Residuals, rho: Mapping[str, float]) -> float
 
 
 def _pairs(errors: Floats) -> tuple[Floats, Floats]:
-    """Pairs of successive errors, both measured."""
+    """Pairs of consecutive errors, both measured."""
     before, after = errors[:-1].ravel(), errors[1:].ravel()
     both = np.isfinite(before) & np.isfinite(after)
     return before[both], after[both]

@@ -98,7 +98,7 @@ def scored(
 
 
 def is_significant(candidate: Candidate, fit: Fit, candidate_set: CandidateSet) -> bool:
-    """Return true where an effect exceeds its tolerance and is not negligible.
+    """Return true if an effect exceeds its tolerance and is not negligible.
 
     A value beyond what its law allows, such as negative friction, counts as the nearest allowed.
     """
@@ -118,6 +118,6 @@ def is_significant(candidate: Candidate, fit: Fit, candidate_set: CandidateSet) 
 
 
 def _allowed(value: float, parameter: Parameter) -> float:
-    """Size of the value within bounds that is nearest."""
+    """Magnitude of the closest value within bounds."""
     low, high = parameter.bounds
     return abs(min(max(value, low), high))

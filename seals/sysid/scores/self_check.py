@@ -70,7 +70,7 @@ def self_check(hypothesis: EvidenceHypothesis) -> SelfCheck | None:
 
 
 def tipped(fitter: Fitter) -> float:
-    """Return how far the stated gusts alone tip the vehicle within a window, 1-sigma [rad].
+    """Return the tilt of the vehicle due to the stated gusts within a window, 1-sigma [rad].
 
     Equation:
         sigma^2 = (torque / inertia)^2 2 tau T^3 / 3, a torque of the correlation time tau that

@@ -69,7 +69,7 @@ class LogPlaces:
     """
 
     def __init__(self, equations: ActivityEquations, windows: NDArray[np.int64]) -> None:
-        """Sum the equations up to and from every place."""
+        """Sum the equations before and after every possible time."""
         self.tail, self.head = equations.tail(windows), equations.head(windows)
         self.whole = equations.on[windows, 0].over()
         self.offsets = len(equations.offsets)
@@ -157,7 +157,7 @@ class ChangePointSearch:
         return float(found[0]), values[0]
 
     def _others(self, parts: Sequence[Part], without: int | None) -> Blocks:
-        """Sum over all logs but one."""
+        """Sum of the equations over all logs but one."""
         total = self.logs[0].whole.less(self.logs[0].whole)
         for k, (log, part) in enumerate(zip(self.logs, parts, strict=True)):
             if k != without:
@@ -165,7 +165,7 @@ class ChangePointSearch:
         return total
 
     def _swept(self, parts: tuple[Part, ...]) -> tuple[Part, ...]:
-        """Choose log by log, the others held, until nothing changes."""
+        """Choose the part of each log in turn, the others held, until nothing changes."""
         for _ in range(_SWEEPS):
             before = parts
             for k in range(len(self.logs)):
@@ -198,12 +198,12 @@ class ChangePointSearch:
         return fall - self._part_factor(log, part)
 
     def _best(self, log: LogPlaces, others: Blocks, choices: Blocks) -> int:
-        """Best place; the first one would be the whole log, or none of it."""
+        """Best possible time, without the first one, which means the whole log or none of it."""
         falls = self.equations.fall(others[None] + choices)[0]
         return 1 + int(np.argmax(falls[1:])) if len(falls) > 1 else 0
 
     def _window(self, log: LogPlaces, others: Blocks) -> Part:
-        """Best window of time: among starts of windows first, then each end by itself."""
+        """Best time span: first between whole windows, then each end refined separately."""
         coarse = np.arange(0, log.count, log.offsets)
         i, j = np.triu_indices(len(coarse), 1)
         starts, ends = coarse[i], coarse[j]
@@ -224,14 +224,14 @@ class ChangePointSearch:
         return sum(self._part_factor(g, p) for g, p in zip(self.logs, parts, strict=True))
 
     def _part_factor(self, log: LogPlaces, part: Part) -> float:
-        """Evidence that the choice of one part costs: the prior of one among all of them."""
+        """Occam factor of the choice of one part among all possible parts."""
         if part == Part():
             return 0.0
         instants = max(log.span / self.policy.activity_resolution, 1.0)
         return float(2.0 * (np.log(_KINDS) + part.times * np.log(instants)))
 
     def _spans(self, parts: Sequence[Part]) -> tuple[Span, ...]:
-        """Parts in seconds, with intervals from the profile of each time."""
+        """Convert parts to seconds, with intervals from the profile of each time."""
         spans = []
         for k, part in enumerate(parts):
             if not part.acts:
@@ -242,7 +242,7 @@ class ChangePointSearch:
         return tuple(spans)
 
     def _moment(self, parts: Sequence[Part], k: int, which: str) -> Moment:
-        """Time with the 90 % interval of its profile, everything else held or eliminated."""
+        """Time with the 90 % interval of its profile, all other times held."""
         log, part, others = self.logs[k], parts[k], self._others(parts, k)
         places = np.arange(log.count)
         if which == "start":
@@ -276,7 +276,7 @@ _KINDS = 5.0
 
 
 def _interval(time: Floats, odds: Floats, value: float, step: float) -> Moment:
-    """Moment whose profile is a posterior over the cells about each of some times.
+    """Moment with the interval of its posterior over cells about the possible times.
 
     Args:
         time: places, ascending [s], shape (N,).

@@ -27,7 +27,7 @@ _ROUNDS = 2
 
 
 def may_act_for_a_time(problem: Problem, candidate: Candidate) -> bool:
-    """Return true where an effect may begin or end and the log can show when.
+    """Return true if an effect may begin or end and the log can show when.
 
     A fall in one window has no times to compare; delays are no sum of parts of a log, and waves
     not linear in when they act.
@@ -143,14 +143,14 @@ def _at_times(
     activities: Sequence[Activity | None],
     fit: Fit,
 ) -> EvidenceHypothesis:
-    """Return a model with the times and the fit that another process found."""
+    """Return a model with times and fit found by another process."""
     pairs = zip(best.candidates, activities, strict=True)
     candidates = tuple(c if a is None else c.acting(a) for c, a in pairs)
     return scored(candidates, fit, best.fitter.acting(candidates), nominal)
 
 
 def _complemented(nominal: EvidenceHypothesis, best: EvidenceHypothesis) -> EvidenceHypothesis:
-    """Try each effect at the other times, with the other sign; the better model stays.
+    """Try each effect at all other times with the opposite sign; return the better model.
 
     A fault that begins looks like a nominal model off by as much from the first row on, and the
     opposite until then.
@@ -172,7 +172,7 @@ def _complemented(nominal: EvidenceHypothesis, best: EvidenceHypothesis) -> Evid
 def _retimed(
     problem: Problem, nominal: EvidenceHypothesis, best: EvidenceHypothesis, k: int
 ) -> EvidenceHypothesis:
-    """The same with better times of one effect."""
+    """Return the model with better times of one effect."""
     candidate, policy = best.candidates[k], problem.policy
     if candidate.activity is None:
         equations = activity_equations(best.fitter, best.fit, candidate, (0,))
@@ -214,7 +214,7 @@ def sharpened(nominal: EvidenceHypothesis, best: EvidenceHypothesis) -> Evidence
 
 
 def _near(windows: Windows, activity: Activity, reach: float, spacing: float) -> set[float]:
-    """Places inside a window that lie near the times of an activity, in rows."""
+    """Offsets inside a window near the times of an activity, in rows."""
     samples, out = windows.samples, set[float]()
     begin = samples.time[windows.rows[:, 0]]
     logs = log_rows(samples)
@@ -238,7 +238,7 @@ def _fitted(
     candidates: tuple[Candidate, ...],
     values: Mapping[str, float],
 ) -> EvidenceHypothesis:
-    """Fit a model with other times from the values of one alike."""
+    """Fit a model with other times, starting from the values of a similar one."""
     keys, start = keys_of(candidates), {**best.fit.values, **values}
     fitter = best.fitter.acting(candidates)
     fit = fitter.fit(keys, start={k: start[k] for k in keys})

@@ -81,7 +81,7 @@ def search_own_trajectories(
 
 
 def _doubtful(best: EvidenceHypothesis) -> bool:
-    """Return true where a model leaves a large misfit, or needs a very flexible effect."""
+    """Return true if a model leaves a large misfit, or needs a very flexible effect."""
     much = (
         best.fit.cost > best.fitter.candidate_set.policy.late_misfit * best.fitter.windows.observed
     )

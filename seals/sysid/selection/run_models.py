@@ -36,7 +36,7 @@ class RunModels:
     """
 
     def __init__(self, validator: CrossValidator) -> None:
-        """Keep the parts."""
+        """Store the arguments."""
         self.validator, self.nominal = validator, validator.nominal
         self.candidates = validator.experiment.candidate_set.candidates
 
@@ -77,7 +77,7 @@ class RunModels:
     def _pairs(
         self, best: ValidatedHypothesis, singles: Sequence[ValidatedHypothesis]
     ) -> list[Set]:
-        """Combine the likeliest effects: a pair may lower the error where each alone raises it."""
+        """Combine the likeliest effects: a pair may lower the error where neither effect does."""
         budget = self.validator.experiment.candidate_set.budget
         top = [s.candidates[0] for s in singles[: budget.paired]]
         known = set(best.candidates)

@@ -77,6 +77,6 @@ def refined(
 
 
 def hopeful(top: float, base: EvidenceHypothesis) -> float:
-    """Return the least score at which a coarse fit may still become the best."""
+    """Return the lowest score of a coarse fit that may still become the best."""
     policy = base.fitter.candidate_set.policy
     return top - policy.behind - policy.behind_share * max(top - base.score, 0.0)

@@ -60,7 +60,7 @@ class WholeRunModels:
         asked: float,
         processes: int = 1,
     ) -> None:
-        """Choose where fits start."""
+        """Choose the starting points of the fits."""
         self.base, self.disturbance, self.processes = base, base.disturbance, processes
         self.integrator: SubstepIntegrator = base.fitter.integrator
         self.candidate_set = base.fitter.candidate_set
@@ -95,7 +95,7 @@ class WholeRunModels:
     def _shared(
         self, work: Callable[[Any], LinearisedModel], items: Sequence[Any]
     ) -> list[LinearisedModel]:
-        """Share work among the processes."""
+        """Distribute work over the processes."""
         found: list[LinearisedModel] = spread(work, items, self.processes)
         for one in found:
             one.fitter.attach(self.integrator)
@@ -133,7 +133,7 @@ class WholeRunModels:
         return tuple(sorted(out, key=lambda h: -h.score))
 
     def _again(self, found: Sequence[Pair]) -> list[Pair]:
-        """Fit the nominal model and the nearest rivals from the trajectory of the best one too.
+        """Refit the nominal model and the nearest rivals from the best one's trajectory too.
 
         Where an effect only led to a better trajectory, it must not take the credit for it.
         """
@@ -169,7 +169,7 @@ class WholeRunModels:
         return [c for k, c in enumerate(ranked) if k < _SPARED or gains[c.label] > least]
 
     def _outset(self, candidate: Candidate) -> LinearisedModel:
-        """The nominal model with the candidate's keys free, where its trajectory is sensible."""
+        """Nominal model with the candidate's keys free; None if its trajectory diverges."""
         base = self._from
         fit = base.fitter.start(keys_of((candidate,)))
         return LinearisedModel(fitter=base.fitter, fit=fit, disturbance=base.disturbance)

@@ -82,7 +82,7 @@ class WindowModels:
         return None if best.score - calm < least else self._retimed(best)
 
     def _within_noise(self, base: EvidenceHypothesis) -> bool:
-        """Return true where a model errs by less than the stated noise alone would make it.
+        """Return true if a model's error is below that expected from the stated noise.
 
         What is left is then no noise, such as the steps of a simulator, and proves nothing. Gusts,
         stated to a factor of two, may lower a misfit as well.
@@ -93,7 +93,7 @@ class WindowModels:
         return bool(base.fit.cost < least and not self.problem.vehicle.gust.any())
 
     def _asked(self, base: EvidenceHypothesis, added: Candidate) -> float:
-        """Evidence asked of one effect more than a model has."""
+        """Evidence required of a model's next effect."""
         policy = self.problem.policy
         asked = policy.evidence + (policy.evidence_surface if self._pierces else 0.0)
         asked += policy.evidence_further if base.candidates else 0.0
@@ -126,13 +126,13 @@ class WindowModels:
         return best if best is before else self._retimed(best), tried
 
     def _retimed(self, best: EvidenceHypothesis) -> EvidenceHypothesis:
-        """Return the same with better times of its effects."""
+        """Return the model with better times of its effects."""
         return retimed(self.problem, self.nominal, best, processes=self.processes)
 
     def _without_superfluous(
         self, best: EvidenceHypothesis
     ) -> tuple[EvidenceHypothesis, Sequence[EvidenceHypothesis]]:
-        """Leave out effects that do not pay what a further one must, one after the other.
+        """Drop, one by one, effects below the evidence required of a further one.
 
         A single one for a time is compared with others at its times first. Nor does one pay that
         has no size: beside it the fit got stuck elsewhere.
@@ -163,7 +163,7 @@ class WindowModels:
         return best, tried
 
     def _bears_out(self, smaller: EvidenceHypothesis, larger: EvidenceHypothesis) -> bool:
-        """Return true unless held-out windows speak against the effect that ``larger`` has more.
+        """Return false if held-out windows contradict the effect added in ``larger``.
 
         They do where they lose more by it than the fit gains. An effect that acts in one stretch
         only, as an impact does, gains nothing on the others and loses nothing.
@@ -176,7 +176,7 @@ class WindowModels:
         return bool(held_out_fall(smaller, larger) > -gain)
 
     def _pairs(self, best: EvidenceHypothesis, singles: Sequence[EvidenceHypothesis]) -> list[Job]:
-        """Combine the likeliest effects in pairs: a pair may hide behind a third effect.
+        """Combine the likeliest effects in pairs, which a third effect may hide.
 
         The effect that was found beside the first joins them.
         """
@@ -196,7 +196,7 @@ class WindowModels:
         ]
 
     def _alone(self, best: EvidenceHypothesis) -> list[Job]:
-        """One effect at the times of the best one: a load shifts the centre of gravity and sinks.
+        """Return single effects at the times of the best model, which a pair may imitate.
 
         Only those that no linear screen about zero can judge, for they start elsewhere.
         """
@@ -239,7 +239,7 @@ def exchanges(best: EvidenceHypothesis, singles: Sequence[EvidenceHypothesis]) -
 def _beside(
     best: EvidenceHypothesis, others: Sequence[Candidate], single: EvidenceHypothesis
 ) -> Job:
-    """One effect beside others of the best model, with the values at hand."""
+    """Return one effect beside others of the best model, with the present values."""
     candidate = single.candidates[-1]
     values = {**best.fit.values, **{k: single.fit.values[k] for k in candidate.all_keys}}
     return (*others, candidate), values
@@ -269,7 +269,7 @@ def refit_nominal(
 
 
 def _in_the_arm(hypothesis: EvidenceHypothesis) -> bool:
-    """Return true where the effect that was added last acts in the arm."""
+    """Return true if the effect added last acts in the arm."""
     return hypothesis.candidates[-1].in_arm
 
 
@@ -343,7 +343,7 @@ def extensions(
 
 
 def _shifted(fitter: Fitter, start: Mapping[str, float]) -> Fitter:
-    """Return windows that follow a late sensor, for starts with a considerable delay."""
+    """Return windows shifted by a considerable sensor delay, for the starts."""
     delay = start.get(fitter.candidate_set.sensor_delay, 0.0)
     return rewindowed(fitter, delay=delay) if abs(delay - fitter.windows.delay) > LATE else fitter
 

@@ -44,7 +44,7 @@ class Ablation:
 
     @property
     def regression(self) -> bool:
-        """Return true where the full model is worse than a variant with fewer effects."""
+        """Return true if the full model is worse than a variant with fewer effects."""
         return self.total.worse or any(gain.worse for gain in self.gains.values())
 
     @property
@@ -164,7 +164,7 @@ class Replays:
     """Replays of several models, with a progress count."""
 
     def __init__(self, ruler: Yardstick, tell: Callable[[int], None] | None) -> None:
-        """Count from zero."""
+        """Start the count at zero."""
         self._ruler, self._tell, self._before = ruler, tell, 0
 
     def of(self, model: Model) -> Misfit:
@@ -179,7 +179,7 @@ class Replays:
 
 
 def _without_each(models: list[Model], overlay: Overlay) -> dict[str, Model]:
-    """The model without each effect but the last, which the ablation itself leaves out."""
+    """Models without each effect but the last, which the ablation itself leaves out."""
     parts = overlay.parts
     base = models[-1 - len(parts)]
     return {
@@ -189,7 +189,7 @@ def _without_each(models: list[Model], overlay: Overlay) -> dict[str, Model]:
 
 
 def _alone(problem: Problem, overlay: Overlay) -> Model | None:
-    """The model that calibration without the effects makes."""
+    """Model that is calibrated without the effects."""
     if not overlay.nominal:
         return None
     values = {key: fitted.alone for key, fitted in overlay.nominal.items()}
@@ -197,7 +197,7 @@ def _alone(problem: Problem, overlay: Overlay) -> Model | None:
 
 
 def _replayed(replays: Replays, model: Model) -> Misfit | None:
-    """Replay a calibration without the effects; None where it is so far off that it diverges."""
+    """Replay a calibration without the effects; None if it diverges."""
     try:
         return replays.of(model)
     except PhysicsError:
@@ -205,7 +205,7 @@ def _replayed(replays: Replays, model: Model) -> Misfit | None:
 
 
 def _edge(rival: Misfit, last: Misfit, problem: Problem, overlay: Overlay) -> Fall:
-    """Fall from calibration alone to the whole model, each with the price of its values."""
+    """Decrease of the misfit from calibration to the whole model, prior penalties included."""
     parameters, penalty = problem.plant.candidate_set.parameters, 0.0
     for key, fitted in overlay.nominal.items():
         tolerance = parameters[key].tolerance

@@ -36,7 +36,7 @@ class Finding:
         chosen: whether the user picked one of several.
         log: folder of the log as the answer names it; empty when it does not.
         sha256: of the log's table; empty when not known.
-        nominal: fitted nominal values by factor key, when the answer holds them.
+        nominal: fitted nominal values by parameter key, when the answer holds them.
         formula: entry of an unnamed effect that the user accepts, or None.
     """
 

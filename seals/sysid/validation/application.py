@@ -110,7 +110,7 @@ def verify(config: Any) -> int:
 
 
 def verified(overlay: Overlay, problems: Mapping[str, Problem], first: str) -> Verification:
-    """Verify a model on one log by all variants, on the older ones by first and last.
+    """Verify a model on one log by all variants, on older logs by first and last variant.
 
     Args:
         overlay: the model.
@@ -135,12 +135,12 @@ def _with_bar(place: str, problem: Problem, overlay: Overlay, *, whole: bool) ->
 
 
 def _places(config: Any) -> list[tuple[str, str]]:
-    """Folders of all logs and the keys that name them."""
+    """Paths of all logs, and the keys of the configuration that name them."""
     return [(str(config.log), "log"), *((str(p), "older") for p in config.older)]
 
 
 def _robot(config: Any, place: str) -> RobotDescription | None:
-    """Robot that is given, else that of a run of SEALS, else None: the log describes it."""
+    """Return the given robot, else that of a simulated run, else None for a vehicle by log."""
     return described(config) or describe_run(Path(place))
 
 

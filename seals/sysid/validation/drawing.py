@@ -90,7 +90,7 @@ def canvas(size: tuple[float, float]) -> Any:
 
 
 def _bars(axes: Any, ablation: Ablation) -> None:
-    """Ends in grey, steps between them in colour: blue where the error falls."""
+    """Bars: ends in grey, changes in colour, blue where the error falls."""
     levels = [m.level for m in ablation.variants]
     count, low = len(levels), min(*(m.level for m in ablation.variants), 1.0)
     wide = max(levels) > _WIDE * low

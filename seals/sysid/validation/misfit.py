@@ -115,12 +115,12 @@ class Fall:
 
     @property
     def certain(self) -> bool:
-        """Return true where the misfit fell significantly (one-sided, 95 %)."""
+        """Return true if the misfit fell significantly (one-sided, 95 %)."""
         return self.value > _ONE_SIDED * self.noise
 
     @property
     def worse(self) -> bool:
-        """Return true where the misfit rose significantly (one-sided, 95 %)."""
+        """Return true if the misfit rose significantly (one-sided, 95 %)."""
         return -self.value > _ONE_SIDED * self.noise
 
 
@@ -153,7 +153,7 @@ def yardstick(problem: Problem, models: Sequence[Model]) -> Yardstick:
 
 
 def _followed(model: Model) -> float:
-    """Delay that the windows follow; small ones are left to the readings."""
+    """Sensor delay by which the windows are shifted; the readings account for small ones."""
     late = model.sensor_delay
     return late if late > _PROMPT else 0.0
 
@@ -283,7 +283,7 @@ def _turned(
 
 
 def _shifted(values: Floats, late: float) -> Floats:
-    """Readings ``late`` rows earlier within their windows; what lies before is unknown."""
+    """Delay readings by ``late`` rows within their windows; earlier ones are unknown."""
     if not late:
         return values
     at = np.arange(values.shape[1]) - late

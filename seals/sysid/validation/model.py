@@ -87,7 +87,7 @@ class Model:
 
         Args:
             name: of the new variant.
-            changes: against the nominal model, by factor key.
+            changes: against the nominal model, by parameter key.
             candidate_set: that knows the keys.
 
         Raises:
@@ -164,19 +164,19 @@ def _moved(
     own: Mapping[str, Effect],
     candidate_set: CandidateSet,
 ) -> Effect:
-    """An effect of the model, or of the library, with its factors moved.
+    """Return an effect of the model, or of the candidates, with changed parameters.
 
-    A change may be negative where the whole quantity may not: its bounds are those of the factor.
+    A change may be negative where the whole quantity may not: the bounds are those of the change.
     """
     for name, value in values.items():
         key = f"{instance}.{name}"
-        factor = candidate_set.parameters.get(key)
-        if factor is None:
+        parameter = candidate_set.parameters.get(key)
+        if parameter is None:
             raise ConfigError(
                 f"nominal: '{key}' is not a property that a diagnosis may move.\n"
                 f"{suggestion(key, candidate_set.parameters)}"
             )
-        low, high = factor.bounds
+        low, high = parameter.bounds
         if not low <= value <= high:
             raise ConfigError(
                 f"nominal.{key}={value:g} is not allowed.\nAllowed: {low:g} to {high:g}."

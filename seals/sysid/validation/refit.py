@@ -110,7 +110,7 @@ def refit(log: Log, finding: Finding, *, robot: RobotDescription | None = None) 
 
 
 def _acting(candidate: Candidate, effect: Mapping[str, Any], log: str) -> Candidate:
-    """Return the effect as it acts in one log.
+    """Return the effect with its active times in one log.
 
     Raises:
         ConfigError: it does not act there.
@@ -157,7 +157,7 @@ def stated(candidate: Candidate, effect: Mapping[str, Any]) -> dict[str, float]:
 
 
 def _fitted(problem: Problem, combo: tuple[Candidate, ...], finding: Finding) -> tuple[Fit, Fitter]:
-    """Fit of one choice of variants, on a linearisation about it."""
+    """Fit one choice of variants, linearised about that fit."""
     start: dict[str, float] = {}
     for candidate, effect in zip(combo, finding.effects, strict=True):
         start |= stated(candidate, effect)

@@ -184,7 +184,7 @@ class _Runner:
         )
 
     def _command(self, row: int, part: int) -> None:
-        """Inputs of one step; the joints' command arrives a little after its row."""
+        """Inputs of one step; joint commands arrive shortly after their row."""
         samples, actor = self.samples, self.actor
         if self.drive is not None:
             actor.drive = self.drive[row, part][None]

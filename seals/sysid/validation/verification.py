@@ -94,7 +94,7 @@ def judge(
 
 
 def _reason(overlay: Overlay, ablation: Ablation, older: Sequence[Ablation]) -> str:
-    """Reason for which a model is withdrawn; empty when it stands."""
+    """Return why a model is withdrawn; empty when it is not."""
     before, after = ablation.first.level, ablation.last.level
     change = f"{before:.3g} -> {after:.3g} times the noise floor"
     if not ablation.total.certain:

@@ -193,7 +193,7 @@ def _plugin_of(law: type, kind: str = "effect") -> str:
 
 
 def _refuse_twice(part: Part, sections: Mapping[str, Any], base: Mapping[str, Any]) -> None:
-    """Refuse an effect that the base model adds already: it would act twice."""
+    """Refuse an effect that the base model already adds."""
     if not base:
         return
     own: Sequence[Any] = [sections["wave"]] if part.section == "wave" else [
@@ -233,5 +233,5 @@ def _provenance(
 
 
 def _short(value: Any) -> float:
-    """Six digits: more than any fit gives."""
+    """Round to six significant digits."""
     return float(f"{float(value):.6g}")

@@ -211,7 +211,7 @@ def without_walls(scene: Scene) -> Scene:
 
 
 def _rippled(run: RunSettings, wind: float | None) -> RunSettings:
-    """The run with short waves for the eye in place of its own."""
+    """Return the run with short waves added, which are for the picture only."""
     if wind is None:
         return run
     return dataclasses.replace(run, sight=dataclasses.replace(run.sight, ripples=wind))

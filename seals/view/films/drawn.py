@@ -20,14 +20,14 @@ class Drawn:
     """
 
     def __init__(self, renderer: Renderer) -> None:
-        """Keep the renderer closed."""
+        """Store the renderer, not yet opened."""
         self.renderer = renderer
         self._watch: SceneView | None = None
         self._dry: Optics | None = None
         self._poses: Poses | None = None
 
     def arrange(self, scene: Scene, optics: Optics, quality: Quality) -> None:
-        """Open the renderer, with a camera without noise."""
+        """Open the renderer with a noiseless camera."""
         clean = dataclasses.replace(optics, noise=False)
         self._dry = dataclasses.replace(clean, water_type="none")
         self._watch = SceneView(self.renderer, scene, self._now, optics=clean, surface=None)

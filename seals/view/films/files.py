@@ -36,7 +36,7 @@ class Frames:
     """
 
     def __init__(self, folder: Path, card: Mapping[str, Any], *, replace: bool = False) -> None:
-        """Take over the frames of the same film."""
+        """Continue with the frames of the same film."""
         self.folder = folder
         wanted = plain(card)
         known = _card(folder / CARD)

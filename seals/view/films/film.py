@@ -15,7 +15,7 @@ RATE_FACTOR = "20"
 
 
 def refuse_missing() -> Any:
-    """Return the module PyAV, or refuse in words where it is missing.
+    """Return the module PyAV; raise a `MissingExtra` where it is missing.
 
     Raises:
         MissingExtra: it is not installed.

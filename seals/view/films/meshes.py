@@ -29,13 +29,13 @@ class Meshes:
     """
 
     def __init__(self, folder: Path) -> None:
-        """Find the files; nothing is read yet."""
+        """Find the files; none is read yet."""
         found = sorted((float(p.stem[2:]), p) for p in (folder / FOLDER).glob("t_*.ply"))
         self.times: Floats = np.array([time for time, _ in found])
         self._paths = [path for _, path in found]
 
     def __len__(self) -> int:
-        """Return how many there are."""
+        """Return the number of meshes."""
         return len(self._paths)
 
     def nearest(self, time: float) -> tuple[float, Mesh]:
@@ -112,7 +112,7 @@ def tidy(mesh: Mesh) -> Mesh:
 
 
 def _components(mesh: Mesh) -> NDArray[np.int64]:
-    """Number of the connected component of every triangle."""
+    """Index of the connected component of every triangle."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 

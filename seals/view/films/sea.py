@@ -58,7 +58,7 @@ def calmed(surface: Surface, x: Floats, y: Floats, time: float, fine: Box) -> Fl
 
 
 def _lines(low: float, high: float) -> tuple[Floats, int, int]:
-    """Places of the lines along one axis, and the numbers of those at ``low`` and ``high``."""
+    """Positions of the grid lines along one axis, and the indices of ``low`` and ``high``."""
     count = max(2, round((high - low) / FINE))
     inner = np.linspace(low, high, count + 1)
     steps = [(high - low) / count]

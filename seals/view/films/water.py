@@ -38,7 +38,7 @@ class WaterOverTime:
     """
 
     def __init__(self, settings: RunSettings, folder: Path, middle: Floats) -> None:
-        """Choose what the water is made from."""
+        """Choose the source of the water."""
         self.level = settings.environment.water_level
         self.meshes = Meshes(folder)
         self.remarks: list[str] = []
@@ -59,7 +59,7 @@ class WaterOverTime:
             )
 
     def _known(self, settings: RunSettings) -> Surface:
-        """The surface far from particles: that of the waves, which particles in a tank lack."""
+        """Return the surface away from particles: the waves, or still water for a tank."""
         import dataclasses
 
         if self._walled:
@@ -94,7 +94,7 @@ class WaterOverTime:
         )
 
     def _window(self, mesh: Mesh, time: float, waves: Surface) -> WaterBody:
-        """Particles in a sea: cut inside of their ring, they pass into the sea's own surface."""
+        """Particles of a moving domain, joined to the surface of the sea inside of the ring."""
         d = self._spacing
         # the sides lean with the waves: take where the surface itself ends
         top = mesh.vertices[mesh.vertices[:, 2] > (self.level or 0.0) - 2.0 * d]
@@ -137,7 +137,7 @@ class Patched:
     """
 
     def __init__(self, inner: Surface, box: Box, sea: Surface) -> None:
-        """Keep both; the level is the sea's."""
+        """Store both surfaces; the level is the sea's."""
         self.inner, self.box, self.sea = inner, box, sea
         self.level = sea.level
         self.reach = max(sea.reach, abs(inner.level - sea.level) + inner.reach)

@@ -18,13 +18,13 @@ Array = NDArray[np.float64]
 
 
 def wendland(q: Array) -> tuple[Array, Array]:
-    """Wendland C2 of support two without its factor: value, and slope over distance."""
+    """Wendland C2 of support two, not normalised: value, and radial derivative over distance."""
     u = np.maximum(1 - 0.5 * q, 0)
     return u**4 * (2 * q + 1), -5 * u**3
 
 
 def spline(q: Array) -> tuple[Array, Array]:
-    """Cubic spline of support two without its factor: value, and slope over distance."""
+    """Cubic spline of support two, not normalised: value, and radial derivative over distance."""
     u, t = np.maximum(2 - q, 0), np.maximum(1 - q, 0)
     safe = np.maximum(q, 1e-9)
     return 0.25 * u**3 - t**3, (-0.75 * u**2 + 3 * t**2) / safe
@@ -72,7 +72,7 @@ class Calibration(NamedTuple):
 
 
 def shape_of(kernel: Kernel, support: float) -> Callable[[Array], tuple[Array, Array]]:
-    """Return the shape of a kernel stretched to a support: value, and slope over distance.
+    """Return a kernel stretched to a support: value, and radial derivative over distance.
 
     Example:
         >>> value, _ = shape_of(Kernel.wendland, 3.0)(np.array([0.0, 3.0]))
@@ -138,7 +138,7 @@ def calibrate(kernel: Kernel, support: float = 2.0) -> Calibration:
 def sheet_mean(
     shape: Callable[[Array], tuple[Array, Array]], height: float, support: float
 ) -> Array:
-    """Return value and slope of a kernel above a sheet, averaged along it.
+    """Return value and derivative of a kernel above a sheet, averaged along the sheet.
 
     Args:
         shape: value, and slope over distance.

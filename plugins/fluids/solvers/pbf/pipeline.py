@@ -60,8 +60,8 @@ class SubstepPipeline:
             capacity,
             longest,
             accelerated,
-            isotropic=settings.evenness > 0,
-            damped=settings.calming > 0,
+            isotropic=settings.stress_correction > 0,
+            damped=settings.artificial_viscosity > 0,
         )
         # only samples of bodies look for particles
         reach = longest if bodies else 0
@@ -93,7 +93,7 @@ class SubstepPipeline:
             self.bounds,
             self.numbers,
             self.smoothing,
-            share=chosen.evenness,
+            share=chosen.stress_correction,
             scale=chosen.solid_scale,
         )
         self.pressure = Pressure(
@@ -117,7 +117,7 @@ class SubstepPipeline:
             self.smoothing,
             self.samples,
             blended=chosen.viscosity > 0,
-            damped=chosen.calming > 0,
+            damped=chosen.artificial_viscosity > 0,
             friction=chosen.wall_friction,
             spacing=self.spacing,
         )
@@ -139,7 +139,7 @@ class SubstepPipeline:
         self.numbers.step[None] = step
         self.numbers.compliance[None] = soft
         self.numbers.blend[None] = 1 - math.exp(-self.settings.viscosity * step)
-        self.numbers.damping[None] = 1 - math.exp(-self.settings.calming * step)
+        self.numbers.damping[None] = 1 - math.exp(-self.settings.artificial_viscosity * step)
         lattice = self.smoothing.lattice
         self.schedule = weights(
             self.settings.iterations,

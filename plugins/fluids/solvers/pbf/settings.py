@@ -39,14 +39,14 @@ class PbfSettings:
         tolerance: residual mean compression at which iterations stop [1]; 0 runs a fixed count.
         warm_start: share of the last substep's multipliers that a substep starts from [1].
         solid_scale: weight s of boundary volumes in the density [1].
-        evenness: isotropic stress correction, share of the spurious shear that is removed [1], see
-            `device.isotropy`; 0 switches it off: a quarter faster, but water at rest then has
-            a yield stress.
+        stress_correction: isotropic stress correction: fraction of the spurious shear stress that
+            is removed [1], see `device.isotropy`; 0 switches it off: a quarter faster, but water
+            at rest then has a yield stress.
         viscosity: rate of XSPH velocity smoothing [1/s]; a kinematic viscosity of about
             0.3 rate spacing^2.
-        calming: artificial viscosity of fourth order (biharmonic), rate at particle scale [1/s]:
+        artificial_viscosity: viscosity of fourth order (biharmonic), rate at particle scale [1/s]:
             the XSPH operator applied twice, so that flow which is smooth over ten spacings is not
-            damped. It removes the noise of ``evenness``; waves lose half as much as with a
+            damped. It removes the noise of ``stress_correction``; waves lose half as much as with a
             second-order viscosity of the same effect on noise.
         wall_friction: skin friction coefficient of walls that stand still [1]: a stress of half of
             it times density times speed squared on the layer at the wall. A smooth plate has
@@ -82,11 +82,11 @@ class PbfSettings:
     solid_scale: float = param(
         1.0, "1", bounds=(0.1, 4.0), tolerance=0.0, source="Macklin et al. 2014", fit=False
     )
-    evenness: float = param(
+    stress_correction: float = param(
         0.95, "1", bounds=(0.0, 1.0), tolerance=0.0, source="measured on waves", fit=False
     )
     viscosity: float = param(0.0, "1/s", bounds=(0.0, 1e4), tolerance=1.0, source="off")
-    calming: float = param(
+    artificial_viscosity: float = param(
         400.0, "1/s", bounds=(0.0, 1e4), tolerance=0.0, source="measured on waves", fit=False
     )
     wall_friction: float = param(

@@ -67,7 +67,7 @@ class Bodies:
 
     @ti.func
     def body_response(self, body, slope, turn) -> Any:
-        """Return the mobility of a body at a contact with these gradients [1/m^2]."""
+        """Return the mobility of a body for a density gradient and its moment [1/m^2]."""
         count, c = self.neighbour_count[body], self.compact[body]
         return self.mass * (
             c[3] * slope * ti.max(slope, SHARE * count[0])

@@ -52,13 +52,13 @@ class Smoothing:
 
     @ti.func
     def gradient(self, r2) -> Any:
-        """Slope over distance [1/m^2], negative."""
+        """Radial derivative over distance [1/m^2], negative."""
         _, g = self.both(r2)
         return g
 
     @ti.func
     def solid(self, r2) -> Any:
-        """Density share [1] and slope over distance [1/m^2] of a boundary sample of weight one."""
+        """Density share [1] and radial derivative over distance [1/m^2], sample of weight one."""
         q = ti.sqrt(r2) * self.per_half
         u = ti.max(1 - 0.5 * q, 0.0)
         u3 = u * u * u

@@ -66,7 +66,7 @@ class Vorticity:
 
     @ti.func
     def gather(self, src: ti.template(), i, slope: ti.template()) -> Any:
-        """Sum the curl, or the slope of its size, over the neighbours of one particle."""
+        """Sum the curl, or the gradient of its magnitude, over the neighbours of one particle."""
         at = self.p.place[src][i]
         q = ti.Vector([at[0], at[1], at[2]])
         s = ti.Vector([0.0, 0.0, 0.0])
