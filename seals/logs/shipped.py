@@ -9,7 +9,7 @@ from seals.errors import ConfigError, nearest
 from seals.logs.native import TABLES
 
 _HOME = "seals.experiments"
-_RECORDINGS = (".ulg", ".mcap")
+_RECORDINGS = (".ulg.gz", ".mcap")
 _MOST = 2000
 """Neighbours of a mistyped path that are looked at for the nearest name."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +22,8 @@ PWM = (
 def test_the_ulog_is_one_to_the_library_of_px4() -> None:
     """Pyulog reads the file: topics, rows and microseconds as they were flown."""
     pyulog = pytest.importorskip("pyulog", reason="pyulog, which reads the file, is not installed")
-    log = pyulog.ULog(str(find_log("own_flight/flight_1.ulg")))
+    with gzip.open(find_log("own_flight/flight_1.ulg.gz")) as unpacked:
+        log = pyulog.ULog(unpacked)
     assert not log.file_corruption
     rows = {data.name: data.data["timestamp"].size for data in log.data_list}
     assert rows["sensor_combined"] == rows["actuator_motors"] == 1800
@@ -39,7 +41,7 @@ def test_both_recordings_convert_to_one_vehicle(
     assert main(["new", "robot", "quad", "--urdf", "own_flight/quad"]) == 0
     (tmp_path / "pwm.yaml").write_text(PWM)
     rotors = ["actuators.rotors.max_speed=[805.562]", "rate=100", "robot=quad"]
-    assert main(["convert", "log=own_flight/flight_1.ulg", *rotors, "out=a"]) == 0
+    assert main(["convert", "log=own_flight/flight_1.ulg.gz", *rotors, "out=a"]) == 0
     assert main(["convert", "log=own_flight/flight_2.mcap", "map=pwm.yaml", *rotors, "out=b"]) == 0
     said = capsys.readouterr().out
     assert "thrust_share of 0 to 1" in said

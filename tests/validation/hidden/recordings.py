@@ -8,6 +8,7 @@ written by the packages mcap and rosbags. Beside them stands a URDF of the nomin
 from __future__ import annotations
 
 import argparse
+import gzip
 import struct
 from pathlib import Path
 from typing import Any
@@ -76,7 +77,7 @@ def _vectors(frame: Any, stem: str) -> Array:
 
 
 def write_ulog(frame: Any, vehicle: Vehicle, file: Path) -> None:
-    """Write a flight as PX4 logs it: NED, FRD, shares of thrust, microseconds."""
+    """Write a flight as PX4 logs it, gzipped: NED, FRD, shares of thrust, microseconds."""
     stamps = START + np.round((frame["t"] - frame["t"].iloc[0]) * 1e6).astype(int).to_numpy()
     gyro, force = _vectors(frame, "angular_velocity"), _vectors(frame, "specific_force")
     place, q = _vectors(frame, "position"), _aerospace(_vectors(frame, "orientation"))
@@ -107,12 +108,12 @@ def write_ulog(frame: Any, vehicle: Vehicle, file: Path) -> None:
             data("vehicle_local_position", stamp, north, east, -up, *NOTHING)
         if np.isfinite(volts[k]):
             data("battery_status", stamp, volts[k], -1.0, -1.0)
-    file.write_bytes(b"".join(out))
+    file.write_bytes(gzip.compress(b"".join(out), mtime=0))
 
 
 def write_mcap(frame: Any, vehicle: Vehicle, file: Path) -> None:
-    """Write a flight as a ROS 2 recorder does: ENU, FLU, pulse widths of the motors."""
-    from mcap.writer import CompressionType, Writer
+    """Write a flight as a ROS 2 recorder does: ENU, FLU, pulse widths."""
+    from mcap.writer import CompressionType, IndexType, Writer
     from rosbags.typesys import Stores, get_typestore
 
     store = get_typestore(Stores.ROS2_HUMBLE)
@@ -160,7 +161,9 @@ def write_mcap(frame: Any, vehicle: Vehicle, file: Path) -> None:
     }
     first = 1_700_000_000 * 10**9
     with file.open("wb") as stream:
-        out = Writer(stream, compression=CompressionType.ZSTD)
+        # an index of every message would be a third of the file
+        kept = IndexType.ALL & ~IndexType.MESSAGE
+        out = Writer(stream, compression=CompressionType.ZSTD, index_types=kept)
         out.start()
         channels = {}
         for topic, (kind, _, _) in topics.items():
@@ -217,7 +220,7 @@ def produce(out: Path, truth: Path, *, effect: str, seed: int) -> Vehicle:
     readings = flight.readings()
     vehicle = made[0].vehicle
     (out / "quad_description" / "urdf").mkdir(parents=True, exist_ok=True)
-    write_ulog(writing.table(flight, 0, readings), vehicle, out / "flight_1.ulg")
+    write_ulog(writing.table(flight, 0, readings), vehicle, out / "flight_1.ulg.gz")
     write_mcap(writing.table(flight, 1, readings), vehicle, out / "flight_2.mcap")
     (out / "quad_description" / "urdf" / "quad.urdf").write_text(urdf(vehicle), encoding="utf-8")
     text = yaml.safe_dump(writing.truth(made[0]), sort_keys=False)
