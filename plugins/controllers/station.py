@@ -1,8 +1,8 @@
-"""Control of position and attitude for vehicles with thrusters in all directions."""
+"""Station keeping of vehicles with thrusters; roll and pitch may be passive."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -10,18 +10,29 @@ import numpy as np
 from seals.arrays import Floats
 from seals.control import ActuatorCommand, Plant, Reference, RobotState
 from seals.control.added import added_inertia
-from seals.control.allocation import Allocation, Saturation, has_rank
+from seals.control.allocation import Allocation, Saturation
 from seals.control.attitude import attitude_error, cross3, lean_for
+from seals.control.axes import (
+    HEAVE,
+    SURGE,
+    SWAY,
+    YAW,
+    commanded_axes,
+    mean_arm,
+    named_axes,
+    priority_weights,
+    wrench_matrix,
+)
 from seals.control.filters import Lag
 from seals.control.limbs import joint_targets, stowed
+from seals.control.mass_properties import MassPropertyEstimator
 from seals.control.protocols import ControllerOptions
 from seals.errors import ConfigError
 from seals.schema import param
 from seals.state_records import state_record
 
-ALL_ROWS = (0, 1, 2, 3, 4, 5)
-WEIGHTS = np.array([0.2, 0.2, 0.3, 1.0, 1.0, 0.5])
-"""Importance of force x, y, z and torque x, y, z where the thrusters cannot do it all."""
+NEEDED = (SURGE, SWAY, HEAVE, YAW)
+"""Axes without which a vehicle cannot keep its station."""
 
 
 @state_record
@@ -45,14 +56,20 @@ class StationState(NamedTuple):
 class Station(ControllerOptions):
     """Velocity and attitude control with forces in every direction; the vehicle stays level.
 
+    Axes that the thrusters cannot command are passive: a vehicle of four to eight thrusters is
+    flown in surge, sway, heave and yaw, and its roll and pitch are left to the buoyancy.
+
     Equation:
         F = M (a + k_p (v_ref - v) + k_i sum) + weight - buoyancy, T = J (-k_R e_R - k_w (w - w_d)
-        - k_I sum e_R) + w x J w - buoyancy's torque, M and J with s times the added inertia.
+        - k_I sum e_R) + w x J w - buoyancy's torque, M and J with s times the added inertia. Of
+        (F, T) the commanded rows are allocated, B f = tau.
 
     Args:
         rate: calls a second [Hz].
         sense: sensor of pose and velocity, or ``truth``.
         saturation: what gives way when the thrusters cannot do all: ``paper`` or ``priority``.
+        priority: ranks of the axes with ``priority``, the first gives way last; ``+`` joins axes of
+            one rank.
         position_gain: of the error of a position that the aim gives [1/s].
         speed_gain: k_p of the velocity error [1/s].
         sum_gain: k_i of its sum [1/s^2].
@@ -64,13 +81,14 @@ class Station(ControllerOptions):
         quicker: how many times faster than by their own lag the thrusters are made to follow [1].
 
     Assumptions:
-        The drives span all six directions; the model of the robot is known, its load is not.
+        The drives command surge, sway, heave and yaw; a passive roll or pitch rights itself. The
+        model of the robot is known, its load is not.
 
     Valid range:
         Submerged vehicles at speeds that its thrusters hold against the drag.
 
     Limitations:
-        Roll and pitch are held at zero; drag is left to the sum of the error.
+        Roll and pitch are held at zero or passive; drag is left to the sum of the error.
 
     References:
         Fossen 2011, Handbook of Marine Craft Hydrodynamics, ch. 12.
@@ -81,6 +99,9 @@ class Station(ControllerOptions):
     )
     sense: str = "truth"
     saturation: Saturation = Saturation.priority
+    priority: list[str] = field(
+        default_factory=lambda: ["roll+pitch", "yaw", "heave", "surge+sway"]
+    )
     position_gain: float = param(
         0.8,
         "1/s",
@@ -125,21 +146,28 @@ class Station(ControllerOptions):
     )
 
     def bind(self, plant: Plant) -> None:
-        """Find allocation, added mass and rest pose of the robot.
+        """Find the commanded axes, allocation, added mass and rest pose of the robot.
 
         Raises:
-            ConfigError: the drives cannot push and turn the robot in every direction.
+            ConfigError: the drives do not command surge, sway, heave and yaw.
         """
         layout = plant.layout
         self._plant, self._g = plant, plant.gravity
         self._rest = stowed(plant.robot)
-        if layout.drives < 6:
-            raise ConfigError(_unfit(plant))
+        centre = MassPropertyEstimator(plant.robot).at(self._rest).centre
+        axes = commanded_axes(wrench_matrix(layout, centre), mean_arm(layout, centre))
+        missing = [k for k in NEEDED if k not in axes]
+        if missing:
+            raise ConfigError(_unfit(plant, missing))
+        self._rows = list(axes)
+        self._turned = np.array([float(k in axes) for k in (3, 4, 5)])
         self._allocation = Allocation(
-            layout, rows=ALL_ROWS, saturation=self.saturation, weights=WEIGHTS
+            layout,
+            rows=axes,
+            saturation=self.saturation,
+            weights=priority_weights(self.priority, axes),
+            centre=centre,
         )
-        if not has_rank(self._allocation.matrix(layout.position.mean(axis=0))):
-            raise ConfigError(_unfit(plant))
         self._lag = Lag(layout.lag, layout.fall)
         self._added = added_inertia(plant)
 
@@ -158,12 +186,16 @@ class Station(ControllerOptions):
         error = velocity - s.velocity
         asked = aim.acceleration + self.speed_gain * error + self.sum_gain * memory.sum
         level = lean_for(np.array([0.0, 0.0, 1.0]), aim.yaw, tilt=0.1, least=1.0)
-        turn_error = attitude_error(s.rotation, level)
+        turn_error = self._turned * attitude_error(s.rotation, level)
         spin = aim.yaw_rate * s.rotation[2]
         want = -self.turn_gain * turn_error - self.spin_gain * (s.angular_velocity - spin)
         want = want - self.turn_sum_gain * memory.turn_sum
         wanted = self._allocation.commands(
-            self._wrench(s, asked, want), s.centre, gain=s.gain, limit=s.limit, low=s.low
+            self._wrench(s, asked, want)[self._rows],
+            s.centre,
+            gain=s.gain,
+            limit=s.limit,
+            low=s.low,
         )
         drive = wanted if memory.drive is None else memory.drive
         order = self._lag.quickened(wanted, drive, self.quicker, (s.low, s.limit))
@@ -195,9 +227,10 @@ def _summed(total: Floats, error: Floats, step: float, most: float) -> Floats:
     return more
 
 
-def _unfit(plant: Plant) -> str:
+def _unfit(plant: Plant, missing: list[int]) -> str:
     return (
         f"controller=station: the {plant.layout.drives} drives of robot '{plant.robot.name}' do "
-        "not push and turn it in every direction.\n"
-        "It takes six or more, not all alike; for rotors that push upward: controller=cascade"
+        f"not command {named_axes(missing)}.\n"
+        "It takes surge, sway, heave and yaw; for a vehicle that steers: controller=autopilot "
+        "guide=los; for rotors that push upward: controller=cascade"
     )

@@ -15,8 +15,8 @@ from seals.check.lift import (
     authority,
     commanded_directions,
     hover_share,
-    wrench_matrix,
 )
+from seals.control.axes import wrench_matrix
 from seals.control.plant import ROTOR, Layout, layout_of
 from seals.effects.binding import bind_effects
 from seals.effects.effect import Effect

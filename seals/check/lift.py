@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.control.plant import ROTOR, Layout
 
 WEAKEST = 1e-3
 """Singular value, against the largest, from which on a direction counts as commanded."""
@@ -29,24 +28,6 @@ class CommandedDirections(NamedTuple):
     wanted: int
     condition: float
     weakest: str
-
-
-def wrench_matrix(layout: Layout, centre: Floats) -> Floats:
-    """Return the wrench of each drive at full command, shape (6, n).
-
-    Args:
-        layout: of the drives, n of them.
-        centre: of gravity, body axes [m], shape (3,).
-
-    Returns:
-        Rows of force [N], then of moment about the centre [N m], body axes.
-    """
-    power = np.where([kind == ROTOR for kind in layout.kind], layout.limit**2, layout.limit)
-    thrust = layout.thrust_coefficient * power
-    reaction = layout.reaction_coefficient * power
-    force = (layout.axis * thrust[:, None]).T
-    moment = np.cross(layout.position - centre, layout.axis) * thrust[:, None]
-    return np.concatenate((force, (moment + layout.axis * reaction[:, None]).T))
 
 
 def commanded_directions(matrix: Floats, centre: Floats, positions: Floats) -> CommandedDirections:

@@ -39,9 +39,12 @@ class Allocation:
 
     Args:
         layout: of the drives.
-        rows: components [force x, y, z, torque x, y, z] that are wanted, numbers 0 to 5.
+        rows: components [force x, y, z, torque x, y, z] that are wanted, numbers 0 to 5; the
+            others are passive.
         saturation: what gives way.
         weights: of the rows where not all can be had, shape (rows,); larger is more important.
+        centre: about which the rank of the rows is judged, body axes [m]; None for the middle of
+            the drives, which serves where no passive force turns the vehicle.
     """
 
     def __init__(
@@ -51,6 +54,7 @@ class Allocation:
         rows: tuple[int, ...] = LIFT_ROWS,
         saturation: Saturation = Saturation.paper,
         weights: Floats | None = None,
+        centre: Floats | None = None,
     ) -> None:
         """Compute the parts that do not depend on the centre of gravity."""
         self._layout, self._rows, self.saturation = layout, list(rows), saturation
@@ -69,8 +73,10 @@ class Allocation:
         self._bounds = self._squared_bounds(layout.limit, layout.low)
         self._kept_gain: Floats | None = None
         self._plain = True
-        # moving the centre adds rows to rows, it does not change their rank
-        self._full = has_rank(self.matrix(layout.position.mean(axis=0)))
+        # moving the centre adds rows of force to rows of torque: where all of them are wanted, the
+        # rank stays
+        about = layout.position.mean(axis=0) if centre is None else centre
+        self._full = has_rank(self.matrix(about))
         self._weights = np.ones(len(rows)) if weights is None else np.asarray(weights, dtype=float)
 
     def matrix(self, centre: Floats, gain: Floats | None = None) -> Floats:
