@@ -148,10 +148,10 @@ GUARDS: dict[str, Guard] = {
         "stays_inside",
     ),
     "target of a plug-in": Guard(
-        "seals.config.targets", "if key in SPECIAL:", "if False:", FILES, "target_must_be"
+        "seals.config.node_checks", "if key in SPECIAL:", "if False:", FILES, "target_must_be"
     ),
     "targets inside": Guard(
-        "seals.config.targets",
+        "seals.config.node_checks",
         "        if not OmegaConf.is_missing(node, key):\n",
         "        if False:\n",
         CLASSES,

@@ -21,8 +21,8 @@ def check(arguments: list[str]) -> int:
     from omegaconf import OmegaConf
 
     from seals.config.compose import compose
+    from seals.config.node_checks import refuse_unknown
     from seals.config.refusal import refusals
-    from seals.config.unknown import refuse_unknown
     from seals.schema import check_tree
 
     if len(arguments) == 1 and not arguments[0].startswith("-") and "=" not in arguments[0]:

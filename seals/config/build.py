@@ -5,13 +5,14 @@ from __future__ import annotations
 import dataclasses
 import functools
 import typing
+from collections.abc import Mapping
 from typing import Any
 
-from seals.config.derive import ROWS
+from seals.config.derive import ROWS, schema_of
+from seals.config.node_checks import refuse_targets, refuse_unknown
 from seals.config.refusal import refusals
-from seals.config.targets import refuse_targets
-from seals.config.unknown import refuse_unknown
 from seals.errors import ConfigError, SealsError, suggestion
+from seals.registry import get
 from seals.schema import check_fields
 
 
@@ -42,6 +43,33 @@ def build(node: Any, *, where: str) -> Any:
         raise
     except (TypeError, ValueError) as cause:
         raise ConfigError(f"{where} cannot be built: {cause}.\n{_fields_line(cls)}") from cause
+
+
+def build_from_values(
+    kind: str, plugin: str, values: Mapping[str, Any], more: Mapping[str, Any], *, where: str
+) -> Any:
+    """Construct an installed plug-in from plain values instead of a composed node.
+
+    Args:
+        kind: of plug-in.
+        plugin: its name.
+        values: by field, such as those of a robot folder.
+        more: values that override them.
+        where: full key, named in every refusal.
+
+    Raises:
+        SealsError: it is not installed, or a value cannot be used.
+    """
+    from omegaconf import OmegaConf
+
+    schema = schema_of(get(kind, plugin))
+    with refusals(()):
+        node = OmegaConf.merge(
+            OmegaConf.structured(schema),
+            OmegaConf.create(dict(values)),
+            OmegaConf.create(dict(more)),
+        )
+    return build(node, where=where)
 
 
 def _refuse_untyped(node: Any, where: str) -> None:

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from seals.config.lookups import lookup_in
-from seals.config.targets import SPECIAL, TARGET
+from seals.config.node_checks import SPECIAL, TARGET
 from seals.errors import ConfigError, SealsError
 from seals.untrusted_io import read_plain_yaml
 

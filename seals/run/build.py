@@ -8,9 +8,9 @@ from typing import Any
 
 from seals.config.build import build
 from seals.config.entries import typed_entries
+from seals.config.node_checks import refuse_unknown
 from seals.config.overlay import read_overlay
 from seals.config.refusal import refusals
-from seals.config.unknown import refuse_unknown
 from seals.environment.ground_settings import ObstacleSettings
 from seals.environment.settings import check_ground, check_profiles
 from seals.errors import ConfigError, suggestion

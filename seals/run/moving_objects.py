@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from seals import registry
+from seals.config.build import build_from_values
 from seals.control.estimate import check_sense
 from seals.control.plant import build_plant
 from seals.errors import ConfigError, suggestion
@@ -77,38 +78,7 @@ def chosen(kind: str, wanted: Any, found: RobotFile, *, where: str) -> Any:
             f"{suggestion('', registry.names(kind), label='Installed')}"
         )
     # values of the folder belong to the plug-in that the folder names
-    return typed(kind, str(asked), values if asked == name else {}, given, where=place)
-
-
-def typed(
-    kind: str, plugin: str, values: Mapping[str, Any], more: Mapping[str, Any], *, where: str
-) -> Any:
-    """Build a plug-in of an object from the values of its folder and those of the run.
-
-    Args:
-        kind: of plug-in.
-        plugin: its name.
-        values: of the folder.
-        more: of the run, over them.
-        where: full key, named in every refusal.
-
-    Raises:
-        SealsError: it is not installed, or a value cannot be used.
-    """
-    from omegaconf import OmegaConf
-
-    from seals.config.build import build
-    from seals.config.derive import schema_of
-    from seals.config.refusal import refusals
-
-    schema = schema_of(registry.get(kind, plugin))
-    with refusals(()):
-        node = OmegaConf.merge(
-            OmegaConf.structured(schema),
-            OmegaConf.create(dict(values)),
-            OmegaConf.create(dict(more)),
-        )
-    return build(node, where=where)
+    return build_from_values(kind, str(asked), values if asked == name else {}, given, where=place)
 
 
 def _values(kind: str, wanted: Any, where: str) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from seals.backend import Configuration
+from seals.config.build import build_from_values
 from seals.effects.binding import EffectSet, bind_effects
 from seals.effects.effect import Effect
 from seals.errors import ConfigError, suggestion
@@ -20,7 +21,7 @@ from seals.robot.robot_file import RobotFile
 from seals.robot.settings import RobotSettings
 from seals.run.effects_owned_by_fluid import owned
 from seals.run.immersed import owners
-from seals.run.moving_objects import animate, moves, typed
+from seals.run.moving_objects import animate, moves
 from seals.run.object_settings import ObjectSettings
 from seals.run.settings import RunSettings
 from seals.world import Actor
@@ -36,8 +37,9 @@ def add_objects(settings: RunSettings, *, steps: int) -> dict[str, Actor]:
 
     actors = {}
     for name, thing in settings.objects.items():
+        found = find_robot(thing.robot)
         actor = Actor(
-            *build_object(name, thing, settings.effects, settings.fluid),
+            *build_object(name, thing, found, settings.effects, settings.fluid),
             {},
             settings.backend,
             settings.environment,
@@ -45,28 +47,30 @@ def add_objects(settings: RunSettings, *, steps: int) -> dict[str, Actor]:
             steps=steps,
             fluid=settings.fluid,
         )
-        animate(name, thing, find_robot(thing.robot), settings, actor)
+        animate(name, thing, found, settings, actor)
         actors[name] = actor
     return actors
 
 
 def build_object(
-    name: str, settings: ObjectSettings, around: Mapping[str, Effect], fluid: Fluid | None = None
+    name: str,
+    settings: ObjectSettings,
+    found: RobotFile,
+    around: Mapping[str, Effect],
+    fluid: Fluid | None = None,
 ) -> tuple[RobotModel, EffectSet]:
     """Build one object and bind its effects.
 
     Args:
         name: of the object.
         settings: of the object.
+        found: its robot folder.
         around: effects of the run; those of the surroundings act on the object, too.
         fluid: that the object is in; what it accounts for rests in the folder's effects.
 
     Raises:
         SealsError: the robot, a value or an effect cannot be used.
     """
-    from seals.config.source import find_robot
-
-    found = find_robot(settings.robot)
     robot = build_robot(object_robot(found))
     ambient = {key: effect.ambient() for key, effect in around.items()}
     effects = {key: effect for key, effect in ambient.items() if effect is not None}
@@ -149,14 +153,18 @@ def _own_effects(name: str, found: RobotFile, settings: ObjectSettings) -> dict[
     out: dict[str, Effect] = {}
     for key, (plugin, values) in parts.items():
         where = f"objects.{name}.effects.{key}"
-        out[key] = typed("effect", plugin, values, settings.effects.get(key) or {}, where=where)
+        out[key] = build_from_values(
+            "effect", plugin, values, settings.effects.get(key) or {}, where=where
+        )
     return out
 
 
 def _actuators(name: str, found: RobotFile) -> dict[str, Effect]:
     """Actuators of the object's folder."""
     return {
-        key: typed("actuator", plugin, values, {}, where=f"objects.{name}.actuators.{key}")
+        key: build_from_values(
+            "actuator", plugin, values, {}, where=f"objects.{name}.actuators.{key}"
+        )
         for key, (plugin, values) in found.parts.get("actuators", {}).items()
     }
 

@@ -10,9 +10,9 @@ import pytest
 from seals.cli.main import main
 from seals.config.build import build
 from seals.config.compose import compose
+from seals.config.node_checks import SPECIAL
 from seals.config.overlay import load_overlay
 from seals.config.strangers import refuse_commands, untrusted
-from seals.config.targets import SPECIAL
 from seals.errors import ConfigError, RobotError
 from seals.robot.macros import expanded
 from seals.robot.robot_file import read_robot
