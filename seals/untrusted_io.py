@@ -11,6 +11,7 @@ import stat
 import zlib
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 from seals.errors import ConfigError, LogError
 
@@ -22,6 +23,7 @@ _MOST_META_BYTES = 1 << 20
 _MOST_NODES = 200_000
 _MOST_JSON_NODES = 2_000_000
 _DEEPEST = 40
+_DEEPEST_XML = 100
 _LONGEST_NUMBER = 400
 _NUMBER = re.compile(r"[-+0-9a-fA-FxoO_:.]+")
 
@@ -299,6 +301,52 @@ def _unfold(content: object) -> None:
         level, count = children, count + len(children)
     if level:
         raise ValueError(f"nested deeper than {_DEEPEST} levels")
+
+
+def read_xml(path: str | Path, *, most: int = MOST_TEXT_BYTES) -> ElementTree.Element:
+    """Return the root element of an XML file, read within limits.
+
+    Raises:
+        LogError: it cannot be read, is not UTF-8, too large, or not XML as `plain_xml` takes it.
+    """
+    try:
+        return plain_xml(read_text(path, most=most))
+    except ValueError as error:
+        raise LogError(f"'{path}' is not sound XML: {error}.\nRestore it.") from error
+
+
+def plain_xml(text: str) -> ElementTree.Element:
+    """Parse XML within limits of depth and elements, without document types and entities.
+
+    Raises:
+        ValueError: it is not XML, declares entities, or is nested too deep or too long.
+
+    Example:
+        >>> plain_xml("<a><b/></a>").tag
+        'a'
+    """
+    if "\0" in text or re.search(r"<!\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):
+        raise ValueError("it declares a DOCTYPE or an ENTITY; such files can expand without end")
+    parser = ElementTree.XMLPullParser(("start", "end"))
+    depth = count = 0
+    root: ElementTree.Element | None = None
+    try:
+        # piece by piece: what is too deep is refused before it is built
+        for first in range(0, len(text), 1 << 16):
+            parser.feed(text[first : first + (1 << 16)].encode())
+            for event, element in parser.read_events():
+                root = element if root is None else root
+                depth += 1 if event == "start" else -1
+                count += 1
+                if depth > _DEEPEST_XML or count > 2 * _MOST_NODES:
+                    limits = f"{_DEEPEST_XML} levels, or more than {_MOST_NODES:,} elements"
+                    raise ValueError(f"nested deeper than {limits}")
+        parser.close()
+    except (ElementTree.ParseError, LookupError, UnicodeError) as error:
+        raise ValueError(f"{error}; was it copied completely?") from error
+    if root is None:
+        raise ValueError("it is empty")
+    return root
 
 
 def first_bad_number(tree: object) -> str | None:

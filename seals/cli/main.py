@@ -226,15 +226,18 @@ VERBS = {
     "new": Verb(
         target="seals.cli.new:new",
         summary="create a robot folder from a URDF, or a package for an effect or a sensor",
-        usage="robot NAME --urdf FILE [--package NAME=FOLDER] [--density KG_PER_M3],\n"
+        usage="robot NAME --urdf FILE [--package NAME=FOLDER] [--density KG_PER_M3]\n"
+        "      [--medium air|water|both],\n"
         "   or: seals new datasheet log=FLIGHT robot=FOLDER\n"
         "   or: seals new effect NAME, or: seals new sensor NAME\n"
         "  seals new robot my_hexa --urdf downloads/hexa.urdf\n"
         "  seals new robot my_arm --urdf arm.urdf --package arm_description=../arm_description\n"
         "  seals new effect whirl\n\n"
         "  robot     creates the folder NAME with robot.yaml, the URDF and its meshes\n"
-        "  --package where the files of package://NAME/... are, when not near the URDF\n"
+        "  --package where the files of package://NAME/..., model://NAME and $(find NAME) are\n"
+        "  --urdf    a URDF, xacro, SDF or MJCF file\n"
         "  --density gives links without <inertial> the mass of their shapes\n"
+        "  --medium  where it works: writes rotors under water, drag in air, or both\n"
         "  datasheet writes datasheet.yaml into the robot's folder: noise, tolerances, delays\n"
         "  effect    creates the package seals-NAME with a law, its test and its pyproject.toml\n"
         "exit code: 0 created, 2 refused (the name is taken, the URDF or a mesh cannot be used)",

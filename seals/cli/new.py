@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 KINDS = ("robot", "datasheet", "effect", "sensor")
 OPTIONS = {
-    "robot": ("urdf", "package", "density"),
+    "robot": ("urdf", "package", "density", "medium"),
     "datasheet": ("log", "robot", "replace"),
     "effect": (),
     "sensor": (),
@@ -129,9 +129,22 @@ def _robot(name: str, options: list[tuple[str, str]]) -> int:
     from seals.scaffold.robot import scaffold_robot
 
     density = _density([value for key, value in options if key == "density"])
-    made = scaffold_robot(name, Path(urdfs[0]), parent=Path(), packages=packages, density=density)
+    medium = _medium([value for key, value in options if key == "medium"])
+    made = scaffold_robot(
+        name, Path(urdfs[0]), parent=Path(), packages=packages, density=density, medium=medium
+    )
     print("\n".join(_told(name, made)))
     return 0
+
+
+def _medium(given: list[str]) -> str | None:
+    """Where the robot works; None when it was not said."""
+    from seals.scaffold.effects import RobotMedium
+
+    known = [each.value for each in RobotMedium]
+    if given and given[-1] not in known:
+        raise ConfigError(f"--medium {given[-1]} is not allowed.\n{suggestion(given[-1], known)}")
+    return given[-1] if given else None
 
 
 def _density(given: list[str]) -> float | None:
@@ -151,14 +164,13 @@ def _density(given: list[str]) -> float | None:
 
 def _told(name: str, made: NewRobot) -> Iterator[str]:
     """Yield a summary of the new folder, remarks to look at, and the next steps."""
-    robot, drives = made.robot, made.drives
+    robot = made.robot
     parts = [
         f"{robot.mass.sum():.4g} kg",
         f"{len(robot.links)} links",
         f"{len(robot.joints)} joints",
     ]
-    if drives is not None:
-        parts.append(f"{len(drives.links)} {drives.kind}s")
+    parts += [f"{len(drives.links)} {drives.kind}s" for drives in made.drives]
     parts += [f"{len(made.limbs.arms)} arm(s)"] if made.limbs.arms else []
     parts += [f"{len(made.limbs.grippers)} gripper(s)"] if made.limbs.grippers else []
     yield f"{name}/robot.yaml: {', '.join(parts)}"
@@ -169,9 +181,10 @@ def _told(name: str, made: NewRobot) -> Iterator[str]:
         yield from (f"  {remark}" for remark in made.remarks)
     yield "Next:"
     yield f"  seals check robot={name}"
+    kinds = [drives.kind for drives in made.drives]
     around = "water=fossen"
-    if drives is not None and drives.kind == "rotor":
+    if "rotor" in kinds:
         around = "guide=hover controller=cascade initial.position=[0,0,2]"
-    elif drives is not None:
+    elif kinds and made.pushes_every_way:
         around = "water=fossen guide=hover controller=station initial.position=[0,0,-2]"
     yield f"  seals run robot={name} {around}"

@@ -6,6 +6,7 @@ import os
 import re
 import signal
 import subprocess
+from collections.abc import Mapping
 from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
@@ -30,14 +31,16 @@ def holds_macros(text: str) -> bool:
     return re.search(r"<xacro:|xmlns:xacro", text) is not None
 
 
-def expanded(path: Path) -> str:
+def expanded(path: Path, packages: Mapping[str, Path] | None = None) -> str:
     """Return the URDF expanded from a xacro file.
 
     The package xacro runs in a process of its own, with little time and memory, without the
     environment of this one; it opens ordinary files near the given one only, and writes none.
 
     Args:
-        path: of the file; files that it includes lie in its folder, or in a package beside its own.
+        path: of the file; files that it includes lie in its folder, in a package beside its own, or
+            in one of the given ones.
+        packages: folders of ``$(find NAME)``, by name, where they are not around the file.
 
     Raises:
         MissingExtra: the package xacro is not installed.
@@ -52,7 +55,7 @@ def expanded(path: Path) -> str:
     child = Path(str(files("seals.robot"))) / "macros_child.py"
     try:
         done = subprocess.run(
-            command(child, str(path.resolve())),
+            command(child, str(path.resolve()), *_given(packages or {})),
             env={key: value for key, value in environment().items() if key in _KEPT},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
@@ -72,6 +75,10 @@ def expanded(path: Path) -> str:
     return text
 
 
+def _given(packages: Mapping[str, Path]) -> list[str]:
+    return [f"{name}={folder.resolve()}" for name, folder in packages.items()]
+
+
 def _installed() -> bool:
     try:
         return find_spec("xacro") is not None
@@ -88,6 +95,6 @@ def _ended(code: int) -> str:
 def _refused(path: Path, why: str) -> RobotError:
     return RobotError(
         f"URDF {path}: xacro cannot expand it: {why}.\n"
-        "Arguments without a default, the environment and packages of ROS are not known here: "
-        "expand it where they are."
+        "Arguments without a default and the environment are not known here: expand it where they "
+        "are. A package of $(find NAME): --package NAME=FOLDER"
     )

@@ -1,6 +1,6 @@
 """Program that expands the xacro macros of one file, run in a restricted child process.
 
-    python macros_child.py FILE
+    python macros_child.py FILE [PACKAGE=FOLDER ...]
 
 It writes one JSON object to the standard output: ``urdf``, or ``refused`` with the reason. Time,
 memory and the files that it may open are bounded; it has no environment and may start nothing.
@@ -42,8 +42,8 @@ _CHANGING = (
 )
 
 
-def main(path: str) -> str:
-    """Expand one file and return the result as JSON."""
+def main(path: str, *given: str) -> str:
+    """Expand one file and return the result as JSON; ``given`` are packages, NAME=FOLDER."""
     try:
         import xacro
         import xacro.substitution_args as substitution
@@ -56,8 +56,11 @@ def main(path: str) -> str:
     os.environ.clear()
     _bound()
     code = tuple(os.path.realpath(entry) for entry in sys.path if entry)
-    sys.addaudithook(lambda event, words: _watch(event, words, _surroundings(home), code))
+    packages = {name: Path(folder) for name, _, folder in (word.partition("=") for word in given)}
+    near = (_surroundings(home), *packages.values())
+    sys.addaudithook(lambda event, words: _watch(event, words, near, code))
     _arithmetic_only(xacro, substitution)
+    _packages_only(substitution, home, packages)
     try:
         text = str(xacro.process_file(str(home)).toxml())
     except Exception as cause:  # whatever its expressions raise, which are a stranger's
@@ -101,7 +104,9 @@ def _surroundings(home: Path) -> Path:
     return home.parent
 
 
-def _watch(event: str, words: tuple[Any, ...], near: Path, code: tuple[str, ...]) -> None:
+def _watch(
+    event: str, words: tuple[Any, ...], near: tuple[Path, ...], code: tuple[str, ...]
+) -> None:
     """Refuse what the macros of a stranger may not do; called by the interpreter.
 
     Raises:
@@ -113,7 +118,7 @@ def _watch(event: str, words: tuple[Any, ...], near: Path, code: tuple[str, ...]
         raise PermissionError(f"macros may not do this: {event}")
 
 
-def _may_read(words: tuple[Any, ...], near: Path, code: tuple[str, ...]) -> None:
+def _may_read(words: tuple[Any, ...], near: tuple[Path, ...], code: tuple[str, ...]) -> None:
     name, mode, flags = words
     if isinstance(name, int):
         return
@@ -123,10 +128,8 @@ def _may_read(words: tuple[Any, ...], near: Path, code: tuple[str, ...]) -> None
     if any(place.startswith(entry + os.sep) for entry in code):
         return
     target = Path(place)
-    if not target.is_relative_to(near) or any(
-        part.startswith(".") for part in target.relative_to(near).parts
-    ):
-        why = f"it lies elsewhere; allowed are files in {near}"
+    if not any(_plainly_in(target, folder) for folder in near):
+        why = f"it lies elsewhere; allowed are files in {', '.join(map(str, near))}"
         raise PermissionError(errno.EACCES, why, str(name))
     try:
         status = os.stat(place)
@@ -135,6 +138,29 @@ def _may_read(words: tuple[Any, ...], near: Path, code: tuple[str, ...]) -> None
     if not stat.S_ISREG(status.st_mode) or status.st_size > MOST_BYTES:
         why = f"it is no ordinary file of up to {MOST_BYTES:,} bytes"
         raise PermissionError(errno.EACCES, why, str(name))
+
+
+def _plainly_in(target: Path, folder: Path) -> bool:
+    """Return whether a file lies in a folder, and is not hidden there."""
+    return target.is_relative_to(folder) and not any(
+        part.startswith(".") for part in target.relative_to(folder).parts
+    )
+
+
+def _packages_only(substitution: Any, home: Path, packages: Mapping[str, Path]) -> None:
+    """Let ``$(find NAME)`` find packages that were given, and those around the file."""
+
+    def find(name: str) -> str:
+        around = [folder for parent in list(home.parents)[:6] for folder in (parent, parent / name)]
+        for folder in (packages.get(name), *around):
+            if folder is not None and (folder.name == name or name in packages) and folder.is_dir():
+                return str(folder)
+        raise substitution.SubstitutionException(
+            f"$(find {name}): there is no package '{name}' around {home.name}"
+        )
+
+    substitution._eval_find = find
+    substitution._eval_dict["find"] = find
 
 
 def _arithmetic_only(xacro: Any, substitution: Any) -> None:
@@ -177,6 +203,6 @@ if __name__ == "__main__":
     # what xacro, or an expression, prints is no answer
     answer = os.dup(1)
     os.dup2(2, 1)
-    said = main(sys.argv[1]).encode()
+    said = main(*sys.argv[1:]).encode()
     with open(answer, "wb") as out:
         out.write(said)

@@ -3,27 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
 from seals.arrays import Floats
 from seals.check.joints import joint_loads_of
 from seals.robot.model import RobotModel
+from seals.scaffold.ellipsoid import added_mass_of_ellipsoid
 from seals.scaffold.shapes import Box, LinkHull
 from seals.scaffold.takeover import Takeover
 
-WATER = 1000.0
-"""Density for the estimates [kg/m^3]."""
+WATER, AIR = 1000.0, 1.2
+"""Densities for the estimates [kg/m^3]."""
 FREQUENCY, DAMPING = 6.0, 1.0
 """Natural frequency [Hz] and damping ratio of the servos: a brisk hobby servo, no overshoot."""
 RESERVE = 3.0
 """Torque of a servo whose URDF states none, by the torque that holds its joint level."""
 BLUFF = 1.0
 """Drag coefficient of a bluff body at these speeds [1]; cubes and cylinders lie at 0.8 to 1.2."""
-CARRIED = 0.5
-"""Added mass by displaced mass [1]: that of a sphere."""
 _LEAST_TORQUE = 0.01
 
 
@@ -46,45 +44,55 @@ def servo_values(robot: RobotModel, source: Takeover) -> dict[str, list[float]]:
     }
 
 
-def water_effects(robot: RobotModel, hulls: Mapping[str, LinkHull]) -> dict[str, dict[str, Any]]:
-    """Return drag and added mass in water: of the base, and the mean of all other links."""
-    base = robot.links[0]
-    others = [name for name in robot.links if name in hulls and name != base]
-    out: dict[str, dict[str, Any]] = {}
-    if base in hulls:
-        out |= _of_hulls("hull", [base], [hulls[base]])
-    if others:
-        out |= _of_hulls("limb", others, [hulls[name] for name in others])
-    return out
-
-
-def _of_hulls(word: str, links: list[str], hulls: list[LinkHull]) -> dict[str, dict[str, Any]]:
-    """Drag, rotational drag and added mass of some links, all alike."""
+def drag_areas(hulls: Sequence[LinkHull]) -> Floats:
+    """Return drag coefficient times projected area along each link axis [m^2], shape (3,)."""
     boxes = [box for hull in hulls for box in hull.boxes]
-    carried = CARRIED * WATER * float(np.mean([hull.volume for hull in hulls]))
-    areas = sum((box.areas for box in boxes), np.zeros(3)) / len(hulls)
-    drag = 0.5 * WATER * BLUFF * areas
-    turning = sum((_turning(box) for box in boxes), np.zeros(3)) / len(hulls)
-    where: dict[str, Any] = {"links": links}
-    return {
-        f"{word}_drag": {
-            "effect": "quadratic_drag",
-            "medium": "water",
-            **where,
-            **_axes("coefficient", drag),
-        },
-        f"{word}_turning": {
-            "effect": "angular_drag",
-            "medium": "water",
-            **where,
-            **_axes("quadratic", turning),
-        },
-        f"{word}_added_mass": {
-            "effect": "added_mass",
-            **where,
-            **_axes("mass", np.full(3, carried)),
-        },
-    }
+    return BLUFF * sum((box.areas for box in boxes), np.zeros(3)) / len(hulls)
+
+
+def turning_drag(hulls: Sequence[LinkHull]) -> Floats:
+    """Return the quadratic torque of turning in water [N m s^2/rad^2], shape (3,)."""
+    boxes = [box for hull in hulls for box in hull.boxes]
+    return sum((_turning(box) for box in boxes), np.zeros(3)) / len(hulls)
+
+
+def added_mass(hull: LinkHull) -> Floats:
+    """Return the added-mass matrix in water about the link origin, shape (6, 6).
+
+    Every shape counts as the ellipsoid of its volume with the proportions of its box.
+    """
+    total = np.zeros((6, 6))
+    for box, volume in zip(hull.boxes, hull.volumes, strict=True):
+        half = np.maximum(box.edges / 2.0, 1e-6)
+        size = volume / (4.0 / 3.0 * math.pi * float(half.prod()))
+        own = added_mass_of_ellipsoid(half * size ** (1.0 / 3.0), WATER)
+        linear = box.turn @ np.diag(own[:3]) @ box.turn.T
+        angular = box.turn @ np.diag(own[3:]) @ box.turn.T
+        x, y, z = box.centre
+        arm = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        total[:3, :3] += linear
+        total[:3, 3:] -= linear @ arm
+        total[3:, :3] += arm @ linear
+        total[3:, 3:] += angular - arm @ linear @ arm
+    return _without_trifles(total)
+
+
+def _without_trifles(matrix: Floats) -> Floats:
+    """Couplings below a hundredth of what they couple are left out; three digits stay.
+
+    A sphere off the origin adds no moment of its own: a thousandth more keeps the rounded matrix
+    from being indefinite.
+    """
+    for part in (slice(0, 3), slice(3, 6)):
+        own = matrix[part, part]
+        own[np.abs(own) < 1e-9 * np.abs(own).max()] = 0.0
+    size = np.sqrt(np.outer(np.diag(matrix), np.diag(matrix)))
+    kept = np.where(np.abs(matrix) > 0.01 * size, 0.5 * (matrix + matrix.T), 0.0)
+    diagonal = np.diag(kept)
+    if np.any(kept - np.diag(diagonal)):
+        kept[[3, 4, 5], [3, 4, 5]] *= 1.001
+        return kept
+    return np.diag([short(float(x)) for x in diagonal])
 
 
 def _turning(box: Box) -> Floats:
@@ -103,10 +111,6 @@ def _turning(box: Box) -> Floats:
             facing = float(np.delete(box.areas, k) @ np.abs(arm[::-1])) / reach
             own[k] += 0.5 * WATER * BLUFF * facing * reach**3
     return own
-
-
-def _axes(stem: str, values: Floats) -> dict[str, float]:
-    return {f"{stem}_{axis}": short(x) for axis, x in zip("xyz", values, strict=True)}
 
 
 def short(value: float) -> float:

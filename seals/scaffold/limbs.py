@@ -14,6 +14,9 @@ from seals.scaffold.legs import legs_of
 
 _TOOL = r"tool|tcp|palm|hand|grip|flange|(^|_)ee($|_)|end_?eff"
 
+_SURFACE = r"fin(?![a-z])|fins|rudder|elevator|aileron|elevon|flap|wing|sail|wheel|tilt|tail"
+_CLAW, _FINGER = r"claw|pincer|chel[ai]|cheliped", r"finger|dactyl|pollex|pincer|thumb|jaw"
+
 
 class Limbs(NamedTuple):
     """Entries of ``arms:``, ``grippers:`` and ``legs:``, and joints that belong to none."""
@@ -28,7 +31,7 @@ def limbs_of(robot: RobotModel, passed_over: set[str]) -> Limbs:
     """Return arms and grippers of a robot.
 
     A chain of joints is an arm; where it branches into fingers, these are its gripper. Four chains
-    of three joints or more, and nothing else, are legs.
+    of three joints that do not branch and are not named like claws are legs, beside arms.
 
     Args:
         robot: as read from the URDF.
@@ -38,24 +41,42 @@ def limbs_of(robot: RobotModel, passed_over: set[str]) -> Limbs:
     arms: dict[str, dict[str, Any]] = {}
     grippers: dict[str, dict[str, Any]] = {}
     others: list[str] = []
-    chains = [_chain(first, below) for first in below[-1]]
-    legs = legs_of(robot, [c for c, ends in chains if not ends])
-    if legs and not any(ends for _, ends in chains):
-        return Limbs({}, {}, [], legs)
+    chains = [_claw(robot, *_chain(first, below)) for first in below[-1]]
+    plain = [c for c, ends in chains if not ends and not _named(robot, c, _CLAW)]
+    legs = legs_of(robot, plain)
+    if legs:
+        walking = {name for leg in legs.values() for name in leg["joints"]}
+        chains = [(c, ends) for c, ends in chains if robot.joints[c[0]] not in walking]
     lone = [c for c, ends in chains if len(c) == 1 and not ends]
     long = [(c, ends) for c, ends in chains if len(c) > 1 or ends]
-    fingers = [c[0] for c in lone if np.isfinite(robot.upper[c[0]])]
-    if 2 <= len(fingers) == len(lone) and not long:
+    fingers = [
+        c[0] for c in lone if np.isfinite(robot.upper[c[0]]) and not _named(robot, c, _SURFACE)
+    ]
+    if 2 <= len(fingers) == len(lone) and not long and not legs:
         # single joints side by side on the base itself are fingers, not arms
         return Limbs({}, {"gripper": _gripper(robot, fingers, below)}, [])
-    long += [(c, []) for c in lone if np.isfinite(robot.upper[c[0]])]
-    others = [robot.joints[c[0]] for c in lone if not np.isfinite(robot.upper[c[0]])]
+    long += [(c, []) for c in lone if c[0] in fingers]
+    others = [robot.joints[c[0]] for c in lone if c[0] not in fingers]
     for number, (chain, ends) in enumerate(long, start=1):
         mark = f"_{number}" if len(long) > 1 else ""
         arms[f"arm{mark}"] = _arm(robot, chain, ends)
         if ends:
             grippers[f"gripper{mark}"] = _gripper(robot, ends, below)
-    return Limbs(arms, grippers, others)
+    return Limbs(arms, grippers, others, legs)
+
+
+def _named(robot: RobotModel, chain: list[int], words: str) -> bool:
+    """Return whether a joint of a chain, or its link, has such a name."""
+    names = [n for j in chain for n in (robot.joints[j], robot.links[robot.tree.child[j]])]
+    return any(re.search(words, name, re.IGNORECASE) for name in names)
+
+
+def _claw(robot: RobotModel, chain: list[int], ends: list[int]) -> tuple[list[int], list[int]]:
+    """Split the one moving finger of a claw off its chain."""
+    claw = not ends and len(chain) > 1 and _named(robot, chain, _CLAW)
+    if claw and _named(robot, chain[-1:], _FINGER):
+        return chain[:-1], chain[-1:]
+    return chain, ends
 
 
 def _below(robot: RobotModel, passed_over: set[str]) -> dict[int, list[int]]:

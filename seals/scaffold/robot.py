@@ -14,15 +14,24 @@ from seals.errors import RobotError
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
 from seals.robot.settings import RobotSettings
-from seals.scaffold.estimates import servo_values, short, water_effects
+from seals.scaffold.effects import BACKWARDS, RobotMedium, effects_of, medium_of
+from seals.scaffold.estimates import servo_values, short
 from seals.scaffold.inertials import add_inertials
 from seals.scaffold.legs import gait_of, leg_servos
 from seals.scaffold.limbs import Limbs, limbs_of
 from seals.scaffold.naming import free_name
+from seals.scaffold.remarks import remarks_of
 from seals.scaffold.rotors import Drives, drives_of
-from seals.scaffold.shapes import LinkHull, extents_of, hulls_of, rounded
+from seals.scaffold.shapes import LinkHull, extents_of, hulls_of, rounded, with_volumes
 from seals.scaffold.takeover import Takeover
 from seals.scaffold.writing import flow, rendered
+
+SOURCE_OF = {
+    "thrust_coefficient": "thrust",
+    "torque_coefficient": "torque",
+    "max_force": "max_force",
+}
+"""Names under which the sources of an actuator's fields are kept, where they differ."""
 
 
 class NewRobot(NamedTuple):
@@ -31,7 +40,8 @@ class NewRobot(NamedTuple):
     Args:
         folder: of the robot.
         robot: as its URDF now reads.
-        drives: rotors or thrusters, None without any.
+        drives: rotors and thrusters, none of them or both.
+        medium: in which it works.
         limbs: arms and grippers.
         hulls: of the links that displace water.
         changes: to the URDF, in words.
@@ -40,11 +50,21 @@ class NewRobot(NamedTuple):
 
     folder: Path
     robot: RobotModel
-    drives: Drives | None
+    drives: list[Drives]
+    medium: RobotMedium
     limbs: Limbs
     hulls: Mapping[str, LinkHull]
     changes: list[str]
     remarks: list[str]
+
+    @property
+    def pushes_every_way(self) -> bool:
+        """Whether its thrusters push and turn it along and about every axis."""
+        rows = [
+            np.concatenate((each.axis, np.cross(each.position, each.axis)), axis=1)
+            for each in self.drives
+        ]
+        return bool(rows) and int(np.linalg.matrix_rank(np.concatenate(rows), tol=1e-3)) == 6
 
 
 def scaffold_robot(
@@ -54,8 +74,9 @@ def scaffold_robot(
     parent: Path,
     packages: Mapping[str, Path] | None = None,
     density: float | None = None,
+    medium: str | None = None,
 ) -> NewRobot:
-    """Create a robot folder from a URDF.
+    """Create a robot folder from a URDF, xacro, SDF or MJCF file.
 
     Args:
         name: of the robot and its folder.
@@ -64,6 +85,7 @@ def scaffold_robot(
         packages: folders of packages, by name, where they cannot be found around the URDF.
         density: that gives links without ``<inertial>`` the mass of their shapes [kg/m^3]; None
             leaves them without mass.
+        medium: ``air``, ``water`` or ``both``; None for what its drives tell.
 
     Raises:
         RobotError: the name is taken, or the URDF or a mesh cannot be used; nothing is left behind.
@@ -74,14 +96,16 @@ def scaffold_robot(
     shutil.rmtree(beside, ignore_errors=True)
     beside.mkdir(parents=True)
     try:
-        made = _fill(beside, name, source, density)
+        made = _fill(beside, name, source, density, medium)
         beside.rename(folder)
     finally:
         shutil.rmtree(beside, ignore_errors=True)
     return made._replace(folder=folder)
 
 
-def _fill(folder: Path, name: str, source: Takeover, density: float | None) -> NewRobot:
+def _fill(
+    folder: Path, name: str, source: Takeover, density: float | None, given: str | None
+) -> NewRobot:
     """Write all files of the folder."""
     source.copy_meshes(folder)
     if density is not None:
@@ -90,18 +114,24 @@ def _fill(folder: Path, name: str, source: Takeover, density: float | None) -> N
         source.changes.append(words)
     path = folder / f"{name}.urdf"
     source.write(path)
-    settings = RobotSettings(name=name, folder=str(folder.resolve()), urdf=path.name)
+    settings = RobotSettings(
+        name=name, folder=str(folder.resolve()), urdf=path.name, fixed_base=source.fixed_base
+    )
     robot = _built(settings, source)
-    drives = drives_of(robot, source, extents_of(source.root, folder))
-    if drives is not None and drives.joints:
-        source.fix_joints(drives.joints)
+    drives = drives_of(robot, source, extents_of(source.root, folder), medium=given or "")
+    for each in drives:
+        source.fix_joints(each.joints, each.kind)
+    if any(each.joints for each in drives):
         source.write(path)
         robot = build_robot(settings)
-    rotor_links = set(drives.links) if drives is not None and drives.kind == ROTOR else set()
-    hulls = hulls_of(source.root, folder, rotor_links)
-    limbs = limbs_of(robot, set())
-    made = NewRobot(folder, robot, drives, limbs, hulls, source.changes, [])
-    made.remarks.extend(_remarks(made))
+    rotor_links = {link for each in drives if each.kind == ROTOR for link in each.links}
+    hulls = hulls_of(source.root, folder, rotor_links - {robot.links[0]})
+    hulls = with_volumes(hulls, robot, source)
+    medium = medium_of(given, drives, source)
+    made = NewRobot(
+        folder, robot, drives, medium, limbs_of(robot, set()), hulls, source.changes, []
+    )
+    made.remarks.extend(remarks_of(made, source, chosen=given is None))
     facts = _facts(name, made, source)
     for file in ("robot.yaml", "README.md"):
         (folder / file).write_text(rendered(f"{file}.jinja", facts), encoding="utf-8")
@@ -136,11 +166,14 @@ def _facts(name: str, made: NewRobot, source: Takeover) -> dict[str, Any]:
         "links": masses,
         "joints": list(robot.joints),
         "hulls": {link: [flow(s) for s in h.shapes] for link, h in made.hulls.items()},
-        "drives": None if drives is None else _drive_lines(drives),
-        "kind": "" if drives is None else drives.kind,
-        "drive_links": [] if drives is None else drives.links,
+        "drives": [_drive_facts(each, made, k) for k, each in enumerate(drives)],
+        "fixed_base": str(source.fixed_base).lower(),
+        "medium": made.medium.value,
+        "source_of": SOURCE_OF,
+        "stiff_source": "position actuators of the MJCF, else " if source.stated.servos else "",
         "servos": {key: flow(v) for key, v in _servos(made, source).items()},
-        "effects": {key: flow(v) for key, v in water_effects(robot, made.hulls).items()},
+        "effects": _effect_lines(made, source),
+        "volumes": {link: h.stated for link, h in made.hulls.items() if h.stated},
         "imu": imu,
         "arms": {key: flow(v) for key, v in made.limbs.arms.items()},
         "grippers": {key: flow(v) for key, v in made.limbs.grippers.items()},
@@ -154,12 +187,46 @@ def _facts(name: str, made: NewRobot, source: Takeover) -> dict[str, Any]:
 
 def _servos(made: NewRobot, source: Takeover) -> dict[str, list[float]]:
     """Gains of the servos: those of legs carry the robot."""
-    if made.limbs.legs:
-        return leg_servos(made.robot, made.limbs.legs)
-    return servo_values(made.robot, source) if made.robot.joints else {}
+    if not made.robot.joints:
+        return {}
+    legs, values = made.limbs.legs, servo_values(made.robot, source)
+    walking = {name for leg in legs.values() for name in leg["joints"]}
+    carrying = leg_servos(made.robot, legs) if legs else values
+    for k, joint in enumerate(made.robot.joints):
+        if joint in walking:
+            for key, row in carrying.items():
+                values[key][k] = row[k]
+        stated = source.stated.servos.get(joint)
+        if stated is not None:
+            values["kp_each"][k], values["kd_each"][k] = stated
+        effort = source.effort_limit(joint)
+        if effort > 0.0:
+            values["torque_limit_each"][k] = effort
+    return values
 
 
-def _drive_lines(drives: Drives) -> dict[str, str]:
+def _effect_lines(made: NewRobot, source: Takeover) -> list[tuple[str, list[tuple[str, str]]]]:
+    """Effects as YAML text, those of one source below each other."""
+    entries = effects_of(made.robot, made.hulls, source, made.drives, made.medium)
+    lines: dict[str, list[tuple[str, str]]] = {}
+    for name, entry in entries.items():
+        lines.setdefault(entry.source, []).append((name, flow(entry.values)))
+    return list(lines.items())
+
+
+def _drive_facts(drives: Drives, made: NewRobot, number: int) -> dict[str, Any]:
+    """One actuator of ``robot.yaml``: its name, fields as YAML text, and their sources."""
+    first = sum(len(each.links) for each in made.drives[:number])
+    return {
+        "kind": drives.kind,
+        "links": drives.links,
+        "first": first,
+        "lines": _drive_lines(drives, made.medium),
+        "sources": drives.sources,
+    }
+
+
+def _drive_lines(drives: Drives, medium: RobotMedium) -> dict[str, str]:
     """Fields of the actuator, as YAML text; numbers alike for all are written once."""
     lines = {"position": flow([rounded(row) for row in drives.position])}
     axes = [rounded(row) for row in drives.axis]
@@ -172,40 +239,16 @@ def _drive_lines(drives: Drives) -> dict[str, str]:
             "torque_coefficient": drives.torque,
             "radius": drives.radius,
             "max_speed": drives.max_speed,
+            "time_constant": drives.time_constant,
         }
+        if np.any(drives.spin_down != drives.time_constant):
+            values["spin_down"] = drives.spin_down
+        if medium is not RobotMedium.air:
+            values["reverse"] = np.full(len(drives.links), BACKWARDS)
     else:
-        values = {"max_force": drives.thrust * drives.max_speed**2}
+        values = {"max_force": drives.thrust, "time_constant": drives.time_constant}
     for key, row in values.items():
-        numbers = [short(float(x)) for x in row]
+        exact = SOURCE_OF.get(key, key) in drives.sources
+        numbers = [float(f"{x:.9g}") if exact else short(float(x)) for x in row]
         lines[key] = flow(numbers[:1] if len(set(numbers)) == 1 else numbers)
     return lines
-
-
-def _remarks(made: NewRobot) -> list[str]:
-    """Return remarks on values that should be checked first."""
-    robot, drives = made.robot, made.drives
-    out = []
-    if made.limbs.legs:
-        out.append("legs: the pose at zero is taken for the stance; the gait's numbers are chosen")
-    elif drives is None:
-        out.append(
-            "no link is named like a rotor or thruster (rotor, prop, thruster, motor): "
-            "write them under actuators: in robot.yaml"
-        )
-    elif drives.kind == ROTOR:
-        out.append("rotors: thrust is chosen so that it hovers at half of full thrust")
-        if np.any(drives.axis[:, 2] < 0.5):
-            out.append("rotors: some do not point up; check axis")
-    else:
-        out.append("thrusters: the largest force is chosen; check axis and max_force")
-    bare = [n for n, m in zip(robot.links, robot.mass, strict=True) if m <= 0.0 and n in made.hulls]
-    if bare:
-        out.append(
-            f"links with a shape and no <inertial>: {', '.join(bare[:6])}; "
-            "--density 500 would give them mass"
-        )
-    if not made.hulls:
-        out.append("no link has a shape: it displaces no water; write hulls: in robot.yaml")
-    if made.limbs.others:
-        out.append(f"joints left out of arms and grippers: {', '.join(made.limbs.others)}")
-    return out

@@ -1,17 +1,19 @@
-"""Detection of rotors and thrusters by link name, with initial parameters."""
+"""Rotors and thrusters of a new robot: stated by its file, or found by the names of links."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from seals.arrays import Floats
 from seals.control.plant import ROTOR, THRUSTER
+from seals.errors import RobotError, suggestion
 from seals.multibody.tree import forward
 from seals.robot.model import RobotModel
+from seals.scaffold.plug_ins import Motor
 from seals.scaffold.takeover import Takeover
 
 GRAVITY = 9.81
@@ -19,29 +21,38 @@ TIP_SPEED = 120.0
 """Speed of blade tips at full speed [m/s]; small propellers turn at 80 to 180."""
 REACTION = 0.12
 """Reaction torque by thrust and radius [1]; propellers of this size lie near 0.1 to 0.15."""
-_WORDS = (
-    (ROTOR, r"rotor|prop|blade"),
-    (THRUSTER, r"thruster"),
-    (ROTOR, r"motor"),
-)
-_NOT = r"guard|mount|shroud|duct|arm|frame|base|cage|servo"
-_FEWEST = {ROTOR: 3, THRUSTER: 1}
+PUSH = 0.5
+"""Force of all thrusters together by the weight [1]: a brisk underwater vehicle has 0.3 to 1."""
+SMALL = 0.04, 50.0
+"""Radius [m] and largest force [N] of a small underwater thruster."""
+_ROTOR_LAG, _THRUSTER_LAG = 0.05, 0.1
+_WORDS = r"thruster", r"rotor|prop|blade|screw", r"motor"
+_NOT = r"guard|mount|shroud|duct|arm|frame|base|cage|servo|nacelle|tilt"
+_FEWEST = {ROTOR: 2, THRUSTER: 1}
+_UPRIGHT = 0.5
+"""Mean upright part of the axes from which on propellers carry a vehicle [1]."""
 
 
-class Drives(NamedTuple):
-    """Candidates for rotors or thrusters.
+@dataclass(kw_only=True)
+class Drives:
+    """Rotors or thrusters of a new robot.
 
     Args:
         kind: ``rotor`` or ``thruster``.
-        links: their names.
+        links: that they turn with, or that carry them.
         joints: movable joints that turn them; empty where they are fixed.
         position: base axes [m], shape (n, 3).
         axis: of positive thrust, base axes [1], shape (n, 3).
-        direction: +1 anticlockwise from above, -1 clockwise, shape (n,).
+        direction: +1 anticlockwise seen from the tip of the axis, -1 clockwise, shape (n,).
         radius: [m], shape (n,).
-        max_speed: [rad/s], shape (n,).
-        thrust: coefficient [N/(rad/s)^2], shape (n,).
+        max_speed: of rotors [rad/s], shape (n,).
+        thrust: coefficient of rotors [N/(rad/s)^2], largest force of thrusters [N], shape (n,).
         torque: coefficient [N m/(rad/s)^2], shape (n,).
+        time_constant: [s], shape (n,).
+        spin_down: time constant of falling speed [s], shape (n,).
+        drag: force against sideways motion by speed of rotor and hub [N s^2/(rad m)], shape (n,).
+        sources: where numbers are from, by field, in words.
+        tilting: joints that turn a drive with its axis, by the drive's link.
     """
 
     kind: str
@@ -54,97 +65,263 @@ class Drives(NamedTuple):
     max_speed: Floats
     thrust: Floats
     torque: Floats
+    time_constant: Floats
+    spin_down: Floats
+    drag: Floats
+    sources: dict[str, str] = field(default_factory=dict)
+    tilting: dict[str, str] = field(default_factory=dict)
 
 
-def drives_of(robot: RobotModel, source: Takeover, extents: Mapping[str, float]) -> Drives | None:
-    """Return candidates for rotors or thrusters by link name, or None.
+def drives_of(
+    robot: RobotModel, source: Takeover, extents: Mapping[str, float], *, medium: str = ""
+) -> list[Drives]:
+    """Return the rotors and thrusters that the file states, else those that names tell.
 
     Args:
         robot: as read from the URDF.
-        source: the URDF, for limits of speed.
+        source: the file, for plug-ins and limits of speed.
         extents: size of each link [m].
+        medium: ``air`` or ``water``, where propellers are known to work in one alone.
+
+    Raises:
+        RobotError: a plug-in names a link or joint that is not there.
     """
-    for kind, words in _WORDS:
-        links = _named(robot, words)
+    motors = source.stated.motors
+    if not motors:
+        motors = _named(robot, medium, wet=bool(source.stated.hydrodynamics))
+    found = []
+    for kind in (ROTOR, THRUSTER):
+        own = [motor for motor in motors if motor.kind == kind]
+        if own:
+            found.append(_drives(kind, own, robot, source, extents))
+    return found
+
+
+def _named(robot: RobotModel, medium: str, *, wet: bool) -> list[Motor]:
+    """Drives by the names of links; those that lie level push, those upright carry."""
+    for words in _WORDS:
+        links = _links_named(robot, words)
+        if not links:
+            continue
+        kind = THRUSTER if words == _WORDS[0] or medium == "water" or wet else ROTOR
+        if kind == ROTOR and medium != "air":
+            upright = [abs(_axis(robot, k, ROTOR)[2]) for k in links]
+            kind = ROTOR if np.mean(upright) > _UPRIGHT else THRUSTER
+        if words == _WORDS[2] and kind == ROTOR and len(links) < 3:
+            continue
         if len(links) >= _FEWEST[kind]:
-            return _drives(kind, links, robot, source, extents)
-    return None
+            said = f"names of links ({words.replace('|', ', ')})"
+            return [Motor(kind, robot.links[k], "", {}, said) for k in links]
+    return []
 
 
-def _named(robot: RobotModel, words: str) -> list[int]:
-    """Links of that name that carry no other link of that name and lie apart from each other."""
+def _links_named(robot: RobotModel, words: str) -> list[int]:
+    """Links of that name, but none that carries another of them or a joint that moves."""
     fits = [
         k
         for k, name in enumerate(robot.links)
         if k and re.search(words, name, re.IGNORECASE) and not re.search(_NOT, name, re.IGNORECASE)
     ]
-    return [k for k in fits if not any(robot.tree.parent[other] == k for other in fits)]
+    tree = robot.tree
+    carrying = {tree.parent[k] for k in range(tree.links) if tree.joint[k] >= 0}
+    return [
+        k for k in fits if k not in carrying and not any(tree.parent[other] == k for other in fits)
+    ]
+
+
+def _rest(robot: RobotModel) -> tuple[Floats, Floats]:
+    """Origins and rotations of all links in base axes, joints at zero."""
+    zero = np.zeros((1, robot.tree.joints))
+    origins, turns = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], zero)
+    return origins[0], turns[0]
+
+
+def _axis(robot: RobotModel, link: int, kind: str) -> Floats:
+    """Axis of a drive in base axes: that of its joint, else z of a rotor and x of a thruster."""
+    joint = robot.tree.joint[link]
+    ahead = np.array([0.0, 0.0, 1.0] if kind == ROTOR else [1.0, 0.0, 0.0])
+    own = robot.tree.axis[joint] if joint >= 0 else ahead
+    axis: Floats = _rest(robot)[1][link] @ own
+    return axis
 
 
 def _drives(
     kind: str,
-    links: list[int],
+    motors: Sequence[Motor],
     robot: RobotModel,
     source: Takeover,
     extents: Mapping[str, float],
 ) -> Drives:
-    tree = robot.tree
-    zero = np.zeros((1, tree.joints))
-    origins, turns = forward(tree, np.zeros((1, 3)), np.eye(3)[None], zero)
-    place = origins[0, links]
-    own = [tree.joint[k] for k in links]
-    forwards = np.array([0.0, 0.0, 1.0] if kind == ROTOR else [1.0, 0.0, 0.0])
-    axis = np.array(
-        [
-            turns[0, k] @ (tree.axis[j] if j >= 0 else forwards)
-            for k, j in zip(links, own, strict=True)
-        ]
+    links = [_link_of(motor, robot, source) for motor in motors]
+    origins, turns = _rest(robot)
+    place = np.array(
+        [origins[k] + turns[k] @ np.array(m.position) for k, m in zip(links, motors, strict=True)]
     )
-    if kind == ROTOR:
-        # thrust of a rotor that may point either way points up
-        axis = axis * np.where(axis[:, 2:] < -1e-6, -1.0, 1.0)
+    rows = [
+        _axis(robot, k, kind) if m.axis is None else turns[k] @ np.array(m.axis)
+        for k, m in zip(links, motors, strict=True)
+    ]
+    raw = np.array(rows)
+    # thrust of a rotor that may point either way points up
+    axis = raw * np.where((kind == ROTOR) & (raw[:, 2:] < -1e-6), -1.0, 1.0)
     names = [robot.links[k] for k in links]
-    joints = [robot.joints[j] for j in own if j >= 0]
-    radius = _radii(place, np.array([extents.get(name, 0.0) for name in names]))
-    stated = np.array([source.velocity_limit(robot.joints[j]) if j >= 0 else 0.0 for j in own])
-    # limits below 50 rad/s were written for something else than a propeller
-    speed = np.where(stated > 50.0, stated, np.round(TIP_SPEED / radius, -1))
-    weight = GRAVITY * float(robot.mass.sum())
-    thrust = 2.0 * weight / (len(links) * speed**2)
-    return Drives(
+    own = [robot.tree.joint[k] for k in links]
+    # a drive on a link of its own turns it; one on a leg or an arm does not
+    turned = [
+        j >= 0 and (m.axis is None or np.isinf(robot.upper[j]))
+        for j, m in zip(own, motors, strict=True)
+    ]
+    joints = [robot.joints[j] for j, turns_it in zip(own, turned, strict=True) if turns_it]
+    sources: dict[str, str] = {}
+    sizes = np.array([extents.get(name, 0.0) for name in names])
+    force = np.array([motor.values.get("max_force", SMALL[1]) for motor in motors])
+    screws = np.round(SMALL[0] * np.sqrt(force / SMALL[1]), 4)
+    chosen = _radii(place, axis, sizes) if kind == ROTOR else screws
+    radius = _stated(motors, "radius", chosen, sources)
+    direction, said = _directions(motors, names, raw, place, source)
+    sources |= {"direction": said} if said else {}
+    limits = np.array([source.velocity_limit(robot.joints[j]) if j >= 0 else 0.0 for j in own])
+    found = Drives(
         kind=kind,
         links=names,
         joints=joints,
         position=place,
         axis=axis,
-        direction=_directions(names, place),
+        direction=direction,
         radius=radius,
-        max_speed=speed,
-        thrust=thrust,
-        torque=REACTION * radius * thrust,
+        max_speed=_speeds(motors, limits, radius, sources),
+        thrust=np.zeros(len(links)),
+        torque=np.zeros(len(links)),
+        time_constant=_stated(
+            motors, "time_constant", _ROTOR_LAG if kind == ROTOR else _THRUSTER_LAG, sources
+        ),
+        spin_down=np.zeros(0),
+        drag=_stated(motors, "drag", 0.0, sources),
+        sources=sources,
+        tilting=_tilting(robot, links, joints),
     )
+    found.spin_down = _stated(motors, "spin_down", found.time_constant, sources)
+    _strengths(found, motors, GRAVITY * float(robot.mass.sum()))
+    return found
 
 
-def _radii(place: Floats, extents: Floats) -> Floats:
+def _strengths(drives: Drives, motors: Sequence[Motor], weight: float) -> None:
+    """Coefficients of thrust and torque, or largest forces."""
+    count = len(motors)
+    if drives.kind == THRUSTER:
+        drives.thrust = _stated(motors, "max_force", PUSH * weight / count, drives.sources)
+        return
+    largest = [motor.values.get("max_force", 2.0 * weight / count) for motor in motors]
+    if any("max_force" in motor.values for motor in motors):
+        drives.sources["thrust"] = motors[0].source
+    chosen = np.array(largest) / drives.max_speed**2
+    drives.thrust = _stated(motors, "thrust", chosen, drives.sources)
+    arm = _stated(motors, "moment", REACTION * drives.radius, drives.sources)
+    drives.torque = _stated(motors, "torque", arm * drives.thrust, drives.sources)
+    if "moment" in drives.sources:
+        drives.sources["torque"] = drives.sources["moment"]
+
+
+def _stated(
+    motors: Sequence[Motor], key: str, chosen: Floats | float, sources: dict[str, str]
+) -> Floats:
+    """One number a drive: as stated, else as chosen."""
+    default = np.broadcast_to(np.asarray(chosen, dtype=float), (len(motors),))
+    given = [motor.values.get(key) for motor in motors]
+    stated = sorted({m.source for m, v in zip(motors, given, strict=True) if v is not None})
+    if stated:
+        sources[key] = "; ".join(stated[:3])
+    return np.array([d if v is None else v for v, d in zip(given, default, strict=True)])
+
+
+def _link_of(motor: Motor, robot: RobotModel, source: Takeover) -> int:
+    """Link of a stated drive: named, or the child of the named joint."""
+    link = source.child_of(motor.joint) if motor.joint else motor.link
+    if not link or (link not in robot.links and motor.link in robot.links):
+        link = motor.link
+    if link not in robot.links:
+        wrong, known = (
+            (motor.joint, source.joint_names) if motor.joint else (motor.link, list(robot.links))
+        )
+        what = "joint" if motor.joint else "link"
+        raise RobotError(
+            f"{motor.source} names the {what} '{wrong}', which is not there.\n"
+            f"{suggestion(wrong, known)}"
+        )
+    return robot.links.index(link)
+
+
+def _radii(place: Floats, axis: Floats, extents: Floats) -> Floats:
     """Radius of each disc: that of its shape where it has one, else what the neighbours leave."""
-    gap = np.linalg.norm(place[:, None] - place[None], axis=2)
-    gap[gap < 1e-3] = np.inf
-    room = np.where(np.isfinite(gap.min(axis=1)), 0.4 * gap.min(axis=1), 0.1)
+    apart = place[:, None] - place[None]
+    along = np.einsum("ijk,jk->ij", apart, axis)
+    across = np.linalg.norm(apart - along[:, :, None] * axis[None], axis=2)
+    # coaxial discs lie one above the other, not side by side
+    across[across < 0.1 * np.linalg.norm(apart, axis=2) + 1e-3] = np.inf
+    room = np.where(np.isfinite(across.min(axis=1)), 0.4 * across.min(axis=1), 0.1)
     drawn = extents / 2.0
     # a shape much smaller than the room is a motor or a hub, a larger one is a sphere of safety
     fits = (drawn > 0.3 * room) & (drawn < 2.0 * room)
     return np.asarray(np.round(np.where(fits, drawn, room), 4), dtype=np.float64)
 
 
-def _directions(names: list[str], place: Floats) -> Floats:
-    """Sense of rotation: from ``cw`` and ``ccw`` in the names, else alternating around the body."""
-    said = [re.search(r"(c?cw)(?![a-z])", name.lower()) for name in names]
+def _speeds(
+    motors: Sequence[Motor], limits: Floats, radius: Floats, sources: dict[str, str]
+) -> Floats:
+    """Largest speeds: stated, the joints' limits, or those of usual blade tips."""
+    # limits below 50 rad/s were written for something else than a propeller
+    chosen = np.where(limits > 50.0, limits, np.round(TIP_SPEED / radius, -1))
+    return _stated(motors, "max_speed", chosen, sources)
+
+
+def _directions(
+    motors: Sequence[Motor], names: list[str], axis: Floats, place: Floats, source: Takeover
+) -> tuple[Floats, str]:
+    """Senses of rotation and their source: stated, in names, by axes of either sign, or none."""
+    given = [motor.values.get("direction") for motor in motors]
+    if all(value is not None for value in given):
+        # seen from the tip of the axis, which was turned up
+        turned = np.where(axis[:, 2] < -1e-6, -1.0, 1.0)
+        return np.array(given, dtype=float) * turned, motors[0].source
+    said = [
+        re.search(r"(?<![a-z])(c?cw)(?![a-z])", text.lower())
+        for text in (" ".join((name, *source.words_of(name))) for name in names)
+    ]
     if all(said):
-        return np.array([1.0 if m and m[1] == "ccw" else -1.0 for m in said])
+        senses = [1.0 if m and m[1] == "ccw" else -1.0 for m in said]
+        return np.array(senses), "cw and ccw in names of links, joints or meshes"
+    down = axis[:, 2] < -0.5
+    if 2 * int(down.sum()) == len(names):
+        return np.where(down, -1.0, 1.0), "axes of the joints, half of which point down"
+    return _alternating(place), ""
+
+
+def _alternating(place: Floats) -> Floats:
+    """Neighbours around the body, and those above each other, turn against each other."""
     aside = place - place.mean(axis=0)
-    angle = np.round(np.arctan2(aside[:, 1], aside[:, 0]) % (2.0 * np.pi), 2)
-    # those above each other turn against each other, and against their neighbours
-    order = np.lexsort((place[:, 2], angle))
-    out = np.ones(len(names))
-    out[order[1::2]] = -1.0
+    angle = np.round(np.arctan2(aside[:, 1], aside[:, 0]), 2) % 6.28
+    levels = np.lexsort((place[:, 2], angle))
+    out = np.ones(len(place))
+    column, before = -1, None
+    for k in levels:
+        above = before is not None and abs(angle[k] - angle[before]) < 0.02
+        if not above:
+            column, height = column + 1, 0
+        else:
+            height += 1
+        out[k] = 1.0 if (column + height) % 2 == 0 else -1.0
+        before = k
     return out
+
+
+def _tilting(robot: RobotModel, links: Sequence[int], spun: Sequence[str]) -> dict[str, str]:
+    """Joints between the base and a drive, without the drive's own."""
+    tree, found = robot.tree, {}
+    for k in links:
+        above = k
+        while above > 0:
+            joint = tree.joint[above]
+            if joint >= 0 and robot.joints[joint] not in spun:
+                found[robot.links[k]] = robot.joints[joint]
+            above = tree.parent[above]
+    return found

@@ -9,7 +9,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.scaffold.takeover import Element, load_mesh
+from seals.errors import RobotError, suggestion
+from seals.robot.model import RobotModel
+from seals.scaffold.meshes import load_mesh
+from seals.scaffold.takeover import Element, Takeover
 
 MOST_FACES = 400
 """Triangles of a hull above which a convex one of fewer takes its place."""
@@ -50,16 +53,18 @@ class LinkHull(NamedTuple):
         shapes: entries of ``hulls:`` in ``robot.yaml``.
         boxes: box around each shape.
         volumes: of each shape [m^3].
+        stated: volume [m^3] and centre of buoyancy [m] as a file states them, and its source.
     """
 
     shapes: list[dict[str, Any]]
     boxes: list[Box]
     volumes: list[float]
+    stated: Mapping[str, Any] = {}
 
     @property
     def volume(self) -> float:
-        """Sum over the shapes [m^3]."""
-        return sum(self.volumes)
+        """Stated, or the sum over the shapes [m^3]."""
+        return float(self.stated.get("displaced_volume", sum(self.volumes)))
 
 
 def hulls_of(root: Element, folder: Path, skip: set[str]) -> dict[str, LinkHull]:
@@ -82,6 +87,42 @@ def hulls_of(root: Element, folder: Path, skip: set[str]) -> dict[str, LinkHull]
             boxes=[box for _, box, _ in entries],
             volumes=[volume for _, _, volume in entries],
         )
+    return found
+
+
+def with_volumes(
+    hulls: Mapping[str, LinkHull], robot: RobotModel, source: Takeover
+) -> dict[str, LinkHull]:
+    """Return hulls with the displaced volumes that plug-ins state.
+
+    A stated volume is that of the link with all that is fixed to it.
+    """
+    found = dict(hulls)
+    for each in source.stated.displacements:
+        link = robot.links[0] if each.link in (*source.dropped, "") else each.link
+        if link not in robot.links:
+            raise RobotError(
+                f"{each.source} names the link '{link}', which is not there.\n"
+                f"{suggestion(link, robot.links)}"
+            )
+        stated: dict[str, Any] = {"displaced_volume": each.volume}
+        if each.centre is not None:
+            stated["centre_of_buoyancy"] = rounded(each.centre)
+        if link not in found:
+            radius = (0.75 * each.volume / np.pi) ** (1.0 / 3.0)
+            place = np.zeros(3) if each.centre is None else each.centre
+            shape = {"type": "sphere", "size": rounded([radius]), "position": rounded(place)}
+            box = Box(place, np.full(3, 2.0 * radius), np.eye(3))
+            found[link] = LinkHull([shape], [box], [each.volume])
+        found[link] = found[link]._replace(stated={**stated, "source": each.source})
+    rows = {name: k for k, name in enumerate(robot.links)}
+    for name in [n for n in found if not found[n].stated]:
+        above = rows[name]
+        while robot.tree.joint[above] < 0 < above:
+            above = robot.tree.parent[above]
+            if robot.links[above] in found and found[robot.links[above]].stated:
+                del found[name]
+                break
     return found
 
 

@@ -1,46 +1,50 @@
-"""Import of a URDF into a robot folder: copy meshes, leave out foreign elements."""
+"""Import of a robot's file into a robot folder: URDF, xacro, SDF and MJCF."""
 
 from __future__ import annotations
 
 import itertools
 import re
-import shutil
 from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TypeAlias
 from xml.etree import ElementTree
 
 import numpy as np
 
 from seals.errors import LogError, RobotError, suggestion
-from seals.hydrostatics.formats import refuse_strange_format
-from seals.hydrostatics.references import MOST_BYTES, without_references
 from seals.robot.macros import expanded, holds_macros
 from seals.robot.structure import check_structure
-from seals.scaffold.resources import find_resource
-from seals.untrusted_io import read_bytes, read_text
+from seals.scaffold.meshes import copy_meshes
+from seals.scaffold.mjcf import urdf_of_mjcf
+from seals.scaffold.plug_ins import Stated, stated_of
+from seals.scaffold.sdf import urdf_of_sdf
+from seals.scaffold.sdf_includes import with_includes
+from seals.untrusted_io import plain_xml, read_text
 
 Element: TypeAlias = "ElementTree.Element[str]"
-FAR = 20.0
-"""Extent beyond which a mesh was probably drawn in millimetres [m]."""
 _MOST_NEAR = 40
 _OWN = ("link", "joint", "material")
+_ENDINGS = (".urdf", ".xacro", ".sdf", ".mjcf")
 
 
 class Takeover:
-    """URDF that is imported into a robot folder.
+    """File that is imported into a robot folder, as URDF.
 
     Args:
-        path: of the URDF, or the short name of one that comes with SEALS.
-        packages: folders of ``package://`` names, where they cannot be found around the file.
+        path: of a URDF, xacro, SDF or MJCF file, or the short name of one that comes with SEALS.
+        packages: folders of ``package://`` and ``model://`` names, where they cannot be found
+            around the file.
 
     Attributes:
         root: the ``<robot>`` element, changed as it goes.
+        stated: numbers of plug-ins and actuators.
+        dropped: links that were left out at the base.
+        fixed_base: whether the file bolts it to the world.
         changes: what was changed, in words.
 
     Raises:
-        RobotError: the file is missing, or is not a valid URDF.
+        RobotError: the file is missing, or is not valid.
         MissingExtra: it holds macros, and xacro is not installed.
     """
 
@@ -48,20 +52,58 @@ class Takeover:
         path = path if path.exists() else shipped_urdfs().get(path.as_posix(), path)
         self.path, self.packages = path, packages
         self.changes: list[str] = []
+        self.dropped: list[str] = []
+        self._texts: Mapping[str, str] = {}
         text = _text_of(path)
         if holds_macros(text):
-            text = expanded(path)
+            text = expanded(path, packages)
             self.changes.append("xacro macros expanded")
-        check_structure(path, text)
-        keep = ElementTree.XMLParser(target=ElementTree.TreeBuilder(insert_comments=True))
-        self.root: Element = ElementTree.fromstring(text.encode("utf-8"), parser=keep)
+        self.stated = Stated()
+        self.root: Element = self._read(text)
+        self.fixed_base = self.root.attrib.pop("fixed_base", "") == "true"
         self._leave_out_foreign()
         self._drop_dummy_base()
+
+    def _read(self, text: str) -> Element:
+        """Return the ``<robot>`` of a text in any of the formats."""
+        try:
+            tree = plain_xml(text)
+        except ValueError as cause:
+            raise RobotError(f"{self.path} cannot be read as XML: {cause}.") from cause
+        if tree.tag == "sdf":
+            urdf, changes = urdf_of_sdf(self.path, tree, self.packages)
+            self.stated = stated_of(with_includes(self.path, tree, self.packages, []))
+        elif tree.tag == "mujoco":
+            urdf, changes, self.stated, self._texts = urdf_of_mjcf(self.path, tree, self.packages)
+        else:
+            check_structure(self.path, text)
+            keep = ElementTree.XMLParser(target=ElementTree.TreeBuilder(insert_comments=True))
+            self.stated = stated_of(tree)
+            return ElementTree.fromstring(text.encode("utf-8"), parser=keep)
+        self.changes += changes
+        check_structure(self.path, ElementTree.tostring(urdf, encoding="unicode"))
+        return urdf
 
     @property
     def name(self) -> str:
         """Name of the robot in the URDF."""
         return str(self.root.get("name") or self.path.stem)
+
+    @property
+    def joint_names(self) -> list[str]:
+        """Names of all joints."""
+        return [str(joint.get("name")) for joint in self.root.findall("joint")]
+
+    def child_of(self, joint: str) -> str:
+        """Return the link below a joint, empty where there is no such joint."""
+        found = (j for j in self.root.findall("joint") if j.get("name") == joint)
+        return next((_end(j, "child") for j in found), "")
+
+    def words_of(self, link: str) -> list[str]:
+        """Return the names of the joint above a link and of the meshes that draw it."""
+        above = [str(j.get("name")) for j in self.root.findall("joint") if _end(j, "child") == link]
+        drawn = [e for e in self.root.findall("link") if e.get("name") == link]
+        return above + [Path(str(m.get("filename"))).stem for e in drawn for m in e.iter("mesh")]
 
     def velocity_limit(self, joint: str) -> float:
         """Return the speed limit of a joint [rad/s], zero without one."""
@@ -79,8 +121,8 @@ class Takeover:
                 return _number(limit.get("effort"))
         return 0.0
 
-    def fix_joints(self, names: list[str]) -> None:
-        """Convert joints of rotors to fixed joints."""
+    def fix_joints(self, names: list[str], kind: str = "rotor") -> None:
+        """Convert joints of rotors or thrusters to fixed joints."""
         for joint in self.root.findall("joint"):
             if joint.get("name") in names and joint.get("type") != "fixed":
                 joint.set("type", "fixed")
@@ -89,7 +131,7 @@ class Takeover:
                         joint.remove(part)
         if names:
             self.changes.append(
-                f"{len(names)} rotor joint(s) fixed: a rotor's speed belongs to its actuator"
+                f"{len(names)} {kind} joint(s) fixed: a {kind}'s speed belongs to its actuator"
             )
 
     def copy_meshes(self, folder: Path) -> None:
@@ -98,45 +140,12 @@ class Takeover:
         Raises:
             RobotError: a mesh is missing, cannot be read, or is far too large for metres.
         """
-        taken: dict[Path, str] = {}
-        for mesh in self.root.iter("mesh"):
-            given = str(mesh.get("filename"))
-            source = find_resource(given, self.path, self.packages)
-            if source not in taken:
-                taken[source] = self._copy(source, folder, set(taken.values()))
-                _refuse_millimetres(mesh, given, folder / taken[source])
-            mesh.set("filename", taken[source])
-        for material in self.root.iter("material"):
-            # pictures on surfaces weigh much and say nothing to physics
-            for texture in material.findall("texture"):
-                material.remove(texture)
-        if taken:
-            self.changes.append(f"{len(taken)} mesh file(s) copied to meshes/")
+        self.changes += copy_meshes(self.root, self.path, folder, self.packages, self._texts)
 
     def write(self, path: Path) -> None:
         """Write the modified URDF."""
         text = ElementTree.tostring(self.root, encoding="unicode")
         path.write_text(f'<?xml version="1.0"?>\n{text}\n', encoding="utf-8")
-
-    def _copy(self, source: Path, folder: Path, names: set[str]) -> str:
-        """Copy one mesh as it is where the engine reads its format, else converted to OBJ."""
-        ready = source.suffix.lower() == ".obj" or _is_binary_stl(source)
-        ending = source.suffix.lower() if ready else ".obj"
-        name, count = f"meshes/{source.stem}{ending}", 1
-        while name in names:
-            count += 1
-            name = f"meshes/{source.stem}_{count}{ending}"
-        (folder / "meshes").mkdir(exist_ok=True)
-        if ready and ending == ".obj":
-            # names of materials would point somewhere else from the new place
-            raw = read_bytes(source, most=MOST_BYTES)
-            (folder / name).write_bytes(without_references(raw))
-        elif ready:
-            shutil.copyfile(source, folder / name)
-        else:
-            _convert(source, folder / name)
-            self.changes.append(f"{source.name} converted to {Path(name).name}")
-        return name
 
     def _leave_out_foreign(self) -> None:
         """Leave out elements of other programs: they are not part of a robot's body."""
@@ -146,6 +155,10 @@ class Takeover:
         if foreign:
             tags = ", ".join(sorted({e.tag for e in foreign}))
             self.changes.append(f"left out: {tags} (of other programs)")
+        if self.stated.unread:
+            unread = self.stated.unread
+            more = f" and {len(unread) - 6} more" if len(unread) > 6 else ""
+            self.changes.append(f"not read, nothing in it is used: {', '.join(unread[:6])}{more}")
 
     def _drop_dummy_base(self) -> None:
         """Take away base links that are nothing but a frame, such as ``base_footprint``."""
@@ -162,9 +175,13 @@ class Takeover:
                 return
             self.root.remove(bases[0])
             self.root.remove(below[0])
+            name = str(bases[0].get("name"))
+            self.dropped.append(name)
+            self.fixed_base = self.fixed_base or name == "world"
+            bolted = ", bolted to the world" if name == "world" else ""
             self.changes.append(
-                f"base link '{bases[0].get('name')}' left out: a frame without mass; "
-                f"the base is now '{_end(below[0], 'child')}'"
+                f"base link '{name}' left out: a frame without mass; "
+                f"the base is now '{_end(below[0], 'child')}'{bolted}"
             )
 
 
@@ -201,16 +218,15 @@ def shipped_urdfs() -> dict[str, Path]:
 
 
 def urdfs_near(folder: Path) -> list[str]:
-    """Return URDF and xacro files in a folder and its subfolders, a few levels deep.
+    """Return robot files in a folder and its subfolders, a few levels deep.
 
     Args:
         folder: to look into; the working directory where it does not exist.
     """
     start = folder if folder.is_dir() else Path()
     levels = ("*", "*/*", "*/*/*")
-    found = (p for level in levels for p in start.glob(f"{level}.urdf"))
-    more = (p for level in levels for p in start.glob(f"{level}.xacro"))
-    return [str(p) for p in itertools.islice(itertools.chain(found, more), _MOST_NEAR)]
+    found = (p for end in _ENDINGS for level in levels for p in start.glob(level + end))
+    return [str(p) for p in itertools.islice(found, _MOST_NEAR)]
 
 
 def _end(joint: Element, which: str) -> str:
@@ -224,54 +240,3 @@ def _number(text: str | None) -> float:
     except ValueError:
         return 0.0
     return value if np.isfinite(value) else 0.0
-
-
-def _is_binary_stl(path: Path) -> bool:
-    """Return whether a file is a binary STL: the engine does not read the text form."""
-    if path.suffix.lower() != ".stl":
-        return False
-    with path.open("rb") as stream:
-        head = stream.read(84)
-    return len(head) == 84 and path.stat().st_size == 84 + 50 * int.from_bytes(head[80:], "little")
-
-
-def load_mesh(path: Path) -> Any:
-    """Return a mesh as one trimesh object in metres.
-
-    Raises:
-        RobotError: it cannot be read, or holds no triangles.
-    """
-    refuse_strange_format(path, "mesh")
-    import trimesh
-
-    try:
-        mesh: Any = trimesh.load(path, force="mesh")
-        faces = len(mesh.faces)
-    except Exception as cause:  # each format's loader fails in its own way
-        text = " ".join(str(cause).split())[:120]
-        raise RobotError(
-            f"mesh {path} cannot be read: {text}.\nExport it as STL or OBJ, in metres."
-        ) from cause
-    if not faces:
-        raise RobotError(f"mesh {path} has no triangles.\nExport it as STL or OBJ, in metres.")
-    unit = re.match(r"([\d.e+-]+) \* meters", str(mesh.units or ""))
-    if unit:
-        # COLLADA files say their unit
-        mesh.apply_scale(float(unit[1]))
-    return mesh
-
-
-def _convert(source: Path, target: Path) -> None:
-    mesh = load_mesh(source)
-    text = mesh.export(file_type="obj", include_texture=False, include_normals=False)
-    target.write_text(str(text), encoding="utf-8")
-
-
-def _refuse_millimetres(mesh: Element, name: str, path: Path) -> None:
-    scale = max(abs(_number(word)) for word in (mesh.get("scale") or "1").split())
-    extent = float(np.ptp(np.asarray(load_mesh(path).vertices), axis=0).max()) * scale
-    if extent > FAR:
-        raise RobotError(
-            f"mesh '{name}' is {extent:.4g} m long: it was probably drawn in millimetres.\n"
-            'Write scale="0.001 0.001 0.001" into its <mesh> element.'
-        )

@@ -170,15 +170,15 @@ def test_a_strange_answer_is_a_refusal(
 def test_macros_may_not_act(place: Path, event: str) -> None:
     """Whatever an expression gets hold of, the interpreter refuses to act."""
     with pytest.raises(PermissionError, match="may not do this"):
-        macros_child._watch(event, (), place, ())
+        macros_child._watch(event, (), (place,), ())
 
 
 def test_macros_read_near_files_only(place: Path) -> None:
     """No writing, nothing elsewhere, nothing hidden, no device; modules may be loaded."""
     (place / "b.xacro").touch()
     code = (os.path.dirname(os.__file__),)
-    macros_child._may_read((str(place / "b.xacro"), "r", os.O_RDONLY), place, code)
-    macros_child._may_read((os.__file__, "rb", os.O_RDONLY), place, code)
+    macros_child._may_read((str(place / "b.xacro"), "r", os.O_RDONLY), (place,), code)
+    macros_child._may_read((os.__file__, "rb", os.O_RDONLY), (place,), code)
     for words in (
         (str(place / "b.xacro"), "w", 0),
         (str(place / "b.xacro"), None, os.O_WRONLY),
@@ -192,7 +192,7 @@ def test_macros_read_near_files_only(place: Path) -> None:
         (str(place / "huge.xacro"), "r", 0),
     ):
         with pytest.raises(PermissionError):
-            macros_child._may_read(words, place, code)
+            macros_child._may_read(words, (place,), code)
 
 
 @pytest.mark.parametrize("name", ["_x", "gi_frame", "f_globals", "vars", "type", "mro", "cr_code"])

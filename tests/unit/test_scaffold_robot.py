@@ -14,6 +14,7 @@ from seals.cli.main import main
 from seals.config.compose import compose
 from seals.robot.build import build_robot
 from seals.run.build import build_run
+from seals.scaffold.ellipsoid import added_mass_of_ellipsoid
 from seals.scaffold.robot import NewRobot, scaffold_robot
 from seals.scaffold.shapes import Box
 
@@ -121,14 +122,14 @@ def test_names_say_the_sense_of_rotation(tmp_path: Path) -> None:
     """``cw`` and ``ccw`` in the names rule over the alternation."""
     names = ("prop_ccw_0", "prop_ccw_1", "prop_cw_0", "prop_cw_1")
     new = made(tmp_path, quad(names))
-    assert new.drives is not None
-    assert new.drives.direction.tolist() == [1.0, 1.0, -1.0, -1.0]
+    assert new.drives
+    assert new.drives[0].direction.tolist() == [1.0, 1.0, -1.0, -1.0]
 
 
 def test_guards_and_mounts_are_no_rotors(tmp_path: Path) -> None:
     """Names that only contain such a word are passed over; without rotors it says so."""
     new = made(tmp_path, quad(("prop_guard_0", "prop_guard_1", "motor_mount_0", "motor_mount_1")))
-    assert new.drives is None
+    assert not new.drives
     assert "no link is named like a rotor" in " ".join(new.remarks)
 
 
@@ -202,7 +203,10 @@ def test_drag_is_that_of_the_box(tmp_path: Path) -> None:
     effects = yaml_of(made(tmp_path, link("body", 1.0, BOX.format("0.3 0.2 0.1"))))["effects"]
     drag = [effects["hull_drag"][f"coefficient_{axis}"] for axis in "xyz"]
     assert drag == [10.0, 15.0, 30.0]
-    assert effects["hull_added_mass"]["mass_x"] == 3.0
+    # the ellipsoid of the box's volume and proportions
+    half = np.array([0.15, 0.1, 0.05]) * (6.0 / math.pi) ** (1.0 / 3.0)
+    carried = [effects["hull_added_mass"][f"mass_{axis}"] for axis in "xyz"]
+    assert carried == pytest.approx(added_mass_of_ellipsoid(half, 1000.0)[:3], rel=5e-3)
     half = math.sqrt(0.5)
     turn = np.array([[half, -half, 0.0], [half, half, 0.0], [0.0, 0.0, 1.0]])
     box = Box(np.zeros(3), np.array([0.3, 0.2, 0.1]), turn)

@@ -1,0 +1,217 @@
+"""Effects of a new robot for its medium: stated by its file, or chosen from its shapes."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.control.plant import ROTOR
+from seals.errors import RobotError, suggestion
+from seals.robot.model import RobotModel
+from seals.scaffold.estimates import AIR, WATER, added_mass, drag_areas, short, turning_drag
+from seals.scaffold.plug_ins import Hydrodynamics
+from seals.scaffold.rotors import GRAVITY, Drives
+from seals.scaffold.shapes import LinkHull
+from seals.scaffold.takeover import Takeover
+
+BACKWARDS = 0.7
+"""Thrust of an air propeller turned backwards by that forwards [1]."""
+SPARE = 1.2
+"""Torque that a motor can give by that of full speed in air [1]."""
+_AXES = "xyz"
+
+
+class RobotMedium(enum.Enum):
+    """Where a robot works: ``air``, ``water``, or ``both``."""
+
+    air = "air"
+    water = "water"
+    both = "both"
+
+    @property
+    def wet(self) -> bool:
+        """Whether it gets into water."""
+        return self is not RobotMedium.air
+
+    @property
+    def dry(self) -> bool:
+        """Whether it gets into air."""
+        return self is not RobotMedium.water
+
+
+class Entry(NamedTuple):
+    """One effect of ``robot.yaml``: its values, and where they are from."""
+
+    values: dict[str, Any]
+    source: str
+
+
+def medium_of(given: str | None, drives: Sequence[Drives], source: Takeover) -> RobotMedium:
+    """Return the medium: given, water for vehicles with thrusters alone, else both."""
+    if given is not None:
+        return RobotMedium(given)
+    rotors = any(each.kind == ROTOR for each in drives)
+    wet = bool(source.stated.hydrodynamics) or bool(drives)
+    return RobotMedium.water if wet and not rotors else RobotMedium.both
+
+
+def effects_of(
+    robot: RobotModel,
+    hulls: Mapping[str, LinkHull],
+    source: Takeover,
+    drives: Sequence[Drives],
+    medium: RobotMedium,
+) -> dict[str, Entry]:
+    """Return the effects of a new robot by instance name.
+
+    Args:
+        robot: as its URDF now reads.
+        hulls: by link.
+        source: the file that was taken over, with what its plug-ins state.
+        drives: rotors and thrusters.
+        medium: in which it works.
+
+    Raises:
+        RobotError: a plug-in names a link that is not there.
+    """
+    out: dict[str, Entry] = {}
+    if medium.wet:
+        stated = {_link(each, robot, source): each for each in source.stated.hydrodynamics}
+        for link, each in stated.items():
+            word = "hull" if link == robot.links[0] else link
+            out |= dict(_of_file(word, link, each))
+        out |= _chosen(robot, hulls, stated)
+    if medium.dry and robot.links[0] in hulls:
+        drag = _row("coefficient", 0.5 * AIR * drag_areas([hulls[robot.links[0]]]))
+        values = {"effect": "quadratic_drag", "medium": "air", **drag}
+        out["air_drag"] = Entry(values, "chosen: bluff boxes around the shapes, in air")
+    return out | dict(_of_drives(robot, drives))
+
+
+def _link(each: Hydrodynamics, robot: RobotModel, source: Takeover) -> str:
+    if not each.link or each.link in source.dropped:
+        return robot.links[0]
+    if each.link not in robot.links:
+        raise RobotError(
+            f"{each.source} names the link '{each.link}', which is not there.\n"
+            f"{suggestion(each.link, robot.links)}"
+        )
+    return each.link
+
+
+def _of_file(word: str, link: str, each: Hydrodynamics) -> Iterator[tuple[str, Entry]]:
+    """Effects with the numbers of a plug-in; rows of zeros need none."""
+    where: dict[str, Any] = {"links": [link]}
+    if each.added is not None and np.any(each.added):
+        yield f"{word}_added_mass", Entry({**_added(each.added), **where}, each.source)
+    if each.linear is not None and np.any(each.linear[:3]):
+        row = _row("coefficient", each.linear[:3], exact=True)
+        yield (
+            f"{word}_linear_drag",
+            Entry({"effect": "linear_drag", "medium": "water", **where, **row}, each.source),
+        )
+    if each.quadratic is not None and np.any(each.quadratic[:3]):
+        row = _row("coefficient", each.quadratic[:3], exact=True)
+        yield (
+            f"{word}_drag",
+            Entry({"effect": "quadratic_drag", "medium": "water", **where, **row}, each.source),
+        )
+    turning: dict[str, float] = {}
+    for key, values in (("coefficient", each.linear), ("quadratic", each.quadratic)):
+        if values is not None and np.any(values[3:]):
+            turning |= _row(key, values[3:], exact=True)
+    if turning:
+        entry = {"effect": "angular_drag", "medium": "water", **where, **turning}
+        yield f"{word}_turning", Entry(entry, each.source)
+
+
+def _chosen(
+    robot: RobotModel, hulls: Mapping[str, LinkHull], stated: Mapping[str, Hydrodynamics]
+) -> dict[str, Entry]:
+    """Drag and added mass from shapes, where no plug-in states them.
+
+    Numbers of a file for the base are those of the whole vehicle: links fixed to it have none.
+    """
+    base, out = robot.links[0], {}
+    own = stated.get(base)
+    moving = [k for k in range(len(robot.links)) if robot.tree.joints and robot.tree.moves[k].any()]
+    for name, hull in hulls.items():
+        each = stated.get(name)
+        if name != base and each is None and own and robot.links.index(name) not in moving:
+            each = own
+        word = "hull" if name == base else name
+        if each is None or each.added is None:
+            source = "chosen: ellipsoids as large as the shapes"
+            out[f"{word}_added_mass"] = Entry({**_added(added_mass(hull)), "links": [name]}, source)
+        if each is None or (each.linear is None and each.quadratic is None):
+            drag, turning = 0.5 * WATER * drag_areas([hull]), turning_drag([hull])
+            for key, plugin, row in (
+                ("drag", "quadratic_drag", _row("coefficient", drag)),
+                ("turning", "angular_drag", _row("quadratic", turning)),
+            ):
+                entry = {"effect": plugin, "medium": "water", "links": [name], **row}
+                out[f"{word}_{key}"] = Entry(entry, "chosen: bluff boxes around the shapes")
+    return _joined(out, base)
+
+
+def _joined(entries: Mapping[str, Entry], base: str) -> dict[str, Entry]:
+    """Links with the same numbers share one entry."""
+    found: dict[str, tuple[str, Entry]] = {}
+    for name, entry in entries.items():
+        bare = {k: v for k, v in entry.values.items() if k != "links"}
+        key = repr(bare) if base not in entry.values["links"] else name
+        if key in found:
+            first = found[key][1]
+            first.values["links"] += entry.values["links"]
+        else:
+            found[key] = (name, entry)
+    return dict(found.values())
+
+
+def _of_drives(robot: RobotModel, drives: Sequence[Drives]) -> Iterator[tuple[str, Entry]]:
+    """What water does to rotors, and air to thrusters."""
+    for each in drives:
+        if each.kind != ROTOR:
+            wide = short(float(each.radius.mean()))
+            source = each.sources.get("radius", "chosen: radius of a screw of that force")
+            yield "thruster_medium", Entry({"effect": "thruster_medium", "radius": wide}, source)
+            continue
+        limit = short(SPARE * float(np.max(each.torque * each.max_speed**2)))
+        yield (
+            "rotor_medium",
+            Entry(
+                {"effect": "rotor_medium", "torque_limit": max(limit, 1e-6)},
+                f"chosen: {SPARE:g} times the torque of full speed in air",
+            ),
+        )
+        if np.any(each.drag > 0.0):
+            hover = GRAVITY * float(robot.mass.sum()) / (len(each.links) * each.thrust)
+            row = each.drag / (each.thrust * np.sqrt(hover))
+            source = f"{each.sources.get('drag', '')} (rotorDragCoefficient, at hover)"
+            yield (
+                "rotor_drag",
+                Entry(
+                    {"effect": "rotor_drag", "coefficient": min(short(float(row.mean())), 1.0)},
+                    source,
+                ),
+            )
+
+
+def _added(matrix: Floats) -> dict[str, Any]:
+    """Values of ``added_mass`` for a matrix; without couplings that no body has."""
+    diagonal = np.abs(np.diag(matrix))
+    values: dict[str, Any] = {"effect": "added_mass"}
+    values |= _row("mass", diagonal[:3], exact=True) | _row("inertia", diagonal[3:], exact=True)
+    rest = matrix - np.diag(np.diag(matrix))
+    if np.any(rest) and float(np.linalg.eigvalsh(rest + np.diag(diagonal))[0]) >= 0.0:
+        values["coupling"] = [[float(f"{x:.6g}") for x in row] for row in rest]
+    return values
+
+
+def _row(stem: str, values: Floats, *, exact: bool = False) -> dict[str, float]:
+    digits = (lambda x: float(f"{x:.6g}")) if exact else short
+    return {f"{stem}_{axis}": digits(float(x)) for axis, x in zip(_AXES, values, strict=True)}

@@ -1,0 +1,154 @@
+"""Parts of an MJCF file that describe a robot, with its meshes in memory, for MuJoCo to compile."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from copy import deepcopy
+from pathlib import Path
+from xml.etree import ElementTree
+
+from seals.errors import LogError, RobotError
+from seals.robot.urdf import MOST_LINKS
+from seals.scaffold.meshes import load_mesh
+from seals.scaffold.resources import find_resource
+from seals.untrusted_io import read_xml
+
+Element = ElementTree.Element
+_SECTIONS = ("compiler", "default", "asset", "worldbody", "actuator")
+_REFUSED = ("composite", "flexcomp", "replicate", "attach", "plugin", "flex", "skin")
+_DROPPED = (
+    "light",
+    "camera",
+    "material",
+    "texture",
+    "hfield",
+    "lengthrange",
+    "pair",
+    "tendon",
+    "equality",
+)
+_ATTRIBUTES = (
+    "material",
+    "texture",
+    "hfield",
+    "plugin",
+    "meshdir",
+    "texturedir",
+    "assetdir",
+    "strippath",
+)
+_ACTUATORS = ("motor", "position", "velocity", "general", "intvelocity", "damper")
+_DEEPEST_INCLUDE = 8
+_MOST_FACES = 150_000
+
+
+def bounded_mjcf(
+    path: Path, root: Element, packages: Mapping[str, Path]
+) -> tuple[str, dict[str, bytes], list[str]]:
+    """Return the text of a model without what is no part of a robot, its meshes, and changes.
+
+    Args:
+        path: of the file.
+        root: its ``<mujoco>`` element.
+        packages: folders of ``package://`` names.
+
+    Raises:
+        RobotError: it includes a file elsewhere, generates bodies, or has too many.
+    """
+    tree = deepcopy(root)
+    _include(path, path, tree, 0)
+    for element in tree.iter():
+        if element.tag in _REFUSED:
+            raise RobotError(
+                f"MJCF {path} holds a <{element.tag}>, which is no rigid link.\n"
+                "Allowed: bodies, joints, geoms and actuators; write them out."
+            )
+    bodies = sum(1 for _ in tree.iter("body"))
+    if bodies > MOST_LINKS:
+        raise RobotError(f"MJCF {path} has {bodies} bodies.\nAllowed: up to {MOST_LINKS}.")
+    left = sorted({str(e.tag) for e in tree if e.tag not in _SECTIONS})
+    changes = [f"left out: {', '.join(left)}"] if left else []
+    folder = next(
+        (c.get(k) for k in ("meshdir", "assetdir") for c in tree.iter("compiler") if c.get(k)), ""
+    )
+    for element in list(tree):
+        if element.tag not in _SECTIONS:
+            tree.remove(element)
+    assets = _meshes(path, tree, folder or "", packages)
+    _strip(tree, changes)
+    return ElementTree.tostring(tree, encoding="unicode"), assets, changes
+
+
+def _include(path: Path, home: Path, tree: Element, depth: int) -> None:
+    """Put the content of included files in place of ``<include file=...>``."""
+    for parent in list(tree.iter()):
+        for k, child in reversed(list(enumerate(parent))):
+            if child.tag != "include":
+                continue
+            name = child.get("file", "")
+            target = (home.parent / name).resolve()
+            if depth >= _DEEPEST_INCLUDE:
+                raise RobotError(
+                    f"MJCF {path}: '{name}' includes itself, or too many others.\n"
+                    f"Allowed: {_DEEPEST_INCLUDE} files inside of each other."
+                )
+            if not name or not target.is_relative_to(path.resolve().parent):
+                raise RobotError(
+                    f"MJCF {path} includes '{name[:80]}', which lies outside its folder.\n"
+                    f"Allowed: files in {path.resolve().parent} or below."
+                )
+            try:
+                part = read_xml(target)
+            except LogError as cause:
+                raise RobotError(f"MJCF {path} includes a file: {cause}") from cause
+            _include(path, target, part, depth + 1)
+            parent.remove(child)
+            for number, inner in enumerate(part):
+                parent.insert(k + number, inner)
+
+
+def _strip(tree: Element, changes: list[str]) -> None:
+    """Leave out looks, plug-ins, and actuators that no joint or site takes."""
+    for parent in list(tree.iter()):
+        for child in list(parent):
+            if (
+                child.tag in _DROPPED
+                or (parent.tag == "asset" and child.tag != "mesh")
+                or parent.tag == "geom"
+                or (child.tag == "geom" and child.get("type") in ("hfield", "sdf"))
+            ):
+                parent.remove(child)
+        for key in _ATTRIBUTES:
+            parent.attrib.pop(key, None)
+    for section in tree.findall("actuator"):
+        for child in list(section):
+            if child.tag not in _ACTUATORS or not (child.get("joint") or child.get("site")):
+                section.remove(child)
+                changes.append(
+                    f"actuator {child.get('name') or child.tag} left out: neither joint nor site"
+                )
+
+
+def _meshes(
+    path: Path, tree: Element, folder: str, packages: Mapping[str, Path]
+) -> dict[str, bytes]:
+    """Meshes as binary STL, by the name under which the text now knows them."""
+    found: dict[str, bytes] = {}
+    for mesh in tree.iter("mesh"):
+        given = mesh.get("file")
+        if not given:
+            continue
+        name = given if "://" in given else str(Path(folder) / given)
+        source = find_resource(name, path, packages)
+        mesh.set("name", mesh.get("name") or Path(given).stem)
+        loaded = load_mesh(source)
+        if len(loaded.faces) > _MOST_FACES:
+            raise RobotError(
+                f"MJCF {path}: mesh '{given}' has {len(loaded.faces):,} triangles.\n"
+                f"Allowed: up to {_MOST_FACES:,}; simplify it (some 1,000 will do)."
+            )
+        own = f"mesh_{len(found)}.stl"
+        mesh.set("file", own)
+        mesh.attrib.pop("content_type", None)
+        found[own] = bytes(loaded.export(file_type="stl"))
+    return found

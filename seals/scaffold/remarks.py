@@ -1,0 +1,104 @@
+"""What a new robot's user should look at first: what was chosen, and what was left out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from seals.control.plant import ROTOR
+from seals.scaffold.effects import RobotMedium
+from seals.scaffold.rotors import Drives
+from seals.scaffold.takeover import Takeover
+
+if TYPE_CHECKING:
+    from seals.scaffold.robot import NewRobot
+
+
+def remarks_of(made: NewRobot, source: Takeover, *, chosen: bool) -> list[str]:
+    """Return remarks on what to check first.
+
+    Args:
+        made: the robot.
+        source: the file that was taken over.
+        chosen: whether the medium was chosen instead of given.
+    """
+    robot = made.robot
+    out = []
+    if made.limbs.legs:
+        out.append("legs: the pose at zero is taken for the stance; the gait's numbers are chosen")
+    elif not made.drives:
+        out.append(
+            "no link is named like a rotor or thruster (rotor, prop, thruster, motor): "
+            "write them under actuators: in robot.yaml"
+        )
+    for drives in made.drives:
+        out += _of_rotors(drives) if drives.kind == ROTOR else _of_thrusters(drives, source)
+    bare = [n for n, m in zip(robot.links, robot.mass, strict=True) if m <= 0.0 and n in made.hulls]
+    if bare:
+        out.append(
+            f"links with a shape and no <inertial>: {', '.join(bare[:6])}; "
+            "--density 500 would give them mass"
+        )
+    if not made.hulls:
+        out.append("no link has a shape: it displaces no water; write hulls: in robot.yaml")
+    if made.limbs.others:
+        out.append(f"joints left out of arms and grippers: {', '.join(made.limbs.others)}")
+    for each in source.stated.hydrodynamics:
+        if each.added is not None and not np.any(each.added):
+            out.append(f"{each.source.split(' (')[0]}: its added mass is zero, and so it is here")
+        if each.left_out:
+            out.append(f"{each.source.split(' (')[0]}: not used: {each.left_out}")
+    return [*out, *_left_out(made, chosen=chosen)]
+
+
+def _of_rotors(drives: Drives) -> Iterator[str]:
+    if "thrust" not in drives.sources:
+        yield "rotors: thrust is chosen so that it hovers at half of full thrust"
+    elif "max_speed" not in drives.sources:
+        yield "rotors: the largest speed is chosen; check max_speed"
+    if np.any(drives.axis[:, 2] < 0.5):
+        yield "rotors: some do not point up; check axis"
+    if "direction" not in drives.sources:
+        yield "rotors: directions of rotation alternate; check direction"
+    yield from _of_tilting(drives)
+
+
+def _of_thrusters(drives: Drives, source: Takeover) -> Iterator[str]:
+    if "max_force" not in drives.sources:
+        yield "thrusters: the largest force is chosen; check axis and max_force"
+    uneven = [
+        motor.values
+        for motor in source.stated.motors
+        if {"max_force", "back_force"} <= motor.values.keys()
+        and abs(motor.values["max_force"] - motor.values["back_force"])
+        > 0.02 * motor.values["max_force"]
+    ]
+    if uneven:
+        yield (
+            f"thrusters: up to {uneven[0]['max_force']:g} N forwards and "
+            f"{uneven[0]['back_force']:g} N backwards; max_force is the first for both"
+        )
+    yield from _of_tilting(drives)
+
+
+def _of_tilting(drives: Drives) -> Iterator[str]:
+    for link, joint in drives.tilting.items():
+        yield f"{link} turns with the joint {joint}; its thrust keeps the direction of joint zero"
+
+
+def _left_out(made: NewRobot, *, chosen: bool) -> Iterator[str]:
+    """Say what of air, water and waves the new robot does not feel."""
+    medium, hulls = made.medium, bool(made.hulls)
+    if chosen and made.drives:
+        yield f"medium: {medium.value} is taken; --medium air, water or both says otherwise"
+    if medium is RobotMedium.air and hulls:
+        yield "left out: drag and added mass in water; --medium both writes them"
+    if medium is RobotMedium.water:
+        yield "left out: drag in air; --medium both writes it"
+    if medium.wet and hulls:
+        yield (
+            "left out: waves that it makes (radiation_damping) and impacts on water (slamming); "
+            "seals describe effect slamming"
+        )

@@ -1,0 +1,323 @@
+"""Conversion of an SDF model to a URDF."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+from xml.etree import ElementTree
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.errors import RobotError, suggestion
+from seals.frames import matrix_of, quaternion_of_rpy
+from seals.scaffold.sdf_includes import with_includes
+from seals.scaffold.urdf_elements import (
+    cylinder_element,
+    joint_element,
+    link_element,
+    numbers,
+    pose_text,
+)
+
+Element = ElementTree.Element
+_TYPES = {"revolute": "revolute", "continuous": "continuous", "prismatic": "prismatic"}
+_ENDLESS = 1e15
+_GEOMETRY = ("box", "cylinder", "sphere", "capsule", "ellipsoid", "mesh")
+_DEEPEST_FRAME = 50
+
+
+class Frames(NamedTuple):
+    """Poses that a model states, by name of link, joint or frame; and what each is relative to."""
+
+    poses: Mapping[str, tuple[str, Floats]]
+    where: str
+
+    def pose(self, name: str, depth: int = 0) -> Floats:
+        """Return the pose of a frame in the model, shape (4, 4)."""
+        if name in ("", "__model__", "world"):
+            return np.eye(4)
+        if name not in self.poses:
+            raise RobotError(
+                f"{self.where}: the frame '{name}' is not there.\n{suggestion(name, self.poses)}"
+            )
+        if depth > _DEEPEST_FRAME:
+            raise RobotError(
+                f"{self.where}: the frame '{name}' is given relative to itself.\n"
+                "Give one of the frames on the way relative to the model."
+            )
+        base, own = self.poses[name]
+        placed: Floats = self.pose(base, depth + 1) @ own
+        return placed
+
+
+def urdf_of_sdf(
+    path: Path, root: Element, packages: Mapping[str, Path]
+) -> tuple[Element, list[str]]:
+    """Return the URDF of the one model in an SDF file, and what was changed in words.
+
+    Links keep the orientation of their frame; the origin of a link below a moving joint becomes
+    that of the joint.
+
+    Args:
+        path: of the file.
+        root: its ``<sdf>`` element.
+        packages: folders of ``model://`` names.
+
+    Raises:
+        RobotError: it holds no model or several, or something that no URDF can say.
+    """
+    where = f"SDF {path}"
+    changes = ["SDF model converted to URDF"]
+    model = with_includes(path, _model(where, root), packages, changes)
+    links, joints = _flat(model, "link"), _flat(model, "joint")
+    if not links:
+        raise RobotError(f"{where}: its model has no links.\nA robot needs at least one <link>.")
+    frames = _frames(where, model)
+    names = [_name(where, link) for link in links]
+    fixed = [j for j in joints if _end(j, "parent") == "world"]
+    moving = [j for j in joints if j not in fixed]
+    urdf = ElementTree.Element("robot", {"name": model.get("name") or path.stem})
+    origins = {name: frames.pose(name) for name in names}
+    for joint in moving:
+        if joint.get("type") in _TYPES:
+            origins[frames_link(frames, _end(joint, "child"), names)][:3, 3] = _joint_pose(
+                frames, joint
+            )[:3, 3]
+    for link, name in zip(links, names, strict=True):
+        shift = np.linalg.inv(origins[name]) @ frames.pose(name)
+        urdf.append(_link(where, link, name, shift, changes))
+    for joint in moving:
+        urdf.append(_joint(joint, frames, origins, names, changes))
+    if fixed:
+        urdf.set("fixed_base", "true")
+        changes.append("the model is joined to the world: fixed_base is true")
+    return urdf, changes
+
+
+def _model(where: str, root: Element) -> Element:
+    """The one model, directly or inside of a world."""
+    models = root.findall("model") or [
+        m for world in root.findall("world") for m in world.findall("model")
+    ]
+    if len(models) != 1:
+        names = ", ".join(str(m.get("name")) for m in models[:6])
+        raise RobotError(
+            f"{where} holds {len(models)} models{': ' + names if names else ''}.\n"
+            "Give the file of one model: model.sdf of its folder."
+        )
+    return models[0]
+
+
+def _flat(model: Element, tag: str) -> list[Element]:
+    """Elements of a model and of the models inside of it."""
+    inner = [e for m in model.findall("model") for e in _flat(m, tag)]
+    return [*model.findall(tag), *inner]
+
+
+def _name(where: str, element: Element) -> str:
+    name = element.get("name", "")
+    if not name:
+        raise RobotError(
+            f"{where}: a {element.tag} has no name.\nGive it one: <{element.tag} name=...>."
+        )
+    return name
+
+
+def _frames(where: str, model: Element, base: str = "") -> Frames:
+    """Poses of all links, joints and frames; those of models inside of it become relative."""
+    poses: dict[str, tuple[str, Floats]] = {}
+    for inner in model.findall("model"):
+        name = f"__{inner.get('name')}__"
+        pose = inner.find("pose")
+        poses[name] = (_relative(pose) or base, _pose(where, pose))
+        poses |= _frames(where, inner, name).poses
+    for element in (*model.findall("link"), *model.findall("frame")):
+        pose = element.find("pose")
+        attached = _last(element.get("attached_to")) if element.tag == "frame" else ""
+        poses[_name(where, element)] = (_relative(pose) or attached or base, _pose(where, pose))
+    for joint in model.findall("joint"):
+        pose = joint.find("pose")
+        poses.setdefault(
+            _name(where, joint), (_relative(pose) or _end(joint, "child"), _pose(where, pose))
+        )
+    return Frames(poses, where)
+
+
+def _relative(pose: Element | None) -> str:
+    if pose is None:
+        return ""
+    name = _last(pose.get("relative_to") or pose.get("frame"))
+    return "" if name == "__model__" else name
+
+
+def _last(name: str | None) -> str:
+    return (name or "").strip().split("::")[-1]
+
+
+def _pose(where: str, element: Element | None) -> Floats:
+    """A pose as a matrix; angles in radians, degrees or as a quaternion x, y, z, w."""
+    pose = np.eye(4)
+    if element is None or not (element.text or "").strip():
+        return pose
+    quaternion = element.get("rotation_format") == "quat_xyzw"
+    values = np.array(numbers(where, "pose", element.text, 7 if quaternion else 6))
+    pose[:3, 3] = values[:3]
+    if quaternion:
+        length = float(np.linalg.norm(values[3:]))
+        if length < 1e-9:
+            raise RobotError(
+                f"{where}: a pose has a quaternion of zeros.\nGive it a length of one."
+            )
+        q = values[3:] / length
+    else:
+        turn = np.radians(values[3:]) if element.get("degrees") in ("true", "1") else values[3:]
+        q = quaternion_of_rpy(turn[None])[0]
+    pose[:3, :3] = matrix_of(q[None])[0]
+    return pose
+
+
+def _end(joint: Element, which: str) -> str:
+    text = joint.findtext(which) or joint.findtext(f"{which}/link") or ""
+    return _last(text)
+
+
+def frames_link(frames: Frames, name: str, links: list[str]) -> str:
+    """Return the link that a joint's end names, which may be a frame on it."""
+    for _ in range(_DEEPEST_FRAME):
+        if name in links or name not in frames.poses:
+            break
+        name = frames.poses[name][0]
+    if name not in links:
+        raise RobotError(
+            f"{frames.where}: a joint names the link '{name}'.\n{suggestion(name, links)}"
+        )
+    return name
+
+
+def _joint_pose(frames: Frames, joint: Element) -> Floats:
+    return frames.pose(str(joint.get("name")))
+
+
+def _link(where: str, link: Element, name: str, shift: Floats, changes: list[str]) -> Element:
+    where = f"{where}: link '{name}'"
+    out = link_element(name)
+    inertial = link.find("inertial")
+    if inertial is not None:
+        out.append(_inertial(where, inertial, shift))
+    for kind in ("collision", "visual"):
+        for part in link.findall(kind):
+            shape = _shape(where, part, changes)
+            if shape is None:
+                continue
+            element = ElementTree.SubElement(out, kind)
+            placed = shift @ _pose(where, part.find("pose"))
+            ElementTree.SubElement(element, "origin", pose_text(placed))
+            ElementTree.SubElement(element, "geometry").append(shape)
+    return out
+
+
+def _inertial(where: str, inertial: Element, shift: Floats) -> Element:
+    out = ElementTree.Element("inertial")
+    placed = shift @ _pose(where, inertial.find("pose"))
+    ElementTree.SubElement(out, "origin", pose_text(placed))
+    mass = numbers(where, "mass", inertial.findtext("mass") or "1", 1)[0]
+    ElementTree.SubElement(out, "mass", {"value": f"{mass:.9g}"})
+    inertia = inertial.find("inertia")
+    values = {}
+    for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"):
+        default = "1" if key[1] == key[2] else "0"
+        text = default if inertia is None else (inertia.findtext(key) or default)
+        values[key] = f"{numbers(where, key, text, 1)[0]:.9g}"
+    ElementTree.SubElement(out, "inertia", values)
+    return out
+
+
+def _shape(where: str, part: Element, changes: list[str]) -> Element | None:
+    """Geometry as a URDF says it; None for what has no volume."""
+    geometry = part.find("geometry")
+    shape = None if geometry is None else next(iter(geometry), None)
+    if shape is None or shape.tag not in _GEOMETRY:
+        if shape is not None and shape.tag != "empty":
+            changes.append(
+                f"{shape.tag} of {part.get('name')} left out: it has no volume in a URDF"
+            )
+        return None
+
+    def value(key: str, count: int = 1) -> list[float]:
+        return numbers(f"{where}: {shape.tag}", key, shape.findtext(key), count)
+
+    def text(values: list[float]) -> str:
+        return " ".join(f"{x:.9g}" for x in values)
+
+    if shape.tag == "box":
+        return ElementTree.Element("box", {"size": text(value("size", 3))})
+    if shape.tag == "sphere":
+        return ElementTree.Element("sphere", {"radius": text(value("radius"))})
+    if shape.tag == "ellipsoid":
+        # a box of the same volume and proportions
+        edges = [2.0 * x * (math.pi / 6.0) ** (1.0 / 3.0) for x in value("radii", 3)]
+        changes.append(f"ellipsoid of {part.get('name')} made a box of its volume")
+        return ElementTree.Element("box", {"size": text(edges)})
+    if shape.tag == "mesh":
+        uri = (shape.findtext("uri") or "").strip()
+        if not uri:
+            raise RobotError(f"{where}: a mesh has no uri.\nGive it: <uri>model://...</uri>.")
+        scale = text(numbers(where, "scale", shape.findtext("scale") or "1 1 1", 3))
+        return ElementTree.Element("mesh", {"filename": uri, "scale": scale})
+    radius, length = value("radius")[0], value("length")[0]
+    return cylinder_element(radius, length, capped=shape.tag == "capsule")
+
+
+def _joint(
+    joint: Element,
+    frames: Frames,
+    origins: Mapping[str, Floats],
+    names: list[str],
+    changes: list[str],
+) -> Element:
+    name, kind = _name(frames.where, joint), joint.get("type", "")
+    where = f"{frames.where}: joint '{name}'"
+    if kind not in (*_TYPES, "fixed"):
+        allowed = suggestion(kind, [*_TYPES, "fixed"])
+        raise RobotError(f"{where} has the type '{kind}', which no URDF has.\n{allowed}")
+    parent, child = (frames_link(frames, _end(joint, end), names) for end in ("parent", "child"))
+    origin = np.linalg.inv(origins[parent]) @ origins[child]
+    if kind == "fixed":
+        return joint_element(name, "fixed", parent, child, origin)
+    axis = joint.find("axis")
+    if axis is None:
+        raise RobotError(
+            f"{where} is {kind} and has no <axis>.\nGive it: <axis><xyz>0 0 1</xyz></axis>."
+        )
+    xyz = axis.find("xyz")
+    ahead = np.array(numbers(where, "axis", "0 0 1" if xyz is None else xyz.text, 3))
+    given = "" if xyz is None else _last(xyz.get("expressed_in"))
+    if (axis.findtext("use_parent_model_frame") or "").strip() in ("1", "true"):
+        given = "__model__"
+    turn = (frames.pose(given) if given else _joint_pose(frames, joint))[:3, :3]
+    own = origins[child][:3, :3].T @ turn @ ahead
+    limits = _limits(where, axis)
+    if kind == "revolute" and limits["upper"] - limits["lower"] > 2e3:
+        kind = "continuous"
+    if kind == "prismatic" and limits["upper"] - limits["lower"] > 2e6:
+        limits |= {"lower": -1e3, "upper": 1e3}
+        changes.append(f"{name} has no limits: 1000 m to either side")
+    return joint_element(name, kind, parent, child, origin, axis=own, limits=limits)
+
+
+def _limits(where: str, axis: Element) -> dict[str, float]:
+    limit, found = axis.find("limit"), {}
+    for key, default in (("lower", -1e16), ("upper", 1e16), ("effort", -1.0), ("velocity", -1.0)):
+        text = None if limit is None else limit.findtext(key)
+        plain = (text or "").strip().lower().lstrip("+-")
+        endless = text is not None and plain in ("inf", "infinity")
+        sign = -1.0 if (text or "").strip().startswith("-") else 1.0
+        value = default if not text else sign * 1e16 if endless else numbers(where, key, text, 1)[0]
+        # minus one says that there is none
+        found[key] = (
+            0.0 if key in ("effort", "velocity") and (value < 0.0 or value > _ENDLESS) else value
+        )
+    return found
