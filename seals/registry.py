@@ -164,6 +164,42 @@ def get(kind: str, name: str) -> Plugin:
     return plugins(kind)[name] if len(declared[name]) > 1 else declared[name][0]
 
 
+def blame(fault: BaseException) -> BrokenPlugin | None:
+    """Return an error that names the plug-in in whose code a fault arose; None for no plug-in.
+
+    Args:
+        fault: with its traceback.
+    """
+    found = None
+    trace = fault.__traceback__
+    while trace is not None:
+        code = trace.tb_frame.f_code
+        owners = _owners().get(str(trace.tb_frame.f_globals.get("__name__")), ())
+        within = getattr(code, "co_qualname", code.co_name)
+        for plugin in sorted(owners, key=lambda p: within.startswith(p.value.partition(":")[2])):
+            found = plugin, f"{Path(code.co_filename).name}, line {trace.tb_lineno}"
+        trace = trace.tb_next
+    if found is None:
+        return None
+    plugin, place = found
+    return BrokenPlugin(
+        f"{plugin.kind} '{plugin.name}' ({plugin.value}) of {plugin.origin} failed: "
+        f"{type(fault).__name__}: {_one_line(fault)} ({place}).\n"
+        "Correct it there, or leave it out; SEALS_DEBUG=1 shows the traceback"
+    )
+
+
+@functools.cache
+def _owners() -> Mapping[str, tuple[Plugin, ...]]:
+    """Plug-ins by the module of their class."""
+    found: dict[str, list[Plugin]] = {}
+    for kind in GROUPS:
+        for many in _declared(kind).values() if kind not in FOLDER_KINDS else ():
+            for plugin in many:
+                found.setdefault(plugin.value.partition(":")[0], []).append(plugin)
+    return MappingProxyType({module: tuple(many) for module, many in found.items()})
+
+
 def default_backend() -> str:
     """Return the default rigid-body engine.
 
@@ -186,6 +222,7 @@ def names(kind: str) -> list[str]:
 def refresh() -> None:
     """Clear the cache, after packages were installed in a running process."""
     _declared.cache_clear()
+    _owners.cache_clear()
     importlib.invalidate_caches()
 
 

@@ -14,6 +14,7 @@ from typing import Any
 import seals
 from seals.child_process import protect_children
 from seals.errors import ConfigError, DiskFull, SealsError, suggestion
+from seals.registry import blame
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -266,6 +267,15 @@ VERBS = {
         "  against   override on the abscissa; by=KEY draws a line for each of its values\n\n"
         "exit code: 0 listed, 2 refused",
     ),
+    "completion": Verb(
+        target="seals.cli.completion:completion",
+        summary="print the shell's completion of verbs, groups and options",
+        usage="bash|zsh|fish\n"
+        '  eval "$(seals completion bash)"                       in ~/.bashrc\n'
+        '  eval "$(seals completion zsh)"                        in ~/.zshrc, after compinit\n'
+        "  seals completion fish > ~/.config/fish/completions/seals.fish\n\n"
+        "Names of plug-ins, robots and recipes are those installed when it is printed.",
+    ),
     "doctor": Verb(
         target="seals.cli.doctor:doctor",
         summary="check the installation and its plug-ins",
@@ -288,15 +298,25 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         return _dispatch(words)
     except SealsError as refusal:
-        if os.environ.get("SEALS_DEBUG") == "1":
-            traceback.print_exc()
-        print(two_lines(refusal), file=sys.stderr)
-        return refusal.exit_code
+        return _refused(refusal)
     except KeyboardInterrupt:
         print("Interrupted.", file=sys.stderr)
         return 130
     except OSError as error:
         return _of_system(error)
+    except Exception as fault:
+        # what arises in a plug-in is told as its fault, all else is one of this program
+        named = blame(fault)
+        if named is None:
+            raise
+        return _refused(named)
+
+
+def _refused(refusal: SealsError) -> int:
+    if os.environ.get("SEALS_DEBUG") == "1":
+        traceback.print_exc()
+    print(two_lines(refusal), file=sys.stderr)
+    return refusal.exit_code
 
 
 def _of_system(error: OSError) -> int:
@@ -340,7 +360,7 @@ def _dispatch(words: list[str]) -> int:
     if not words or words[0] in ("-h", "--help", "help"):
         print(_overview())
         return 0
-    if words[0] in ("-V", "--version"):
+    if words[0] in ("-V", "--version") or "--version" in words[1:]:
         print(f"seals {seals.__version__}")
         return 0
     name, rest = words[0], words[1:]

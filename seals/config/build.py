@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import types
 import typing
 from collections.abc import Mapping
 from typing import Any
 
-from seals.config.derive import ROWS, schema_of
+from seals.config.derive import schema_of
 from seals.config.node_checks import refuse_targets, refuse_unknown
 from seals.config.refusal import refusals
 from seals.errors import ConfigError, SealsError, suggestion
@@ -93,11 +94,10 @@ def _refuse_untyped(node: Any, where: str) -> None:
 
 
 def _converted(cls: type, values: dict[str, Any], where: str) -> dict[str, Any]:
-    """Convert lists of the configuration to tuples, and their rows to numbers, as annotated."""
+    """Convert lists of the configuration to tuples, and what they hold to numbers, as annotated."""
     hints = typing.get_type_hints(cls)
     for name, value in values.items():
-        if hints.get(name) == ROWS:
-            values[name] = [_numbers(row, f"{where}.{name}[{k}]") for k, row in enumerate(value)]
+        values[name] = _as_annotated(hints.get(name), value, f"{where}.{name}")
         arguments = typing.get_args(hints.get(name))
         if typing.get_origin(hints.get(name)) is not tuple or not isinstance(value, list):
             continue
@@ -110,14 +110,23 @@ def _converted(cls: type, values: dict[str, Any], where: str) -> dict[str, Any]:
     return values
 
 
-def _numbers(row: list[Any], where: str) -> list[float]:
-    """Convert one row of numbers; integers become floats."""
-    for entry in row:
-        if isinstance(entry, bool) or not isinstance(entry, int | float):
-            raise ConfigError(
-                f"{where}={row}: '{entry}' is no number.\nAllowed: numbers in brackets"
-            )
-    return [float(entry) for entry in row]
+def _as_annotated(hint: Any, value: Any, where: str, depth: int = 0) -> Any:
+    """Numbers of nested lists and mappings; whole ones are numbers, too."""
+    if hint is float and depth > 1:
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise ConfigError(f"{where}: '{value}' is no number.\nAllowed: numbers in brackets")
+        return float(value)
+    origin, arguments = typing.get_origin(hint), typing.get_args(hint)
+    if origin in (typing.Union, types.UnionType) and value is not None:
+        inner = [argument for argument in arguments if argument is not type(None)]
+        return _as_annotated(inner[0], value, where, depth) if len(inner) == 1 else value
+    if origin is list and isinstance(value, list):
+        rows = enumerate(value)
+        return [_as_annotated(arguments[0], row, f"{where}[{k}]", depth + 1) for k, row in rows]
+    if origin is dict and isinstance(value, dict):
+        items = value.items()
+        return {k: _as_annotated(arguments[1], v, f"{where}.{k}", depth + 1) for k, v in items}
+    return value
 
 
 def _fields_line(cls: type) -> str:

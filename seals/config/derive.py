@@ -12,8 +12,6 @@ from seals.errors import BrokenPlugin
 from seals.registry import Plugin
 
 T = TypeVar("T")
-ROWS = list[list[float]]
-"""Type of rows of numbers, such as places."""
 
 
 def schema_of(plugin: Plugin) -> type:
@@ -67,17 +65,19 @@ def derive(cls: type) -> type:
     )
 
 
-def _derived_type(hint: Any) -> Any:
+def _derived_type(hint: Any, depth: int = 0) -> Any:
     """Replace dataclasses inside a type by their derived ones.
 
-    Rows of numbers are checked when they are built: OmegaConf refuses whole numbers in them.
+    Numbers of nested lists and mappings are checked when they are built: OmegaConf refuses whole
+    numbers in them.
     """
-    if hint == ROWS:
-        return list[list[Any]]
+    if hint is float and depth > 1:
+        return Any
     if isinstance(hint, type) and dataclasses.is_dataclass(hint):
         return derive(hint)
     origin = typing.get_origin(hint)
-    arguments = tuple(_derived_type(argument) for argument in typing.get_args(hint))
+    deeper = depth + 1 if origin in (list, dict) else depth
+    arguments = tuple(_derived_type(argument, deeper) for argument in typing.get_args(hint))
     if origin in (typing.Union, types.UnionType):
         return typing.Union[arguments]  # noqa: UP007  built at run time
     if origin in (list, tuple, dict):

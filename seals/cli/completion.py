@@ -1,0 +1,145 @@
+"""``seals completion``: completion of verbs, groups and options in the shell."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from seals import registry
+from seals.config.recipes import recipe_groups, roots_choosing
+from seals.errors import ConfigError, suggestion
+
+SHELLS = ("bash", "zsh", "fish")
+_ALWAYS = ("--help", "--version")
+_HYDRA = ("run", "compare", "diagnose", "calibrate", "teleop", "view", "train")
+_FLAGS = ("--cfg", "--multirun")
+_GROUPS_OF = ("run", "compare", "teleop", "view")
+"""Verbs that compose a whole run."""
+_OWN = {
+    "new": ("robot", "datasheet", "effect", "sensor"),
+    "completion": SHELLS,
+    "validate": ("water",),
+}
+
+
+def completion(arguments: list[str]) -> int:
+    """Print the completion script of a shell; it holds the names that are installed now."""
+    shell = arguments[0] if arguments else ""
+    if shell not in SHELLS or len(arguments) != 1:
+        hint = suggestion(shell, SHELLS, label="Shells")
+        raise ConfigError(f"'{' '.join(arguments)}' is no shell that can be completed.\n{hint}")
+    print({"bash": _bash, "zsh": _zsh, "fish": _fish}[shell](words_of_verbs()))
+    return 0
+
+
+def words_of_verbs() -> dict[str, list[str]]:
+    """Return the words that may follow each verb: flags, keys, and ``group=option``.
+
+    Example:
+        >>> "robot=ball" in words_of_verbs()["run"]
+        True
+    """
+    from seals.cli.main import VERBS
+    from seals.cli.new import OPTIONS
+
+    options = _options()
+    kinds = list(dict.fromkeys([*registry.GROUPS, *options]))
+    found = {}
+    for verb in VERBS:
+        words = [*_OWN.get(verb, ())]
+        if verb in ("list", "describe"):
+            words += kinds
+        if verb == "describe":
+            words += [name for names in options.values() for name in names]
+        if verb == "new":
+            words += dict.fromkeys(f"--{option}" for many in OPTIONS.values() for option in many)
+        if verb == "check":
+            words += [f"robot={name}" for name in options["robot"]]
+        for group, names in options.items():
+            if verb in (roots_choosing(group) or _GROUPS_OF):
+                words += [f"{group}={name}" for name in names]
+        words += [*_settings()] if verb in _GROUPS_OF else []
+        words += [*(_FLAGS if verb in _HYDRA else ()), *_ALWAYS]
+        found[verb] = list(dict.fromkeys(words))
+    return found
+
+
+def _options() -> dict[str, list[str]]:
+    """Options of every group: plug-ins, robots and recipes."""
+    found = {kind: registry.names(kind) for kind in registry.GROUPS if kind != "conf"}
+    found["robot"] = [*found["robot"], *found.pop("animal")]
+    for group, paths in recipe_groups().items():
+        found[group] = [*found.get(group, []), *(path.stem for path in paths)]
+    return found
+
+
+def _settings() -> Iterator[str]:
+    """Keys of a run, two levels deep."""
+    import dataclasses
+    import typing
+
+    from seals.run.settings import RunSettings
+
+    hints = typing.get_type_hints(RunSettings)
+    for field in dataclasses.fields(RunSettings):
+        inner = hints[field.name]
+        if dataclasses.is_dataclass(inner):
+            yield from (f"{field.name}.{part.name}=" for part in dataclasses.fields(inner))
+        else:
+            yield f"{field.name}="
+
+
+def _bash(words: Mapping[str, list[str]]) -> str:
+    cases = "\n".join(f'    {verb}) words="{" ".join(row)}" ;;' for verb, row in words.items())
+    # the shell takes "=" for the end of a word: what it knows already is cut off the answers
+    return f"""_seals() {{
+  local line="${{COMP_LINE:0:$COMP_POINT}}" cur words verb="${{COMP_WORDS[1]}}"
+  cur="${{line##*[[:space:]]}}"
+  if [ "$COMP_CWORD" -le 1 ]; then
+    COMPREPLY=($(compgen -W "{" ".join([*words, *_ALWAYS])}" -- "$cur"))
+    return
+  fi
+  case "$verb" in
+{cases}
+    *) return ;;
+  esac
+  COMPREPLY=($(compgen -W "$words" -- "$cur"))
+  case "$cur" in
+    *=*) COMPREPLY=("${{COMPREPLY[@]#"${{cur%%=*}}="}}") ;;
+  esac
+  if [ "${{#COMPREPLY[@]}}" -eq 0 ]; then
+    compopt -o default 2>/dev/null
+  elif [ "${{#COMPREPLY[@]}}" -eq 1 ]; then
+    case "${{COMPREPLY[0]}}" in *=) compopt -o nospace 2>/dev/null ;; esac
+  fi
+}}
+complete -F _seals seals"""
+
+
+def _zsh(words: Mapping[str, list[str]]) -> str:
+    cases = "\n".join(f"    {verb}) choices=({' '.join(row)}) ;;" for verb, row in words.items())
+    return f"""#compdef seals
+_seals() {{
+  local -a choices
+  if (( CURRENT == 2 )); then
+    choices=({" ".join([*words, *_ALWAYS])})
+    compadd -- $choices
+    return
+  fi
+  case "$words[2]" in
+{cases}
+  esac
+  compadd -- $choices || _files
+}}
+compdef _seals seals"""
+
+
+def _fish(words: Mapping[str, list[str]]) -> str:
+    from seals.cli.main import VERBS
+
+    lines = ["complete -c seals -n __fish_use_subcommand -a --version"]
+    for verb, row in words.items():
+        summary = VERBS[verb].summary.replace("'", "")
+        lines.append(f"complete -c seals -f -n __fish_use_subcommand -a {verb} -d '{summary}'")
+        seen = f"'__fish_seen_subcommand_from {verb}'"
+        lines.append(f"complete -c seals -n {seen} -a '{' '.join(row)}'")
+    return "\n".join(lines)
