@@ -98,7 +98,7 @@ def _held(stamps: Floats, values: Floats, time: Floats) -> Floats:
 
 
 def _sampled(stamps: Floats, values: Floats, time: Floats) -> Floats:
-    """Measurements at the rows, columns with samples in the same rows together."""
+    """Interpolate measurements at the rows; columns with the same sample times are grouped."""
     out = np.full((time.size, values.shape[1]), np.nan)
     masks = np.isfinite(values)
     for mask in {m.tobytes(): m for m in masks.T if m.sum() > 1}.values():

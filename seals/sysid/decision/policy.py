@@ -164,16 +164,18 @@ class DecisionPolicy:
         30.0, EVIDENCE, "evidence from which a name stands however little the log was excited"
     )
     response_excited: float = threshold(
-        0.5, "1", "share of the obtainable information from which feedback needs no further proof"
+        0.5,
+        "1",
+        "fraction of the obtainable information above which no further evidence is required",
     )
     response_weak: float = threshold(
-        0.15, "1", "share of it below which feedback that fights a disturbance imitates an effect"
+        0.15, "1", "fraction of it below which feedback against a disturbance imitates an effect"
     )
     response_evidence: float = threshold(
-        30.0, EVIDENCE, "evidence asked of effects on the response between these two shares"
+        30.0, EVIDENCE, "evidence required of effects on the response between these two fractions"
     )
     response_evidence_weak: float = threshold(
-        60.0, EVIDENCE, "evidence asked of them below the lower share"
+        60.0, EVIDENCE, "evidence required of them below the lower fraction"
     )
     # screening: effects that cannot win are not fitted in full
     screen: float = threshold(5.0, "chi2", "linear gain below which a full fit cannot pay, alone")
@@ -263,7 +265,7 @@ class DecisionPolicy:
 
     @property
     def response(self) -> tuple[tuple[float, float], ...]:
-        """Evidence required of effects on the response, by share of the obtainable information."""
+        """Information fractions, each with the evidence required of effects on the response."""
         return (
             (self.response_excited, 0.0),
             (self.response_weak, self.response_evidence),
