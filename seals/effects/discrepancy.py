@@ -23,13 +23,16 @@ class DragExponent(Effect):
 
     Equation:
         F_i = -e c_i abs(v_r,i)^p sign(v_r,i) ln(abs(v_r,i) / v_i), the first order of
-        c_i v_i^-e abs(v_r,i)^(p + e).
+        c_i v_i^-e abs(v_r,i)^(p + e). Where the drag counts the speed along other axes, too, that
+        speed V_i stands for abs(v_r,i) and for v_i, and V_i v_r,i for abs(v_r,i)^2 sign(v_r,i).
 
     Args:
         exponent: e, change of the exponent [1].
         power: p, 1 or 2.
         coefficients: c of the drag, three numbers.
         speeds: v_i, typical speeds [m/s].
+        squares: adds the squared velocities that count along each axis, shape (1, 3, 3); None for
+            its own alone.
         medium: of the drag.
     """
 
@@ -39,15 +42,21 @@ class DragExponent(Effect):
     power: int = 2
     coefficients: tuple[float, float, float] = (0.0, 0.0, 0.0)
     speeds: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    squares: Floats | None = None
     medium: MediumKind = MediumKind.water
     accounts_for: ClassVar[tuple[str, ...]] = ()
 
     def constants(self) -> dict[str, Floats]:
-        """Return coefficients, typical speeds and the exponent."""
+        """Return coefficients, typical speeds, the exponent, and the axes whose speeds count."""
+        speeds = np.array([self.speeds])
+        shape = {} if self.squares is None else {"squares": self.squares}
+        if self.squares is not None:
+            speeds = np.sqrt(speeds**2 @ self.squares[0])
         return {
             "coefficients": np.array([self.coefficients]),
-            "speeds": np.array([self.speeds]),
+            "speeds": speeds,
             "power": np.array([[float(self.power)]]),
+            **shape,
         }
 
     @staticmethod
@@ -58,6 +67,8 @@ class DragExponent(Effect):
         xp = namespace(motion.velocity)
         relative = motion.velocity - medium.velocity
         size = abs(relative)
+        if "squares" in params:
+            size = xp.sqrt(xp.matmul(relative * relative, params["squares"][0]))
         ratio = xp.clip(size / params["speeds"], _SLOWEST, None)
         law = relative * xp.where(params["power"] > 1.5, size, 1.0 + 0.0 * size)
         force = -params["exponent"] * params["coefficients"] * law * xp.log(ratio)

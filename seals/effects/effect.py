@@ -190,6 +190,19 @@ class Effect(EffectOptions):
         return {}
 
     @classmethod
+    def options_on(
+        cls, robot: RobotModel, effects: Mapping[str, Effect], medium: MediumKind | None
+    ) -> dict[str, Any]:
+        """Return the options that a candidate has on a robot, such as the shape of its body.
+
+        Args:
+            robot: on which it may be missing.
+            effects: of the nominal model by instance.
+            medium: in which the candidate acts; None for an effect that knows no medium.
+        """
+        return {}
+
+    @classmethod
     def additions(cls, name: str, subject: Subject) -> Sequence[Addition]:
         """Return the candidates: the variants in which the effect may be missing on a vehicle.
 

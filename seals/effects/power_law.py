@@ -42,10 +42,11 @@ def power_law_additions(
         scale = np.maximum(0.5 * nominal, least)
         drawn = subject.spread("drag_coefficient") * nominal
         order = (Stage.flow, index, power - 1)
+        options = law.options_on(subject.robot, subject.effects, medium)
         found.append(
             Addition(
                 instance=f"{name}_{medium.value}_change",
-                effect=made(medium=medium),
+                effect=made(medium=medium, **options),
                 parameters=along_axes("coefficient", drawn, scale, low=-nominal),
                 variant={"medium": int(water)},
                 order=order,
@@ -57,6 +58,7 @@ def power_law_additions(
                 coefficients=tuple(nominal),
                 speeds=tuple(subject.speeds),
                 medium=medium,
+                squares=made(**options).constants().get("squares"),
             )
             found.append(
                 Addition(

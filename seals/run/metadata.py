@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from enum import Enum
 from typing import Any
 
 import numpy as np
@@ -192,12 +193,20 @@ def _effect(name: str, effect: Any) -> dict[str, Any]:
     kind = options_of(effect, EffectOptions).medium
     medium = "any" if kind is None else kind.value
     found = _plugin("effect", effect)
+    changed = {k: v for k, v in vars(effect).items() if v != getattr(type(effect), k, None)}
+    choices = {k: v.value for k, v in changed.items() if isinstance(v, Enum) and k != "medium"}
+    if "parameters" in found:
+        # sizes and places that the effect does not use say nothing
+        known = parameters_of(effect)
+        kept = {k: v for k, v in found["parameters"].items() if known[k].fit or k in changed}
+        found = {**found, "parameters": kept}
     return {
         "name": found["name"],
         "medium": medium,
         "instance": name,
         "links": list(effect.links),
         **found,
+        **({"options": choices} if choices else {}),
     }
 
 

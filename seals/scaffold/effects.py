@@ -12,7 +12,8 @@ from seals.arrays import Floats
 from seals.control.plant import ROTOR
 from seals.errors import RobotError, suggestion
 from seals.robot.model import RobotModel
-from seals.scaffold.estimates import AIR, WATER, added_mass, drag_areas, short, turning_drag
+from seals.scaffold.drag import AIR, WATER, LinkDrag, drag_of
+from seals.scaffold.estimates import added_mass, short
 from seals.scaffold.plug_ins import Hydrodynamics
 from seals.scaffold.rotors import GRAVITY, Drives
 from seals.scaffold.shapes import LinkHull
@@ -86,9 +87,9 @@ def effects_of(
             out |= dict(_of_file(word, link, each))
         out |= _chosen(robot, hulls, stated)
     if medium.dry and robot.links[0] in hulls:
-        drag = _row("coefficient", 0.5 * AIR * drag_areas([hulls[robot.links[0]]]))
-        values = {"effect": "quadratic_drag", "medium": "air", **drag}
-        out["air_drag"] = Entry(values, "chosen: bluff boxes around the shapes, in air")
+        drag = drag_of([hulls[robot.links[0]]])
+        values = {"effect": "quadratic_drag", "medium": "air", **_shaped(drag, AIR)}
+        out["air_drag"] = Entry(values, f"chosen: {drag.source}, in air")
     return out | dict(_of_drives(robot, drives))
 
 
@@ -148,14 +149,20 @@ def _chosen(
             source = "chosen: ellipsoids as large as the shapes"
             out[f"{word}_added_mass"] = Entry({**_added(added_mass(hull)), "links": [name]}, source)
         if each is None or (each.linear is None and each.quadratic is None):
-            drag, turning = 0.5 * WATER * drag_areas([hull]), turning_drag([hull])
-            for key, plugin, row in (
-                ("drag", "quadratic_drag", _row("coefficient", drag)),
-                ("turning", "angular_drag", _row("quadratic", turning)),
-            ):
-                entry = {"effect": plugin, "medium": "water", "links": [name], **row}
-                out[f"{word}_{key}"] = Entry(entry, "chosen: bluff boxes around the shapes")
+            drag = drag_of([hull])
+            rows = {"drag": {"effect": "quadratic_drag", **_shaped(drag, WATER)}}
+            if drag.turning.any():
+                rows["turning"] = {"effect": "angular_drag", **_row("quadratic", drag.turning)}
+            for key, row in rows.items():
+                entry = {**row, "medium": "water", "links": [name]}
+                out[f"{word}_{key}"] = Entry(entry, f"chosen: {drag.source}")
     return _joined(out, base)
+
+
+def _shaped(drag: LinkDrag, density: float) -> dict[str, Any]:
+    """Return form, size and coefficients of a drag in a medium of this density [kg/m^3]."""
+    form = {k: short(v) if isinstance(v, float) else v for k, v in drag.options.items()}
+    return {**form, **_row("coefficient", density / WATER * drag.coefficients)}
 
 
 def _joined(entries: Mapping[str, Entry], base: str) -> dict[str, Entry]:

@@ -3,25 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
 from seals.arrays import Floats
 from seals.check.joints import joint_loads_of
 from seals.robot.model import RobotModel
+from seals.scaffold.drag import WATER
 from seals.scaffold.ellipsoid import added_mass_of_ellipsoid
-from seals.scaffold.shapes import Box, LinkHull
+from seals.scaffold.shapes import LinkHull
 from seals.scaffold.takeover import Takeover
 
-WATER, AIR = 1000.0, 1.2
-"""Densities for the estimates [kg/m^3]."""
 FREQUENCY, DAMPING = 6.0, 1.0
 """Natural frequency [Hz] and damping ratio of the servos: a brisk hobby servo, no overshoot."""
 RESERVE = 3.0
 """Torque of a servo whose URDF states none, by the torque that holds its joint level."""
-BLUFF = 1.0
-"""Drag coefficient of a bluff body at these speeds [1]; cubes and cylinders lie at 0.8 to 1.2."""
 _LEAST_TORQUE = 0.01
 
 
@@ -42,18 +38,6 @@ def servo_values(robot: RobotModel, source: Takeover) -> dict[str, list[float]]:
         "kd_each": [short(x) for x in 2.0 * DAMPING * safe * rate],
         "torque_limit_each": [short(x) for x in limit],
     }
-
-
-def drag_areas(hulls: Sequence[LinkHull]) -> Floats:
-    """Return drag coefficient times projected area along each link axis [m^2], shape (3,)."""
-    boxes = [box for hull in hulls for box in hull.boxes]
-    return BLUFF * sum((box.areas for box in boxes), np.zeros(3)) / len(hulls)
-
-
-def turning_drag(hulls: Sequence[LinkHull]) -> Floats:
-    """Return the quadratic torque of turning in water [N m s^2/rad^2], shape (3,)."""
-    boxes = [box for hull in hulls for box in hull.boxes]
-    return sum((_turning(box) for box in boxes), np.zeros(3)) / len(hulls)
 
 
 def added_mass(hull: LinkHull) -> Floats:
@@ -93,24 +77,6 @@ def _without_trifles(matrix: Floats) -> Floats:
         kept[[3, 4, 5], [3, 4, 5]] *= 1.001
         return kept
     return np.diag([short(float(x)) for x in diagonal])
-
-
-def _turning(box: Box) -> Floats:
-    """Quadratic torque of one box turning about each axis of its link [N m s^2/rad^2].
-
-    Strips of the box feel 1/2 rho C (w y)^2: about its own centre their moments sum to
-    rho C l b^4 / 64 a face; its centre feels 1/2 rho C A r^3.
-    """
-    x, y, z = box.size
-    own = WATER * BLUFF / 64.0 * np.array([x * (y**4 + z**4), y * (x**4 + z**4), z * (x**4 + y**4)])
-    for k in range(3):
-        arm = np.delete(box.centre, k)
-        reach = float(np.hypot(*arm))
-        if reach > 0.0:
-            # moving across the arm: the shadow along one axis counts by the other's share of it
-            facing = float(np.delete(box.areas, k) @ np.abs(arm[::-1])) / reach
-            own[k] += 0.5 * WATER * BLUFF * facing * reach**3
-    return own
 
 
 def short(value: float) -> float:

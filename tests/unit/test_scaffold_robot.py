@@ -207,10 +207,53 @@ def test_drag_is_that_of_the_box(tmp_path: Path) -> None:
     half = np.array([0.15, 0.1, 0.05]) * (6.0 / math.pi) ** (1.0 / 3.0)
     carried = [effects["hull_added_mass"][f"mass_{axis}"] for axis in "xyz"]
     assert carried == pytest.approx(added_mass_of_ellipsoid(half, 1000.0)[:3], rel=5e-3)
+    sides = [effects["hull_drag"][f"size_{axis}"] for axis in "xyz"]
+    assert (effects["hull_drag"]["form"], sides) == ("faces", [0.3, 0.2, 0.1])
+    # the faces hold the drag of turning
+    assert "hull_turning" not in effects
     half = math.sqrt(0.5)
     turn = np.array([[half, -half, 0.0], [half, half, 0.0], [0.0, 0.0, 1.0]])
     box = Box(np.zeros(3), np.array([0.3, 0.2, 0.1]), turn)
     assert box.areas == pytest.approx([half * 0.05, half * 0.05, 0.06])
+
+
+SHAPES = {
+    # 1/2 rho 0.47 pi r^2; skin friction 0.01 rho r^5
+    "sphere": (
+        '<sphere radius="0.1"/>',
+        {"form": "isotropic", "coefficient_x": 7.38, "coefficient_z": 7.38},
+        {"quadratic_x": 1e-4, "quadratic_z": 1e-4},
+    ),
+    # 1/2 rho d L across, 1/2 rho pi r^2 along; friction 0.01 pi rho r^4 L about the axis
+    "cylinder": (
+        '<cylinder radius="0.05" length="1.0"/>',
+        {
+            **{"form": "cross_flow", "axis": "z", "size_z": 1.0},
+            **{"coefficient_x": 50.0, "coefficient_y": 50.0, "coefficient_z": 3.93},
+        },
+        {"quadratic_x": 0.0, "quadratic_z": 1.96e-4},
+    ),
+}
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_drag_is_that_of_the_shape(tmp_path: Path, shape: str) -> None:
+    """A sphere is isotropic, a cylinder in cross-flow."""
+    geometry, drag, turning = SHAPES[shape]
+    solid = f"<collision><geometry>{geometry}</geometry></collision>"
+    effects = yaml_of(made(tmp_path, link("body", 1.0, solid)))["effects"]
+    assert {k: effects["hull_drag"][k] for k in drag} == drag
+    assert {k: effects["hull_turning"][k] for k in turning} == turning
+
+
+def test_links_of_several_shapes_have_drag_per_axis(tmp_path: Path) -> None:
+    """Two boxes on one link are no simple shape: their shadows add up, and they resist turning."""
+    shape = BOX.format("0.1 0.1 0.1").replace("<geo", '<origin xyz="{} 0 0"/><geo', 1)
+    body = link("body", 1.0, shape.format(-0.1) + shape.format(0.1))
+    effects = yaml_of(made(tmp_path, body))["effects"]
+    assert "form" not in effects["hull_drag"]
+    assert effects["hull_drag"]["coefficient_x"] == 10.0
+    assert effects["hull_turning"]["quadratic_z"] > 0.0
 
 
 def test_a_density_gives_links_their_mass(tmp_path: Path) -> None:

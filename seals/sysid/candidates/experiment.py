@@ -136,7 +136,8 @@ def _offered(
         if configured or ((name, medium) in held and rules is not None and rules.whole):
             continue
         instance = f"more_{name}" + (f"_{medium.value}" if medium else "")
-        out[instance] = law(**options)
+        own = {n: settings.effects[n] for n in nominal}
+        out[instance] = law(**{**law.options_on(robot, own, medium), **options})
     return out
 
 

@@ -6,6 +6,7 @@ import dataclasses
 import datetime
 import hashlib
 from collections.abc import Mapping, Sequence
+from enum import Enum
 from pathlib import Path
 from typing import Any
 
@@ -175,7 +176,7 @@ def _options(law: Effect) -> dict[str, Any]:
     for entry in dataclasses.fields(law):
         value = getattr(law, entry.name)
         if entry.name != "correction" and value != getattr(fresh, entry.name):
-            out[entry.name] = value.value if isinstance(value, MediumKind) else value
+            out[entry.name] = value.value if isinstance(value, Enum) else value
     return {**_medium(law), **out}
 
 
