@@ -185,7 +185,11 @@ def _of_drives(robot: RobotModel, drives: Sequence[Drives]) -> Iterator[tuple[st
         if each.kind != ROTOR:
             wide = short(float(each.radius.mean()))
             source = each.sources.get("radius", "chosen: radius of a screw of that force")
-            yield "thruster_medium", Entry({"effect": "thruster_medium", "radius": wide}, source)
+            values: dict[str, Any] = {"effect": "thruster_medium", "radius": wide}
+            if len(drives) > 1:
+                # it leaves rotors alone, as the other leaves thrusters
+                values["correction"] = True
+            yield "thruster_medium", Entry(values, source)
             continue
         limit = short(SPARE * float(np.max(each.torque * each.max_speed**2)))
         yield (

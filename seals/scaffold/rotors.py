@@ -288,8 +288,8 @@ def _directions(
         for text in (" ".join((name, *source.words_of(name))) for name in names)
     ]
     if all(said):
-        turning = [1.0 if m and m[1] == "ccw" else -1.0 for m in said]
-        return np.array(turning), "cw and ccw in names of links, joints or meshes"
+        signs = [1.0 if m and m[1] == "ccw" else -1.0 for m in said]
+        return np.array(signs), "cw and ccw in names of links, joints or meshes"
     down = axis[:, 2] < -0.5
     if 2 * int(down.sum()) == len(names):
         return np.where(down, -1.0, 1.0), "axes of the joints, half of which point down"

@@ -144,6 +144,8 @@ class Takeover:
 
     def write(self, path: Path) -> None:
         """Write the modified URDF."""
+        # PyBullet breaks lines of more than a thousand signs, in the middle of a name too
+        ElementTree.indent(self.root)
         text = ElementTree.tostring(self.root, encoding="unicode")
         path.write_text(f'<?xml version="1.0"?>\n{text}\n', encoding="utf-8")
 

@@ -13,6 +13,7 @@ from seals.errors import ConfigError
 from seals.experiments.command import ended
 from seals.run.build import build_run
 from seals.run.conflicting_settings import find_conflicts
+from seals.run.left_out import find_left_out
 from seals.run.unused_settings import find_unused
 
 
@@ -34,6 +35,28 @@ def test_what_has_no_effect_is_said(words: list[str], said: list[str]) -> None:
     """A controller without a guide and a wave without water; nothing else."""
     found = find_unused(build_run(compose(words)), words)
     assert [remark.split(":")[0] for remark in found] == said
+    assert all(len(remark.splitlines()) == 2 for remark in found)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["robot=crazyflie"], []),
+        (["robot=crazyflie", "water=fossen"], ["The rotors push"]),
+        (["robot=crazyflie", "water=fossen", "+effect@effects.m=rotor_medium"], []),
+        (["robot=auv", "water=fossen"], []),
+        (["robot=auv", "water=fossen", "~effects.thruster_medium"], ["The thrusters push"]),
+        (["robot=aam", "water=fossen"], []),
+        (["robot=aam", "water=fossen", "wave=airy"], ["Waves that the robot makes"]),
+        (["robot=aam", "+effect@effects.breeze=wind"], []),
+        (["robot=aam", "+effect@effects.breeze=wind", "~effects.air_drag"], ["The wind pushes"]),
+        (["robot=ball", "water=fossen", "~effects.water_drag"], ["The water does not slow"]),
+    ],
+)
+def test_what_the_robot_does_not_feel_is_said(words: list[str], said: list[str]) -> None:
+    """Air, water and waves that act on nothing of the robot, each with what to add."""
+    found = find_left_out(build_run(compose(words)))
+    assert [remark[: len(start)] for remark, start in zip(found, said, strict=True)] == said
     assert all(len(remark.splitlines()) == 2 for remark in found)
 
 

@@ -1,0 +1,232 @@
+"""Robot files of strangers: hostile ones and mistaken ones are refused in words, none is read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from seals.cli.main import main
+from seals.scaffold.robot import scaffold_robot
+
+INERTIAL = (
+    "<inertial><mass>1</mass><inertia><ixx>.1</ixx><iyy>.1</iyy><izz>.1</izz></inertia></inertial>"
+)
+LINK = f'<link name="body">{INERTIAL}</link>'
+SDF = '<sdf version="1.9"><model name="m">{}</model></sdf>'
+PLUGIN = SDF.format(LINK + "<plugin filename='libx.so' name='x'>{}</plugin>")
+MJCF = '<mujoco model="m"><worldbody><body name="b"><freejoint/>{}</body></worldbody>{}</mujoco>'
+GEOM = '<geom type="box" size="0.1 0.1 0.1" mass="1"/>'
+CHILD = '<link name="arm">' + INERTIAL + "</link>"
+JOINT = (
+    '<joint name="j" type="{}"><parent>body</parent><child>{}</child><axis><xyz>{}</xyz></axis>'
+    "</joint>"
+)
+LOOP = '<pose relative_to="body">0 0 0 0 0 0</pose>'
+BALL = f'<body name="c"><joint type="ball"/>{GEOM}</body>'
+HOSTILE = {
+    "an entity": ('<!DOCTYPE s [<!ENTITY a "b">]><sdf version="1.9"/>', "DOCTYPE or an ENTITY"),
+    "a file as entity": (
+        '<!DOCTYPE m [<!ENTITY x SYSTEM "file:///etc/passwd">]><mujoco>&x;</mujoco>',
+        "DOCTYPE or an ENTITY",
+    ),
+    "a deep nest": (
+        SDF.format("<model name='n'>" * 300 + "</model>" * 300),
+        "nested deeper than 100",
+    ),
+    "many elements": (SDF.format("<link/>" * 210_000), "more than 200,000 elements"),
+    "half a file": ('<sdf version="1.9"><model name="m">', "cannot be read as XML"),
+    "another format": ("<scene/>", "holds a <scene>"),
+    "an include elsewhere": (
+        SDF.format("<include><uri>model://../../etc</uri></include>"),
+        "not the name of a model beside it",
+    ),
+    "an include of an address": (
+        SDF.format("<include><uri>https://example.org/m</uri></include>"),
+        "--package NAME=FOLDER",
+    ),
+    "a model that includes itself": (
+        SDF.format("<include><uri>model://loop</uri></include>"),
+        "includes itself",
+    ),
+    "an include of a file elsewhere": (
+        "<mujoco><include file='../../etc/passwd'/></mujoco>",
+        "lies outside its folder",
+    ),
+    "a file that includes itself": (
+        "<mujoco><include file='robot.xml'/></mujoco>",
+        "includes itself",
+    ),
+    "bodies without end": (
+        MJCF.format(GEOM + "<replicate count='1000000000'>" + GEOM + "</replicate>", ""),
+        "holds a <replicate>",
+    ),
+    "a plug-in of an engine": (MJCF.format(GEOM + "<plugin plugin='x'/>", ""), "holds a <plugin>"),
+    "too many bodies": (MJCF.format(GEOM + f"<body>{GEOM}</body>" * 600, ""), "Allowed: up to 500"),
+    "a huge number": (
+        SDF.format(LINK.replace("<mass>1<", "<mass>1e300<")),
+        "mass='1e300' is not a finite number",
+    ),
+    "no number": (PLUGIN.format("<motorConstant>nan</motorConstant>"), "motorConstant='nan'"),
+    "a frame around itself": (
+        SDF.format(
+            LINK.replace("><inertial", '><pose relative_to="body">0 0 0 0 0 0</pose><inertial', 1)
+        ),
+        "relative to itself",
+    ),
+}
+MISTAKES = {
+    "a joint that URDF has not": (
+        SDF.format(LINK + CHILD + JOINT.format("screw", "arm", "0 0 1")),
+        "screw",
+    ),
+    "a child that is not there": (
+        SDF.format(LINK + CHILD + JOINT.format("revolute", "arn", "0 0 1")),
+        "Did you mean 'arm'?",
+    ),
+    "an axis of two numbers": (
+        SDF.format(LINK + CHILD + JOINT.format("revolute", "arm", "0 1")),
+        "axis='0 1' is not 3 finite numbers",
+    ),
+    "a decimal comma": (
+        SDF.format(LINK.replace("<ixx>.1", "<ixx>0,1")),
+        "ixx='0,1' is not a finite number",
+    ),
+    "two models": (
+        '<sdf version="1.9"><world name="w"><model name="a"/><model name="b"/></world></sdf>',
+        "holds 2 models: a, b",
+    ),
+    "a motor on a joint that is not there": (
+        SDF.format(
+            LINK
+            + CHILD.replace("arm", "rotor_0")
+            + JOINT.format("continuous", "rotor_0", "0 0 1")
+            + "<plugin filename='motor.so'><jointName>i</jointName>"
+            "<motorConstant>1e-5</motorConstant></plugin>"
+        ),
+        "names the joint 'i', which is not there",
+    ),
+    "hydrodynamics of a link that is not there": (
+        PLUGIN.format("<link_name>boddy</link_name><xU>-1</xU>"),
+        "Did you mean 'body'?",
+    ),
+    "a negative volume": (
+        PLUGIN.format("<link name='body'><volume>-1</volume></link>"),
+        "Allowed: above zero, in m^3",
+    ),
+    "added mass of seven numbers": (
+        PLUGIN.format(
+            "<link name='body'><hydrodynamic_model><added_mass>1 2 3 4 5 6 7</added_mass>"
+            "</hydrodynamic_model></link>"
+        ),
+        "7 numbers",
+    ),
+    "a mesh that is not there": (
+        SDF.format(
+            LINK.replace(
+                "</link>",
+                '<collision name="c"><geometry><mesh><uri>model://gone/a.stl</uri></mesh></geometry>'
+                "</collision></link>",
+            )
+        ),
+        "--package gone=FOLDER",
+    ),
+    "no mass": (SDF.format('<link name="body"/>'), "has no mass"),
+    "a ball joint": (
+        MJCF.format(GEOM + f'<body name="c"><joint type="ball"/>{GEOM}</body>', ""),
+        "three hinges",
+    ),
+    "a body without size": (MJCF.format('<geom type="sphere"/>', ""), "cannot be compiled"),
+    "no body": ("<mujoco><worldbody/></mujoco>", "holds no body"),
+    "a mesh of textures": (
+        MJCF.format(GEOM, "<asset><mesh name='a' file='a.png'/></asset>"),
+        "'a.png'",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", [*HOSTILE, *MISTAKES])
+def test_strangers_files_are_refused_in_words(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Two lines say what is wrong and what is allowed; no folder is left behind."""
+    text, said = {**HOSTILE, **MISTAKES}[name]
+    home = tmp_path / "loop"
+    home.mkdir()
+    (home / "robot.xml").write_text(text, encoding="utf-8")
+    (home / "model.sdf").write_text(text, encoding="utf-8")
+    (home / "a.png").write_bytes(b"x")
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "robot", "mine", "--urdf", "loop/robot.xml"]) == 2
+    err = capsys.readouterr().err
+    assert said in err
+    assert len(err.splitlines()) == 2
+    assert [path.name for path in tmp_path.iterdir()] == ["loop"]
+
+
+def test_a_wrong_medium_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The nearest of the three is named."""
+    monkeypatch.chdir(tmp_path)
+    words = ["new", "robot", "mine", "--urdf", "own_robot/hexa", "--medium", "watr"]
+    assert main(words) == 2
+    assert "Did you mean 'water'?" in capsys.readouterr().err
+
+
+def test_packages_of_macros(tmp_path: Path) -> None:
+    """$(find) reads from the given folder and from nowhere else."""
+    pytest.importorskip("xacro", reason="xacro is not installed")
+    space = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
+    body = (
+        '<link name="body"><inertial><mass value="2"/><inertia ixx="1" ixy="0" ixz="0" iyy="1"'
+        ' iyz="0" izz="1"/></inertial></link>'
+    )
+    for folder in ("here", "parts", "secret"):
+        (tmp_path / folder).mkdir()
+        inner = f'<robot {space}><xacro:property name="a" value="1"/>{body}</robot>'
+        (tmp_path / folder / "part.xacro").write_text(inner, encoding="utf-8")
+    outer = f'<robot name="r" {space}><xacro:include filename="$(find parts){{}}"/></robot>'
+    file = tmp_path / "here" / "r.xacro"
+    file.write_text(outer.format("/part.xacro"), encoding="utf-8")
+    with pytest.raises(Exception, match="--package NAME=FOLDER"):
+        scaffold_robot("mine", file, parent=tmp_path / "here")
+    given = {"parts": tmp_path / "parts"}
+    made = scaffold_robot("mine", file, parent=tmp_path / "here", packages=given)
+    assert made.robot.mass.tolist() == [2.0]
+    file.write_text(outer.format("/../secret/part.xacro"), encoding="utf-8")
+    with pytest.raises(Exception, match="lies elsewhere"):
+        scaffold_robot("mine_2", file, parent=tmp_path / "here", packages=given)
+
+
+def test_rotors_and_thrusters_together(tmp_path: Path) -> None:
+    """A vehicle for air and water has both actuators; the columns of the second follow."""
+    elements = [f'<link name="hull">{INERTIAL}</link>']
+    for k, (x, y) in enumerate(((0.2, 0.2), (-0.2, 0.2), (-0.2, -0.2), (0.2, -0.2))):
+        elements.append(
+            f'<link name="rotor_{k}"><pose>{x} {y} 0.1 0 0 0</pose>{INERTIAL}</link>'
+            f'<joint name="r{k}" type="continuous"><parent>hull</parent><child>rotor_{k}</child>'
+            "<axis><xyz>0 0 1</xyz></axis></joint><plugin filename='m'>"
+            f"<jointName>r{k}</jointName><turningDirection>{'cw' if k % 2 else 'ccw'}"
+            "</turningDirection><motorConstant>1e-4</motorConstant>"
+            "<momentConstant>0.02</momentConstant><maxRotVelocity>900</maxRotVelocity></plugin>"
+        )
+    elements.append(
+        f'<link name="screw"><pose>-0.3 0 0 0 0 0</pose>{INERTIAL}</link><joint name="s" '
+        'type="continuous"><parent>hull</parent><child>screw</child><axis><xyz>1 0 0</xyz></axis>'
+        "</joint><plugin filename='t'><joint_name>s</joint_name><max_thrust_cmd>30</max_thrust_cmd>"
+        "</plugin>"
+    )
+    file = tmp_path / "m.sdf"
+    file.write_text(SDF.format("".join(elements)), encoding="utf-8")
+    made = scaffold_robot("mine", file, parent=tmp_path)
+    data = yaml.safe_load((made.folder / "robot.yaml").read_text(encoding="utf-8"))
+    assert data["actuators"]["thrusters"]["first"] == 4
+    assert made.medium.value == "both"
+    from seals.config.compose import compose
+    from seals.run.build import build_run
+    from seals.run.simulation import simulate
+
+    words = [f"robot={made.folder}", "water=fossen", "time.duration=0.02"]
+    assert simulate(build_run(compose(words))).log.rows > 1
