@@ -22,6 +22,13 @@ if TYPE_CHECKING:
     from seals.arrays import columns as columns
     from seals.arrays import namespace as namespace
     from seals.batch import BatchDynamics as BatchDynamics
+    from seals.control.allocation import Allocation as Allocation
+    from seals.control.plant import Plant as Plant
+    from seals.control.protocols import ActuatorCommand as ActuatorCommand
+    from seals.control.protocols import ControllerOptions as ControllerOptions
+    from seals.control.protocols import Goal as Goal
+    from seals.control.protocols import Reference as Reference
+    from seals.control.protocols import RobotState as RobotState
     from seals.effects.effect import Effect as Effect
     from seals.effects.effect import MediumKind as MediumKind
     from seals.effects.effect import Parameters as Parameters
@@ -45,11 +52,15 @@ if TYPE_CHECKING:
     from seals.sensors.instrument import Instrument as Instrument
     from seals.sensors.noise import Noise as Noise
     from seals.sensors.protocol import SensorInput as SensorInput
+    from seals.state_records import state_record as state_record
     from seals.sysid.calibration.estimator import Calibrator as Calibrator
     from seals.sysid.calibration.estimator import calibrate as calibrate
     from seals.sysid.report.estimator import MissingEffect as MissingEffect
+    from seals.testing.control import check_controller as check_controller
+    from seals.testing.control import check_guide as check_guide
     from seals.testing.effect import check_effect as check_effect
     from seals.testing.sensor import check_sensor as check_sensor
+    from seals.testing.task import check_task as check_task
     from seals.world.ledger import Ledger as Ledger
     from seals.world.world import World as World
 
@@ -78,6 +89,17 @@ _HOMES = {
     "SensorInput": "seals.sensors.protocol",
     "Noise": "seals.sensors.noise",
     "check_sensor": "seals.testing.sensor",
+    "Allocation": "seals.control.allocation",
+    "Plant": "seals.control.plant",
+    "ActuatorCommand": "seals.control.protocols",
+    "ControllerOptions": "seals.control.protocols",
+    "Goal": "seals.control.protocols",
+    "Reference": "seals.control.protocols",
+    "RobotState": "seals.control.protocols",
+    "state_record": "seals.state_records",
+    "check_controller": "seals.testing.control",
+    "check_guide": "seals.testing.control",
+    "check_task": "seals.testing.task",
     "MediumKind": "seals.effects.effect",
     "Parameters": "seals.effects.effect",
     "Identification": "seals.effects.identification",

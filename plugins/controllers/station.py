@@ -11,7 +11,7 @@ from seals.arrays import Floats
 from seals.control import ActuatorCommand, Plant, Reference, RobotState
 from seals.control.added import added_inertia
 from seals.control.allocation import Allocation, Saturation
-from seals.control.attitude import attitude_error, cross3, lean_for
+from seals.control.attitude import attitude_error, lean_for
 from seals.control.axes import (
     HEAVE,
     SURGE,
@@ -23,9 +23,10 @@ from seals.control.axes import (
     priority_weights,
     wrench_matrix,
 )
-from seals.control.filters import Lag
+from seals.control.filters import Lag, summed
 from seals.control.limbs import joint_targets, stowed
 from seals.control.mass_properties import MassPropertyEstimator
+from seals.control.model_wrench import model_wrench
 from seals.control.protocols import ControllerOptions
 from seals.errors import ConfigError
 from seals.schema import param
@@ -190,41 +191,20 @@ class Station(ControllerOptions):
         spin = aim.yaw_rate * s.rotation[2]
         want = -self.turn_gain * turn_error - self.spin_gain * (s.angular_velocity - spin)
         want = want - self.turn_sum_gain * memory.turn_sum
+        wrench = model_wrench(s, asked @ s.rotation, want, added=self._added, gravity=self._g)
         wanted = self._allocation.commands(
-            self._wrench(s, asked, want)[self._rows],
-            s.centre,
-            gain=s.gain,
-            limit=s.limit,
-            low=s.low,
+            wrench[self._rows], s.centre, gain=s.gain, limit=s.limit, low=s.low
         )
         drive = wanted if memory.drive is None else memory.drive
         order = self._lag.quickened(wanted, drive, self.quicker, (s.low, s.limit))
         total, turn_total = memory.sum, memory.turn_sum
         if (np.abs(wanted) < s.limit).all():
-            total = _summed(total, error, s.step, self.sum_limit / max(self.sum_gain, 1e-9))
+            total = summed(total, error, s.step, self.sum_limit / max(self.sum_gain, 1e-9))
             most = self.turn_sum_limit / max(self.turn_sum_gain, 1e-9)
-            turn_total = _summed(turn_total, turn_error, s.step, most)
+            turn_total = summed(turn_total, turn_error, s.step, most)
         after = self._lag.followed(drive, order, s.step)
         joints = joint_targets(aim, memory.joints, self._plant.robot)
         return ActuatorCommand(order, joints), StationState(total, turn_total, after, joints)
-
-    def _wrench(self, s: RobotState, asked: Floats, want: Floats) -> Floats:
-        """Return force and torque about the centre of gravity, body axes [N, N m]."""
-        added = s.submersion * self._added
-        up = s.rotation[2]
-        push = asked @ s.rotation
-        force = s.mass * push + added[:3, :3] @ push
-        force = force + (s.mass * self._g - s.buoyancy.force) * up
-        torque = (s.inertia + added[3:, 3:]) @ want + cross3(
-            s.angular_velocity, s.inertia @ s.angular_velocity
-        )
-        torque = torque - cross3(s.buoyancy.centre - s.centre, s.buoyancy.force * up)
-        return np.concatenate((force, torque))
-
-
-def _summed(total: Floats, error: Floats, step: float, most: float) -> Floats:
-    more: Floats = np.minimum(np.maximum(total + step * error, -most), most)
-    return more
 
 
 def _unfit(plant: Plant, missing: list[int]) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.control import Plant, Reference, RobotState
+from seals.control.protocols import Goal
 from seals.control.tracking import Place, pursued
 from seals.errors import ConfigError
 from seals.robot.limbs import Arm
@@ -54,6 +55,7 @@ class Hover:
         seed: of the random motion.
         position_gain: of the position's error [1/s].
         speed: largest speed back to the place [m/s].
+        tolerance: distance at the end within which the place counts as held [m].
 
     Example:
         >>> Hover(arm=ArmMotion.sweep).frequency
@@ -80,6 +82,9 @@ class Hover:
         1.8, "1/s", bounds=(0.0, 50.0), tolerance=0.0, source="chosen: below the speed's", fit=False
     )
     speed: float = param(1.0, "m/s", bounds=(0.0, 50.0), tolerance=0.0, source="chosen", fit=False)
+    tolerance: float = param(
+        0.05, "m", bounds=(0.0, 1e4), tolerance=0.0, source="chosen: 5 cm", fit=False
+    )
 
     def __post_init__(self) -> None:
         """Refuse lists of wrong length."""
@@ -115,6 +120,10 @@ class Hover:
     def finished(self, memory: HoverState) -> bool | None:
         """Return None: a hover never ends."""
         return None
+
+    def goals(self, memory: HoverState) -> tuple[Goal, ...]:
+        """Return the place to hold."""
+        return (Goal("hover", memory.place, self.tolerance, held=True),)
 
     def stage(self, memory: HoverState) -> str:
         """Return the kind of arm motion."""

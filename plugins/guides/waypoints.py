@@ -11,6 +11,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.control import Plant, Reference, RobotState
+from seals.control.protocols import Goal
 from seals.control.tracking import Place, minimum_jerk, pursued
 from seals.errors import ConfigError
 from seals.schema import param
@@ -49,6 +50,7 @@ class Waypoints:
         repeat: whether it begins anew after the last place.
         face_ahead: whether the heading follows the way; otherwise that of the start is kept.
         position_gain: of the position's error [1/s].
+        tolerance: distance within which a place counts as reached [m].
 
     Example:
         >>> Waypoints(places=[[0.0, 0.0, 1.0], [1.0, 0.0, 1.0]]).speed
@@ -66,6 +68,9 @@ class Waypoints:
     face_ahead: bool = False
     position_gain: float = param(
         1.8, "1/s", bounds=(0.0, 50.0), tolerance=0.0, source="chosen: below the speed's", fit=False
+    )
+    tolerance: float = param(
+        0.05, "m", bounds=(0.0, 1e4), tolerance=0.0, source="chosen: 5 cm", fit=False
     )
 
     def __post_init__(self) -> None:
@@ -96,6 +101,13 @@ class Waypoints:
         legs = self._legs(memory)
         done = memory.now - memory.time >= legs[-1].end + self.rest
         return True if done and not self.repeat else None
+
+    def goals(self, memory: WaypointState) -> tuple[Goal, ...]:
+        """Return the places to be visited."""
+        return tuple(
+            Goal(f"place {k + 1}", np.array(place, dtype=float), self.tolerance)
+            for k, place in enumerate(self.places)
+        )
 
     def stage(self, memory: WaypointState) -> str:
         """Return the number of the next waypoint."""

@@ -32,12 +32,15 @@ SLUGGISH = {"roll": 5.0, "pitch": 5.0, "yaw": 0.5}
 """Angular accelerations below which flying gets hard [rad/s^2]."""
 
 
-def look_at_drives(robot: RobotModel, actuators: Mapping[str, Effect]) -> Iterator[RobotFinding]:
+def look_at_drives(
+    robot: RobotModel, actuators: Mapping[str, Effect], *, steers: bool = False
+) -> Iterator[RobotFinding]:
     """Yield findings about thrust and control allocation.
 
     Args:
         robot: the robot.
         actuators: by instance name; servos are passed over.
+        steers: whether it commands surge and yaw by thrusters or fins: other axes may be passive.
 
     Raises:
         ConfigError: the actuators do not fit together or sit on unknown links.
@@ -50,7 +53,7 @@ def look_at_drives(robot: RobotModel, actuators: Mapping[str, Effect]) -> Iterat
     rotor = np.array([kind == ROTOR for kind in layout.kind])
     if rotor.any():
         yield from _hover(matrix[:, rotor], body.mass)
-    yield from _allocation(layout, matrix, body)
+    yield from _allocation(layout, matrix, body, steers)
     if rotor.any():
         yield from _authority(robot, matrix[:, rotor], body.mass)
 
@@ -86,11 +89,15 @@ def _hover(matrix: Floats, mass: float) -> Iterator[RobotFinding]:
         yield passed(subject, found)
 
 
-def _allocation(layout: Layout, matrix: Floats, body: FloatingBody) -> Iterator[RobotFinding]:
+def _allocation(
+    layout: Layout, matrix: Floats, body: FloatingBody, steers: bool
+) -> Iterator[RobotFinding]:
     """Rank and condition number of the map from drives to force and moments."""
     reach: CommandedDirections = commanded_directions(matrix, body.gravity_centre, layout.position)
     found = f"{layout.drives} drive(s), rank {reach.rank} of {reach.wanted}"
-    if reach.rank < reach.wanted:
+    if reach.rank < reach.wanted and steers:
+        yield passed("allocation", f"{found}: the rest is passive")
+    elif reach.rank < reach.wanted:
         advice = (
             "Some motion cannot be commanded; check positions, axes, directions and coefficients."
         )

@@ -14,8 +14,8 @@ from seals.check.joints import look_at_joints, look_at_servos
 from seals.check.limbs import look_at_limbs
 from seals.check.meshes import look_at_meshes
 from seals.check.mimics import look_at_mimics
+from seals.check.reach import FRESH_WATER, look_at_reach, reach_of
 from seals.effects.effect import Effect
-from seals.environment.seawater import density_of
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
 from seals.robot.settings import RobotSettings
@@ -24,18 +24,19 @@ __all__ = ["FRESH_WATER", "RobotFinding", "Verdict", "check_robot"]
 
 TRIFLE = 0.03
 """Share of the whole mass up to which a link may lack collision shapes and a hull [1]."""
-FRESH_WATER = float(density_of(np.array(20.0), np.array(0.0)))
-"""Density of fresh water at 20 degC [kg/m^3]."""
 
 
 def check_robot(
-    settings: RobotSettings, actuators: Mapping[str, Effect] | None = None
+    settings: RobotSettings,
+    actuators: Mapping[str, Effect] | None = None,
+    effects: Mapping[str, Effect] | None = None,
 ) -> list[RobotFinding]:
     """Check mass, inertia, hulls, floating, drives, joints and meshes of a robot.
 
     Args:
         settings: the robot folder as configured.
         actuators: of the robot, by instance name.
+        effects: of the robot, by instance name.
 
     Raises:
         RobotError: the robot's files cannot be read at all; nothing can be said about it then.
@@ -43,7 +44,9 @@ def check_robot(
     robot = build_robot(settings)
     looks = (_mass, _inertia, _links, _floating)
     found = [finding for look in looks for finding in look(robot)]
-    found += look_at_drives(robot, actuators or {})
+    reach = reach_of(robot, actuators or {}, effects)
+    found += look_at_drives(robot, actuators or {}, steers=reach is not None and reach.steers)
+    found += [] if reach is None else look_at_reach(reach, FloatingBody(robot))
     found += [*look_at_joints(robot), *look_at_limbs(robot)]
     found += look_at_servos(robot, actuators or {})
     return [*found, *look_at_mimics(settings), *look_at_meshes(settings)]

@@ -38,7 +38,7 @@ def check(arguments: list[str]) -> int:
 
     from seals.check.robot import check_robot
 
-    findings = check_robot(settings, run.actuators)
+    findings = check_robot(settings, run.actuators, run.effects)
     show(str(config.robot.name), findings)
     return 1 if any(finding.verdict.value == "fail" for finding in findings) else 0
 

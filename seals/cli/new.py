@@ -11,12 +11,12 @@ from seals.errors import ConfigError, suggestion
 if TYPE_CHECKING:
     from seals.scaffold.robot import NewRobot
 
-KINDS = ("robot", "datasheet", "effect", "sensor")
+PLUGINS = ("effect", "sensor", "controller", "guide", "task")
+KINDS = ("robot", "datasheet", *PLUGINS)
 OPTIONS = {
     "robot": ("urdf", "package", "density", "medium"),
     "datasheet": ("log", "robot", "replace"),
-    "effect": (),
-    "sensor": (),
+    **dict.fromkeys(PLUGINS, ()),
 }
 """Options after the name; each may be written ``--urdf FILE`` or ``urdf=FILE``."""
 
@@ -181,10 +181,16 @@ def _told(name: str, made: NewRobot) -> Iterator[str]:
         yield from (f"  {remark}" for remark in made.remarks)
     yield "Next:"
     yield f"  seals check robot={name}"
-    kinds = [drives.kind for drives in made.drives]
-    around = "water=fossen"
-    if "rotor" in kinds:
-        around = "guide=hover controller=cascade initial.position=[0,0,2]"
-    elif kinds and made.pushes_every_way:
-        around = "water=fossen guide=hover controller=station initial.position=[0,0,-2]"
-    yield f"  seals run robot={name} {around}"
+    yield f"  seals run robot={name} {_first_run(name)}"
+
+
+def _first_run(name: str) -> str:
+    """Words of a run in which the new robot does what it can, by the facts of ``seals check``."""
+    from seals.check.reach import reach_of
+    from seals.config.compose import compose
+    from seals.robot.build import build_robot
+    from seals.run.build import build_run
+
+    run = build_run(compose([f"robot={name}"]))
+    reach = reach_of(build_robot(run.robot), run.actuators, run.effects)
+    return "water=fossen" if reach is None else reach.first_run()

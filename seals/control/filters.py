@@ -122,3 +122,9 @@ class Lag:
             lag = fall if abs(u) < abs(x) else rise
             out.append(u + (x - u) * math.exp(-step / lag))
         return np.array(out)
+
+
+def summed(total: Floats, error: Floats, step: float, most: float) -> Floats:
+    """Return an integral after one more period, each component limited to ``most``."""
+    more: Floats = np.minimum(np.maximum(total + step * error, -most), most)
+    return more

@@ -216,9 +216,35 @@ class Controller(Protocol):
         ...
 
 
+class Goal(NamedTuple):
+    """Place that a guide is to bring the robot to, for the report of a run.
+
+    Args:
+        name: of the goal.
+        position: of the body origin, world [m], shape (3,).
+        tolerance: distance within which it counts as reached [m].
+        held: whether the robot is to be there at the end, and not only to pass.
+    """
+
+    name: str
+    position: Floats
+    tolerance: float = 0.05
+    held: bool = False
+
+
+class GuideOptions:
+    """Optional methods of a guide and their defaults; see `options_of`."""
+
+    def goals(self, memory: Any) -> tuple[Goal, ...]:
+        """Return the places that it is to reach, in order, from its memory."""
+        return ()
+
+
 @runtime_checkable
 class Guide(Protocol):
     """Guide: reference generator; a keyword-only dataclass with explicit memory.
+
+    What a guide may have beside these, and the defaults: `GuideOptions`.
 
     Attributes:
         rate: calls a second [Hz].

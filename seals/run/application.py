@@ -17,6 +17,7 @@ from seals.run.checkpoint import Checkpoints, checkpoint_of, interval_of
 from seals.run.compare_runs import differences, version_changes
 from seals.run.conflicting_settings import find_conflicts
 from seals.run.folder import write_config, write_cut, write_end, write_log, write_start
+from seals.run.goals import missed
 from seals.run.left_out import find_left_out
 from seals.run.particle_snapshots import Thinned
 from seals.run.provenance import provenance
@@ -157,7 +158,7 @@ def _run_into(
     )
     record.log.meta["simulated"][RUN_ID] = facts[RUN_ID]
     write_log(folder, record, settings)
-    remarks = find_unused(settings, overrides) + find_conflicts(settings)
+    remarks = missed(record) + find_unused(settings, overrides) + find_conflicts(settings)
     remarks += find_left_out(settings)
     remarks += [] if original is None else _verdict(folder, original)
     remarks += [] if cut is None else [f"Taken up at the last checkpoint of {cut}."]

@@ -11,6 +11,7 @@ from seals.config.plugin_lookup import plugin_name
 from seals.report import Block, Code, Facts, Fold, Paragraph, Section, Table, write_page
 from seals.report.pictures import write_picture
 from seals.report.style import unit_text
+from seals.run.goals import goal_blocks
 from seals.run.settings import RunSettings
 from seals.run.simulation import Ending, Record
 from seals.run.views import Views, first_touch
@@ -34,8 +35,10 @@ def write_report(
     folder: Path, record: Record, settings: RunSettings, views: Views, facts: dict[str, Any]
 ) -> Path:
     """Write ``report.html`` into the folder of a run."""
+    aims = goal_blocks(record)
     sections = [
         Section(title="In short", blocks=_overview(record, settings)),
+        *([Section(title="Wanted and achieved", blocks=aims)] if aims else []),
         Section(title="How it moved", blocks=[*views.motion, *views.joints]),
         _load_section(record, views, settings),
         Section(title="What the inertial sensor felt", blocks=list(views.imu)),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from seals.control.protocols import Goal
 from seals.state_records import fits
 from seals.world.pilot import Pilot
 
@@ -51,6 +52,11 @@ class Stages:
     def outcome(self) -> bool | None:
         """Return True when the guide is done, False when it gave up, None otherwise."""
         return None if self._pilot is None else self._pilot.finished
+
+    @property
+    def goals(self) -> tuple[Goal, ...]:
+        """Places that the guide is to reach; empty without a guide."""
+        return () if self._pilot is None else self._pilot.goals
 
     def described(self) -> dict[str, Any]:
         """Return the entry of ``meta.yaml``; empty without a guide."""

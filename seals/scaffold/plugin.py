@@ -1,4 +1,4 @@
-"""``seals new effect`` and ``seals new sensor``: generate a plug-in package."""
+"""``seals new effect``, ``sensor``, ``controller``, ``guide``, ``task``: plug-in packages."""
 
 from __future__ import annotations
 
@@ -9,14 +9,25 @@ from pathlib import Path
 from seals.scaffold.naming import free_name
 from seals.scaffold.writing import rendered
 
-_CLASS = {"effect": "", "sensor": "Sensor"}
+_CLASS = {"effect": "", "sensor": "Sensor", "controller": "", "guide": "", "task": "Task"}
+_ROBOT = {"controller": "auv", "guide": "auv", "task": "auv"}
+"""Robot on which the contract of a new plug-in is checked; others need none."""
+_PROMISE = {
+    "effect": "Units, pure hooks, twin and simulator alike",
+    "sensor": "Due readings, one seed one record",
+    "controller": "Equal answers, memory left alone, commands within limits",
+    "guide": "Equal answers, memory left alone, finite references",
+    "task": "One seed one start, pure laws, one finite row an episode",
+}
+PLUGINS = tuple(_CLASS)
+"""Kinds of plug-ins that can be generated."""
 
 
 def scaffold_plugin(kind: str, name: str, *, parent: Path) -> Iterator[str]:
     """Create the package ``seals-NAME``; yield a summary and the next steps.
 
     Args:
-        kind: effect or sensor.
+        kind: one of `PLUGINS`.
         name: of the plug-in, as configurations will say it.
         parent: folder in which the package is made.
 
@@ -28,6 +39,7 @@ def scaffold_plugin(kind: str, name: str, *, parent: Path) -> Iterator[str]:
     folder = free_name(kind, name, parent, folder=f"seals-{title}")
     cls = _CLASS[kind] + "".join(word.capitalize() for word in name.split("_"))
     facts = {"kind": kind, "name": name, "title": title, "package": package, "class": cls}
+    facts |= {"robot": _ROBOT.get(kind, ""), "promise": _PROMISE[kind]}
     files = {
         "pyproject.toml": "pyproject.toml.jinja",
         "README.md": "plugin.md.jinja",

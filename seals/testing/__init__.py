@@ -13,6 +13,7 @@ from seals.testing.learner import LearnerReport, check_learner
 from seals.testing.reader import ReaderReport, check_reader
 from seals.testing.robot import RobotReport, check_robot
 from seals.testing.sensor import SensorReport, check_sensor
+from seals.testing.task import TaskReport, check_task
 from seals.testing.waves import WavesReport, check_waves
 
 __all__ = [
@@ -25,6 +26,7 @@ __all__ = [
     "ReaderReport",
     "RobotReport",
     "SensorReport",
+    "TaskReport",
     "WavesReport",
     "check_backend",
     "check_controller",
@@ -35,5 +37,6 @@ __all__ = [
     "check_reader",
     "check_robot",
     "check_sensor",
+    "check_task",
     "check_waves",
 ]

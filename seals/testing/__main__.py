@@ -18,6 +18,7 @@ from seals.testing import (
     check_reader,
     check_robot,
     check_sensor,
+    check_task,
     check_waves,
 )
 
@@ -38,6 +39,7 @@ CHECKS: dict[str, Callable[[str], Any]] = {
     "sensor": check_sensor,
     "guide": check_guide,
     "controller": check_controller,
+    "task": check_task,
     "wave": check_waves,
 }
 """The check of each kind of plug-in."""

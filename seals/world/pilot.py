@@ -13,7 +13,7 @@ from seals.control import ActuatorCommand, Controller, Guide, Plant, Reference, 
 from seals.control.actuator_limits import ActuatorLimitEstimator, ActuatorLimits
 from seals.control.estimate import Estimate, Estimator
 from seals.control.mass_properties import ImmersionEstimator, MassNow, MassPropertyEstimator
-from seals.control.protocols import Buoyancy, ControllerOptions
+from seals.control.protocols import Buoyancy, ControllerOptions, Goal, GuideOptions
 from seals.environment.sample import Sample
 from seals.errors import PhysicsError
 from seals.motion import Joints, Motion
@@ -111,6 +111,12 @@ class Pilot:
     def finished(self) -> bool | None:
         """Return True when the guide is done, False when it gave up, None while it goes on."""
         return None if self._kept.guide is None else self.guide.finished(self._kept.guide)
+
+    @property
+    def goals(self) -> tuple[Goal, ...]:
+        """Places that the guide is to reach; empty before the start."""
+        memory = self._kept.guide
+        return () if memory is None else options_of(self.guide, GuideOptions).goals(memory)
 
     @property
     def aim(self) -> Reference | None:

@@ -8,13 +8,16 @@ import numpy as np
 import pytest
 
 from seals import registry
+from seals.arrays import Array
 from seals.control import ActuatorCommand, Reference, RobotState
+from seals.learn.task import Instant
 from seals.plugins.controllers.station import Station
 from seals.plugins.guides.hover import Hover
-from seals.testing import ContractError, check_controller, check_guide
+from seals.plugins.tasks.hover import TaskHover
+from seals.testing import ContractError, check_controller, check_guide, check_task
 
-ROBOTS = {"station": "auv", "gait": "crab", "cpg": "crab"}
-ALONE = ("hover", "oval", "waypoints", "march", "wander", "seek", "freeze")
+ROBOTS = {"station": "auv", "autopilot": "torpedo", "gait": "crab", "cpg": "crab"}
+ALONE = ("hover", "oval", "waypoints", "los", "march", "wander", "seek", "freeze")
 """Guides that need nothing beside the robot: no object, no script."""
 
 
@@ -63,3 +66,40 @@ def test_a_controller_that_commands_beyond_the_limits_is_refused() -> None:
     """The refusal tells commands and limits."""
     with pytest.raises(ContractError, match="to drives from"):
         check_controller(StationWild, robot="auv")
+
+
+@pytest.mark.parametrize("name", registry.names("task"))
+def test_an_installed_task_keeps_the_contract(name: str) -> None:
+    """One seed draws one start; laws are pure and return a finite row an episode."""
+    robot = {"walk": "crab", "station": "auv"}.get(name, "aam")
+    assert check_task(name, robot=robot).observations > 3
+
+
+@dataclass(kw_only=True)
+class TaskCounting(TaskHover):
+    """A task that counts its calls in itself."""
+
+    calls: list[int] = field(default_factory=list)
+
+    def reward(self, now: Instant, before: Instant, memory: Array) -> tuple[Array, Array]:
+        """Return a reward that grows with every call."""
+        self.calls.append(1)
+        return self.distance(now) + len(self.calls), memory
+
+
+@dataclass(kw_only=True)
+class TaskLong(TaskHover):
+    """A task whose scripted policy acts beyond 1."""
+
+    def scripted_policy(self, now: Instant) -> Array:
+        """Return twice the largest action."""
+        return now.position * 0.0 + 2.0
+
+
+@pytest.mark.parametrize(
+    ("task", "words"), [(TaskCounting, "reward gives two answers"), (TaskLong, "acts by 2")]
+)
+def test_a_task_that_breaks_its_contract_is_refused(task: type, words: str) -> None:
+    """State of its own, and actions beyond their range, are named."""
+    with pytest.raises(ContractError, match=words):
+        check_task(task)

@@ -1,17 +1,20 @@
-"""``seals new effect`` and ``seals new sensor``: what they make keeps the contract as it stands."""
+"""``seals new``: the plug-ins that it makes keep the contract of their kind as they stand."""
 
 from __future__ import annotations
 
 import ast
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from seals.cli.main import main
 from seals.config.compose import compose
 from seals.run.build import build_run
-from seals.testing import check_effect, check_sensor
+from seals.run.goals import goal_results
+from seals.run.simulation import simulate
+from seals.testing import check_controller, check_effect, check_guide, check_sensor, check_task
 from seals.testing.scenes import Case
 
 Install = Callable[[str, str, dict[str, str]], Path]
@@ -52,7 +55,39 @@ def test_a_new_sensor_keeps_its_contract(packaged: Install) -> None:
     assert check_sensor("speed_log").channels == {"speed_log": 3}
 
 
-@pytest.mark.parametrize("kind", ["effect", "sensor"])
+@pytest.mark.parametrize(
+    ("kind", "check"),
+    [("controller", check_controller), ("guide", check_guide), ("task", check_task)],
+)
+def test_a_new_plugin_of_control_keeps_its_contract(
+    packaged: Install, kind: str, check: Callable[..., Any]
+) -> None:
+    """Installed by its own entry point, it passes the check that its own test calls."""
+    folder = packaged(kind, "circling", {})
+    assert (
+        f'check_{kind}("circling", robot="auv")' in (folder / "tests/test_circling.py").read_text()
+    )
+    assert check("circling", robot="auv").name == "circling"
+
+
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [
+        ("controller", ["controller=my_own", "guide=hover", "guide.position=[0.5,0,-2.2]"]),
+        ("guide", ["guide=my_own", "controller=station", "guide.period=20"]),
+    ],
+)
+def test_a_new_plugin_of_control_flies(packaged: Install, kind: str, words: list[str]) -> None:
+    """Beside one that ships, the guide's circle and the controller's place come within 10 cm."""
+    packaged(kind, "my_own", {})
+    around = ["robot=auv", "water=fossen", "initial.position=[0,0,-2]", "time.duration=12"]
+    record = simulate(build_run(compose([*words, *around, "time.step=0.008"])))
+    assert record.error is None
+    (result,) = goal_results(record)
+    assert result.distance < 0.1, str(result)
+
+
+@pytest.mark.parametrize("kind", ["effect", "sensor", "controller", "guide", "task"])
 def test_every_file_of_a_new_package_is_sound(packaged: Install, kind: str) -> None:
     """All Python parses and has docstrings; nothing of the template is left."""
     folder = packaged(kind, "two_words", {})

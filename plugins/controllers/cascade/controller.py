@@ -13,7 +13,7 @@ from seals.control import ActuatorCommand, Plant, Reference, RobotState
 from seals.control.added import added_inertia, water_drag
 from seals.control.allocation import LIFT_ROWS, Allocation
 from seals.control.attitude import attitude_error, cross3, lean_for
-from seals.control.filters import Lag, Rate, Trend
+from seals.control.filters import Lag, Rate, Trend, summed
 from seals.control.limbs import Reckoned, joint_targets, servo_lag, stowed, way_of
 from seals.control.mass_properties import MassPropertyEstimator
 from seals.control.plant import ROTOR
@@ -264,12 +264,6 @@ def shortened(vector: Floats, longest: float) -> Floats:
     """Return a vector limited to the length ``longest``."""
     length = math.sqrt(vector @ vector)
     return vector if length <= longest else vector * (longest / length)
-
-
-def summed(total: Floats, error: Floats, step: float, most: float) -> Floats:
-    """Return an integral after one more period, each component limited to ``most``."""
-    more: Floats = np.minimum(np.maximum(total + step * error, -most), most)
-    return more
 
 
 def refuse_unfit(plant: Plant) -> None:

@@ -1,0 +1,269 @@
+"""Autopilot of vehicles that steer: speed, heading and climb by thrusters and fins."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.control import ActuatorCommand, Plant, Reference, RobotState
+from seals.control.added import added_inertia, water_drag
+from seals.control.allocation import Allocation, Saturation
+from seals.control.attitude import attitude_error, cross3
+from seals.control.axes import (
+    PITCH,
+    ROLL,
+    SURGE,
+    YAW,
+    commanded_axes,
+    mean_arm,
+    named_axes,
+    priority_weights,
+    wrench_matrix,
+)
+from seals.control.filters import Lag, summed
+from seals.control.fins import fins_of, with_fins
+from seals.control.limbs import joint_targets, stowed
+from seals.control.mass_properties import MassPropertyEstimator
+from seals.control.model_wrench import model_wrench
+from seals.control.protocols import ControllerOptions
+from seals.errors import ConfigError
+from seals.schema import param
+from seals.state_records import state_record
+
+STEERED = (SURGE, YAW, PITCH, ROLL)
+"""Axes of a vehicle that steers, in the order in which they claim drives and fins."""
+NEEDED = (SURGE, YAW)
+
+
+@state_record
+class AutopilotState(NamedTuple):
+    """State of the autopilot between calls; immutable.
+
+    Args:
+        speed_sum: of the speed error [m].
+        climb_sum: of the error of the vertical velocity [m].
+        turn_sum: of the attitude error, body axes [rad s], shape (3,).
+        drive: states of the thrusters as reckoned, shape (n,); None before the first.
+        joints: targets of the joints [rad or m], shape (J,).
+    """
+
+    speed_sum: float
+    climb_sum: float
+    turn_sum: Floats
+    drive: Floats | None
+    joints: Floats
+
+
+@dataclass(kw_only=True)
+class Autopilot(ControllerOptions):
+    """Autopilots of speed, heading and depth for a vehicle that goes where its nose points.
+
+    The heading is that of the reference, the speed the size of its velocity, the climb that of its
+    vertical part. Torques are made by thrusters and by fins: links under the effect ``lift`` that a
+    servo turns. Without a pitch to command, as on a boat, the climb is left out.
+
+    Equation:
+        F_x = m_x (k_p (U - u) + k_i sum) + D U abs(U), pitch angle theta = gamma + (k_c (w_ref -
+        w) + k_z sum (w_ref - w)) / U within its limit, T = J (-k_R e_R - k_w (w - w_d) - k_I sum
+        e_R) + w x J w - buoyancy's torque + v x M_A v; fins by their lift at the speed, L = rho A_L
+        u^2 d / 2.
+
+    Args:
+        rate: calls a second [Hz].
+        sense: sensor of pose and velocity, or ``truth``.
+        saturation: what gives way when the drives cannot do all: ``paper`` or ``priority``.
+        priority: ranks of the axes with ``priority``; see `Station`.
+        position_gain: of the error of a position that the aim gives [1/s].
+        speed_gain: k_p of the speed [1/s].
+        speed_sum_gain: k_i [1/s^2].
+        speed_sum_limit: largest acceleration by that sum [m/s^2].
+        climb_gain: k_c [1].
+        climb_sum_gain: k_z [1/s].
+        pitch_limit: largest pitch angle [rad].
+        turn_gain: k_R [1/s^2].
+        spin_gain: k_w [1/s].
+        turn_sum_gain: k_I [1/s^3].
+        turn_sum_limit: largest angular acceleration by that sum [rad/s^2].
+        turn_limit: largest rate of turn that an attitude error asks for [rad/s].
+        least_speed: below which fins are taken to meet this speed [m/s].
+        quicker: how many times faster than by their own lag the thrusters are made to follow [1].
+
+    Assumptions:
+        The speed over ground is about that through the water; fins lie in the undisturbed flow.
+
+    Valid range:
+        Forward speeds above ``least_speed``; pitch angles below stall and 60 degrees.
+
+    Limitations:
+        It does not hold a place. Sway and heave are passive; sideslip in turns is left to the
+        guide.
+
+    References:
+        Fossen 2021, Handbook of Marine Craft Hydrodynamics and Motion Control, ch. 15.
+    """
+
+    rate: float = param(
+        50.0, "Hz", bounds=(0.1, 1e4), tolerance=0.0, source="chosen: every step", fit=False
+    )
+    sense: str = "truth"
+    saturation: Saturation = Saturation.priority
+    priority: list[str] = field(default_factory=lambda: ["surge+pitch+yaw", "roll"])
+    position_gain: float = param(
+        0.2,
+        "1/s",
+        bounds=(0.0, 100.0),
+        tolerance=0.0,
+        source="chosen: slower than pitch",
+        fit=False,
+    )
+    speed_gain: float = param(
+        1.0, "1/s", bounds=(0.0, 100.0), tolerance=0.0, source="chosen: 1 s", fit=False
+    )
+    speed_sum_gain: float = param(
+        0.2, "1/s^2", bounds=(0.0, 100.0), tolerance=0.0, source="chosen: 5 s", fit=False
+    )
+    speed_sum_limit: float = param(
+        1.0, "m/s^2", bounds=(0.0, 100.0), tolerance=0.0, source="chosen: drag", fit=False
+    )
+    climb_gain: float = param(
+        0.5, "1", bounds=(0.0, 10.0), tolerance=0.0, source="chosen: mostly fed forward", fit=False
+    )
+    climb_sum_gain: float = param(
+        0.3, "1/s", bounds=(0.0, 10.0), tolerance=0.0, source="chosen: trim in 5 s", fit=False
+    )
+    pitch_limit: float = param(
+        0.5, "rad", bounds=(0.0, 1.2), tolerance=0.0, source="chosen: 29 degrees", fit=False
+    )
+    turn_gain: float = param(
+        2.0, "1/s^2", bounds=(0.0, 1e4), tolerance=0.0, source="chosen: 1.4 rad/s", fit=False
+    )
+    spin_gain: float = param(
+        2.2, "1/s", bounds=(0.0, 1e3), tolerance=0.0, source="chosen: damping ratio 0.8", fit=False
+    )
+    turn_sum_gain: float = param(
+        0.05, "1/s^3", bounds=(0.0, 1e3), tolerance=0.0, source="chosen: slow trim", fit=False
+    )
+    turn_sum_limit: float = param(
+        0.3, "rad/s^2", bounds=(0.0, 1e3), tolerance=0.0, source="chosen: half of fins", fit=False
+    )
+    turn_limit: float = param(
+        0.25, "rad/s", bounds=(1e-3, 100.0), tolerance=0.0, source="chosen: fins stop it", fit=False
+    )
+    least_speed: float = param(
+        0.3, "m/s", bounds=(1e-3, 50.0), tolerance=0.0, source="chosen: no steerage way", fit=False
+    )
+    quicker: float = param(
+        1.0, "1", bounds=(1.0, 20.0), tolerance=0.0, source="chosen: as they are", fit=False
+    )
+
+    def bind(self, plant: Plant) -> None:
+        """Find fins, commanded axes and allocation of the robot.
+
+        Raises:
+            ConfigError: drives and fins do not command surge and yaw.
+        """
+        self._plant, self._g, self._rest = plant, plant.gravity, stowed(plant.robot)
+        self._fins = fins_of(plant)
+        layout = with_fins(plant.layout, self._fins)
+        centre = MassPropertyEstimator(plant.robot).at(self._rest).centre
+        axes = commanded_axes(wrench_matrix(layout, centre), mean_arm(layout, centre), STEERED)
+        missing = [k for k in NEEDED if k not in axes]
+        if missing:
+            raise ConfigError(
+                f"controller=autopilot: {layout.drives} drives and fins of robot "
+                f"'{plant.robot.name}' do not command {named_axes(missing)}.\n"
+                "It takes a thruster along the vehicle, and a rudder (a link under the effect lift "
+                "that a servo turns) or a second thruster beside it"
+            )
+        self._rows, self._climbs = list(axes), PITCH in axes
+        self._turned = np.array([float(k in axes) for k in (ROLL, PITCH, YAW)])
+        weights = priority_weights(self.priority, axes)
+        self._allocation = Allocation(
+            layout, rows=axes, saturation=self.saturation, weights=weights, centre=centre
+        )
+        self._lag = Lag(plant.layout.lag, plant.layout.fall)
+        # where the error turns it at the largest rate
+        self._most_error = self.turn_limit * self.spin_gain / max(self.turn_gain, 1e-9)
+        self._added, self._drag = added_inertia(plant), float(water_drag(plant)[0])
+
+    def start(self) -> AutopilotState:
+        """Return zero integrators; fins straight, arms stowed."""
+        return AutopilotState(0.0, 0.0, np.zeros(3), None, self._rest)
+
+    def command(
+        self, situation: RobotState, aim: Reference, memory: AutopilotState
+    ) -> tuple[ActuatorCommand, AutopilotState]:
+        """Return forces of the thrusters and targets of the servos, fins among them."""
+        s = situation
+        velocity = aim.velocity
+        if aim.position is not None:
+            velocity = velocity + self.position_gain * (aim.position - s.position)
+        speed = math.sqrt(velocity @ velocity)
+        ahead = float(s.velocity @ s.rotation[:, 0])
+        climbing = float(velocity[2] - s.velocity[2])
+        pitch, climb_sum = self._pitch(velocity, climbing, speed, memory.climb_sum, s.step)
+        error = self._turned * attitude_error(s.rotation, _nose(aim.yaw, pitch))
+        near = np.abs(error) <= self._most_error
+        error = np.minimum(np.maximum(error, -self._most_error), self._most_error)
+        want = -self.turn_gain * error - self.turn_sum_gain * memory.turn_sum
+        want = want - self.spin_gain * (s.angular_velocity - aim.yaw_rate * s.rotation[2])
+        push = self.speed_gain * (speed - ahead) + self.speed_sum_gain * memory.speed_sum
+        along = np.array([push, 0.0, 0.0])
+        wrench = model_wrench(s, along, want, added=self._added, gravity=self._g)
+        wrench[SURGE] += s.submersion * self._drag * speed * abs(speed)
+        # the Munk moment of added mass turns a slender body broadside
+        through = s.velocity @ s.rotation
+        wrench[3:] += s.submersion * cross3(through, self._added[:3, :3] @ through)
+        wanted, low, limit = self._allocated(s, wrench, ahead)
+        count = self._plant.layout.drives
+        drive = wanted[:count] if memory.drive is None else memory.drive
+        order = self._lag.quickened(wanted[:count], drive, self.quicker, (s.low, s.limit))
+        joints = joint_targets(aim, memory.joints, self._plant.robot).copy()
+        joints[list(self._fins.joints)] = wanted[count:]
+        speed_sum, turn_sum = memory.speed_sum, memory.turn_sum
+        if bool(((wanted > low) & (wanted < limit)).all()):
+            # what the drives cannot do is not summed up
+            most = self.speed_sum_limit / max(self.speed_sum_gain, 1e-9)
+            speed_sum = min(max(speed_sum + s.step * (speed - ahead), -most), most)
+            most = self.turn_sum_limit / max(self.turn_sum_gain, 1e-9)
+            turn_sum = summed(turn_sum, np.where(near, error, 0.0), s.step, most)
+        after = self._lag.followed(drive, order, s.step)
+        return ActuatorCommand(order, joints), AutopilotState(
+            speed_sum, climb_sum, turn_sum, after, joints
+        )
+
+    def _pitch(
+        self, velocity: Floats, climbing: float, speed: float, sum_: float, step: float
+    ) -> tuple[float, float]:
+        """Return the wanted pitch angle, nose up [rad], and the new sum of the climb's error."""
+        if not self._climbs:
+            return 0.0, 0.0
+        climb = math.atan2(float(velocity[2]), math.hypot(float(velocity[0]), float(velocity[1])))
+        per = 1.0 / max(speed, self.least_speed)
+        pitch = climb + per * (self.climb_gain * climbing + self.climb_sum_gain * sum_)
+        if abs(pitch) >= self.pitch_limit:
+            return math.copysign(self.pitch_limit, pitch), sum_
+        return pitch, sum_ + step * climbing
+
+    def _allocated(
+        self, s: RobotState, wrench: Floats, ahead: float
+    ) -> tuple[Floats, Floats, Floats]:
+        """Return commands of thrusters and fins, and their lowest and largest."""
+        bite = np.full(len(self._fins.joints), max(ahead, self.least_speed) ** 2)
+        low = np.concatenate((s.low, -self._fins.limit))
+        limit = np.concatenate((s.limit, self._fins.limit))
+        gain = np.concatenate((s.gain, bite))
+        wanted = self._allocation.commands(
+            wrench[self._rows], s.centre, gain=gain, limit=limit, low=low
+        )
+        return wanted, low, limit
+
+
+def _nose(yaw: float, pitch: float) -> Floats:
+    """Attitude with the nose at a heading and an angle above the horizon, shape (3, 3)."""
+    c, s, u, w = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
+    return np.array([[c * u, -s, -c * w], [s * u, c, -s * w], [w, 0.0, u]])

@@ -1,0 +1,1 @@
+"""A boat of 24 kg with two thrusters."""

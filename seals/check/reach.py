@@ -1,0 +1,290 @@
+"""Reach of a robot in air and in water: axes, thrust against weight and buoyancy."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.check.finding import RobotFinding, failed, passed, warned
+from seals.check.floating import FloatingBody
+from seals.control.actuator_limits import ActuatorLimitEstimator, ActuatorLimits
+from seals.control.axes import (
+    AXES,
+    HEAVE,
+    PITCH,
+    ROLL,
+    STATION_ORDER,
+    SURGE,
+    SWAY,
+    YAW,
+    commanded_axes,
+    mean_arm,
+    named_axes,
+    wrench_matrix,
+)
+from seals.control.fins import fins_of, with_fins
+from seals.control.plant import ROTOR, Layout, Plant, build_plant
+from seals.effects.binding import bind_effects
+from seals.effects.effect import Effect
+from seals.environment.sample import Sample
+from seals.environment.seawater import density_of, viscosity_of
+from seals.environment.settings import EnvironmentSettings
+from seals.motion import Motion
+from seals.robot.model import RobotModel
+
+GRAVITY = 9.81
+FRESH_WATER = float(density_of(np.array(20.0), np.array(0.0)))
+"""Density of fresh water at 20 degC [kg/m^3]."""
+DEEP = 1000.0
+"""Depth at which every drive is under water [m]."""
+BALLAST = 0.01
+"""Net buoyancy to aim at, share of the weight: it comes up by itself [1]."""
+RESERVE = 0.5
+"""Share of the vertical thrust above which the net buoyancy leaves little to move with [1]."""
+STEERED = (SURGE, YAW, PITCH, ROLL, HEAVE, SWAY)
+
+
+class Reach(NamedTuple):
+    """Capability of a robot by its model.
+
+    Args:
+        axes: that drives and fins command, numbers into `seals.control.axes.AXES`.
+        rotors: whether its drives are rotors.
+        weight: [N].
+        buoyancy: wholly submerged in fresh water, 0 without hulls [N].
+        lift_in_air: largest level force upwards of its rotors in air [N].
+        up: largest level force upwards under water [N].
+        down: downwards [N].
+        fins: number of fins.
+    """
+
+    axes: tuple[int, ...]
+    rotors: bool
+    weight: float
+    buoyancy: float
+    lift_in_air: float
+    up: float
+    down: float
+    fins: int
+
+    @property
+    def net(self) -> float:
+        """Net buoyancy under water, upwards [N]."""
+        return self.buoyancy - self.weight
+
+    @property
+    def flies(self) -> bool:
+        """Whether rotors carry it in air."""
+        return self.rotors and self.lift_in_air > self.weight
+
+    @property
+    def keeps_station(self) -> bool:
+        """Whether it commands surge, sway, heave and yaw, and its net buoyancy."""
+        held = {SURGE, SWAY, HEAVE, YAW} <= set(self.axes)
+        return held and not self.rotors and -self.up < self.net < self.down
+
+    @property
+    def steers(self) -> bool:
+        """Whether it commands surge and yaw."""
+        return not self.rotors and {SURGE, YAW} <= set(self.axes)
+
+    def first_run(self) -> str:
+        """Return the words of a run in which it does what it can."""
+        if self.flies:
+            return "guide=hover controller=cascade initial.position=[0,0,2]"
+        if self.keeps_station:
+            return "water=fossen guide=hover controller=station initial.position=[0,0,-2]"
+        stays = self.net > 0.0 or (PITCH in self.axes and self.fins > 0)
+        if self.steers and stays and HEAVE not in self.axes:
+            depth = "-2" if self.fins and PITCH in self.axes else "0"
+            course = f"guide.places=[[20,0,{depth}]] initial.position=[0,0,{depth}]"
+            return f"water=fossen guide=los controller=autopilot {course}"
+        return "water=fossen"
+
+
+def reach_of(
+    robot: RobotModel,
+    actuators: Mapping[str, Effect],
+    effects: Mapping[str, Effect] | None = None,
+) -> Reach | None:
+    """Return what a robot can do by its drives and fins, joints at zero; None without drives.
+
+    Args:
+        robot: the robot.
+        actuators: by instance name.
+        effects: by instance name: fins, and how drives change in water.
+
+    Raises:
+        ConfigError: the actuators do not fit together or sit on unknown links.
+    """
+    environment = EnvironmentSettings(water_level=0.0, water_density=FRESH_WATER)
+    bound = bind_effects({**(effects or {}), **actuators}, robot.links)
+    plant = build_plant(robot, bound, environment)
+    layout, body = plant.layout, FloatingBody(robot)
+    if not layout.drives or robot.tree.fixed_base or body.mass <= 0.0:
+        return None
+    fins = fins_of(plant)
+    centre, rotors = body.gravity_centre, ROTOR in layout.kind
+    whole = with_fins(layout, fins)
+    order = STEERED if fins.joints else STATION_ORDER
+    axes = commanded_axes(wrench_matrix(whole, centre), mean_arm(whole, centre), order)
+    matrix = wrench_matrix(layout, centre)
+    dry = np.array([0.0 if kind == ROTOR else -1.0 for kind in layout.kind])
+    wet = _submerged(plant)
+    gain, low = _shares(layout, wet)
+    held = [k for k in axes if k != HEAVE]
+    air = matrix * np.array([float(kind == ROTOR) for kind in layout.kind])
+    return Reach(
+        axes=axes,
+        rotors=rotors,
+        weight=body.mass * GRAVITY,
+        buoyancy=FRESH_WATER * body.volume * GRAVITY,
+        lift_in_air=level_force(air, dry, held, 1.0),
+        up=level_force(matrix * gain, low, held, 1.0),
+        down=level_force(matrix * gain, low, held, -1.0),
+        fins=len(fins.joints),
+    )
+
+
+def level_force(matrix: Floats, low: Floats, held: list[int], sign: float) -> float:
+    """Return the largest vertical force without any other commanded force or moment [N].
+
+    Args:
+        matrix: wrench of each drive at its largest command, shape (6, n).
+        low: least command, share of the largest wrench, shape (n,).
+        held: rows that must vanish.
+        sign: 1 for upwards, -1 for downwards.
+    """
+    from scipy.optimize import linprog
+
+    rows = matrix[held]
+    size = np.abs(rows).max(axis=1, initial=0.0) + 1e-12
+    bounds = [(float(a), 1.0) for a in low]
+    found = linprog(
+        -sign * matrix[HEAVE], A_eq=rows / size[:, None], b_eq=np.zeros(len(held)), bounds=bounds
+    )
+    return max(-float(found.fun), 0.0) if found.status == 0 else 0.0
+
+
+def _submerged(plant: Plant) -> ActuatorLimits:
+    """Limits and gains of the drives at rest deep under water."""
+    robot = plant.robot
+    count = len(robot.links)
+    one, none = np.ones((count, 1)), np.zeros((count, 3))
+    up = np.tile([0.0, 0.0, 1.0], (count, 1))
+    level = np.repeat(np.eye(3)[None], count, axis=0)
+    motion = Motion(np.zeros((1, 1)), -DEEP * up, level, up, none, none, robot.bodies(one))
+    e = plant.environment
+    viscosity = float(viscosity_of(np.array(20.0), np.array(0.0)))
+    sample = Sample(
+        submersion=one,
+        submersion_rate=0.0 * one,
+        buoyancy_centre=none,
+        normal=up,
+        sinking_speed=0.0 * one,
+        gravity=GRAVITY * one,
+        water_velocity=none,
+        water_acceleration=none,
+        water_density=FRESH_WATER * one,
+        water_viscosity=viscosity * one,
+        air_velocity=none,
+        air_density=e.air_density * one,
+        air_viscosity=e.air_viscosity * one,
+        one=one,
+        depth=DEEP * one,
+    )
+    return ActuatorLimitEstimator(plant).now(motion, sample)
+
+
+def _shares(layout: Layout, now: ActuatorLimits) -> tuple[Floats, Floats]:
+    """Largest wrench against that in air, and the least one as a share of it."""
+    rotor = np.array([kind == ROTOR for kind in layout.kind])
+    part = now.limit / layout.limit
+    back = np.where(now.limit > 0.0, now.low / np.maximum(now.limit, 1e-12), 0.0)
+    squared = back * np.abs(back) * layout.reverse
+    return now.gain * np.where(rotor, part**2, part), np.where(rotor, squared, back)
+
+
+def look_at_reach(reach: Reach, body: FloatingBody) -> Iterator[RobotFinding]:
+    """Yield what the robot commands, and whether it dives, surfaces, hovers and takes off."""
+    if not reach.rotors:
+        yield _axes(reach, body)
+    if body.parts:
+        yield _rotors_in_water(reach) if reach.rotors else _thrusters_in_water(reach)
+
+
+def _axes(reach: Reach, body: FloatingBody) -> RobotFinding:
+    passive = [k for k in range(6) if k not in reach.axes]
+    words = f"commands {named_axes(reach.axes)}"
+    words += f" ({reach.fins} fins, while it moves)" if reach.fins else ""
+    words += f"; passive: {named_axes(passive)}" if passive else ""
+    if body.parts:
+        # under water where it dives, afloat where it does not
+        dives = HEAVE in reach.axes or reach.fins > 0
+        volume = body.volume if dives else min(body.mass / FRESH_WATER, body.volume)
+        along = {ROLL: (1.0, 0.0, 0.0), PITCH: (0.0, 1.0, 0.0)}
+        loose = [
+            AXES[k]
+            for k in passive
+            if k in along and body.metacentric_height(along[k], volume) < 1e-4 * body.reach
+        ]
+        if loose:
+            advice = f"Nothing holds it level in {' and '.join(loose)}: put mass lower."
+            return warned("axes", words, advice)
+    if not (reach.steers or len(reach.axes) == 6):
+        advice = (
+            "No controller that ships drives it: station takes surge, sway, heave and yaw, "
+            "autopilot surge and yaw."
+        )
+        return warned("axes", words, advice)
+    return passed("axes", words)
+
+
+def _thrusters_in_water(reach: Reach) -> RobotFinding:
+    net, subject = reach.net, "in water"
+    words = f"net buoyancy {net:+.3g} N"
+    if HEAVE not in reach.axes:
+        if PITCH in reach.axes and reach.fins:
+            return passed(subject, f"{words}, no vertical thrust: dives by its fins, under way")
+        if net > 0.0:
+            return passed(subject, f"{words}, no vertical thrust: steers at the surface")
+        return warned(
+            subject, f"{words}, no vertical thrust: it sinks", "Add volume, or a vertical thruster."
+        )
+    words += f" against {reach.down:.3g} N of thrust downwards, {reach.up:.3g} N upwards"
+    most = reach.down if net > 0.0 else reach.up
+    if abs(net) >= most:
+        mass = (abs(net) - BALLAST * reach.weight) / GRAVITY
+        can = "dive: it stays at the surface" if net > 0.0 else "come up: it sinks"
+        change = (
+            f"Add {max(mass, 0.0):.3g} kg of ballast low in the hull, or correct hulls:"
+            if net > 0.0
+            else f"Take {mass:.3g} kg away, or add volume under hulls:"
+        )
+        return failed(subject, f"{words}: it cannot {can}", f"{change} and max_force.")
+    if abs(net) > RESERVE * most:
+        advice = f"{abs(net) / most:.0%} of the thrust goes into holding the depth; trim it."
+        return warned(subject, f"{words}: dives and surfaces", advice)
+    return passed(subject, f"{words}: dives, hovers, surfaces")
+
+
+def _rotors_in_water(reach: Reach) -> RobotFinding:
+    net = reach.net
+    can = []
+    if net > 0.0:
+        can.append("dives" if reach.down > net else "stays at the surface")
+    else:
+        can.append("hovers and surfaces" if reach.up > -net else "sinks")
+    can.append("takes off" if reach.flies else "does not take off")
+    words = (
+        f"net buoyancy {net:+.3g} N against {reach.down:.3g} N of thrust downwards, "
+        f"{reach.up:.3g} N upwards: {', '.join(can)}"
+    )
+    if can[0] == "sinks":
+        short = math.ceil((-net - reach.up) / GRAVITY * 100.0) / 100.0
+        return warned("in water", words, f"Add {short:g} litre of hull, or stronger rotors.")
+    return passed("in water", words)

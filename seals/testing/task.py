@@ -1,0 +1,173 @@
+"""The executable contract of learning tasks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.config.compose import compose
+from seals.learn.task import Draw, Instant, Task
+from seals.robot.build import build_robot
+from seals.robot.model import RobotModel
+from seals.run.build import build_run
+from seals.testing.contract import class_of, require
+from seals.testing.declaration import check_declaration
+
+COUNT = 5
+
+
+@dataclass(frozen=True, kw_only=True)
+class TaskReport:
+    """Result of `check_task`.
+
+    Args:
+        name: of the task.
+        actions: number of components of an action.
+        observations: of an observation.
+    """
+
+    name: str
+    actions: int
+    observations: int
+
+    def table(self) -> str:
+        """Return the figures as text."""
+        return f"{self.name}: {self.actions} actions, {self.observations} observations"
+
+
+def check_task(
+    task: str | type, *, robot: str = "aam", values: Mapping[str, Any] | None = None
+) -> TaskReport:
+    """Check the contract of a task on a batch of states.
+
+    One seed must draw one start; every law must return one finite row an episode, repeat itself and
+    leave its inputs as they are; observations and actions must have the components that are named,
+    actions of the scripted policy within -1 to 1.
+
+    Args:
+        task: name of an installed task, or its class.
+        robot: that does it, an installed robot or a folder.
+        values: fields of the task.
+
+    Raises:
+        ContractError: a promise does not hold; also an AssertionError.
+    """
+    name, cls = class_of("task", task)
+    check_declaration(name, cls, headings=False)
+    made: Task = cls(**(values or {}))
+    model = build_robot(build_run(compose([f"robot={robot}"])).robot)
+    made.bind(model)
+    actions, seen = len(made.action_names), len(made.observation_names)
+    require(
+        made.rate > 0.0 and made.duration > 0.0,
+        name,
+        f"has a rate of {made.rate} Hz and episodes of {made.duration} s",
+        "Give it both, above zero.",
+    )
+    posture = np.asarray(made.posture)
+    require(
+        posture.shape == (model.tree.joints,),
+        name,
+        f"holds {posture.shape} joint positions",
+        f"Return one a joint: {model.tree.joints}.",
+    )
+    draw = made.draw(np.random.default_rng(7), COUNT)
+    _require_draw(name, draw, made.draw(np.random.default_rng(7), COUNT))
+    facts = _facts(made, model)
+    before, now = (_instant(made, draw, facts, actions, time) for time in (0.0, 0.1))
+    laws = {
+        "target": (made.target, (draw.goal, now.time), [(COUNT, 3), (COUNT, 3)]),
+        "observation": (made.observation, (now,), [(COUNT, seen)]),
+        "reward": (made.reward, (now, before, np.zeros((COUNT, 2))), [(COUNT,), (COUNT, 2)]),
+        "distance": (made.distance, (now,), [(COUNT,)]),
+        "ended": (made.ended, (now, np.zeros((COUNT, 2))), [(COUNT,)]),
+        "scripted_policy": (made.scripted_policy, (now,), [(COUNT, actions)]),
+    }
+    if not hasattr(made, "aim"):
+        laws["command"] = (made.command, (now.action, now), [(COUNT, 3), (COUNT, 1)])
+    for law, (call, given, shapes) in laws.items():
+        found = _pure(name, law, call, given)
+        _require_shapes(name, law, found, shapes)
+        if law == "scripted_policy":
+            size = float(np.abs(found[0]).max())
+            require(size <= 1.0, name, f"its scripted policy acts by {size:.3g}", "Hold it to 1.")
+    return TaskReport(name=name, actions=actions, observations=seen)
+
+
+def _require_draw(name: str, first: Draw, second: Draw) -> None:
+    same = all(np.array_equal(a, b) for a, b in zip(first, second, strict=True))
+    require(same, name, "draws two starts from one seed", "Draw from the generator given alone.")
+    shapes = {"position": (COUNT, 3), "yaw": (COUNT, 1), "velocity": (COUNT, 3)}
+    for key, shape in shapes.items():
+        values = np.asarray(getattr(first, key))
+        good = values.shape == shape and bool(np.isfinite(values).all())
+        require(good, name, f"draws {key} of shape {values.shape}", f"Return finite {shape}.")
+    rows = np.shape(first.goal)[:1]
+    require(rows == (COUNT,), name, f"draws goals of {rows} rows", f"Return {COUNT} rows.")
+
+
+def _facts(task: Task, robot: RobotModel) -> dict[str, Floats]:
+    """Quantities of full worlds that the task asks for, all alike."""
+    hands = len(robot.grippers)
+    tips = sum(len(hand.tips) for hand in robot.grippers.values())
+    wide = {"phase": 2 * len(robot.legs), "grip": hands, "closed": hands, "touch": tips}
+    return {fact: np.full((COUNT, wide.get(fact, 1)), 0.25) for fact in getattr(task, "knows", ())}
+
+
+def _instant(
+    task: Task, draw: Draw, facts: Mapping[str, Floats], actions: int, time: float
+) -> Instant:
+    """States a little after the start of every episode, each turned by its heading."""
+    c, s = np.cos(draw.yaw[:, 0]), np.sin(draw.yaw[:, 0])
+    turn = np.zeros((COUNT, 3, 3))
+    turn[:, 0, 0], turn[:, 0, 1], turn[:, 1, 0], turn[:, 1, 1] = c, -s, s, c
+    turn[:, 2, 2] = 1.0
+    clock = np.full((COUNT, 1), time)
+    target, velocity = task.target(draw.goal, clock)
+    place = draw.position + time * draw.velocity + time * np.array([0.3, -0.2, 0.1])
+    return Instant(
+        time=clock,
+        position=place,
+        rotation=turn,
+        velocity=draw.velocity,
+        angular_velocity=np.full((COUNT, 3), 0.1),
+        tool=place - np.array([0.0, 0.0, 0.2]),
+        target=np.asarray(target),
+        target_velocity=np.asarray(velocity),
+        submersion=np.linspace(0.0, 1.0, COUNT)[:, None],
+        action=np.full((COUNT, actions), time),
+        start=np.ones((COUNT, 1)),
+        facts=facts,
+    )
+
+
+def _pure(name: str, law: str, call: Any, given: tuple[Any, ...]) -> list[Floats]:
+    """Call a law twice and return its arrays; they and its inputs must stay what they were."""
+    kept = [np.array(x) for x in _arrays(given)]
+    first, second = _arrays(call(*given)), _arrays(call(*given))
+    same = len(first) == len(second) and all(map(np.array_equal, first, second))
+    require(same, name, f"{law} gives two answers to one question", "Keep nothing in the task.")
+    left = all(map(np.array_equal, kept, _arrays(given)))
+    require(left, name, f"{law} changes what it is given", "Return new arrays instead.")
+    return first
+
+
+def _arrays(thing: Any) -> list[Floats]:
+    if isinstance(thing, Mapping):
+        return [array for part in thing.values() for array in _arrays(part)]
+    if isinstance(thing, tuple | list):
+        return [array for part in thing for array in _arrays(part)]
+    return [np.asarray(thing)]
+
+
+def _require_shapes(
+    name: str, law: str, found: list[Floats], shapes: list[tuple[int, ...]]
+) -> None:
+    made = [array.shape for array in found]
+    require(made == shapes, name, f"{law} returns shapes {made}", f"Return {shapes}.")
+    finite = all(bool(np.isfinite(array).all()) for array in found)
+    require(finite, name, f"{law} returns numbers that are not finite", "Return finite numbers.")

@@ -1,0 +1,139 @@
+"""What a robot can reach: thrust against buoyancy and weight, and the first command."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from seals.check.reach import FRESH_WATER, GRAVITY, Reach, reach_of
+from seals.check.robot import RobotFinding, Verdict, check_robot
+from seals.cli.main import main
+from seals.config.compose import compose
+from seals.robot.build import build_robot
+from seals.run.assembly import build_world
+from seals.run.build import build_run
+
+sys.path.insert(0, str(Path(__file__).parent))
+from rov_layouts import LAYOUTS, rov_folder
+
+MASS = 11.5
+
+
+def looked(robot: str) -> dict[str, RobotFinding]:
+    """Return the findings about a robot by subject."""
+    run = build_run(compose([f"robot={robot}"]))
+    return {f.subject: f for f in check_robot(run.robot, run.actuators, run.effects)}
+
+
+def reach(robot: str) -> Reach:
+    """Return what a robot can do."""
+    run = build_run(compose([f"robot={robot}"]))
+    found = reach_of(build_robot(run.robot), run.actuators, run.effects)
+    assert found is not None
+    return found
+
+
+def test_an_rov_with_too_much_buoyancy_cannot_dive(tmp_path: Path) -> None:
+    """226 N of net buoyancy against two upright thrusters of 40 N: told with the ballast to add."""
+    volume = (226.0 / GRAVITY + MASS) / FRESH_WATER
+    found = looked(rov_folder(tmp_path / "r", LAYOUTS["six"], volume=volume))["in water"]
+    assert found.verdict is Verdict.FAIL
+    assert found.found.startswith("net buoyancy +226 N against 80 N of thrust downwards")
+    assert "cannot dive" in found.found
+    assert f"{226.0 / GRAVITY - 0.01 * MASS:.3g} kg of ballast" in found.advice
+
+
+@pytest.mark.parametrize(
+    ("force", "verdict", "words"),
+    [(20.0, Verdict.OK, "dives, hovers"), (6.0, Verdict.WARN, "dives and surfaces")],
+)
+def test_thrust_is_held_against_the_net_buoyancy(
+    tmp_path: Path, force: float, verdict: Verdict, words: str
+) -> None:
+    """8 N of net buoyancy: 40 N are plenty, of 12 N two thirds go into holding the depth."""
+    volume = (8.0 / GRAVITY + MASS) / FRESH_WATER
+    robot = rov_folder(tmp_path / "r", LAYOUTS["six"], volume=volume, force=force)
+    found = looked(robot)["in water"]
+    assert found.verdict is verdict
+    assert words in found.found
+    assert (reach(robot).up, reach(robot).down) == pytest.approx((2.0 * force, 2.0 * force))
+
+
+def test_a_sinking_rov_is_told_what_to_take_away(tmp_path: Path) -> None:
+    """Heavier than its water by more than its thrust, it cannot come up."""
+    found = looked(rov_folder(tmp_path / "r", LAYOUTS["five"], volume=0.002))["in water"]
+    assert found.verdict is Verdict.FAIL
+    assert "cannot come up" in found.found
+
+
+def test_a_passive_axis_that_nothing_holds_level_is_told(tmp_path: Path) -> None:
+    """With its centre of gravity above that of buoyancy a passive pitch turns over."""
+    found = looked(rov_folder(tmp_path / "r", LAYOUTS["six"], low=0.02))["axes"]
+    assert found.verdict is Verdict.WARN
+    assert "level in pitch" in found.advice
+    right = looked(rov_folder(tmp_path / "s", LAYOUTS["six"]))["axes"]
+    assert (right.verdict, right.found) == (
+        Verdict.OK,
+        "commands surge, sway, heave, roll, yaw; passive: pitch",
+    )
+
+
+@pytest.mark.parametrize(
+    ("robot", "words"),
+    [
+        ("torpedo", "guide=los controller=autopilot"),
+        ("boat", "guide=los controller=autopilot"),
+        ("auv", "guide=hover controller=station"),
+        ("hexacopter", "guide=hover controller=cascade"),
+    ],
+)
+def test_the_first_command_of_a_robot_is_one_that_it_can_follow(robot: str, words: str) -> None:
+    """The words name a controller that takes the robot: a world with them is built."""
+    first = reach(robot).first_run()
+    assert words in first
+    build_world(build_run(compose([f"robot={robot}", *first.split()]))).close()
+
+
+THRUSTERS = (
+    ("0.15 -0.11 0", "0 0 0.785"),
+    ("0.15 0.11 0", "0 0 -0.785"),
+    ("-0.15 -0.11 0", "0 0 -0.785"),
+    ("-0.15 0.11 0", "0 0 0.785"),
+    ("0 0.22 0", "0 -1.5708 0"),
+    ("0 -0.22 0", "0 -1.5708 0"),
+)
+
+
+@pytest.mark.parametrize(
+    ("height", "words"), [("0.0965", "controller=station"), ("0.3", "water=fossen")]
+)
+def test_what_seals_new_prints_runs(
+    height: str,
+    words: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """The layout of a common ROV, pitch passive: station keeping; none where it cannot dive."""
+    joints = "".join(
+        f'<link name="thruster_{k}"/><joint name="t{k}" type="fixed"><parent link="body"/>'
+        f'<child link="thruster_{k}"/><origin xyz="{place}" rpy="{turn}"/></joint>'
+        for k, (place, turn) in enumerate(THRUSTERS)
+    )
+    body = (
+        '<link name="body"><inertial><origin xyz="0 0 -0.03"/><mass value="11.5"/>'
+        '<inertia ixx="0.16" ixy="0" ixz="0" iyy="0.16" iyz="0" izz="0.16"/></inertial>'
+        f'<collision><geometry><box size="0.4 0.3 {height}"/></geometry></collision></link>'
+    )
+    (tmp_path / "rov.urdf").write_text(f'<robot name="rov">{body}{joints}</robot>')
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "robot", "my_rov", "--urdf", "rov.urdf"]) == 0
+    last = capsys.readouterr().out.strip().splitlines()[-1].split()
+    assert last[:3] == ["seals", "run", "robot=my_rov"]
+    assert words in " ".join(last[3:])
+    world = build_world(build_run(compose(last[2:])))
+    for _ in range(20):
+        world.step()
+    world.close()

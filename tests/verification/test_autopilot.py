@@ -1,0 +1,65 @@
+"""A torpedo and a boat along a course in both engines: line of sight, depth, heading."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from seals.config.compose import compose
+from seals.logs import Log
+from seals.run.build import build_run
+from seals.run.simulation import simulate
+
+COMMON = ("water=fossen", "guide=los", "controller=autopilot", "time.step=0.02")
+ENGINES = ["pybullet", "mujoco", pytest.param("free", marks=pytest.mark.slow)]
+TORPEDO = (
+    "robot=torpedo",
+    "guide.speed=1.5",
+    "guide.acceptance=8",
+    "initial.velocity=[1.5,0,0]",
+    "guide.places=[[0.1,0,-4],[90,0,-4]]",
+)
+BOAT = ("robot=boat", "guide.speed=1", "guide.acceptance=8", "guide.places=[[0.1,0,0],[90,0,0]]")
+
+
+def driven(*words: str) -> Log:
+    """Simulate a run and return its log."""
+    record = simulate(build_run(compose([*COMMON, *words])))
+    assert record.error is None
+    return record.log
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_torpedo_goes_to_its_depth_within_the_stated_overshoot(engine: str) -> None:
+    """A step of 2 m in depth: overshoot below 5 %, within 10 % after 18 s, straight ahead."""
+    log = driven(*TORPEDO, f"backend={engine}", "initial.position=[0,0,-2]", "time.duration=18")
+    place = log.channel("position")
+    assert -4.0 - place[:, 2].min() < 0.05 * 2.0
+    assert abs(place[-1, 2] + 4.0) < 0.1 * 2.0
+    assert np.abs(place[:, 1]).max() < 0.05
+    assert log.channel("velocity")[-1, 0] == pytest.approx(1.5, abs=0.05)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_torpedo_comes_back_to_its_leg_by_its_fins(engine: str) -> None:
+    """Four metres beside the leg at first, within 0.3 m after 20 s, and it rolls back upright."""
+    log = driven(*TORPEDO, f"backend={engine}", "initial.position=[0,4,-4]", "time.duration=20")
+    place = log.channel("position")
+    assert abs(place[-1, 1]) < 0.3
+    assert place[:, 1].min() > -0.8
+    assert abs(place[-1, 2] + 4.0) < 0.3
+    commands = [log.columns[f"joint_position_cmd_{k}"] for k in range(1, 5)]
+    assert np.nanmax(np.abs(commands)) <= 0.24 + 1e-9
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_boat_with_two_thrusters_keeps_its_course(engine: str) -> None:
+    """Three metres beside the leg at first, within 0.3 m after 24 s, at its speed."""
+    log = driven(*BOAT, f"backend={engine}", "initial.position=[0,3,0.05]", "time.duration=24")
+    place = log.channel("position")
+    assert abs(place[-1, 1]) < 0.3
+    assert place[:, 1].min() > -0.6
+    assert log.channel("velocity")[-1, 0] == pytest.approx(1.0, abs=0.05)
+    # it commands surge and yaw by two thrusters within their limits
+    forces = [log.columns[f"thruster_cmd_{k}"] for k in (1, 2)]
+    assert np.nanmax(np.abs(forces)) <= 30.0
