@@ -32,7 +32,7 @@ def test_a_hexacopter_dives_and_takes_off_again(engine: str) -> None:
     record = simulate(build_run(compose([*WORDS, f"backend={engine}"])))
     assert record.error is None
     log = record.log
-    w, x, y, z = log.channel("orientation").T
+    _, x, y, _ = log.channel("orientation").T
     lean = np.degrees(np.arccos(np.clip(1.0 - 2.0 * (x * x + y * y), -1.0, 1.0)))
     under, out = goal_results(record)
     assert under.reached, str(under)
