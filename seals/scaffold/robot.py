@@ -57,15 +57,6 @@ class NewRobot(NamedTuple):
     changes: list[str]
     remarks: list[str]
 
-    @property
-    def pushes_every_way(self) -> bool:
-        """Whether its thrusters push and turn it along and about every axis."""
-        rows = [
-            np.concatenate((each.axis, np.cross(each.position, each.axis)), axis=1)
-            for each in self.drives
-        ]
-        return bool(rows) and int(np.linalg.matrix_rank(np.concatenate(rows), tol=1e-3)) == 6
-
 
 def scaffold_robot(
     name: str,

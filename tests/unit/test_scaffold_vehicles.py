@@ -78,7 +78,6 @@ def test_a_fossen_model_is_turned_into_body_axes(tmp_path: Path) -> None:
     assert (hull["displaced_volume"], hull["centre_of_buoyancy"]) == (0.0134, [0.0, 0.0, 0.05])
     assert data["actuators"]["thrusters"]["time_constant"] == [0.05]
     assert len(data["actuators"]["thrusters"]["position"]) == 8
-    assert made.pushes_every_way
     assert failures(made) == []
 
 
