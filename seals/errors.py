@@ -5,8 +5,9 @@ Each says what was given, what is allowed, the nearest name and the next step.
 
 from __future__ import annotations
 
+import contextlib
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 
 class SealsError(Exception):
@@ -52,6 +53,27 @@ class RobotError(SealsError):
 
 class PhysicsError(SealsError):
     """The simulation was set to, or reached, a state outside its valid range."""
+
+
+@contextlib.contextmanager
+def optional_import(need: str, remedy: str) -> Iterator[None]:
+    """Refuse in words when an import inside the block fails.
+
+    Args:
+        need: what needs which package.
+        remedy: how to install it, or what to use instead.
+
+    Raises:
+        MissingExtra: the package cannot be imported.
+
+    Example:
+        >>> with optional_import("frames need numpy", "Install it: pip install numpy"):
+        ...     import numpy
+    """
+    try:
+        yield
+    except ImportError as cause:
+        raise MissingExtra(f"{need}, which cannot be imported.\n{remedy}") from cause
 
 
 def nearest(name: str, allowed: Iterable[str]) -> str | None:

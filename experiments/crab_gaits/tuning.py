@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from seals.errors import MissingExtra, PhysicsError
+from seals.errors import PhysicsError, optional_import
 from seals.experiments.crab_gaits.cases import GAITS
 from seals.experiments.crab_gaits.walks import walked
 from seals.experiments.trials import write_rows
@@ -62,13 +62,10 @@ def tune(name: str, out: Path, *, budget: int, seed: int) -> dict[str, float]:
     Raises:
         MissingExtra: the package cma is not installed.
     """
-    try:
+    with optional_import(
+        "--tune needs the package cma", "Install it: pip install aam-seals[learn]"
+    ):
         import cma
-    except ImportError as cause:
-        raise MissingExtra(
-            "--tune needs the package cma, which is not installed.\n"
-            "Install it: pip install aam-seals[learn]"
-        ) from cause
     base = [word for word in GAITS[name] if not word.startswith("controller")]
     animal = "sea_spider" if "spider" in base[0] else "crab"
     base.append(f"time.duration={SHORT[animal]}")

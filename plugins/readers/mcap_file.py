@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from seals.errors import LogError, MissingExtra
+from seals.errors import LogError, optional_import
 from seals.plugins.readers.ros_streams import Message
 from seals.untrusted_io import regular_file
 
@@ -59,13 +59,8 @@ class _Bounded:
 
 @contextlib.contextmanager
 def _damage(file: Path) -> Iterator[None]:
-    try:
+    with optional_import("MCAP files need mcap", "Install it: pip install 'aam-seals[logs]'"):
         from mcap.exceptions import McapError
-    except ImportError as cause:
-        raise MissingExtra(
-            "MCAP files need mcap, which is not installed.\n"
-            "Install it: pip install 'aam-seals[logs]'"
-        ) from cause
     try:
         yield
     except (

@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from seals.errors import LogError, MissingExtra
+from seals.errors import LogError, optional_import
 from seals.untrusted_io import plain_json
 
 _PART = re.compile(r"^(?P<name>[A-Za-z]\w*)(?P<indices>(?:\[\d{1,5}\])*)$")
@@ -83,13 +83,8 @@ def decodable(kind: str, encoding: str) -> bool:
 
 @functools.cache
 def _store() -> Any:
-    try:
+    with optional_import("ROS messages need rosbags", "Install it: pip install 'aam-seals[logs]'"):
         from rosbags.typesys import Stores, get_typestore
-    except ImportError as cause:
-        raise MissingExtra(
-            "ROS messages need rosbags, which is not installed.\n"
-            "Install it: pip install 'aam-seals[logs]'"
-        ) from cause
     return get_typestore(Stores.ROS2_HUMBLE)
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from seals.arrays import Array
-from seals.errors import ConfigError, MissingExtra
+from seals.errors import ConfigError, optional_import
 from seals.learn.learner import need_torch
 from seals.learn.metadata import CARD, entry, read_metadata
 from seals.logs.atomic import atomic_folder, write_json
@@ -130,14 +130,11 @@ def load_policy(folder: str | Path, *, device: str = "cpu") -> NetworkPolicy:
 
 
 def _weights(path: Path) -> dict[str, Any]:
-    try:
+    with optional_import(
+        "a policy's weights need safetensors", "Install it: pip install 'aam-seals[learn]'"
+    ):
         from safetensors import SafetensorError
         from safetensors.torch import load_file
-    except ImportError as cause:
-        raise MissingExtra(
-            "a policy's weights need safetensors, which is not installed.\n"
-            "Install it: pip install 'aam-seals[learn]'"
-        ) from cause
     if not path.is_file() or path.is_symlink():
         raise ConfigError(f"{path} is missing.\nGive a folder that seals train wrote.")
     if path.stat().st_size > _MOST_BYTES:

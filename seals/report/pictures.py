@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from seals.errors import MissingExtra
+from seals.errors import optional_import
 from seals.logs.atomic import atomic_path
 from seals.report.figures import Chart, Series, downsampled, edges, even
 from seals.report.style import MUTED
@@ -47,13 +47,8 @@ def figure_class() -> Any:
     Raises:
         MissingExtra: matplotlib is not installed.
     """
-    try:
+    with optional_import("pictures need matplotlib", "Install it: pip install matplotlib"):
         from matplotlib.figure import Figure
-    except ImportError as cause:
-        raise MissingExtra(
-            "pictures need matplotlib, which cannot be imported.\n"
-            "Install it: pip install matplotlib"
-        ) from cause
     return Figure
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
-from seals.errors import ConfigError, MissingExtra
+from seals.errors import ConfigError, optional_import
 from seals.fluid import Fluid
 from seals.logs.atomic import atomic_path
 from seals.run.particle_snapshots import carry_over, file_of, passed
@@ -36,7 +36,7 @@ class Mesh(NamedTuple):
     triangles: NDArray[np.int64]
 
 
-def surface_of(places: Floats, spacing: float, *, threads: bool = True) -> Mesh:
+def surface_of(places: Floats, spacing: float) -> Mesh:
     """Reconstruct the surface around particles.
 
     Marching cubes on the density of the particles, smoothed with weights (Loeschner et al. 2023,
@@ -45,7 +45,6 @@ def surface_of(places: Floats, spacing: float, *, threads: bool = True) -> Mesh:
     Args:
         places: of the particles [m], shape (n, 3).
         spacing: at rest [m].
-        threads: whether all cores share the work.
 
     Raises:
         MissingExtra: pysplashsurf is not installed.
@@ -56,7 +55,7 @@ def surface_of(places: Floats, spacing: float, *, threads: bool = True) -> Mesh:
         smoothing_length=REACH,
         cube_size=CUBE,
         iso_surface_threshold=THRESHOLD,
-        multi_threading=threads,
+        multi_threading=True,
         mesh_cleanup=True,
         mesh_smoothing_iters=ROUNDS,
         mesh_smoothing_weights=True,
@@ -72,13 +71,11 @@ def refuse_missing() -> Any:
     Raises:
         MissingExtra: it is not installed.
     """
-    try:
+    with optional_import(
+        "surface: meshes of the water need pysplashsurf",
+        "Install it: pip install 'aam-seals[render]'; or leave surface out",
+    ):
         import pysplashsurf
-    except ImportError as cause:
-        raise MissingExtra(
-            "surface: meshes of the water need pysplashsurf, which cannot be imported.\n"
-            "Install it: pip install 'aam-seals[render]'; or leave surface out"
-        ) from cause
     return pysplashsurf
 
 

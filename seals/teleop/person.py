@@ -9,7 +9,7 @@ from typing import Any
 from seals.control import Plant, RobotState
 from seals.control.key_events import Event
 from seals.control.keymap import CONTROLS
-from seals.errors import ConfigError, MissingExtra
+from seals.errors import ConfigError, optional_import
 
 DEAD = 0.08
 """Share of an axis that counts as nothing: sticks do not return exactly [1]."""
@@ -132,10 +132,8 @@ def pygame_of(importer: Callable[[str], Any] | None = None) -> Any:
     import os
 
     os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
-    try:
+    with optional_import(
+        "keyboard and joystick need pygame-ce",
+        "Install it: pip install 'aam-seals[teleop]'; or fly by a script: script=keys.csv",
+    ):
         return (importer or importlib.import_module)("pygame")
-    except ImportError as cause:
-        raise MissingExtra(
-            "keyboard and joystick need pygame-ce, which is not installed.\n"
-            "Install it: pip install 'aam-seals[teleop]'; or fly by a script: script=keys.csv"
-        ) from cause

@@ -10,7 +10,7 @@ from seals.backend import RigidBody
 from seals.coupling import CoupledBody
 from seals.environment.ground import solids_of
 from seals.environment.settings import EnvironmentSettings
-from seals.errors import MissingExtra
+from seals.errors import optional_import
 from seals.plugins.backends.mujoco.body import MujocoBody
 from seals.plugins.backends.mujoco.scene import Scene
 from seals.robot.model import RobotModel
@@ -107,11 +107,8 @@ class BackendMujoco:
 
 def _engine() -> Any:
     """Import the engine."""
-    try:
+    with optional_import(
+        "backend=mujoco needs the package mujoco", "Install it: pip install 'mujoco==3.17.*'"
+    ):
         import mujoco
-    except ImportError as cause:
-        raise MissingExtra(
-            "backend=mujoco needs the package mujoco, which is not installed.\n"
-            "Install it: pip install 'mujoco==3.17.*'"
-        ) from cause
     return mujoco

@@ -14,7 +14,7 @@ from seals.backend import RigidBody
 from seals.coupling import CoupledBody
 from seals.environment.ground import Solid, solids_of
 from seals.environment.settings import EnvironmentSettings
-from seals.errors import MissingExtra, PhysicsError
+from seals.errors import PhysicsError, optional_import
 from seals.plugins.backends.pybullet.body import PybulletBody
 from seals.plugins.backends.pybullet.stored import whole
 from seals.plugins.backends.pybullet.trial import survived
@@ -221,12 +221,11 @@ def _engine() -> Any:
     kept, silent = os.dup(2), os.open(os.devnull, os.O_WRONLY)
     os.dup2(silent, 2)
     try:
-        import pybullet
-    except ImportError as cause:
-        raise MissingExtra(
-            "backend=pybullet needs the package pybullet, which is not installed.\n"
-            "Take backend=mujoco. PyBullet has wheels for Linux x86-64 with Python 3.10 and 3.11."
-        ) from cause
+        with optional_import(
+            "backend=pybullet needs the package pybullet",
+            "Take backend=mujoco. PyBullet has wheels for Linux x86-64 with Python 3.10 and 3.11.",
+        ):
+            import pybullet
     finally:
         os.dup2(kept, 2)
         os.close(kept)

@@ -7,7 +7,7 @@ import io
 import socket
 from typing import Any
 
-from seals.errors import ConfigError, MissingExtra
+from seals.errors import ConfigError, optional_import
 from seals.plugins.viewers.browser.door import Door, closed_by
 
 
@@ -55,13 +55,8 @@ def refuse_missing() -> Any:
     Raises:
         MissingExtra: it is not installed.
     """
-    try:
+    with optional_import("seals view needs viser", "Install it: pip install 'aam-seals[view]'"):
         import viser
-    except ImportError as cause:
-        raise MissingExtra(
-            "seals view needs viser, which cannot be imported.\n"
-            "Install it: pip install 'aam-seals[view]'"
-        ) from cause
     return viser
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
-from seals.errors import MissingExtra, PhysicsError
+from seals.errors import PhysicsError, optional_import
 from seals.frames import quaternion_of
 from seals.rendering.camera import Lens
 from seals.rendering.meshes import corners_of
@@ -221,14 +221,14 @@ def engine(name: str) -> Any:
     Raises:
         MissingExtra: it is not installed.
     """
-    with quiet():
-        try:
-            import pybullet
-        except ImportError as cause:
-            raise MissingExtra(
-                f"viewer={name} needs the package pybullet, which is not installed.\n"
-                "Draw without it: viewer=raycast (extra 'learn'); or pip install pybullet==3.2.7"
-            ) from cause
+    with (
+        quiet(),
+        optional_import(
+            f"viewer={name} needs the package pybullet",
+            "Draw without it: viewer=raycast (extra 'learn'); or pip install pybullet==3.2.7",
+        ),
+    ):
+        import pybullet
     return pybullet
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from seals.child_process import command, environment
-from seals.errors import MissingExtra, PhysicsError
+from seals.errors import MissingExtra, PhysicsError, optional_import
 
 SECONDS = 120.0
 """Longest time that a trial may take [s]."""
@@ -32,13 +32,11 @@ def mitsuba(variant: Variant) -> Any:
         MissingExtra: Mitsuba is not installed, or lacks the variant.
         PhysicsError: the variant was named and does not run here.
     """
-    try:
+    with optional_import(
+        "renderer=mitsuba needs the package mitsuba",
+        "Install it: pip install 'aam-seals[render]'; or draw without it: renderer=tiny",
+    ):
         import mitsuba as mi
-    except ImportError as cause:
-        raise MissingExtra(
-            "renderer=mitsuba needs the package mitsuba, which cannot be imported.\n"
-            "Install it: pip install 'aam-seals[render]'; or draw without it: renderer=tiny"
-        ) from cause
     chosen = _chosen(variant)
     if chosen not in mi.variants():
         raise MissingExtra(

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from seals.caches import use_private_compiler_cache
-from seals.errors import ConfigError, MissingExtra, PhysicsError, suggestion
+from seals.errors import ConfigError, PhysicsError, optional_import, suggestion
 from seals.plugins.viewers.raycast.placing import Fixed, Placed, fixed_of, place
 from seals.plugins.viewers.raycast.solids import Tables, tables_of
 from seals.plugins.viewers.raycast.tracing import Setting, trace
@@ -211,13 +211,11 @@ def _turned(outward: Tensor, cameras: Cameras, size: tuple[int, ...]) -> Tensor:
 
 def _check_device(device: str) -> None:
     """Refuse a missing torch or card."""
-    try:
+    with optional_import(
+        "viewer=raycast needs torch",
+        "Install it: pip install 'aam-seals[learn]'; or draw with viewer=tiny",
+    ):
         import torch
-    except ImportError as cause:
-        raise MissingExtra(
-            "viewer=raycast needs torch, which is not installed.\n"
-            "Install it: pip install 'aam-seals[learn]'; or draw with viewer=tiny"
-        ) from cause
     if device.startswith("cuda"):
         count = torch.cuda.device_count() if torch.cuda.is_available() else 0
         number = device.partition(":")[2] or "0"

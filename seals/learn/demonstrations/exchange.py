@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from seals.errors import ConfigError, LogError, MissingExtra
+from seals.errors import ConfigError, LogError, optional_import
 from seals.isolated_reading import read_isolated
 from seals.learn.demonstrations.episode import Demonstrations, Episode
 from seals.learn.demonstrations.layout import joined
@@ -210,11 +210,6 @@ def _numbers(group: Any, name: str, shape: tuple[int, ...], kind: str, place: Pa
 
 
 def _h5py() -> Any:
-    try:
+    with optional_import("HDF5 files need h5py", "Install it: pip install 'aam-seals[learn]'"):
         import h5py
-    except ImportError as cause:
-        raise MissingExtra(
-            "HDF5 files need h5py, which is not installed.\n"
-            "Install it: pip install 'aam-seals[learn]'"
-        ) from cause
     return h5py

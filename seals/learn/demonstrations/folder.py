@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from seals.errors import LogError, MissingExtra
+from seals.errors import LogError, optional_import
 from seals.learn.demonstrations.episode import Demonstrations
 from seals.learn.demonstrations.layout import arrays_of, episodes_of, expected
 from seals.learn.demonstrations.metadata import FORM, declared, metadata_of
@@ -106,13 +106,10 @@ def tensordict_of() -> Any:
     Raises:
         MissingExtra: it is not installed.
     """
-    try:
+    with optional_import(
+        "demonstrations are written with tensordict", "Install it: pip install 'aam-seals[learn]'"
+    ):
         import tensordict
-    except ImportError as cause:
-        raise MissingExtra(
-            "demonstrations are written with tensordict, which is not installed.\n"
-            "Install it: pip install 'aam-seals[learn]'"
-        ) from cause
     return tensordict
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from seals.errors import MissingExtra
+from seals.errors import optional_import
 
 FOLDER = "tensorboard"
 
@@ -16,11 +16,9 @@ def tensorboard_writer(folder: Path) -> Any:
     Raises:
         MissingExtra: tensorboard is not installed.
     """
-    try:
+    with optional_import(
+        "course.tensorboard=true needs tensorboard",
+        "Install it: pip install 'aam-seals[learn]'; the CSV files say the same without it.",
+    ):
         from torch.utils.tensorboard import SummaryWriter
-    except ImportError as cause:
-        raise MissingExtra(
-            "course.tensorboard=true needs tensorboard, which is not installed.\n"
-            "Install it: pip install 'aam-seals[learn]'; the CSV files say the same without it."
-        ) from cause
     return SummaryWriter(str(folder / FOLDER))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from seals.errors import MissingExtra
+from seals.errors import optional_import
 from seals.logs.atomic import atomic_path
 from seals.report.style import CYCLE, MUTED
 from seals.sysid.validation.ablation import Ablation
@@ -76,14 +76,11 @@ def canvas(size: tuple[float, float]) -> Any:
     Raises:
         MissingExtra: there is no matplotlib.
     """
-    try:
+    with optional_import(
+        "a picture of a verification needs matplotlib", "Install it: pip install matplotlib"
+    ):
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
-    except ImportError as cause:
-        raise MissingExtra(
-            "a picture of a verification needs matplotlib, which is not installed.\n"
-            "Install it: pip install matplotlib"
-        ) from cause
     figure = Figure(figsize=size, layout="constrained")
     FigureCanvasAgg(figure)
     return figure

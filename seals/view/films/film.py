@@ -7,7 +7,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from seals.errors import MissingExtra
+from seals.errors import MissingExtra, optional_import
 from seals.logs.atomic import atomic_path
 
 RATE_FACTOR = "20"
@@ -20,13 +20,11 @@ def refuse_missing() -> Any:
     Raises:
         MissingExtra: it is not installed.
     """
-    try:
+    with optional_import(
+        "film: an MP4, unlike frames, needs PyAV",
+        "Install it: pip install 'aam-seals[render]'; or say film=false",
+    ):
         import av
-    except ImportError as cause:
-        raise MissingExtra(
-            "film: an MP4 needs PyAV, which cannot be imported; frames need nothing.\n"
-            "Install it: pip install 'aam-seals[render]'; or say film=false"
-        ) from cause
     return av
 
 
