@@ -58,6 +58,16 @@ def resident() -> float:
     return float(STATM.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
 
+@pytest.fixture
+def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder that the test runs in, without the user's own settings."""
+    folder = tmp_path / "elsewhere"
+    folder.mkdir()
+    monkeypatch.chdir(folder)
+    monkeypatch.delenv("SEALS_DEBUG", raising=False)
+    return folder
+
+
 @pytest.fixture(autouse=True)
 def memory_given_back() -> Iterator[None]:
     """Free what a test has left in reference cycles or in pools of libraries, once it is large.

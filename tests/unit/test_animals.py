@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import importlib
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,25 +14,13 @@ from seals.multibody.tree import forward
 from seals.plugins.controllers.walking.anatomy import Anatomy, anatomy_of
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
-from seals.robots.workshop.files import write
-from seals.robots.workshop.links import Machine
 from seals.run.assembly import build_world
 from seals.run.build import build_run
 from seals.run.settings import RunSettings
 
-sys.path.insert(0, str(Path(__file__).parent))
-from texts import same_text
-
-ANIMALS = Path(__file__).parents[2] / "animals"
 MADE = {"crab": 18, "sea_spider": 24}
 ALLOWED = {"crab": set(), "sea_spider": {"links without collision"}}
 """Remarks that are meant: a sea spider touches with toes and trunk alone."""
-
-
-def machine(name: str) -> Machine:
-    """Return what the animal's script makes."""
-    made: Machine = importlib.import_module(f"seals.animals.{name}.make_{name}").machine()
-    return made
 
 
 def run_of(name: str, *more: str) -> RunSettings:
@@ -48,29 +33,6 @@ def toes(robot: RobotModel, joints: np.ndarray) -> np.ndarray:
     origins, turns = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], joints[None])
     legs = robot.legs.values()
     return np.array([origins[0, leg.foot] + turns[0, leg.foot] @ leg.toe for leg in legs])
-
-
-@pytest.mark.parametrize("name", MADE)
-def test_files_are_those_of_the_script(name: str, tmp_path: Path) -> None:
-    """URDF and meshes in the folder are what the animal's script writes, and they are small."""
-    write(machine(name), tmp_path)
-    folder = ANIMALS / name
-    new = {p.relative_to(tmp_path) for p in tmp_path.rglob("*") if p.is_file()}
-    old = {p.relative_to(folder) for p in folder.rglob("*") if p.suffix in (".urdf", ".obj")}
-    assert new == old
-    for file in new:
-        same_text((tmp_path / file).read_text(), (folder / file).read_text(), str(file))
-    assert sum((folder / file).stat().st_size for file in new) < 150_000
-
-
-@pytest.mark.parametrize("name", MADE)
-def test_hulls_belong_to_the_pieces(name: str) -> None:
-    """Every link displaces in robot.yaml what its pieces displace."""
-    robot = build_robot(run_of(name).robot)
-    hulls = dict(zip(robot.links, robot.hulls, strict=True))
-    for link in machine(name).links:
-        hull = hulls[link.name]
-        assert (0.0 if hull is None else hull.volume) == pytest.approx(link.volume, rel=1e-3)
 
 
 @pytest.mark.parametrize(("name", "joints"), MADE.items())

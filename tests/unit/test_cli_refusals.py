@@ -16,6 +16,8 @@ import pytest
 from seals.cli.main import main
 from seals.errors import PhysicsError
 
+pytestmark = pytest.mark.usefixtures("elsewhere")
+
 WRONG = [
     ("run ROBOT tme.step=1", "tme.step", "Did you mean 'time'?"),
     ("run ROBOT effects.hull_drag.drag_coeficient=2", "effects.hull_drag.drag_coeficient", "coeff"),
@@ -67,16 +69,6 @@ WRONG = [
     ("train --config-name=train_schema", "schema of a configuration, not one", "seals train KEY"),
     ("compare ROBOT reader=impak", "reader 'impak'", "Did you mean 'impack'?"),
 ]
-
-
-@pytest.fixture(autouse=True)
-def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Each test runs in an empty folder of its own."""
-    folder = tmp_path / "elsewhere"
-    folder.mkdir()
-    monkeypatch.chdir(folder)
-    monkeypatch.delenv("SEALS_DEBUG", raising=False)
-    return folder
 
 
 @pytest.mark.parametrize(("line", "wrong", "advice"), WRONG)

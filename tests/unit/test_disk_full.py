@@ -17,18 +17,13 @@ from seals.logs.table import read_parquet
 from seals.plugins.backends.pybullet.stored import whole
 from seals.run import checkpoint
 
+pytestmark = pytest.mark.usefixtures("elsewhere")
+
 FULL = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "some/file")
 DROP = [
     *("run", "robot=ball", "water=fossen", "environment.tank_bottom=-0.2", "time.duration=0.4"),
     *("initial.position=[0,0,0.2]", "time.step=0.004"),
 ]
-
-
-@pytest.fixture(autouse=True)
-def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Each test runs in an empty folder of its own."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
 
 
 def _half(beside: Path, error: Exception) -> None:

@@ -17,17 +17,12 @@ from seals.errors import ConfigError, RobotError
 from seals.robot.macros import expanded
 from seals.robot.robot_file import read_robot
 
+pytestmark = pytest.mark.usefixtures("elsewhere")
+
 HEAD = "# @package _global_\ndefaults:\n- override /robot: ball\n"
 URDF = '<robot name="r"><link name="base"/></robot>'
 WRITER = "seals.logs.atomic.write_text"
 """A function that leaves a mark, and that no list of dangerous names holds."""
-
-
-@pytest.fixture(autouse=True)
-def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Each test runs in an empty folder of its own."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
 
 
 def strange(text: str, place: str = "experiment/theirs.yaml") -> Path:

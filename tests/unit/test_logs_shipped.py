@@ -15,14 +15,9 @@ from seals.logs.check_meta import check_meta
 from seals.logs.log import Log
 from seals.logs.shipped import find_log, shipped_logs
 
+pytestmark = pytest.mark.usefixtures("elsewhere")
+
 NAME = "hidden_effect/flight_a"
-
-
-@pytest.fixture(autouse=True)
-def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Each test runs in an empty folder."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
 
 
 @pytest.fixture

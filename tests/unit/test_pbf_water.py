@@ -58,7 +58,7 @@ def make(waters: dict[str, SolverPbf]) -> Callable[..., SolverPbf]:
             )
         water = waters[key]
         water.remove_particles(np.ones(water.count, dtype=bool))
-        water.clear_boundary(body=0)
+        water.boundary.clear(0)
         return water
 
     return build

@@ -78,7 +78,6 @@ def test_two_packages_with_one_name_are_both_named(install: Install) -> None:
     assert "aam-seals" in str(refusal.value)
     assert "twin-reef 1.0" in str(refusal.value)
     assert registry.get("effect", "buoyancy").name == "buoyancy"
-    assert [many[0].name for many in registry.duplicates()] == ["gravity"]
 
 
 def test_import_is_quick_and_light() -> None:

@@ -25,8 +25,9 @@ from seals.run.settings import RunSettings
 sys.path.insert(0, str(Path(__file__).parent))
 from texts import same_text
 
-ROBOTS = Path(__file__).parents[2] / "robots"
+ROOT = Path(__file__).parents[2]
 MADE = ("aam", "hexacopter", "aam_dual_arm", "auv")
+ANIMALS = ("crab", "sea_spider")
 FLYING = MADE[:3]
 STOWED = {"aam": [1.55, 0.0, 0.0], "hexacopter": [1.55, 0.0, 0.0, 0.0]}
 GRASP = np.array([0.0, 0.0, -0.107])
@@ -34,8 +35,9 @@ GRASP = np.array([0.0, 0.0, -0.107])
 
 
 def machine(name: str) -> Machine:
-    """Return what the robot's script makes."""
-    made: Machine = importlib.import_module(f"seals.robots.{name}.make_meshes").machine()
+    """Return what the script of a robot or an animal makes."""
+    script = f"animals.{name}.make_{name}" if name in ANIMALS else f"robots.{name}.make_meshes"
+    made: Machine = importlib.import_module(f"seals.{script}").machine()
     return made
 
 
@@ -56,20 +58,23 @@ def engine() -> Iterator[Any]:
     client.disconnect()
 
 
-@pytest.mark.parametrize("name", MADE)
+@pytest.mark.parametrize("name", MADE + ANIMALS)
 def test_files_are_those_of_the_script(name: str, tmp_path: Path) -> None:
-    """URDF and meshes in the folder are what the robot's script writes."""
-    write(machine(name), tmp_path, shared=None if name == "aam" else ROBOTS / "aam")
-    folder = ROBOTS / name
+    """URDF and meshes in the folder are what the robot's script writes, and they are small."""
+    alone = name in ("aam", *ANIMALS)
+    write(machine(name), tmp_path, shared=None if alone else ROOT / "robots" / "aam")
+    folder = ROOT / ("animals" if name in ANIMALS else "robots") / name
     new = {p.relative_to(tmp_path) for p in tmp_path.rglob("*") if p.is_file()}
     old = {p.relative_to(folder) for p in folder.rglob("*") if p.suffix in (".urdf", ".obj")}
     assert new == old
     for file in new:
         same_text((tmp_path / file).read_text(), (folder / file).read_text(), str(file))
-    assert sum((folder / file).stat().st_size for file in new) < 400_000
+    assert sum((folder / file).stat().st_size for file in new) < (
+        150_000 if name in ANIMALS else 400_000
+    )
 
 
-@pytest.mark.parametrize("name", MADE)
+@pytest.mark.parametrize("name", MADE + ANIMALS)
 def test_hulls_belong_to_the_pieces(name: str) -> None:
     """Every link displaces in robot.yaml what its pieces displace."""
     robot = build_robot(run_of(name).robot)
@@ -131,7 +136,7 @@ def moving(engine: Any, body: int) -> dict[str, int]:
 
 def test_arm_touches_nothing_between_its_limits(engine: Any) -> None:
     """At the corners of the joint ranges and between them, no link of the arm meets another."""
-    body = engine.loadURDF(str(ROBOTS / "aam" / "aam.urdf"))
+    body = engine.loadURDF(str(ROOT / "robots/aam/aam.urdf"))
     joints = moving(engine, body)
     links = {engine.getJointInfo(body, k)[12].decode(): k for k in range(engine.getNumJoints(body))}
     outer = [k for name, k in links.items() if name.startswith(("palm", "finger", "tip"))]
@@ -153,7 +158,7 @@ def test_fingers_hold_by_friction(engine: Any, shape: str) -> None:
     """Three fingers with 0.3 N m each hold 0.1 kg of 5 cm by their pads alone."""
     engine.setTimeStep(0.002)
     flags = engine.URDF_USE_INERTIA_FROM_FILE
-    body = engine.loadURDF(str(ROBOTS / "aam" / "aam.urdf"), useFixedBase=True, flags=flags)
+    body = engine.loadURDF(str(ROOT / "robots/aam/aam.urdf"), useFixedBase=True, flags=flags)
     joints = moving(engine, body)
     for name in ("shoulder", "elbow", "wrist"):
         engine.setJointMotorControl2(body, joints[name], engine.POSITION_CONTROL, 0.0, force=50.0)

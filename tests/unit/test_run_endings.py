@@ -17,6 +17,8 @@ from seals.logs.native import read_native
 from seals.logs.table import read_parquet
 from seals.world import World
 
+pytestmark = pytest.mark.usefixtures("elsewhere")
+
 LINE = ["run", "experiment=drop_test", "time.step=0.004"]
 WHOLE = {
     "run.json",
@@ -28,16 +30,6 @@ WHOLE = {
     ".hydra",
     "plots",
 }
-
-
-@pytest.fixture(autouse=True)
-def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Each test runs in an empty folder of its own."""
-    folder = tmp_path / "elsewhere"
-    folder.mkdir()
-    monkeypatch.chdir(folder)
-    monkeypatch.delenv("SEALS_DEBUG", raising=False)
-    return folder
 
 
 def stop_at(monkeypatch: pytest.MonkeyPatch, count: int, error: BaseException) -> None:

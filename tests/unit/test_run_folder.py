@@ -22,6 +22,8 @@ from seals.robot.whole_body import whole_body
 from seals.run.build import build_run
 from seals.run.simulation import Record, simulate
 
+pytestmark = pytest.mark.usefixtures("elsewhere")
+
 GRAVITY = 9.81
 POINT = """<robot name="point"><link name="base"><inertial><mass value="2"/>
 <inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.02"/></inertial></link></robot>"""
@@ -37,15 +39,6 @@ TWO = """<robot name="two">
 <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial></link>
 <joint name="hinge" type="revolute"><parent link="base"/><child link="arm"/><origin xyz="0.4 0 0"/>
 <axis xyz="0 1 0"/><limit lower="-2" upper="3" effort="1" velocity="1"/></joint></robot>"""
-
-
-@pytest.fixture(autouse=True)
-def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Each test runs in an empty folder of its own."""
-    folder = tmp_path / "elsewhere"
-    folder.mkdir()
-    monkeypatch.chdir(folder)
-    return folder
 
 
 def make(folder: Path, urdf: str, more: str = "") -> Path:

@@ -29,14 +29,9 @@ from seals.run import application
 from seals.sweep.rows import find_rows
 from seals.world import World
 
+pytestmark = pytest.mark.usefixtures("elsewhere")
+
 LINE = ["run", "experiment=drop_test", "time.step=0.004", "time.duration=0.1"]
-
-
-@pytest.fixture(autouse=True)
-def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Each test runs in an empty folder of its own."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
 
 
 def in_a_thread(task: Callable[[], Any]) -> Any:

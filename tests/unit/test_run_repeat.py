@@ -13,16 +13,9 @@ from seals.cli.main import main
 from seals.logs.table import read_parquet
 from seals.run.compare_runs import differences, version_changes
 
+pytestmark = pytest.mark.usefixtures("elsewhere")
+
 LINE = ["run", "experiment=drop_test", "time.duration=0.6", "initial.velocity=[0.3,0,0]", "seed=11"]
-
-
-@pytest.fixture(autouse=True)
-def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Each test runs in an empty folder of its own."""
-    folder = tmp_path / "elsewhere"
-    folder.mkdir()
-    monkeypatch.chdir(folder)
-    return folder
 
 
 def run(where: Path, *words: str) -> Path:
