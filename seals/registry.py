@@ -209,11 +209,6 @@ def default_backend() -> str:
     return "pybullet" if importlib.util.find_spec("pybullet") else "mujoco"
 
 
-def duplicates() -> list[tuple[Plugin, ...]]:
-    """Return names that more than one package declares, for ``seals doctor``."""
-    return [many for kind in GROUPS for many in _declared(kind).values() if len(many) > 1]
-
-
 def names(kind: str) -> list[str]:
     """Return the sorted installed names of one kind, without importing anything."""
     return list(_declared(kind))

@@ -51,7 +51,6 @@ def tube(
     colour: str,
     flat: float = 1.0,
     corners: int = 8,
-    solid: bool = False,
 ) -> Piece:
     """Return a tube along a line of points, round or flattened, closed at both ends.
 
@@ -61,7 +60,6 @@ def tube(
         colour: name of its material.
         flat: width across the plane of the path and z over the height in it [1].
         corners: of its cross-section.
-        solid: whether it touches other things.
     """
     line = np.array(path, float)
     ways = np.gradient(line, axis=0)
@@ -76,7 +74,7 @@ def tube(
         up = np.cross(ahead, side)
         across = np.outer(flat * np.cos(turns), side) + np.outer(np.sin(turns), up)
         rings.append(point + radius * across)
-    return _closed(rings, line[0], line[-1], colour=colour, solid=solid)
+    return _closed(rings, line[0], line[-1], colour=colour)
 
 
 def shell(
@@ -85,7 +83,6 @@ def shell(
     top: float,
     bottom: float,
     colour: str,
-    at: Sequence[float] = (0.0, 0.0, 0.0),
     corners: int = 32,
     rows: int = 4,
     solid: bool = False,
@@ -97,7 +94,6 @@ def shell(
         top: height of the dome [m].
         bottom: depth below the rim [m].
         colour: name of its material.
-        at: centre of the rim [m].
         corners: of the rim.
         rows: rings between rim and either pole.
         solid: whether it touches other things.
@@ -110,13 +106,13 @@ def shell(
         # fuller than an ellipse: crabs are boxes with rounded edges
         share = (1.0 - abs(height) ** 3.0) ** (1.0 / 2.2)
         z = height * (top if k > 0 else bottom)
-        rings.append(np.column_stack((share * rim, np.full(corners, z))) + np.array(at))
-    low, high = (np.array(at) + np.array([0.0, 0.0, z]) for z in (-bottom, top))
+        rings.append(np.column_stack((share * rim, np.full(corners, z))))
+    low, high = (np.array([0.0, 0.0, z]) for z in (-bottom, top))
     return _closed(rings, low, high, colour=colour, solid=solid)
 
 
 def _closed(
-    rings: Sequence[Floats], first: Floats, last: Floats, *, colour: str, solid: bool
+    rings: Sequence[Floats], first: Floats, last: Floats, *, colour: str, solid: bool = False
 ) -> Piece:
     """Join rings of one count of points, with a point at either end."""
     count = len(rings[0])

@@ -157,7 +157,6 @@ class ParticleSolver(Protocol):
         *,
         body: int,
         points: Floats,
-        convex: bool | None = None,
         volumes: Floats | None = None,
         bulk: Floats | None = None,
     ) -> None:
@@ -169,7 +168,6 @@ class ParticleSolver(Protocol):
         Args:
             body: 0 for static samples, 1..K for bodies.
             points: [m], shape (b, 3).
-            convex: whether the samples lie under a convex surface; by default for bodies only.
             volumes: displaced by each sample [m^3], shape (b,); used where ``bulk`` is below 1.
             bulk: share of the weight by area, the rest is by volume [1], shape (b,); None for 1.
 

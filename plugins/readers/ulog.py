@@ -116,10 +116,10 @@ def _column(samples: Samples, name: str, topic: str) -> Floats:
     return samples[name].astype(np.float64)
 
 
-def _triple(samples: Samples, name: str, topic: str, frame: str = "body") -> Floats:
-    """Return a vector of three fields, from FRD to FLU or from NED to ENU."""
+def _triple(samples: Samples, name: str, topic: str) -> Floats:
+    """Return a body vector of three fields, from FRD to FLU."""
     x, y, z = (_column(samples, f"{name}[{k}]", topic) for k in range(3))
-    return np.stack([x, -y, -z] if frame == "body" else [y, x, -z], axis=1)
+    return np.stack([x, -y, -z], axis=1)
 
 
 def _combined(topic: str, all_samples: dict[str, Samples]) -> list[Stream]:

@@ -21,8 +21,6 @@ PAD = (0.004, 0.018, 0.026)
 """Finger-tip pad: thickness, width, height [m]."""
 PAD_AT = (-0.009, 0.0, -0.062)
 """Centre of the pad in the finger, x outwards: its face lies 25 mm from the axis at angle 0 [m]."""
-GRASP = KNUCKLE[1] + PAD_AT[2]
-"""Height of the grasp's centre in the palm [m]."""
 OPEN, CLOSED = -0.6, 0.26
 """Finger angles with the pads 120 mm apart, and with the three pads almost touching [rad]."""
 STOP = 0.04

@@ -101,7 +101,7 @@ class BatchDynamics:
         self.memory: Mapping[str, Array] = self.zero_memory()
         self._torque = self.no_torque()
         self._rate = fastest_drive(self.effects, robot)
-        self._slopes = FusedSlopes(self) if fused else None
+        self._slopes = FusedSlopes(self.slopes, like) if fused else None
         # within other fused laws the step is a part of them
         self._whole = compile_law(self._explicit) if fused else None
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping
+from typing import Any
 
 from seals.arrays import Array, as_like, column_of
 from seals.batch.posture import Posture
@@ -11,9 +11,6 @@ from seals.batch.state import Rates, TwinState
 from seals.errors import ConfigError
 from seals.motion import Inputs
 from seals.tensor_compiler import compile_law
-
-if TYPE_CHECKING:
-    from seals.batch.model import BatchDynamics
 
 Ahead = tuple[Rates, Any] | None
 """Rates to go along before others are found, and for how long [s]; None stays where it is."""
@@ -23,21 +20,22 @@ class FusedSlopes:
     """Compiled `BatchDynamics.slopes`; arguments that differ between stages are arrays.
 
     Args:
-        twin: on PyTorch.
+        slopes: method of a twin.
+        like: its array library, which must be PyTorch.
 
     Raises:
         ConfigError: the twin computes with another array library.
     """
 
-    def __init__(self, twin: BatchDynamics) -> None:
-        """Store the state derivatives of the batch dynamics."""
-        if not hasattr(twin.like, "untyped_storage"):
+    def __init__(self, slopes: Callable[..., Any], like: Array) -> None:
+        """Compile the state derivatives."""
+        if not hasattr(like, "untyped_storage"):
             raise ConfigError(
-                f"a twin of {type(twin.like).__module__} arrays cannot be fused.\n"
+                f"a twin of {type(like).__module__} arrays cannot be fused.\n"
                 "Give like=torch.zeros(1), or leave out fused."
             )
-        self._like = twin.like
-        self._law = compile_law(twin.slopes)
+        self._like = like
+        self._law = compile_law(slopes)
         self._numbers: dict[float, Array] = {}
 
     def __call__(

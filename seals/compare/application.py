@@ -21,6 +21,7 @@ from seals.errors import ConfigError, suggestion
 from seals.logs import Log, refuse_if_bad
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
+from seals.run.application import short_path
 from seals.run.build import build_run
 
 # settings of the comparison itself; the others are those of a run
@@ -107,14 +108,8 @@ def execute(cfg: Any) -> int | None:
 
     paths = write_report(comparison, as_data(comparison), folder)
     print_variants(comparison)
-    print(f"report: {_shown(paths['report'])}")
+    print(f"report: {short_path(paths['report'])}")
     return None
-
-
-def _shown(path: Path) -> Path:
-    """A path as short as it is unambiguous."""
-    here = Path.cwd()
-    return path.relative_to(here) if path.is_relative_to(here) else path
 
 
 def settings_of(cfg: Any) -> CompareSettings:

@@ -92,16 +92,14 @@ def pooled(scores: Sequence[CaseScore], *, held_out: bool) -> dict[str, Score]:
     return out
 
 
-def by_horizon(
-    case: Case, predicted: dict[str, Floats], *, bins: int = 12
-) -> dict[str, tuple[Floats, Floats]]:
+def by_horizon(case: Case, predicted: dict[str, Floats]) -> dict[str, tuple[Floats, Floats]]:
     """Residual against the time since the start.
 
     Returns:
         Channel to (time at the middle of each bin [s], root mean square in the unit of the
         channel).
     """
-    edges = np.linspace(0.0, float(case.time[-1]) + 1e-12, bins + 1)
+    edges = np.linspace(0.0, float(case.time[-1]) + 1e-12, 13)
     out = {}
     for channel, r in residuals(case, predicted).items():
         times, sizes = [], []

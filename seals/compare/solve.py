@@ -26,7 +26,6 @@ class Solution:
         predicted: samples of the model, one dict per case.
         chi2: sum of squared whitened residuals, priors of the starts included.
         at_bound: whether a parameter stands on a bound, shape (P,).
-        converged: whether the steps became small.
     """
 
     values: Floats
@@ -36,7 +35,6 @@ class Solution:
     predicted: list[dict[str, Floats]]
     chi2: float
     at_bound: list[bool]
-    converged: bool
 
 
 class Solver:
@@ -63,10 +61,9 @@ class Solver:
         """
         x = _Unknown(values.copy(), [np.zeros_like(c.start.sigma) for c in self.cases])
         predicted, cost = self._evaluate(x)
-        damping, converged = 1e-3, False
+        damping = 1e-3
         for _ in range(self.iterations):
             if not free and not any(c.start.free for c in self.cases):
-                converged = True
                 break
             normal, gradient = self._normal(x, predicted, list(free))
             improved = False
@@ -78,14 +75,12 @@ class Solver:
                     break
                 damping *= 10.0
             if not improved:
-                converged = True
                 break
             gain = (cost - new_cost) / max(cost, 1e-30)
             x, predicted, cost, damping = trial, new_predicted, new_cost, max(damping / 10.0, 1e-9)
             if gain < 1e-5:
-                converged = True
                 break
-        return self._solution(x, predicted, cost, list(free), converged)
+        return self._solution(x, predicted, cost, list(free))
 
     def _evaluate(self, x: _Unknown) -> tuple[list[dict[str, Floats]], float]:
         jobs = [Job(i, d, x.values) for i, d in enumerate(x.deviations)]
@@ -223,7 +218,6 @@ class Solver:
         predicted: list[dict[str, Floats]],
         cost: float,
         free: list[int],
-        converged: bool,
     ) -> Solution:
         sigma = np.zeros(len(x.values))
         spread = self._spread(x, predicted, cost, free)
@@ -246,7 +240,6 @@ class Solver:
             predicted=predicted,
             chi2=cost,
             at_bound=on,
-            converged=converged,
         )
 
     def _spread(

@@ -98,7 +98,6 @@ class Evaluator:
         kinds = list(dict.fromkeys((b.links, b.kind) for b in effects.bound))
         self._keys = {b.name: kinds.index((b.links, b.kind)) for b in effects.bound}
         self._batch = batch
-        self._joint_links = joint_links
         self._joint_rows = rows_of(joint_links, links, batch) if joint_links else slice(0, 0)
         self._picks = {
             (b.name, hook): _Call(pick_of(b.effect, hook), names_any(b.effect, hook, wanted))

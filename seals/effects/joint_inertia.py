@@ -33,15 +33,10 @@ def armature_of(effects: EffectSet, robot: RobotModel) -> Floats | None:
     return total if total.any() else None
 
 
-def felt_inertia(robot: RobotModel, joints: Floats | None = None) -> Floats:
-    """Return the effective inertia of every joint, all others and the base free, shape (J,).
-
-    Args:
-        robot: the robot.
-        joints: positions [rad or m], shape (J,); zero by default.
-    """
+def felt_inertia(robot: RobotModel) -> Floats:
+    """Return the effective inertia of every joint at zero, all others and the base free, (J,)."""
     tree = robot.tree
-    at = np.zeros((1, tree.joints)) if joints is None else joints[None]
+    at = np.zeros((1, tree.joints))
     poses = forward(tree, np.zeros((1, 3)), np.eye(3)[None], at)
     assembly = Assembly(robot.spatial_inertia[None])
     nothing = np.zeros((1, tree.links, 6))

@@ -60,22 +60,20 @@ class HullSamples:
         *,
         low: Sequence[float],
         high: Sequence[float],
-        count: int = LEAST_SAMPLES,
         seed: int = 0,
         most: int = MOST_DRAWS,
     ) -> HullSamples:
-        """Draw points in a bounding box until ``count`` of them lie inside.
+        """Draw points in a bounding box until `LEAST_SAMPLES` of them lie inside.
 
         Args:
             test: maps points (N, 3) to a mask (N,).
             low: lowest corner of the bounding box, link axes [m].
             high: highest corner [m].
-            count: least number of samples inside.
             seed: of the scrambling; the same seed gives the same samples.
             most: number of points after which it is given up.
 
         Raises:
-            RobotError: fewer than ``count`` of ``most`` points lie inside.
+            RobotError: fewer than `LEAST_SAMPLES` of ``most`` points lie inside.
         """
         # few hulls are sampled: the others need not wait for this import
         from scipy.stats import qmc
@@ -84,10 +82,11 @@ class HullSamples:
         box = np.asarray(high, dtype=np.float64) - np.asarray(low, dtype=np.float64)
         kept: list[Vector] = []
         found, drawn = 0, 0
-        while found < count:
+        while found < LEAST_SAMPLES:
             if drawn >= most:
                 raise RobotError(
-                    f"only {found} of {drawn} points lie inside the hull, {count} are needed.\n"
+                    f"only {found} of {drawn} points lie inside the hull, {LEAST_SAMPLES} are "
+                    "needed.\n"
                     "Check that the mesh encloses a volume, or give primitives instead."
                 )
             fresh = np.asarray(low) + box * sobol.random(max(drawn, 4096))

@@ -142,8 +142,8 @@ def edges(line: Series) -> tuple[Floats, Floats]:
     return line.y - below, line.y + above
 
 
-def downsampled(line: Series, most: int = MOST_POINTS) -> Series:
-    """Return a series of at most about ``most`` points that keeps every peak.
+def downsampled(line: Series) -> Series:
+    """Return a series of at most about `MOST_POINTS` points that keeps every peak.
 
     Of each bin the lowest and the highest sample survive, so a spike of one sample stays visible.
 
@@ -155,9 +155,9 @@ def downsampled(line: Series, most: int = MOST_POINTS) -> Series:
         (True, 1.0)
     """
     count = line.x.size
-    if count <= most:
+    if count <= MOST_POINTS:
         return line
-    kept = extremes(line.y, max(most // 2 - 1, 1))
+    kept = extremes(line.y, MOST_POINTS // 2 - 1)
     return dataclasses.replace(
         line,
         x=line.x[kept],

@@ -122,18 +122,17 @@ class PointReach:
         return {"state": state.clone(), "pixels": pixels}
 
 
-def demonstrations(episodes: int, *, size: int = 0, seed: int = 10_000) -> Mapping[str, Any]:
+def demonstrations(episodes: int, *, size: int = 0) -> Mapping[str, Any]:
     """Return episodes of the scripted policy, for `seals.learn.learner.Agent`.
 
     Args:
         episodes: how many.
         size: of the picture [pixels]; 0 for none.
-        seed: of the first.
     """
     import torch
 
     environment = PointReach(episodes, size=size)
-    observation = environment.reset(list(range(seed, seed + episodes)))
+    observation = environment.reset(list(range(10_000, 10_000 + episodes)))
     running = torch.ones(episodes, dtype=torch.bool)
     found: dict[str, list[Any]] = {}
     while bool(running.any()):

@@ -26,7 +26,6 @@ class Loaded:
         base_centre: centre of mass of the base in its link frame [m], shape (3,).
         base_turn: q of the base link frame in the principal axes, xyzw, shape (1, 4).
         moments: principal moments of every link [kg m^2], shape (L, 3).
-        principal: rotation of the principal axes in the link frame, xyzw, shape (L, 4).
     """
 
     body: int
@@ -36,7 +35,6 @@ class Loaded:
     base_centre: Floats
     base_turn: Floats
     moments: Floats
-    principal: Floats
 
 
 def load_robot(p: Any, client: int, robot: RobotModel) -> Loaded:
@@ -86,7 +84,6 @@ def load_robot(p: Any, client: int, robot: RobotModel) -> Loaded:
         base_centre=np.array(info[0][3]),
         base_turn=conjugate(np.array(info[0][4])[None]),
         moments=np.array([i[2] for i in info]),
-        principal=np.array([i[4] for i in info]),
     )
 
 

@@ -39,12 +39,11 @@ def fresnel(cosine: Array, ratio: float) -> Array:
     return xp.where(inside <= 0.0, 1.0, 0.5 * (across * across + along * along))
 
 
-def sunbeam(zenith: float, index: float = INDEX) -> tuple[float, float]:
+def sunbeam(zenith: float) -> tuple[float, float]:
     """Return the angle of a sunbeam in the water, and the transmitted fraction.
 
     Args:
         zenith: angle of the sun from straight up [rad].
-        index: refractive index of the water [1].
 
     Returns:
         Angle from the vertical under still water [rad], and 1 - R [1].
@@ -54,8 +53,8 @@ def sunbeam(zenith: float, index: float = INDEX) -> tuple[float, float]:
         >>> round(math.degrees(angle), 1), round(share, 3)
         (40.5, 0.94)
     """
-    lean = math.asin(math.sin(zenith) / index)
+    lean = math.asin(math.sin(zenith) / INDEX)
     into, under = math.cos(zenith), math.cos(lean)
-    across = (into - index * under) / (into + index * under)
-    along = (index * into - under) / (index * into + under)
+    across = (into - INDEX * under) / (into + INDEX * under)
+    along = (INDEX * into - under) / (INDEX * into + under)
     return lean, 1.0 - 0.5 * (across**2 + along**2)

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import nullcontext
 from pathlib import Path
-from typing import Any, ClassVar, TypeAlias
+from typing import TypeAlias
 
-from seals.logs import read_native, refuse_if_bad
 from seals.logs.log import Log
-from seals.logs.shipped import find_log
 from seals.sysid.calibration.calibration import PRIOR, STAGES, Calibration, calibrated, score_on
 from seals.sysid.data.robot_description import RobotDescription, describe_robot
 from seals.sysid.report.estimator import Estimate
-from seals.sysid.report.settable import Settable
+from seals.sysid.report.settable import Settable, bar, read_usable
 from seals.sysid.report.threads import one_thread
 
 AnyLog: TypeAlias = "Log | str | Path"
@@ -47,14 +44,6 @@ class Calibrator(Settable):
         True
     """
 
-    _learned: ClassVar[tuple[str, ...]] = (
-        "parameters_",
-        "stated_",
-        "undetermined_",
-        "correlation_",
-        "held_out_error_",
-        "calibration_",
-    )
     parameters_: dict[str, Estimate]
     stated_: dict[str, float]
     undetermined_: list[str]
@@ -90,9 +79,9 @@ class Calibrator(Settable):
             LogError: a log cannot be used.
         """
         every = [log] if isinstance(log, Log | str | Path) else list(log)
-        logs = [_read(one) for one in every]
-        unseen = None if held_out is None else _read(held_out)
-        with one_thread(), _bar(self.progress) as tell:
+        logs = [read_usable(one) for one in every]
+        unseen = None if held_out is None else read_usable(held_out)
+        with one_thread(), bar(self.progress, "calibrating", STAGES) as tell:
             found = calibrated(
                 logs,
                 list(self.parameters),
@@ -136,7 +125,7 @@ class Calibrator(Settable):
         """
         found = self.calibration_
         with one_thread():
-            return -score_on(found, _read(log), robot=_robot(self.robot))
+            return -score_on(found, read_usable(log), robot=_robot(self.robot))
 
     def report(self, folder: str | Path) -> Path:
         """Write ``report.html`` of the calibration; return its path.
@@ -186,21 +175,5 @@ def calibrate(
     return made.fit(log, held_out=held_out)
 
 
-def _read(log: AnyLog) -> Log:
-    read = log if isinstance(log, Log) else read_native(find_log(log))
-    refuse_if_bad(read)
-    return read
-
-
 def _robot(place: str | Path | None) -> RobotDescription | None:
     return None if place is None else describe_robot(str(place))
-
-
-def _bar(shown: bool) -> Any:
-    from seals.run.progress import progress
-
-    return progress("calibrating", STAGES) if shown else nullcontext(_nothing)
-
-
-def _nothing(done: int) -> None:
-    """Ignore progress."""

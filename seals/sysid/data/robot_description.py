@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -96,18 +96,17 @@ def describe_run(folder: Path) -> RobotDescription | None:
     return replace(found, sea=wave, listed=found.robot.joints)
 
 
-def describe_robot(robot: str, overrides: Sequence[str] = ()) -> RobotDescription:
+def describe_robot(robot: str) -> RobotDescription:
     """Return the description of a robot by its name or folder.
 
     Args:
         robot: installed name, or path of a robot folder.
-        overrides: changes of its values, such as ``effects.water_drag.coefficient_x=20``.
 
     Raises:
         SealsError: there is no such robot, or it cannot be used.
     """
     from seals.config.compose import compose
 
-    found = described(compose([f"robot={robot}", *overrides], root="diagnose"))
+    found = described(compose([f"robot={robot}"], root="diagnose"))
     assert found is not None
     return found

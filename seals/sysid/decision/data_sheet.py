@@ -11,8 +11,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from seals.sysid.decision.answer import Claim
+from seals.sysid.predictors.linear_screen import candidate_keys
 from seals.sysid.predictors.problem import Problem
-from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, keys_of, scored
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, scored
 from seals.sysid.selection.search import Search
 
 EvidenceClaim = Claim[EvidenceHypothesis]
@@ -43,7 +44,7 @@ def with_data_sheet(
         own = {c.index for c in sides}
         rest = tuple(c for k, c in enumerate(best.candidates) if k not in own)
         together = (*rest, sheet)
-        keys = keys_of(together)
+        keys = candidate_keys(together)
         start = {k: v for k, v in best.fit.values.items() if k in keys}
         fit = best.fitter.fit(keys, start=start)
         stated = scored(together, fit, best.fitter, search.nominal)

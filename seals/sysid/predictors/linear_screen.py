@@ -72,7 +72,7 @@ def _columns_of(fitter: Fitter, fit: Fit) -> Whitened:
 
 
 def linear_gain(
-    fitter: Fitter, table: CandidateEquations, free: Sequence[str], windows: Floats | None = None
+    fitter: Fitter, table: CandidateEquations, free: Sequence[str]
 ) -> tuple[float, dict[str, float]]:
     """Predict to first order the decrease of the cost with more free keys, and their values.
 
@@ -80,9 +80,7 @@ def linear_gain(
         fitter: priors.
         table: linear equations.
         free: keys to free beside those already free.
-        windows: numbers of the windows to use; all when left out.
     """
-    chosen = slice(None) if windows is None else windows
     use = [
         i
         for i, k in enumerate(table.keys)
@@ -93,8 +91,8 @@ def linear_gain(
     at = np.array([table.values[k] for k in keys]) - np.array(
         [table.centre.get(k, 0.0) for k in keys]
     )
-    matrix = table.normal[chosen].sum(axis=0)[np.ix_(use, use)] + np.diag(precision)
-    gradient = table.right[chosen].sum(axis=0)[use] - precision * at
+    matrix = table.normal.sum(axis=0)[np.ix_(use, use)] + np.diag(precision)
+    gradient = table.right.sum(axis=0)[use] - precision * at
     step = solve_scaled(matrix, gradient)
     before = fitter.precision(keys, table.free)
     # freeing a prior already lowers the cost of values that it held

@@ -86,8 +86,6 @@ class Problem:
 def prepare(
     log: Log,
     *,
-    window: float = WINDOW,
-    gusts: float = GUSTS,
     policy: DecisionPolicy | None = None,
     robot: RobotDescription | None = None,
     free: Callable[[Vehicle, CandidateSet], CandidateSet] | None = None,
@@ -96,8 +94,6 @@ def prepare(
 
     Args:
         log: in the native format, or several joined ones.
-        window: length of the windows [s].
-        gusts: factor on the stated disturbance.
         policy: thresholds of the decisions; the standard ones when left out.
         robot: of a robot folder; left out, the metadata describe the vehicle.
         free: what makes parameters of the extended model free; none when left out.
@@ -121,10 +117,10 @@ def prepare(
     candidate_set = candidate_set if policy is None else replace(candidate_set, policy=policy)
     candidate_set = candidate_set if free is None else free(vehicle, candidate_set)
     plant = Plant(vehicle, candidate_set, samples, parts=parts)
-    fitter = linearise_model(plant, trajectory, {}, window=window, gusts=gusts)
+    fitter = linearise_model(plant, trajectory, {})
     if samples.posed:
-        trajectory = refined(plant, trajectory, window=window)
-        fitter = linearise_model(plant, trajectory, {}, window=window, gusts=gusts)
+        trajectory = refined(plant, trajectory, window=WINDOW)
+        fitter = linearise_model(plant, trajectory, {})
     else:
         fitter = follow_measurements(fitter, ())
     return Problem(vehicle=vehicle, samples=samples, plant=plant, fitter=fitter)

@@ -50,7 +50,7 @@ class Trial:
     kind: int
 
 
-def trials(plant: Plant, *, leave: Sequence[str], count: int = COUNT) -> list[Trial]:
+def trials(plant: Plant, *, leave: Sequence[str]) -> list[Trial]:
     """Draw random parameter values and start states, with one effect or none.
 
     When a hull comes up again hangs on all of them.
@@ -58,14 +58,13 @@ def trials(plant: Plant, *, leave: Sequence[str], count: int = COUNT) -> list[Tr
     Args:
         plant: extended model.
         leave: names of effects that are left out.
-        count: trials.
     """
     candidate_set, start_sigma = plant.candidate_set, _start_sigma(plant)
     rng = np.random.default_rng(_SEED)
     sizes = _sizes(candidate_set, leave)
     acting = [k for k in candidate_set.tolerances if not _silent(candidate_set, k)]
     out = []
-    for k in range(count):
+    for k in range(COUNT):
         values = {
             key: candidate_set.parameters[key].tolerance * float(rng.standard_normal())
             for key in acting
@@ -102,18 +101,17 @@ def _silent(candidate_set: CandidateSet, key: str) -> bool:
     return effect is None or any(has_hook(effect, h) for h in (Measure, Timed))
 
 
-def mutated(plant: Plant, about: Sequence[Trial], *, count: int = COUNT) -> list[Trial]:
+def mutated(plant: Plant, about: Sequence[Trial]) -> list[Trial]:
     """Draw trials in the neighbourhood of others.
 
     Args:
         plant: extended model.
         about: trials near which they lie.
-        count: trials.
     """
     parameters, start_sigma = plant.candidate_set.parameters, _start_sigma(plant)
     rng = np.random.default_rng(_SEED + 1)
     out = []
-    for k in range(count):
+    for k in range(COUNT):
         parent, values = about[k % len(about)], {}
         for key, value in parent.values.items():
             tolerance = parameters[key].tolerance

@@ -29,6 +29,8 @@ from seals.sysid.predictors.windows_descent import Descent
 
 _AGAIN = 2
 """Times that a fit is repeated about exact steps at its own values."""
+_SMALL = 0.3
+"""Change of the cost at which a fit stops."""
 _ROUGH = 1e-2
 """Share of the excess misfit that a step must gain about an expansion point that will move."""
 _ROUNDING = 1e-6
@@ -208,7 +210,6 @@ class Fitter:
         *,
         start: Mapping[str, float] | None = None,
         iterations: int = 6,
-        tolerance: float = 0.3,
         coarse: bool = False,
     ) -> Fit:
         """Fit free parameters and all tolerances.
@@ -220,7 +221,6 @@ class Fitter:
             free: keys.
             start: starting values of the free parameters.
             iterations: at most, in each of the two stages.
-            tolerance: change of the cost at which to stop.
             coarse: leave out `refined`, which follows for the best fits.
         """
         more = [k for k in free if k not in self.tolerances]
@@ -233,24 +233,23 @@ class Fitter:
             first[late] = self.windows.delay
         expansion_point = self._expansion_point(self.at)
         excess = 0.0 if expansion_point is None else _ROUGH
-        rule = Backtracking(absolute=tolerance, excess=excess)
+        rule = Backtracking(absolute=_SMALL, excess=excess)
         now = self._linear(keys, free, first, precision, expansion_point)
         if free:
             now = self._descend(now, iterations, rule, free, expansion_point)
         now = self._descend(now, iterations, rule, keys, expansion_point)
-        return now if coarse else self.refined(now, iterations=iterations, tolerance=tolerance)
+        return now if coarse else self.refined(now, iterations=iterations)
 
-    def refined(self, fit: Fit, *, iterations: int = 6, tolerance: float = 0.3) -> Fit:
+    def refined(self, fit: Fit, *, iterations: int = 6) -> Fit:
         """Repeat a fit about exact steps at its own values until it converges.
 
         Args:
             fit: of this fitter.
             iterations: at most, for each time.
-            tolerance: change of the cost at which to stop.
         """
         if self.cache is None:
             return fit
-        best, rule = None, Backtracking(absolute=tolerance)
+        best, rule = None, Backtracking(absolute=_SMALL)
         for _ in range(_AGAIN):
             guessed, expansion_point = fit.cost, self._expansion_point(fit.values)
             fit = self._linear(fit.keys, fit.free, fit.values, fit.precision, expansion_point)
@@ -259,7 +258,7 @@ class Fitter:
             best = fit
             off, exact = abs(fit.cost - guessed), fit.cost
             fit = self._descend(fit, iterations, rule, fit.keys, expansion_point)
-            if off < tolerance or exact - fit.cost < tolerance:
+            if off < _SMALL or exact - fit.cost < _SMALL:
                 break
         return fit
 

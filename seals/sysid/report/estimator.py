@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
 
 from seals.errors import ConfigError
-from seals.logs import read_native, refuse_if_bad
 from seals.logs.log import Log
-from seals.logs.shipped import find_log
 from seals.sysid.diagnosis import Diagnosis, diagnose
 from seals.sysid.predictors.linearise import predict
 from seals.sysid.predictors.plant import Plant
 from seals.sysid.predictors.problem import prepare, rewindowed, typical_speeds
-from seals.sysid.report.settable import Settable
+from seals.sysid.report.settable import Settable, bar, read_usable
 from seals.sysid.report.threads import one_thread
 
 _STAGES = 6
@@ -70,13 +66,6 @@ class MissingEffect(Settable):
         True
     """
 
-    _learned: ClassVar[tuple[str, ...]] = (
-        "verdict_",
-        "effects_",
-        "confidence_",
-        "held_out_error_",
-        "diagnosis_",
-    )
     verdict_: str
     effects_: dict[str, dict[str, Estimate]]
     confidence_: dict[str, float]
@@ -101,8 +90,8 @@ class MissingEffect(Settable):
         """
         if isinstance(self.processes, bool) or self.processes < 1:
             raise ConfigError(f"processes={self.processes} is not allowed.\nAllowed: 1 and more.")
-        read = _read(log)
-        with one_thread(), _bar(self.progress) as tell:
+        read = read_usable(log)
+        with one_thread(), bar(self.progress, "diagnosing", _STAGES * _TICKS) as tell:
             found = diagnose(
                 read, processes=self.processes, tell=lambda stage: tell(stage * _TICKS)
             )
@@ -137,7 +126,7 @@ class MissingEffect(Settable):
         """
         fitted = self.diagnosis_.hypothesis
         with one_thread():
-            return -misfit_of(_read(log), fitted.fit.values, self.diagnosis_)
+            return -misfit_of(read_usable(log), fitted.fit.values, self.diagnosis_)
 
     def report(self, folder: str | Path) -> Path:
         """Write ``report.html`` and ``report.json`` of the fitted log; return the page.
@@ -186,19 +175,3 @@ def misfit_of(log: Log, values: Mapping[str, float], found: Diagnosis) -> float:
     windows = fitter.windows
     whitened = windows.whiten(windows.residual(prediction)[:, :, None])
     return float(whitened.product(whitened).sum()) / float(windows.observed)
-
-
-def _read(log: Log | str | Path) -> Log:
-    read = log if isinstance(log, Log) else read_native(find_log(log))
-    refuse_if_bad(read)
-    return read
-
-
-def _bar(shown: bool) -> Any:
-    from seals.run.progress import progress
-
-    return progress("diagnosing", _STAGES * _TICKS) if shown else nullcontext(_nothing)
-
-
-def _nothing(done: int) -> None:
-    """Ignore progress."""

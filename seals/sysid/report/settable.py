@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import inspect
-from typing import Any, ClassVar, TypeVar
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+from typing import Any, TypeVar
 
 from seals.errors import ConfigError, NotFitted, suggestion
+from seals.logs import Log, read_native, refuse_if_bad
+from seals.logs.shipped import find_log
 
 Own = TypeVar("Own", bound="Settable")
 
 
 class Settable:
-    """Base of estimators: the arguments of the constructor are the settings."""
+    """Base of estimators: the arguments of the constructor are the settings.
 
-    _learned: ClassVar[tuple[str, ...]] = ()
-    """Attributes that ``fit`` sets."""
+    ``fit`` sets the attributes that a class annotates with a name that ends in ``_``.
+    """
 
     def __repr__(self) -> str:
         """Show the settings."""
@@ -23,7 +28,8 @@ class Settable:
 
     def __getattr__(self, name: str) -> Any:
         # reached only when the attribute is not there
-        if name in self._learned:
+        learned = any(name in inspect.get_annotations(c) for c in type(self).__mro__)
+        if learned and name.endswith("_"):
             raise NotFitted(f"{name} is not known: no log was fitted.\nCall fit(log) first.")
         raise AttributeError(f"{type(self).__name__} has no attribute '{name}'")
 
@@ -53,3 +59,22 @@ class Settable:
                 )
             setattr(self, name, value)
         return self
+
+
+def read_usable(log: Log | str | Path) -> Log:
+    """Return a log, from its folder or the short name of one that ships.
+
+    Raises:
+        ConfigError: there is no such log.
+        LogError: it cannot be used.
+    """
+    read = log if isinstance(log, Log) else read_native(find_log(log))
+    refuse_if_bad(read)
+    return read
+
+
+def bar(shown: bool, label: str, total: int) -> AbstractContextManager[Callable[[int], None]]:
+    """Return a progress bar, or what takes the steps in silence."""
+    from seals.run.progress import progress
+
+    return progress(label, total) if shown else nullcontext(lambda done: None)

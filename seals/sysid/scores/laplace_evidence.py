@@ -30,11 +30,6 @@ class EvidenceHypothesis(Hypothesis):
     score: float
 
 
-def keys_of(candidates: Sequence[Candidate]) -> tuple[str, ...]:
-    """Return the parameter keys that the candidates free, without repetition."""
-    return tuple(dict.fromkeys(k for c in candidates for k in c.all_keys))
-
-
 def occam_factor(fit: Fit, candidate_set: CandidateSet) -> float:
     """Compute the Occam factor of the free parameters of a fit.
 

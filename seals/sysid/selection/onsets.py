@@ -14,10 +14,14 @@ from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.least_squares.normal_equations import Fit
 from seals.sysid.parallel import spread
 from seals.sysid.predictors.activity_equations import activity_equations, coarse_equations
-from seals.sysid.predictors.linear_screen import CandidateEquations, linear_gain
+from seals.sysid.predictors.linear_screen import (
+    CandidateEquations,
+    candidate_keys,
+    linear_gain,
+)
 from seals.sysid.predictors.problem import Problem
 from seals.sysid.predictors.windows import Windows
-from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, keys_of, scored
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, scored
 from seals.sysid.selection.change_points import ChangePoints, ChangePointSearch
 
 _FINER = ((0.1, 1.0), (0.02, 0.125))
@@ -239,7 +243,7 @@ def _fitted(
     values: Mapping[str, float],
 ) -> EvidenceHypothesis:
     """Fit a model with other times, starting from the values of a similar one."""
-    keys, start = keys_of(candidates), {**best.fit.values, **values}
+    keys, start = candidate_keys(candidates), {**best.fit.values, **values}
     fitter = best.fitter.acting(candidates)
     fit = fitter.fit(keys, start={k: start[k] for k in keys})
     return scored(candidates, fit, fitter, nominal)

@@ -19,6 +19,8 @@ from seals.sysid.selection.shortlist import hopeful
 
 _SETTLED = 2.0
 """Change of the cost below which a repeated fit has converged."""
+_ROUNDS = 2
+"""Linearisations of one hypothesis, at most."""
 
 
 def relinearise(
@@ -51,11 +53,7 @@ def relinearise(
 
 
 def refit_about_own_values(
-    problem: Problem,
-    nominal: EvidenceHypothesis,
-    hypothesis: EvidenceHypothesis,
-    *,
-    rounds: int = 2,
+    problem: Problem, nominal: EvidenceHypothesis, hypothesis: EvidenceHypothesis
 ) -> EvidenceHypothesis:
     """Relinearise a hypothesis about its own values and fit it again."""
     keys = hypothesis.fit.free
@@ -63,7 +61,7 @@ def refit_about_own_values(
         hypothesis = estimate_sensor_delay(nominal, hypothesis)
     fit, fitter = hypothesis.fit, hypothesis.fitter
     known = fit.known
-    for _ in range(rounds):
+    for _ in range(_ROUNDS):
         at = dict(fit.values)
         if problem.samples.posed and not problem.impact:
             level = fitter.windows.gusts

@@ -8,9 +8,10 @@ from typing import TypeAlias
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.least_squares.normal_equations import Fit
 from seals.sysid.parallel import spread
+from seals.sysid.predictors.linear_screen import candidate_keys
 from seals.sysid.predictors.problem import rewindowed
 from seals.sysid.predictors.windows_fit import Fitter
-from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, keys_of, scored
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, scored
 
 Job: TypeAlias = tuple[tuple[Candidate, ...], Mapping[str, float]]
 
@@ -29,14 +30,14 @@ def fitted(
     fitted in windows that follow none.
     """
     late = fitter.candidate_set.sensor_delay
-    lends = bool(fitter.windows.delay) and any(late not in keys_of(job[0]) for job in jobs)
+    lends = bool(fitter.windows.delay) and any(late not in candidate_keys(job[0]) for job in jobs)
     plain = rewindowed(fitter, delay=0.0) if lends else fitter
 
     def seen_by(candidates: Sequence[Candidate]) -> Fitter:
-        return (fitter if late in keys_of(candidates) else plain).acting(candidates)
+        return (fitter if late in candidate_keys(candidates) else plain).acting(candidates)
 
     def work(job: Job) -> Fit:
-        keys = keys_of(job[0])
+        keys = candidate_keys(job[0])
         return seen_by(job[0]).fit(keys, start={k: job[1][k] for k in keys}, coarse=True)
 
     fits = spread(work, jobs, processes)

@@ -24,7 +24,6 @@ from seals.sysid.scores.disturbance_level import disturbance_level
 from seals.sysid.scores.laplace_evidence import (
     EvidenceHypothesis,
     is_significant,
-    keys_of,
     occam_factor,
 )
 from seals.sysid.selection.search import Refinement
@@ -141,7 +140,7 @@ class WholeRunModels:
         given = {k: best.fit.values[k] for k in self.candidate_set.tolerances}
         trajectory, jobs = best.fitter.trajectory, []
         for candidate, own in (((), self.base), *(((c,), s) for c, s in rivals)):
-            keys = keys_of(candidate)
+            keys = candidate_keys(candidate)
             at = given | {k: own.fit.values[k] for k in keys}
             jobs.append(linearise_about(self.integrator, trajectory, keys, at, self.disturbance))
         more = self._spread(jobs, _ROUNDS)
@@ -171,7 +170,7 @@ class WholeRunModels:
     def _outset(self, candidate: Candidate) -> LinearisedModel:
         """Nominal model with the candidate's keys free; None if its trajectory diverges."""
         base = self._from
-        fit = base.fitter.start(keys_of((candidate,)))
+        fit = base.fitter.start(candidate_keys((candidate,)))
         return LinearisedModel(fitter=base.fitter, fit=fit, disturbance=base.disturbance)
 
     def _spread(self, jobs: Sequence[LinearisedModel], rounds: int) -> list[LinearisedModel]:

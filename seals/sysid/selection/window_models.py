@@ -27,7 +27,7 @@ from seals.sysid.predictors.surface_model_error import surface_model_error
 from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.scores.disturbance_level import disturbance_level
 from seals.sysid.scores.held_out import held_out_fall, held_out_misfit
-from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant, keys_of, scored
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant, scored
 from seals.sysid.selection.initial_guesses import initial_guesses
 from seals.sysid.selection.onsets import may_act_for_a_time, proposals, retimed
 from seals.sysid.selection.relinearised import relinearise
@@ -144,7 +144,7 @@ class WindowModels:
             best = retimed(self.problem, self.nominal, rival)
         while len(best.candidates) > 1:
             jobs = [
-                (rest, {k: best.fit.values[k] for k in keys_of(rest)})
+                (rest, {k: best.fit.values[k] for k in candidate_keys(rest)})
                 for rest in combinations(best.candidates, len(best.candidates) - 1)
             ]
             smaller = fitted(best.fitter, jobs, self.nominal, best, processes=self.processes)
@@ -316,7 +316,7 @@ def extensions(
     ]
 
     def work(job: tuple[Candidate, Mapping[str, float]]) -> Fit:
-        keys = keys_of((*base.candidates, job[0]))
+        keys = candidate_keys((*base.candidates, job[0]))
         fitter = _shifted(base.fitter, job[1]).acting((*base.candidates, job[0]))
         return fitter.fit(keys, start=job[1], coarse=True)
 

@@ -158,32 +158,17 @@ def _followed(model: Model) -> float:
     return late if late > _PROMPT else 0.0
 
 
-def measure(
-    model: Model,
-    ruler: Yardstick,
-    *,
-    step: float | None = None,
-    tell: Callable[[int], None] | None = None,
-) -> Misfit:
+def measure(model: Model, ruler: Yardstick, *, tell: Callable[[int], None] | None = None) -> Misfit:
     """Replay a log in the simulator and measure the misfit.
 
     Args:
         model: what acts.
         ruler: windows of the log.
-        step: longest of the simulator [s]; left out, one that suits the vehicle.
         tell: takes the number of windows done.
     """
     windows, trajectory = ruler.windows(model), ruler.problem.fitter.trajectory
     followed = windows.delay > 0.0
-    track = replay(
-        model,
-        ruler.samples,
-        trajectory,
-        ruler.rows,
-        step=step,
-        prompt=followed,
-        tell=tell,
-    )
+    track = replay(model, ruler.samples, trajectory, ruler.rows, prompt=followed, tell=tell)
     prediction = track.prediction(windows.dynamics, ruler.samples.rows)
     residual = windows.residual(prediction)
     whitened = windows.whiten(residual[:, :, None])

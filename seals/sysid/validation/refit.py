@@ -18,6 +18,7 @@ from seals.sysid.candidates.activity import ACTIVE, read_activity
 from seals.sysid.candidates.parameters import Candidate, CandidateSet
 from seals.sysid.data.robot_description import RobotDescription
 from seals.sysid.least_squares.normal_equations import Fit
+from seals.sysid.predictors.linear_screen import candidate_keys
 from seals.sysid.predictors.problem import (
     Problem,
     follow_measurements,
@@ -27,7 +28,6 @@ from seals.sysid.predictors.problem import (
     typical_speeds,
 )
 from seals.sysid.predictors.windows_fit import Fitter
-from seals.sysid.scores.laplace_evidence import keys_of
 from seals.sysid.selection.window_models import estimate_disturbance
 from seals.sysid.validation.answer import Finding
 
@@ -60,7 +60,7 @@ class Refit:
     @property
     def nominal(self) -> dict[str, dict[str, float]]:
         """Fitted nominal values; zero where a named effect changes the same value."""
-        taken = set(keys_of(self.candidates))
+        taken = set(candidate_keys(self.candidates))
         out = {}
         for key in self.candidate_set.tolerances:
             own = key in taken
@@ -161,7 +161,7 @@ def _fitted(problem: Problem, combo: tuple[Candidate, ...], finding: Finding) ->
     start: dict[str, float] = {}
     for candidate, effect in zip(combo, finding.effects, strict=True):
         start |= stated(candidate, effect)
-    keys, fitter = keys_of(combo), estimate_disturbance(problem).fitter.acting(combo)
+    keys, fitter = candidate_keys(combo), estimate_disturbance(problem).fitter.acting(combo)
     delay = start.get(fitter.candidate_set.sensor_delay, 0.0)
     if delay > _LATE:
         fitter = rewindowed(fitter, delay=delay)

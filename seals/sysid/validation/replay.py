@@ -70,7 +70,6 @@ def replay(
     trajectory: Trajectory,
     rows: NDArray[np.int64],
     *,
-    step: float | None = None,
     prompt: bool = False,
     tell: Callable[[int], None] | None = None,
 ) -> Track:
@@ -81,13 +80,11 @@ def replay(
         samples: the log.
         trajectory: where the windows start.
         rows: of the windows, shape (W, K).
-        step: longest of the simulator [s]; left out, that of the run that made the log, or one
-            that suits the vehicle.
         prompt: whether readings are reported at once, their delay being left to the windows.
         tell: takes the number of windows done.
     """
     usual = ARM_STEP if model.vehicle.robot.tree.joints else STEP
-    most = step or model.vehicle.simulated_step or usual
+    most = model.vehicle.simulated_step or usual
     parts = max(1, int(np.ceil(samples.step / most - 1e-9)))
     delay = 0.0 if prompt else model.sensor_delay
     late = round(np.ceil(max(delay, 0.0) / samples.step - 1e-9))

@@ -23,7 +23,7 @@ _FAR = 1e6
 _UPPER = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 
-def build_scene(model: Model, *, step: float, rows: int, backend: str = "") -> World:
+def build_scene(model: Model, *, step: float, rows: int) -> World:
     """Build a world that contains only the vehicle of a log.
 
     The ground is left out: a log's vehicle has no shape that could touch it. Effects still know
@@ -33,10 +33,9 @@ def build_scene(model: Model, *, step: float, rows: int, backend: str = "") -> W
         model: what acts.
         step: of the world [s].
         rows: to reserve in the ledger.
-        backend: plug-in of the rigid bodies; empty for the installed engine.
     """
     vehicle = model.vehicle
-    engine = get("backend", backend or default_backend()).load()()
+    engine = get("backend", default_backend()).load()()
     bare = replace(vehicle.environment, ground_level=None, tank_bottom=None)
     engine.open(bare, step)
     waves = get("wave", "still").load()() if model.waves is None else model.waves

@@ -8,6 +8,8 @@ from seals.plugins.fluids.solvers.pbf.lattice import Calibration
 
 # bound of the spectrum from below where water is meant to be incompressible
 STIFF = 1 / 30
+_MARGIN = 1.1
+"""Safety on the top of the spectrum: water at rest is not a lattice [1]."""
 
 
 def compliance(sound_speed: float, step: float) -> float:
@@ -15,16 +17,13 @@ def compliance(sound_speed: float, step: float) -> float:
     return 0.0 if math.isinf(sound_speed) else 1 / (sound_speed * step) ** 2
 
 
-def weights(
-    sweeps: int, *, softness: float, lattice: Calibration, margin: float = 1.1
-) -> list[tuple[float, float]]:
+def weights(sweeps: int, *, softness: float, lattice: Calibration) -> list[tuple[float, float]]:
     """Return (gain, momentum) of each iteration of the Chebyshev semi-iteration.
 
     Args:
         sweeps: how many.
         softness: compliance over the diagonal of the constraint.
         lattice: kernel constants; ``top`` bounds the spectrum from above.
-        margin: safety on ``top``, because water at rest is not a lattice.
 
     Example:
         >>> from seals.plugins.fluids.solvers.pbf.lattice import calibrate
@@ -32,7 +31,7 @@ def weights(
         >>> round(weights(1, softness=1e9, lattice=calibrate(Kernel.wendland))[0][0], 6)
         1.0
     """
-    high = (margin * lattice.top + softness) / (1 + softness)
+    high = (_MARGIN * lattice.top + softness) / (1 + softness)
     low = max(softness / (1 + softness), STIFF * high)
     middle, half = (high + low) / 2, max((high - low) / 2, 1e-6)
     ratio = middle / half

@@ -147,7 +147,6 @@ class SolverPbf:
         *,
         body: int,
         points: Array,
-        convex: bool | None = None,
         volumes: Array | None = None,
         bulk: Array | None = None,
     ) -> None:
@@ -158,16 +157,13 @@ class SolverPbf:
                 centre of mass.
             points: positions [m], shape (b, 3), each point once: one spacing apart they hold the
                 water, two thirds of one apart it also slides along them.
-            convex: whether the samples lie half a spacing below a convex surface, from which water
-                keeps a small distance: see `points.weigh`. By default for bodies only.
             volumes: displaced by each sample [m^3], shape (b,); used where ``bulk`` is below 1.
             bulk: share of the weight by area, the rest is by volume [1], shape (b,); None for 1.
 
         Raises:
             PhysicsError: unknown body, not finite, or more samples than the capacity.
         """
-        convex = body > 0 if convex is None else convex
-        self.boundary.add(body, points, convex=convex, volumes=volumes, bulk=bulk)
+        self.boundary.add(body, points, convex=body > 0, volumes=volumes, bulk=bulk)
 
     def move_boundary(self, *, body: int, points: Array) -> None:
         """Move the samples of a body to ``points`` [m], shape (b, 3); their weights are kept."""
@@ -177,10 +173,6 @@ class SolverPbf:
     def boundary_count(self) -> int:
         """Number of boundary samples."""
         return self.boundary.count
-
-    def clear_boundary(self, *, body: int) -> None:
-        """Remove all samples of a body (0: all static ones), e.g. after the window has moved."""
-        self.boundary.clear(body)
 
     def place_bodies(
         self,
