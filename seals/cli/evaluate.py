@@ -6,9 +6,8 @@ import dataclasses
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
-from seals.cli.hydra_app import discard, launch
+from seals.cli.hydra_app import Application, launch
 from seals.config.overrides import refuse_dangerous
 from seals.errors import ConfigError
 
@@ -20,14 +19,14 @@ def evaluate(arguments: list[str]) -> int:
     _one_thread()
     if COMPARE in arguments:
         words = [word for word in arguments if word != COMPARE]
-        return launch("arms", [_arm(word) for word in words], _compare_task)
-    return launch("evaluate", with_card(arguments), _evaluate_task)
+        return launch("arms", [_arm(word) for word in words], _application("comparison"))
+    return launch("evaluate", with_card(arguments), _application("evaluation"))
 
 
 def record(arguments: list[str]) -> int:
     """Record the episodes of a policy as demonstrations."""
     _one_thread()
-    return launch("record", with_card(arguments), _record_task)
+    return launch("record", with_card(arguments), _application("demonstrations"))
 
 
 def with_card(arguments: Sequence[str]) -> list[str]:
@@ -95,31 +94,6 @@ def _arm(word: str) -> str:
     return f"+arms.{key}={value}" if value.startswith("[") else f"+arms.{key}='{plain}'"
 
 
-def _compare_task(config: Any) -> int | None:
-    from seals.learn.comparison.application import execute
-
-    return _tidy(execute, config)
-
-
-def _evaluate_task(config: Any) -> int | None:
-    from seals.learn.evaluation.application import execute
-
-    return _tidy(execute, config)
-
-
-def _record_task(config: Any) -> int | None:
-    from seals.learn.demonstrations.application import execute
-
-    return _tidy(execute, config)
-
-
-def _tidy(execute: Any, config: Any) -> int | None:
-    """Run a task, then remove the run's own folder if it is empty."""
-    from hydra.core.hydra_config import HydraConfig
-
-    folder = Path(HydraConfig.get().runtime.output_dir)
-    try:
-        result: int | None = execute(config)
-        return result
-    finally:
-        discard(folder)
+def _application(package: str) -> Application:
+    """Return a task; with ``out=FOLDER`` nothing else lies in the command's own folder."""
+    return Application(f"seals.learn.{package}.application", tidy=True)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import importlib
 import io
 import os
 import shutil
 import sys
 import warnings
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +27,36 @@ from seals.run.stopping import stoppable
 
 Task = Callable[[Any], "int | None"]
 _DENIED = (errno.EACCES, errno.EPERM, errno.EROFS, errno.EEXIST, errno.ENOTDIR)
+
+
+@dataclass(frozen=True)
+class Application:
+    """Task of a verb: a function that is imported once the configuration stands.
+
+    Args:
+        module: that holds the function.
+        name: of the function, which takes the configuration and may return an exit code.
+        logs: whether the configuration may give logs by their short names.
+        tidy: whether the folder of the command goes when nothing was written into it.
+    """
+
+    module: str
+    name: str = "execute"
+    logs: bool = False
+    tidy: bool = False
+
+    def __call__(self, config: Any) -> int | None:
+        """Call the function."""
+        from hydra.core.hydra_config import HydraConfig
+
+        if self.logs:
+            _place_logs(config)
+        try:
+            code: int | None = getattr(importlib.import_module(self.module), self.name)(config)
+            return code
+        finally:
+            if self.tidy:
+                discard(Path(HydraConfig.get().runtime.output_dir))
 
 
 def run(arguments: list[str]) -> int:
@@ -54,26 +86,32 @@ def diagnose(arguments: list[str]) -> int:
     # many small matrices: threads inside the linear algebra only get into each other's way
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     if any(word.partition("=")[0] == "experiment" for word in arguments):
-        return launch("compare", arguments, _runs_task)
-    return launch("diagnose", arguments, _diagnose_task)
+        return launch("compare", arguments, Application("seals.sysid.report.runs_application"))
+    return launch("diagnose", arguments, Application("seals.sysid.report.application", logs=True))
 
 
 def calibrate(arguments: list[str]) -> int:
     """Run ``seals calibrate``: compose the configuration, then call its application."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    return launch("calibrate", arguments, _calibrate_task)
+    return launch(
+        "calibrate", arguments, Application("seals.sysid.calibration.application", logs=True)
+    )
 
 
 def add(arguments: list[str]) -> int:
     """Run ``seals add``: compose the configuration, then call its application."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    return launch("add", arguments, _add_task)
+    # the model itself says where it comes from
+    task = Application("seals.sysid.validation.application", "add", logs=True, tidy=True)
+    return launch("add", arguments, task)
 
 
 def verify(arguments: list[str]) -> int:
     """Run ``seals verify``: compose the configuration, then call its application."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    return launch("verify", arguments, _verify_task)
+    return launch(
+        "verify", arguments, Application("seals.sysid.validation.application", "verify", logs=True)
+    )
 
 
 def plan(arguments: list[str]) -> int:
@@ -83,12 +121,14 @@ def plan(arguments: list[str]) -> int:
             better = word.replace("=", "s=", 1)
             raise ConfigError(f"{word}: there is no key 'effect'.\nDid you mean {better}?")
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    return launch("plan", arguments, _plan_task)
+    return launch(
+        "plan", arguments, Application("seals.sysid.experiment_design.application", logs=True)
+    )
 
 
 def teleop(arguments: list[str]) -> int:
     """Run ``seals teleop``: compose the configuration, then call its application."""
-    return launch("teleop", arguments, _teleop_task)
+    return launch("teleop", arguments, Application("seals.teleop.application"))
 
 
 def view(arguments: list[str]) -> int:
@@ -233,10 +273,7 @@ def _run_task(config: Any) -> int | None:
     from seals.run.build import build_run
 
     build_run(config)  # refuse before anything heavy is imported
-    from seals.run.application import execute
-
-    result: int | None = execute(config)
-    return result
+    return Application("seals.run.application")(config)
 
 
 def _place_logs(config: Any) -> None:
@@ -260,80 +297,12 @@ def _compare_task(config: Any) -> int | None:
 
     build_run(config)
     build(config.reader, where="reader")
-    from seals.compare.application import execute
-
-    result: int | None = execute(config)
-    return result
-
-
-def _runs_task(config: Any) -> int | None:
-    from seals.sysid.report.runs_application import execute
-
-    result: int | None = execute(config)
-    return result
-
-
-def _diagnose_task(config: Any) -> int | None:
-    from seals.sysid.report.application import execute
-
-    _place_logs(config)
-    result: int | None = execute(config)
-    return result
-
-
-def _calibrate_task(config: Any) -> int | None:
-    from seals.sysid.calibration.application import execute
-
-    _place_logs(config)
-    result: int | None = execute(config)
-    return result
-
-
-def _add_task(config: Any) -> int | None:
-    from hydra.core.hydra_config import HydraConfig
-
-    _place_logs(config)
-    from seals.sysid.validation.application import add as execute
-
-    result: int | None = execute(config)
-    # the model itself says where it comes from
-    discard(Path(HydraConfig.get().runtime.output_dir))
-    return result
-
-
-def _verify_task(config: Any) -> int | None:
-    from seals.sysid.validation.application import verify as execute
-
-    _place_logs(config)
-    result: int | None = execute(config)
-    return result
-
-
-def _plan_task(config: Any) -> int | None:
-    from seals.sysid.experiment_design.application import execute
-
-    _place_logs(config)
-    result: int | None = execute(config)
-    return result
-
-
-def _teleop_task(config: Any) -> int | None:
-    from seals.teleop.application import execute
-
-    result: int | None = execute(config)
-    return result
+    return Application("seals.compare.application")(config)
 
 
 def _view_task(config: Any) -> int | None:
-    from hydra.core.hydra_config import HydraConfig
-
-    from seals.view.application import execute
-
-    result: int | None = execute(config)
     # a replay that started no run has nothing to keep
-    if config.replay is not None:
-        discard(Path(HydraConfig.get().runtime.output_dir))
-    return result
+    return Application("seals.view.application", tidy=config.replay is not None)(config)
 
 
 _FLAGS = (

@@ -2,26 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Any
-
-from seals.cli.hydra_app import discard, launch
+from seals.cli.hydra_app import Application, launch
 
 
 def render(arguments: list[str]) -> int:
     """Render the frames of a run by ``seals.view.films.application``."""
     # the renderer is an option of the group of viewers
     words = [f"viewer@{word}" if word.startswith("renderer=") else word for word in arguments]
-    return launch("render", words, _task)
-
-
-def _task(config: Any) -> int | None:
-    from hydra.core.hydra_config import HydraConfig
-
-    from seals.view.films.application import execute
-
-    try:
-        return execute(config)
-    finally:
-        # frames and film lie in the folder of the run that they show
-        discard(Path(HydraConfig.get().runtime.output_dir))
+    # frames and film lie in the folder of the run that they show
+    task = Application("seals.view.films.application", tidy=True)
+    return launch("render", words, task)

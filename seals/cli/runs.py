@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Any
-
-from seals.cli.hydra_app import discard, launch
+from seals.cli.hydra_app import Application, launch
 
 _TEXTS = ("folder", "where", "metric", "sort", "table", "plot", "against", "by")
 
 
 def runs(arguments: list[str]) -> int:
     """Run ``seals runs``: compose the configuration, then call its application."""
-    return launch("runs", [_quoted(word) for word in arguments], _task)
+    # looking leaves nothing behind
+    task = Application("seals.sweep.application", tidy=True)
+    return launch("runs", [_quoted(word) for word in arguments], task)
 
 
 def _quoted(word: str) -> str:
@@ -31,15 +30,3 @@ def _quoted(word: str) -> str:
         return word if sign else f"{key}={value}"
     escaped = value.replace("'", "\\'")
     return f"{key}='{escaped}'"
-
-
-def _task(config: Any) -> int | None:
-    from hydra.core.hydra_config import HydraConfig
-
-    from seals.sweep.application import execute
-
-    try:
-        return execute(config)
-    finally:
-        # looking leaves nothing behind
-        discard(Path(HydraConfig.get().runtime.output_dir))

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any
 
-from seals.cli.hydra_app import launch
+from seals.cli.hydra_app import Application, launch
 from seals.cli.sweep import is_sweep
 from seals.config.overrides import refuse_dangerous
 from seals.errors import ConfigError
@@ -15,6 +14,7 @@ from seals.untrusted_io import read_plain_yaml
 RESUME = "resume"
 FREE = ("course", "threads", "film")
 """Keys that a training taken up again may change."""
+_TASK = Application("seals.learn.training.application")
 
 
 def train(arguments: list[str]) -> int:
@@ -26,11 +26,11 @@ def train(arguments: list[str]) -> int:
     kept = [word for word in arguments if word.partition("=")[0] == RESUME]
     folder = Path(kept[-1].partition("=")[2].strip("'\"")) if kept else Path()
     if not kept or is_sweep(folder):
-        return launch("train", arguments, _train_task)
+        return launch("train", arguments, _TASK)
     others = [word for word in arguments if word.partition("=")[0] != RESUME]
     _refuse_changes(folder, others)
     words = [*_begun(folder), *others, f"{RESUME}='{folder}'", f"hydra.run.dir='{folder}'"]
-    return launch("train", words, _train_task)
+    return launch("train", words, _TASK)
 
 
 def _refuse_changes(folder: Path, words: list[str]) -> None:
@@ -67,10 +67,3 @@ def _begun(folder: Path) -> list[str]:
         remedy="Take up trainings of seals train only, or remove that line.",
     )
     return [word for word in words if word.partition("=")[0] != RESUME]
-
-
-def _train_task(config: Any) -> int | None:
-    from seals.learn.training.application import execute
-
-    result: int | None = execute(config)
-    return result
