@@ -102,3 +102,13 @@ def suggestion(name: str, allowed: Iterable[str], *, label: str = "Allowed", mos
     more = f", and {len(names) - most} more" if len(names) > most else ""
     hint = f"Did you mean '{close}'?  " if close else ""
     return f"{hint}{label}: {shown}{more}"
+
+
+def printable(text: str) -> str:
+    r"""Return one line of text without the signs that steer a terminal or begin a line.
+
+    Example:
+        >>> printable("a\x1b[2J\nb")
+        'a [2J b'
+    """
+    return "".join(sign if sign.isprintable() else " " for sign in text)

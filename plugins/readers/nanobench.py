@@ -111,6 +111,8 @@ def _flight(path: Path) -> Log:
             + suggestion(missing[0], table)
         )
     columns = {ours: scale * table[theirs] for theirs, (ours, scale) in known.items()}
+    if columns["t"].size == 0:
+        raise LogError(f"'{path}' has no rows.\nWas it copied completely?")
     columns["t"] = columns["t"] - columns["t"][0]
     name = path.name.split(".parquet")[0].split(".csv")[0]
     published = name in _FLIGHTS

@@ -173,8 +173,9 @@ def adapted(log: Log, config: Any, vehicle: Mapping[str, Any]) -> tuple[Log, lis
     log, said = with_axes(_cut(log, list(config.span)), axes)
     motors: Any = OmegaConf.to_container(config.motors)
     stated = {k: v for k, v in motors.items() if v is not None}
-    curve = motor_curve({**(log.meta.get("motors") or {}), **stated})
-    rotors = vehicle.get("rotors") or (log.meta.get("vehicle") or {}).get("rotors") or []
+    curve = motor_curve(log.meta.get("motors"), stated)
+    own = log.meta.get("vehicle")
+    rotors = vehicle.get("rotors") or (own.get("rotors") if isinstance(own, Mapping) else None)
     if log.has("motor_pwm") and not log.has("rotor_speed_cmd"):
         if rotors:
             log, words = with_rotor_speeds(log, curve, rotors)

@@ -13,7 +13,7 @@ from typing import Any
 
 import seals
 from seals.child_process import protect_children
-from seals.errors import ConfigError, DiskFull, SealsError, suggestion
+from seals.errors import ConfigError, DiskFull, SealsError, printable, suggestion
 from seals.registry import blame
 
 
@@ -353,7 +353,8 @@ def two_lines(refusal: SealsError) -> str:
     """
     lines = [line.strip() for line in str(refusal).splitlines() if line.strip()] or ["refused."]
     advice = " ".join(lines[1:]) or "See: seals --help"
-    return f"{type(refusal).__name__}: {lines[0]}\n{advice}"
+    # a message quotes what a stranger wrote
+    return f"{type(refusal).__name__}: {printable(lines[0])}\n{printable(advice)}"
 
 
 def _dispatch(words: list[str]) -> int:

@@ -70,8 +70,13 @@ class MotorCurve:
             raise LogError(f"motors.range={span} is not allowed.\nAllowed: [low,high]")
         if not 0.0 <= self.thrust_factor <= 1.0:
             raise LogError(f"motors.thrust_factor={self.thrust_factor} is not allowed: 0 to 1.")
+        for name in ("full_voltage", "voltage_power"):
+            if not 0.0 <= getattr(self, name) < math.inf:
+                raise LogError(
+                    f"motors.{name}={getattr(self, name)} is not allowed.\nAllowed: >= 0"
+                )
         curve = np.asarray([list(p) for p in self.points], dtype=float)
-        if curve.size and (
+        if len(self.points) and (
             curve.ndim != 2
             or curve.shape[1] != 2
             or len(curve) < 2
@@ -83,21 +88,50 @@ class MotorCurve:
             )
 
 
-def motor_curve(entry: Mapping[str, Any] | None) -> MotorCurve:
+def motor_curve(entry: Any, changes: Mapping[str, Any] | None = None) -> MotorCurve:
     """Return the motor curve that a mapping states.
 
+    Args:
+        entry: of a data sheet or of a log's metadata; None for none.
+        changes: entries that replace those of ``entry``.
+
     Raises:
-        LogError: an entry is unknown or of the wrong kind.
+        LogError: it is no mapping, or an entry is unknown or of the wrong kind.
+
+    Example:
+        >>> motor_curve({"full_voltage": "high"})
+        Traceback (most recent call last):
+        seals.errors.LogError: motors.full_voltage='high' is not allowed.
+        Allowed: a finite number
     """
-    given = {k: v for k, v in (entry or {}).items() if v is not None}
+    if not isinstance(entry, Mapping | None):
+        raise LogError(f"motors={entry!r:.60} is not allowed.\nWrite: motors: {{command: pwm}}")
+    given = {k: v for k, v in {**(entry or {}), **(changes or {})}.items() if v is not None}
     known = [field.name for field in fields(MotorCurve)]
     for key in given:
         if key not in known:
-            raise LogError(f"motors has no entry '{key}'.\n{suggestion(key, known)}")
+            raise LogError(f"motors has no entry '{key}'.\n{suggestion(str(key), known)}")
+    return MotorCurve(**{key: _stated(key, value) for key, value in given.items()})
+
+
+_LISTS = {"range": "a list of", "order": "a list of", "points": "a list of pairs of"}
+
+
+def _stated(key: str, value: Any) -> Any:
+    """Value of an entry: text for the command, else finite numbers, nested as the entry needs."""
+    if key == "command":
+        return str(value)
     try:
-        return MotorCurve(**given)
-    except (TypeError, ValueError) as error:
-        raise LogError(f"motors: an entry is of the wrong kind ({error}).") from error
+        numbers = np.asarray(value, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        numbers = np.full((), np.nan)
+    depth = {"range": 1, "order": 1, "points": 2}.get(key, 0)
+    # an empty list stands for what the entry says when it is left out
+    empty = depth > 0 and numbers.shape == (0,)
+    if (numbers.ndim != depth and not empty) or not np.isfinite(numbers).all():
+        allowed = f"{_LISTS[key]} finite numbers" if key in _LISTS else "a finite number"
+        raise LogError(f"motors.{key}={value!r:.60} is not allowed.\nAllowed: {allowed}")
+    return numbers.tolist()
 
 
 def recognised(values: Floats, stated: str = "") -> str:
@@ -118,6 +152,8 @@ def recognised(values: Floats, stated: str = "") -> str:
     high = float(finite.max()) if finite.size else 0.0
     moving = finite[finite > 0.02 * high]
     low = float(moving.min()) if moving.size else 0.0
+    if stated and stated not in COMMANDS:
+        raise LogError(f"motor_command={stated:.60} is not known.\n{suggestion(stated, COMMANDS)}")
     if stated and high <= 1.05 * COMMANDS[stated][1]:
         return stated
     if high <= 1.05:
@@ -149,29 +185,43 @@ def with_rotor_speeds(
         LogError: the commands cannot be understood, or do not fit the robot's rotors.
     """
     values = log.channel("motor_pwm")
+    full = _full_speeds(rotors)
     kind = curve.command or recognised(values, str(log.meta.get("motor_command", "")))
-    columns = _columns(curve, values.shape[1], len(rotors))
+    columns = _columns(curve, values.shape[1], full.size)
     sent = values[:, columns]
     low, high = (float(x) for x in curve.range) if curve.range else COMMANDS[kind]
     said = f"motor commands are {kind}" + (f" of {low:g} to {high:g}" if high < math.inf else "")
     if kind in _SPEEDS:
         speed: Floats = sent * _SPEEDS[kind]
     else:
-        full = np.array([float(rotor["max_speed"]) for rotor in rotors])
         share = np.clip((sent - low) / (high - low), 0.0, 1.0)
         speed = _speed(curve, kind, share, full)
         said += f"; full is {', '.join(f'{x:g}' for x in np.unique(full))} rad/s"
         if curve.full_voltage:
             said += f" at {curve.full_voltage:g} V"
             speed = speed * _sag(log, curve)[:, None]
-    named = {f"rotor_speed_cmd_{k + 1}": speed[:, k] for k in range(len(rotors))}
+    named = {f"rotor_speed_cmd_{k + 1}": speed[:, k] for k in range(full.size)}
     order = ", ".join(str(k + 1) for k in columns)
     by = "by their values" if kind != log.meta.get("motor_command") else "as the log says"
     hint = "" if curve.command else f" ({by}; motors.command= says otherwise)"
     return log.with_columns(named), [
         f"{said}{hint}",
-        f"rotors 1 to {len(rotors)} are driven by motors {order} (motors.order= says otherwise)",
+        f"rotors 1 to {full.size} are driven by motors {order} (motors.order= says otherwise)",
     ]
+
+
+def _full_speeds(rotors: Any) -> Floats:
+    """Largest speeds of the rotors in a vehicle's description [rad/s], shape (n,)."""
+    try:
+        full = np.array([float(rotor["max_speed"]) for rotor in rotors])
+    except (TypeError, ValueError, KeyError, OverflowError) as cause:
+        raise LogError(
+            f"vehicle.rotors={rotors!r:.60} is not allowed.\nAllowed: a list of rotors, each with "
+            "max_speed [rad/s]"
+        ) from cause
+    if not np.all((full > 0.0) & np.isfinite(full)):
+        raise LogError("vehicle.rotors: a max_speed is not above zero.\nAllowed: speeds in rad/s")
+    return full
 
 
 def _speed(curve: MotorCurve, kind: str, share: Floats, full: Floats) -> Floats:

@@ -7,9 +7,10 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from seals.errors import ConfigError
+from seals.errors import ConfigError, printable
 from seals.logs.atomic import write_text
 from seals.logs.log import Log
+from seals.logs.motor_curve import motor_curve
 from seals.scaffold.flight_facts import FlightFacts, flight_facts, unit_of
 
 
@@ -71,7 +72,9 @@ def write_datasheet(
 
 def _lines(log: Log, vehicle: Mapping[str, Any], facts: FlightFacts) -> Iterator[str]:
     mass = float(vehicle["mass"])
-    yield f"# Data sheet of {vehicle['name']}, from the flight {log.name}. Every number says where"
+    # a name is a stranger's: a new line in it would be an entry of the data sheet
+    name, flight = printable(str(vehicle["name"])), printable(log.name)
+    yield f"# Data sheet of {name}, from the flight {flight}. Every number says where"
     yield "# it is from: 'measured' in that flight, or 'assumed': a rule of thumb to be replaced."
     yield "environment:"
     yield "  gravity: [0.0, 0.0, -9.81]"
@@ -144,9 +147,12 @@ def _battery(facts: FlightFacts) -> Iterator[str]:
 
 def _motors(log: Log) -> Iterator[str]:
     stated = log.meta.get("motors")
+    known = [
+        (key, value) for key, value in vars(motor_curve(stated)).items() if key in (stated or ())
+    ]
     yield "# Motor curve, where commands are no speeds: see docs/logs.md"
-    if isinstance(stated, Mapping):
-        inside = ", ".join(f"{key}: {value}" for key, value in stated.items())
+    if known:
+        inside = ", ".join(f"{key}: {value}" for key, value in known)
         yield f"motors: {{{inside}}}"
     else:
         yield "# motors: {command: pwm, range: [1000, 2000], full_voltage: 16.8, order: [1, 2, 3]}"
