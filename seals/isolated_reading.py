@@ -27,6 +27,10 @@ from typing import Any, NoReturn
 
 SECONDS, BYTES_A_SECOND = 5, 1 << 24
 """Time that reading one file may compute [s], with one more for each so many bytes."""
+MEMORY, UNPACKED = 1 << 30, 40
+"""Memory that reading one file may take [byte], with so many bytes more for each of its own."""
+_NO_MEMORY = 3
+"""Exit code of a process whose memory did not suffice."""
 PATIENCE = 12.0
 """Multiple of it, on the clock, at which the child is ended: other programs may be at work."""
 MOST_BYTES = 1 << 32
@@ -44,7 +48,7 @@ def read_isolated(reader: str, path: str | Path) -> Any:
 
     Raises:
         SealsError: as the reader raised it.
-        LogError: the process crashed, was ended for taking too long, or its library raised.
+        LogError: the process crashed, took too long or too much memory, or its library raised.
     """
     from seals.child_process import command, environment
     from seals.state_file import StateError, read_state
@@ -65,6 +69,8 @@ def read_isolated(reader: str, path: str | Path) -> Any:
             )
         except subprocess.TimeoutExpired as cause:
             raise _refused(path, f"it takes longer than {PATIENCE * seconds:g} s") from cause
+        if done.returncode == _NO_MEMORY:
+            raise _refused(path, "it unpacks to more memory than a file of its size may take")
         if done.returncode:
             raise _refused(path, _ended(done.returncode, seconds))
         try:
@@ -99,13 +105,17 @@ def _refused(path: str | Path, why: str) -> Exception:
     return LogError(f"'{path}' cannot be read: {why}.\nThe file is damaged: take a sound copy.")
 
 
-def _bound(seconds: int) -> None:
-    """Bound the time, and let nothing be written while the library reads, where the system can."""
+def _bound(seconds: int, size: int) -> None:
+    """Bound time and memory, and let nothing be written while the library reads, on POSIX."""
     try:
         import resource
     except ImportError:
         return
+    used = Path("/proc/self/statm")
+    pages = int(used.read_text().split()[0]) if used.exists() else 0
+    memory = pages * resource.getpagesize() + MEMORY + UNPACKED * size
     for what, soft, hard in (
+        (resource.RLIMIT_AS, memory, memory),
         (resource.RLIMIT_CPU, seconds, seconds),
         (resource.RLIMIT_FSIZE, 0, MOST_BYTES),
         (resource.RLIMIT_CORE, 0, 0),
@@ -131,9 +141,11 @@ def main(reader: str, path: str, seconds: str, content: str) -> None:
     read = getattr(importlib.import_module(module), name)
     from seals.state_file import write_state
 
-    _bound(int(seconds))
+    _bound(int(seconds), Path(path).stat().st_size)
     try:
         found = {"content": read(Path(path))}
+    except MemoryError:
+        sys.exit(_NO_MEMORY)
     except Exception as error:  # libraries let errors of every kind through on damaged files
         found = {"error": type(error).__name__, "message": str(error)[:2000]}
     _allow_writing()

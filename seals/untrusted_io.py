@@ -24,7 +24,8 @@ _MOST_NODES = 200_000
 _MOST_JSON_NODES = 2_000_000
 _DEEPEST = 40
 _DEEPEST_XML = 100
-_LONGEST_NUMBER = 400
+_LONGEST_NUMBER = 250
+"""Most signs of a number: with as many, hexadecimal ones too, a whole one still fits a float."""
 _NUMBER = re.compile(r"[-+0-9a-fA-FxoO_:.]+")
 
 

@@ -63,11 +63,41 @@ def check_meta(log: Log) -> list[Finding]:
         >>> print(check_meta(Log(name="a", columns={"t": [0.0]}, meta=meta))[0])
         [refuse] vehicle.mass: meta.yaml says 'heavy'; give a number above 0
     """
-    if not isinstance(log.meta.get("vehicle"), Mapping):
-        return []
+    found = list(_misshapen(log.meta))
+    if found or not isinstance(log.meta.get("vehicle"), Mapping):
+        return found
     # a log without tolerances is compared with a model given apart: it need not state one
     whole = "baseline" in log.meta and "tolerance" in log.meta
     return [finding for part in _parts(log.meta) for finding in _wrong(*part, whole=whole)]
+
+
+_MAPPINGS = (
+    "vehicle",
+    "environment",
+    "sensors",
+    "tolerance",
+    "disturbance",
+    "battery",
+    "simulated",
+)
+_LISTS = ("baseline", "initial_state")
+
+
+def _misshapen(meta: Mapping[str, Any]) -> Iterator[Finding]:
+    """Yield sections that are of another kind than every reader of them takes for granted."""
+    for name in _MAPPINGS:
+        if meta.get(name) is not None and not isinstance(meta[name], Mapping):
+            yield _finding(name, meta[name], "a mapping of names to values")
+    for name in _LISTS:
+        entries = meta.get(name)
+        if entries is None:
+            continue
+        if not isinstance(entries, list | tuple) or any(
+            not isinstance(e, Mapping) for e in entries
+        ):
+            yield _finding(name, entries, "a list of mappings")
+        elif name == "baseline" and any(not isinstance(e.get("name"), str) for e in entries):
+            yield _finding(name, entries, "a list of effects, each with its name")
 
 
 def _parts(meta: Mapping[str, Any]) -> Iterator[tuple[str, Any, tuple[_Wanted, ...]]]:

@@ -41,6 +41,11 @@ def _write(path: Path) -> None:
     path.with_name("written").write_text("x")
 
 
+def _swell(path: Path) -> None:
+    """Stand in for a library that unpacks a few bytes to gigabytes."""
+    np.zeros(3 << 30, dtype=np.uint8)
+
+
 def _refuse(path: Path) -> None:
     raise LogError("not a file of ours")
 
@@ -91,6 +96,14 @@ def test_an_endless_loop_is_refused(
     (tmp_path / "a").write_bytes(b"x")
     with pytest.raises(LogError, match="longer than 1 s of computing"):
         read_isolated(f"{near}:_hang", tmp_path / "a")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="limits of a process are POSIX's")
+def test_a_file_that_swells_is_refused(near: str, tmp_path: Path) -> None:
+    """Packed zeros take a thousandth of the memory that they unpack to."""
+    (tmp_path / "a").write_bytes(b"x")
+    with pytest.raises(LogError, match="more memory"):
+        read_isolated(f"{near}:_swell", tmp_path / "a")
 
 
 def test_the_clock_ends_it_as_well(

@@ -109,6 +109,19 @@ def read_vehicle(
     Raises:
         LogError: something needed is missing or of an unknown kind.
     """
+    try:
+        return _vehicle_of(meta, robot, still or {})
+    except (AttributeError, LookupError, TypeError, ValueError, ArithmeticError) as cause:
+        said = " ".join(f"{type(cause).__name__}: {cause}".split())[:200]
+        raise LogError(
+            f"meta.yaml describes no vehicle that can be understood ({said}).\n"
+            "See the description of the native log format, or give the robot: robot=FOLDER"
+        ) from cause
+
+
+def _vehicle_of(
+    meta: Mapping[str, Any], robot: RobotDescription | None, still: Mapping[str, float]
+) -> Vehicle:
     if robot is None:
         _part(meta, "vehicle")
     environment = _environment(_part(meta, "environment"))
@@ -117,7 +130,7 @@ def read_vehicle(
     made = (
         _of_meta(meta, environment, entries)
         if robot is None
-        else _of_robot(meta, environment, entries, robot, still or {})
+        else _of_robot(meta, environment, entries, robot, still)
     )
     sea, beside = known_sea(meta, environment)
     if sea is None and robot is not None and (meta["environment"].get("wave") is not None):
