@@ -249,7 +249,7 @@ def read_overlay(raw: Mapping[str, Any]) -> Overlay:
         waves=None if wave is None else _plugin("wave", wave, f"{where}: wave"),
         intervals=_mapping(raw.get("intervals"), f"{where}: intervals"),
         nominal={str(k): _fitted(v, f"{where}: nominal.{k}") for k, v in nominal.items()},
-        speeds=tuple(_number(x, f"{where}: speeds") for x in raw.get("speeds") or ()),
+        speeds=_speeds(raw.get("speeds"), f"{where}: speeds"),
         provenance=_mapping(raw.get("provenance"), f"{where}: provenance"),
         withdrawn=str(raw.get("withdrawn") or ""),
     )
@@ -301,7 +301,9 @@ def _change(name: str, raw: Any, where: str) -> Change:
     plugin = _plugin_name("effect", values, where)
     get("effect", plugin)
     medium, links = values.pop("medium", None), values.pop("links", None)
-    if medium is not None and medium not in MediumKind.__members__:
+    if not isinstance(links, list | None):
+        raise ConfigError(f"{where}.links={links} is not allowed.\nAllowed: a list of links")
+    if medium is not None and str(medium) not in MediumKind.__members__:
         raise ConfigError(
             f"{where}.medium={medium} is not allowed.\n"
             f"{suggestion(str(medium), MediumKind.__members__)}"
@@ -326,6 +328,12 @@ def _fitted(raw: Any, where: str) -> Fitted:
     value = _number(entry.get("value"), where)
     alone = _number(entry.get("alone", value), f"{where}.alone")
     return Fitted(value, _number(entry.get("sd", 0.0), f"{where}.sd"), alone)
+
+
+def _speeds(raw: Any, where: str) -> tuple[float, ...]:
+    if not isinstance(raw, Sequence | None) or isinstance(raw, str):
+        raise ConfigError(f"{where}={raw} is not allowed.\nAllowed: a list of numbers [m/s]")
+    return tuple(_number(x, where) for x in raw or ())
 
 
 def _number(raw: Any, where: str) -> float:

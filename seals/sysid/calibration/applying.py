@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from seals.errors import ConfigError
-from seals.logs.atomic import write_text
+from seals.logs.atomic import atomic_folder, write_text
 from seals.robot.model import RobotModel
 from seals.sysid.calibration.calibration import Calibration
 from seals.sysid.calibration.stated import ACTUATORS, EFFECTS, SENSORS, StatedNumber
@@ -66,7 +66,10 @@ def edited(found: Calibration, folder: Path, robot: RobotModel) -> Edited:
         if not found.determined(number):
             notes.append(f"{number.name} stays as stated: the logs do not determine it.")
         elif "." in number.name:
-            after[ROBOT] = _with(after[ROBOT], number, found.value(number))
+            try:
+                after[ROBOT] = _with(after[ROBOT], number, found.value(number))
+            except ConfigError as refusal:
+                notes.append(str(refusal).replace("\n", " "))
     whole = [n for n in found.numbers if "." not in n.name and found.determined(n)]
     if whole and name:
         before[name] = read_text(folder / name)
@@ -141,12 +144,14 @@ def write_robot(edit: Edited, out: Path) -> Path:
             f"{edit.folder} holds more than {_MOST_FILES} files or 500 MB.\n"
             "Copy it yourself and apply the diff: patch -p1 < robot.diff"
         )
-    for file in files:
-        target = out / file.relative_to(edit.folder)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        name = file.relative_to(edit.folder).as_posix()
-        if name in edit.after:
-            write_text(target, edit.after[name])
-        else:
-            shutil.copyfile(file, target)
+    # whole or not at all: half a robot would be taken for one
+    with atomic_folder(out) as beside:
+        for file in files:
+            name = file.relative_to(edit.folder).as_posix()
+            target = beside / name
+            target.parent.mkdir(parents=True, exist_ok=True)
+            if name in edit.after:
+                write_text(target, edit.after[name])
+            else:
+                shutil.copyfile(file, target)
     return out

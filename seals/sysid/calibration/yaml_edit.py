@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from seals.errors import ConfigError
+from seals.untrusted_io import plain_yaml
 
 
 def with_number(text: str, path: Sequence[str], change: Callable[[float], float]) -> str:
@@ -25,16 +26,18 @@ def with_number(text: str, path: Sequence[str], change: Callable[[float], float]
         effects:
           hull: {effect: lift, mass: 2.5}  # weighed
     """
-    node = _found(_root(text), path)
+    root = _root(text)
+    node = _found(root, path)
     numbers = node.value if _kind(node) == "sequence" else [node]
+    seen = [one for one in _nodes(root) if any(one is other for other in (node, *numbers))]
+    if len(seen) != len({id(one) for one in (node, *numbers)}):
+        raise _by_hand(path, "stands at several places, by an alias")
     # from the last one on: what stands before keeps its place
     for one in reversed(numbers):
-        if _kind(one) != "scalar":
-            raise ConfigError(
-                f"robot.yaml: {'.'.join(path)} is not a number or a list of numbers.\n"
-                "Write the value by hand: it is in calibration.json."
-            )
-        new = figure(change(float(one.value)))
+        old = _scalar(one)
+        if old is None:
+            raise _by_hand(path, "is not a number or a list of numbers")
+        new = figure(change(old))
         text = text[: one.start_mark.index] + new + text[one.end_mark.index :]
     return text
 
@@ -46,6 +49,9 @@ def with_entry(text: str, path: Sequence[str], value: str) -> str:
         text: of the file.
         path: keys that lead to the new one.
         value: what stands behind it.
+
+    Raises:
+        ConfigError: what stands above it is no mapping.
     """
     root = _root(text)
     above = _found(root, path[:-1]) if path[:-1] and holds(text, path[:-1]) else None
@@ -54,6 +60,8 @@ def with_entry(text: str, path: Sequence[str], value: str) -> str:
         inner = value if not rest else "".join(f"{{{k}: " for k in rest) + value + "}" * len(rest)
         start = text if text.endswith("\n") or not text else f"{text}\n"
         return f"{start}{key}: {inner}\n"
+    if _kind(above) != "mapping" or not (above.value or above.flow_style):
+        raise _by_hand(path[:-1], "is no mapping")
     if above.flow_style:
         at = above.end_mark.index - 1
         comma = ", " if above.value else ""
@@ -92,6 +100,33 @@ def _root(text: str) -> Any:
 
 def _kind(node: Any) -> str:
     return "" if node is None else str(node.id)
+
+
+def _scalar(node: Any) -> float | None:
+    """Return a number as the robot's file means it; None for all else."""
+    if _kind(node) != "scalar":
+        return None
+    try:
+        # YAML takes 1e-5 for text, and so does no reader of the robot
+        return float(node.value)
+    except ValueError:
+        known = node.tag.endswith((":int", ":float"))
+        return float(plain_yaml(node.value)) if known else None
+
+
+def _nodes(node: Any) -> Iterator[Any]:
+    """Yield all nodes below one, as often as they are referred to."""
+    yield node
+    if _kind(node) in ("mapping", "sequence"):
+        for entry in node.value:
+            for part in entry if isinstance(entry, tuple) else (entry,):
+                yield from _nodes(part)
+
+
+def _by_hand(path: Sequence[str], why: str) -> ConfigError:
+    return ConfigError(
+        f"robot.yaml: {'.'.join(path)} {why}.\nWrite the value by hand: it is in calibration.json."
+    )
 
 
 def _found(node: Any, path: Sequence[str]) -> Any:

@@ -15,6 +15,7 @@ from seals.sysid.experiment_design.plan import STAGES, Plan, propose
 from seals.sysid.experiment_design.supposed import variants_of
 from seals.sysid.experiment_design.words import proposal, table
 from seals.sysid.predictors.problem import prepare
+from seals.sysid.validation.answer_form import refuse_damaged
 from seals.untrusted_io import read_json
 
 ANSWER, PICTURE, EXPERIMENT = "plan.json", "plan.png", "experiment.yaml"
@@ -96,6 +97,10 @@ def read_diagnosis(place: Path) -> dict[str, Any]:
         raise ConfigError(
             f"diagnosis={place} holds no verdict.\nGive what seals diagnose wrote, {_DIAGNOSIS}."
         )
+    try:
+        refuse_damaged(answer)
+    except ValueError as cause:
+        raise ConfigError(f"{path} is damaged: {cause}.\nDiagnose the log again.") from cause
     return answer
 
 

@@ -10,7 +10,8 @@ from typing import Any
 
 from seals.errors import ConfigError, LogError, suggestion
 from seals.logs.native import TABLES
-from seals.untrusted_io import read_json
+from seals.sysid.validation.answer_form import refuse_damaged
+from seals.untrusted_io import read_bytes, read_json
 
 ANSWER = "diagnosis.json"
 KEY = "diagnosis"
@@ -83,10 +84,11 @@ def read_answer(
         )
     try:
         raw = read_json(path)
+        refuse_damaged(raw)
         verdict, effects = str(raw["verdict"]), list(raw["effects"])
         names = [str(effect["name"]) for effect in effects]
         why = "; ".join(str(reason) for reason in raw.get("reasons") or ())
-        log, nominal = dict(raw.get("log") or {}), dict(raw.get("nominal") or {})
+        log, nominal = dict(raw.get("log") or {}), _determined(raw.get("nominal") or {})
         text = str((raw.get("formula") or {}).get("text", ""))
     except (LogError, OSError, AttributeError, ValueError, KeyError, TypeError) as cause:
         raise ConfigError(f"{path} is damaged: {cause}.\nDiagnose the log again.") from cause
@@ -110,6 +112,10 @@ def read_answer(
         nominal=nominal if choose in (None, *names[:1]) else {},
         formula=law,
     )
+
+
+def _determined(nominal: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, float]]:
+    return {k: {n: x for n, x in v.items() if x is not None} for k, v in nominal.items()}
 
 
 def _formula(
@@ -160,4 +166,4 @@ def log_digest(folder: str | Path) -> str:
     table = next((place / n for n in TABLES if (place / n).is_file()), None)
     if table is None:
         raise LogError(f"'{place}' holds neither {TABLES[0]} nor {TABLES[1]}.")
-    return hashlib.sha256(table.read_bytes()).hexdigest()
+    return hashlib.sha256(read_bytes(table)).hexdigest()

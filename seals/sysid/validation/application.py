@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from seals.config.overlay import Overlay, find_overlay, load_overlay, overlay_names, read_overlay
-from seals.errors import ConfigError, MissingExtra, suggestion
+from seals.errors import ConfigError, MissingExtra, SealsError, suggestion
 from seals.logs import refuse_if_bad
 from seals.logs.atomic import write_json
 from seals.logs.log import Log
@@ -102,11 +102,19 @@ def verify(config: Any) -> int:
     _write(out, found, logs[str(config.log)])
     print_table(found)
     print("\n".join(sentences(found)))
-    if found.withdrawn and overlay.file:
+    if found.withdrawn and _lies_in(overlay.file, raw):
         withdraw(Path(overlay.file), found.withdrawn)
         print(f"{overlay.file}: marked as withdrawn.")
     print(f"\n{out / RESULT}")
     return found.exit_code
+
+
+def _lies_in(file: str, model: Mapping[str, Any]) -> bool:
+    """Return true where a file holds a model; a configuration may claim any other file."""
+    try:
+        return bool(file) and load_overlay(Path(file)) == dict(model)
+    except SealsError:
+        return False
 
 
 def verified(overlay: Overlay, problems: Mapping[str, Problem], first: str) -> Verification:
