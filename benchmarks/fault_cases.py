@@ -7,6 +7,7 @@ import io
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import resources
 from pathlib import Path
 
 from seals.cli.main import main
@@ -209,6 +210,34 @@ def _verified(before: Path, after: Path, code: int) -> str:
     return "cut" if code else "no answer"
 
 
+def _swum(folder: Path) -> None:
+    _seals(
+        *("run", "robot=auv", "water=fossen", "environment.tank_bottom=-8", "guide=waypoints"),
+        *("guide.places=[[0.8,0.3,-2.5]]", "guide.speed=0.8", "initial.position=[0,0,-3]"),
+        *("time.duration=2", "effects.water_drag.coefficient_x=27", "hydra.run.dir=swum"),
+    )
+
+
+def _calibrated(before: Path, after: Path, code: int) -> str:
+    """Judge a calibration: the log is as it was, the new robot is whole or not there."""
+    import yaml
+
+    old, new = visible(before), visible(after)
+    if any(new.get(name) != data for name, data in old.items()):
+        return "the log has changed"
+    answer, robot = after / "out" / "calibration.json", after / "out" / "robot"
+    if answer.exists():
+        json.loads(answer.read_text())
+    if robot.exists():
+        wanted = {name for name in visible(_AUV) if "__pycache__" not in name}
+        missing = sorted(wanted - set(visible(robot)))
+        if missing or not isinstance(yaml.safe_load((robot / "robot.yaml").read_text()), dict):
+            return f"half a robot, without {missing}"
+    if answer.exists() and robot.exists():
+        return "complete"
+    return ("cut" if (after / "out").exists() else "before") if code else "no answer"
+
+
 def _model(folder: Path) -> None:
     _answer(folder)
     _seals("add", "diagnosis=diagnosis.json", "name=found")
@@ -232,7 +261,13 @@ TRAIN = (
     *("learner.batch=4", "learner.random_steps=4", "course.steps=24", "course.look_every=12"),
     *("course.log_every=12", "course.episodes=1", "course.checkpoint=0.01", "seed=5"),
 )
+_AUV = Path(str(resources.files("seals.robots"))) / "auv"
+CALIBRATE = (
+    *("calibrate", "log=swum", "robot=auv", "parameters=[effects.water_drag.coefficient_x]"),
+    *("plan=false", "report=false", "apply=true", "out=out"),
+)
 CASES: dict[str, Case] = {
+    "calibrate": Case(words=CALIBRATE, judge=_calibrated, prepare=_swum, again=CALIBRATE),
     "convert": Case(
         words=("convert", "log=long.csv", "reader=csv", "out=out"), judge=_converted, prepare=_table
     ),

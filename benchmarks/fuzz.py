@@ -27,13 +27,14 @@ from typing import Any
 # at the end: the installed package comes before the checkout
 sys.path.append(str(Path(__file__).parents[1]))
 
+from benchmarks.fuzz_described import DESCRIBED
 from benchmarks.fuzz_hostile import HOSTILE
 from benchmarks.fuzz_published import PUBLISHED
 from benchmarks.fuzz_stored import STORED
 from benchmarks.fuzz_targets import TARGETS as PLAIN
 from benchmarks.fuzz_targets import Target
 
-TARGETS = {**PLAIN, **PUBLISHED, **STORED, **HOSTILE}
+TARGETS = {**PLAIN, **PUBLISHED, **STORED, **HOSTILE, **DESCRIBED}
 """Every reader and loader by name."""
 
 LONGEST = 5.0

@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.guard import BOUNDS, CLASSES, FILES, Guard
+from benchmarks.guards_described import DESCRIPTIONS
 from benchmarks.guards_reading import PAGE, ROBOTS_AND_TABLES
 from benchmarks.guards_runs import RUN_FOLDERS
 from benchmarks.guards_states import STORED_STATES
@@ -44,6 +45,7 @@ GUARDS: dict[str, Guard] = {
     **PAGE,
     **RUN_FOLDERS,
     **STORED_STATES,
+    **DESCRIPTIONS,
     "old checkpoints of trainings": Guard(
         "seals.learn.training.checkpoint",
         "if (folder / OLD).exists():",

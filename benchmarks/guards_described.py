@@ -1,0 +1,125 @@
+"""Guards of descriptions: vehicles, motors, answers of a diagnosis, models, edited texts."""
+
+from __future__ import annotations
+
+from benchmarks.guard import Guard
+
+ODD, TRIAL = "tests/unit/test_hostile_descriptions.py", "tests/unit/test_reading_trial.py"
+_MOTORS, _SHEET = "seals.logs.motor_curve", "seals.scaffold.datasheet"
+_FORM, _EDIT = "seals.sysid.validation.answer_form", "seals.sysid.calibration.yaml_edit"
+_MODEL = "seals.config.overlay"
+
+DESCRIPTIONS: dict[str, Guard] = {
+    "motors are a mapping": Guard(
+        _MOTORS, "if not isinstance(entry, Mapping | None):", "if False:", ODD, "motor_curves"
+    ),
+    "numbers of motors": Guard(
+        _MOTORS,
+        "if (numbers.ndim != depth and not empty) or not np.isfinite(numbers).all():",
+        "if False:",
+        ODD,
+        "motor_curves",
+    ),
+    "speeds of rotors": Guard(
+        _MOTORS,
+        "if not np.all((full > 0.0) & np.isfinite(full)):",
+        "if False:",
+        ODD,
+        "odd_rotors",
+    ),
+    "kind of motor commands": Guard(
+        _MOTORS, "if stated and stated not in COMMANDS:", "if False:", ODD, "kind_of_commands"
+    ),
+    "flight in a data sheet": Guard(
+        _SHEET, "printable(log.name)", "log.name", ODD, "writes_no_entry"
+    ),
+    "robot in a data sheet": Guard(
+        _SHEET, 'printable(str(vehicle["name"]))', 'vehicle["name"]', ODD, "writes_no_entry"
+    ),
+    "motors in a data sheet": Guard(
+        _SHEET, "vars(motor_curve(stated)).items()", "stated.items()", ODD, "no_other_entry"
+    ),
+    "sections of metadata": Guard(
+        "seals.logs.check_meta", "list(_misshapen(log.meta))", "[]", ODD, "sections"
+    ),
+    "vehicle of a log": Guard(
+        "seals.sysid.data.vehicle",
+        "except (AttributeError, LookupError, TypeError, ValueError, ArithmeticError) as cause:",
+        "except ZeroDivisionError as cause:",
+        ODD,
+        "description_of_a_vehicle",
+    ),
+    "entries of an answer": Guard(
+        "seals.sysid.validation.answer",
+        "        refuse_damaged(raw)\n",
+        "",
+        ODD,
+        "odd_answer",
+    ),
+    "entries of an answer that is planned with": Guard(
+        "seals.sysid.experiment_design.application",
+        "        refuse_damaged(answer)\n",
+        "        pass\n",
+        ODD,
+        "odd_answer",
+    ),
+    "numbers of an answer": Guard(
+        _FORM, "if not (whole and -_LARGEST < value < _LARGEST):", "if False:", ODD, "odd_answer"
+    ),
+    "moments of an answer": Guard(
+        _FORM,
+        'if set(_kind(moment, Mapping, f"{where}.{end}")) != _MOMENT:',
+        "if False:",
+        ODD,
+        "odd_answer",
+    ),
+    "links of a model": Guard(
+        _MODEL, "if not isinstance(links, list | None):", "if False:", ODD, "odd_model"
+    ),
+    "speeds of a model": Guard(
+        _MODEL,
+        "if not isinstance(raw, Sequence | None) or isinstance(raw, str):",
+        "if False:",
+        ODD,
+        "odd_model",
+    ),
+    "file of a model": Guard(
+        "seals.sysid.validation.application",
+        "return bool(file) and load_overlay(Path(file)) == dict(model)",
+        "return bool(file)",
+        ODD,
+        "no_file_but_its_own",
+    ),
+    "checksum of a log": Guard(
+        "seals.sysid.validation.answer",
+        "read_bytes(table)",
+        "table.open('rb').read(1 << 20)",
+        ODD,
+        "table_of_holes",
+    ),
+    "aliases of a number": Guard(
+        _EDIT,
+        "if len(seen) != len({id(one) for one in (node, *numbers)}):",
+        "if False:",
+        ODD,
+        "cannot_be_replaced",
+    ),
+    "mapping of a new entry": Guard(
+        _EDIT,
+        'if _kind(above) != "mapping" or not (above.value or above.flow_style):',
+        "if False:",
+        ODD,
+        "no_entry_is_added",
+    ),
+    "signs of a message": Guard(
+        "seals.errors", "sign if sign.isprintable() else", "sign if sign else", ODD, "terminal"
+    ),
+    "memory of a trial": Guard(
+        "seals.reading_trial",
+        "(resource.RLIMIT_AS, pages * resource.getpagesize() + MEMORY + UNPACKED * size),",
+        "",
+        TRIAL,
+        "swells",
+    ),
+}
+"""Every one of them by name."""
