@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from benchmarks.guard import Guard
 
-ODD, TRIAL = "tests/unit/test_hostile_descriptions.py", "tests/unit/test_reading_trial.py"
+ODD, TRIAL = "tests/unit/test_hostile_descriptions.py", "tests/unit/test_isolated_reading.py"
 _MOTORS, _SHEET = "seals.logs.motor_curve", "seals.scaffold.datasheet"
 _FORM, _EDIT = "seals.sysid.validation.answer_form", "seals.sysid.calibration.yaml_edit"
 _MODEL = "seals.config.overlay"
@@ -115,7 +115,7 @@ DESCRIPTIONS: dict[str, Guard] = {
         "seals.errors", "sign if sign.isprintable() else", "sign if sign else", ODD, "terminal"
     ),
     "memory of a trial": Guard(
-        "seals.reading_trial",
+        "seals.isolated_reading",
         "(resource.RLIMIT_AS, pages * resource.getpagesize() + MEMORY + UNPACKED * size),",
         "",
         TRIAL,
