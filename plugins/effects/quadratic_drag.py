@@ -145,11 +145,13 @@ class DragQuadratic(Effect):
         cls, robot: RobotModel, effects: Mapping[str, Effect], medium: MediumKind | None
     ) -> dict[str, Any]:
         """Return form and size of the model's own drag, else those that suit the base's hull."""
-        base, kinds = {"root", "*", robot.links[0]}, (medium, MediumKind.any)
-        own = (e for e in effects.values() if type(e) is cls and not e.correction)
-        held = next((e for e in own if e.medium in kinds and base & set(e.links)), None)
-        if held is None:
+        base = {"root", "*", robot.links[0]}
+        own = [e for e in effects.values() if type(e) is cls and not e.correction]
+        own = [e for e in own if base & set(e.links)]
+        if not own:
             return form_of_hull(robot.hulls[0])
+        # in another medium it is the same body
+        held = next((e for e in own if e.medium in (medium, MediumKind.any)), own[0])
         return {name: getattr(held, name) for name in _SHAPE}
 
     def constants(self) -> dict[str, Floats]:

@@ -17,6 +17,15 @@ NEUTRAL = {"thrust_change": 0.0}
 """Parameters that came later, by the value that changes nothing: worlds made before keep their
 hash."""
 
+_DRAG = "seals.plugins.effects.quadratic_drag.DragQuadratic"
+NEUTRAL_OF: dict[str, dict[str, Any]] = {
+    _DRAG: {
+        **{"form": "per_axis", "axis": "x"},
+        **{f"{stem}_{axis}": 0.0 for stem in ("size", "position") for axis in "xyz"},
+    }
+}
+"""The same of one plug-in, by its class."""
+
 SEEN = ("frames", "ball")
 """Keys that mean nothing to a robot without cameras."""
 
@@ -48,8 +57,9 @@ def world_config(config: Any) -> dict[str, Any]:
 def _placeless(value: Any) -> Any:
     """Drop neutral values, and the path of the robot's folder, which differs between machines."""
     if isinstance(value, dict):
+        neutral = NEUTRAL | NEUTRAL_OF.get(str(value.get("_target_")), {})
         kept = {k: v for k, v in value.items() if k != "folder"}
-        return {k: _placeless(v) for k, v in kept.items() if k not in NEUTRAL or v != NEUTRAL[k]}
+        return {k: _placeless(v) for k, v in kept.items() if k not in neutral or v != neutral[k]}
     return value
 
 

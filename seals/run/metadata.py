@@ -193,12 +193,13 @@ def _effect(name: str, effect: Any) -> dict[str, Any]:
     kind = options_of(effect, EffectOptions).medium
     medium = "any" if kind is None else kind.value
     found = _plugin("effect", effect)
-    changed = {k: v for k, v in vars(effect).items() if v != getattr(type(effect), k, None)}
-    choices = {k: v.value for k, v in changed.items() if isinstance(v, Enum) and k != "medium"}
+    words = {k: v for k, v in vars(effect).items() if isinstance(v, Enum) and k != "medium"}
+    choices = {k: v.value for k, v in words.items() if v is not getattr(type(effect), k)}
     if "parameters" in found:
-        # sizes and places that the effect does not use say nothing
-        known = parameters_of(effect)
-        kept = {k: v for k, v in found["parameters"].items() if known[k].fit or k in changed}
+        # sizes and places at their default say nothing
+        known, default = parameters_of(effect), vars(type(effect))
+        values = found["parameters"].items()
+        kept = {k: v for k, v in values if known[k].fit or v != default.get(k)}
         found = {**found, "parameters": kept}
     return {
         "name": found["name"],

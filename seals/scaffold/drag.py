@@ -56,7 +56,7 @@ def drag_of(hulls: Sequence[LinkHull]) -> LinkDrag:
     lengths = [k for k, v in forms[0].items() if isinstance(v, float)]
     mean = {k: float(np.mean([form[k] for form in forms])) for k in lengths}
     used = {k: v for k, v in mean.items() if round(v, 6)}
-    chosen = {k: forms[0][k].value for k in ("form", "axis") if k in forms[0]}
+    chosen: dict[str, Any] = {k: forms[0][k].value for k in ("form", "axis") if k in forms[0]}
     each = [_of_one_shape(hull, form) for hull, form in zip(hulls, forms, strict=True)]
     drag, turning = (np.mean(part, axis=0) for part in zip(*each, strict=True))
     return LinkDrag({**chosen, **used}, drag, turning)
