@@ -36,8 +36,9 @@ def added_mass_of_ellipsoid(semi_axes: Floats, density: float) -> Floats:
 
     axes = np.asarray(semi_axes, dtype=float)
     square, mass = axes**2, density * 4.0 / 3.0 * np.pi * float(axes.prod())
-    others = [np.delete(square, k) for k in range(3)]
-    factor = np.array([2.0 / 3.0 * axes.prod() * elliprd(*others[k], square[k]) for k in range(3)])
+    x, y, z = (float(value) for value in square)
+    integrals = [elliprd(y, z, x), elliprd(z, x, y), elliprd(x, y, z)]
+    factor = 2.0 / 3.0 * axes.prod() * np.array(integrals)
     turning = np.zeros(3)
     for k in range(3):
         i, j = (k + 1) % 3, (k + 2) % 3

@@ -255,15 +255,19 @@ class _Conversion:
         if moment:
             # the reaction of the air on the body, against the sense of rotation
             values |= {"moment": abs(moment), "direction": -float(np.sign(moment))}
-        place, axis = (
-            tuple(float(x) for x in v) for v in (m.site_pos[site] - self.shift[body], turn @ ahead)
-        )
+        place = _triple(m.site_pos[site] - self.shift[body])
+        axis = _triple(turn @ ahead)
         rotor = low >= 0.0
         said = "actuators at sites of the MJCF"
         link = self._name("body", body)
         self.stated.motors.append(
             Motor(ROTOR if rotor else THRUSTER, link, "", values, said, place, axis)
         )
+
+
+def _triple(values: Floats) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in values)
+    return x, y, z
 
 
 def _pose(position: Floats, q_wxyz: Floats) -> Floats:

@@ -93,6 +93,8 @@ def _left_out(made: NewRobot, *, chosen: bool) -> Iterator[str]:
     medium, hulls = made.medium, bool(made.hulls)
     if chosen and made.drives:
         yield f"medium: {medium.value} is taken; --medium air, water or both says otherwise"
+        if any(drives.kind == ROTOR for drives in made.drives):
+            yield "rotors: they turn one way; --medium both lets them turn backwards under water"
     if medium is RobotMedium.air and hulls:
         yield "left out: drag and added mass in water; --medium both writes them"
     if medium is RobotMedium.water:

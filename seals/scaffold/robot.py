@@ -42,6 +42,7 @@ class NewRobot(NamedTuple):
         robot: as its URDF now reads.
         drives: rotors and thrusters, none of them or both.
         medium: in which it works.
+        reverses: whether its rotors turn backwards under water.
         limbs: arms and grippers.
         hulls: of the links that displace water.
         changes: to the URDF, in words.
@@ -52,6 +53,7 @@ class NewRobot(NamedTuple):
     robot: RobotModel
     drives: list[Drives]
     medium: RobotMedium
+    reverses: bool
     limbs: Limbs
     hulls: Mapping[str, LinkHull]
     changes: list[str]
@@ -119,9 +121,10 @@ def _fill(
     hulls = hulls_of(source.root, folder, rotor_links - {robot.links[0]})
     hulls = with_volumes(hulls, robot, source)
     medium = medium_of(given, drives, source)
-    made = NewRobot(
-        folder, robot, drives, medium, limbs_of(robot, set()), hulls, source.changes, []
-    )
+    # that rotors can turn backwards is for the user to say
+    reverses = given is not None and medium.wet
+    limbs = limbs_of(robot, set())
+    made = NewRobot(folder, robot, drives, medium, reverses, limbs, hulls, source.changes, [])
     made.remarks.extend(remarks_of(made, source, chosen=given is None))
     facts = _facts(name, made, source)
     for file in ("robot.yaml", "README.md"):
@@ -212,12 +215,12 @@ def _drive_facts(drives: Drives, made: NewRobot, number: int) -> dict[str, Any]:
         "kind": drives.kind,
         "links": drives.links,
         "first": first,
-        "lines": _drive_lines(drives, made.medium),
+        "lines": _drive_lines(drives, reverses=made.reverses),
         "sources": drives.sources,
     }
 
 
-def _drive_lines(drives: Drives, medium: RobotMedium) -> dict[str, str]:
+def _drive_lines(drives: Drives, *, reverses: bool) -> dict[str, str]:
     """Fields of the actuator, as YAML text; numbers alike for all are written once."""
     lines = {"position": flow([rounded(row) for row in drives.position])}
     axes = [rounded(row) for row in drives.axis]
@@ -234,7 +237,7 @@ def _drive_lines(drives: Drives, medium: RobotMedium) -> dict[str, str]:
         }
         if np.any(drives.spin_down != drives.time_constant):
             values["spin_down"] = drives.spin_down
-        if medium is not RobotMedium.air:
+        if reverses:
             values["reverse"] = np.full(len(drives.links), BACKWARDS)
     else:
         values = {"max_force": drives.thrust, "time_constant": drives.time_constant}
