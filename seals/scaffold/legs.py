@@ -42,7 +42,7 @@ def legs_of(robot: RobotModel, chains: Sequence[Sequence[int]]) -> dict[str, dic
         chains: joints from the base on, of every limb that does not fork.
     """
     found = [chain for chain in chains if len(chain) == 3]
-    if len(found) < FEWEST or any(len(chain) > 3 for chain in chains):
+    if len(found) < FEWEST or len(found) < len(chains):
         return {}
     out: dict[str, dict[str, Any]] = {}
     for number, chain in enumerate(found, start=1):
