@@ -167,7 +167,7 @@ def level_force(matrix: Floats, low: Floats, held: list[int], sign: float) -> fl
     found = linprog(
         -sign * matrix[HEAVE], A_eq=rows / size[:, None], b_eq=np.zeros(len(held)), bounds=bounds
     )
-    return max(0.0, -float(found.fun)) if found.status == 0 else 0.0
+    return max(0.0, -float(found.fun or 0.0)) if found.status == 0 else 0.0
 
 
 def _submerged(plant: Plant) -> ActuatorLimits:

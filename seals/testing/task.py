@@ -79,7 +79,7 @@ def check_task(
     _require_draw(name, draw, made.draw(np.random.default_rng(7), COUNT))
     facts = _facts(made, model)
     before, now = (_instant(made, draw, facts, actions, time) for time in (0.0, 0.1))
-    laws = {
+    laws: dict[str, tuple[Any, tuple[Any, ...], list[tuple[int, ...]]]] = {
         "target": (made.target, (draw.goal, now.time), [(COUNT, 3), (COUNT, 3)]),
         "observation": (made.observation, (now,), [(COUNT, seen)]),
         "reward": (made.reward, (now, before, np.zeros((COUNT, 2))), [(COUNT,), (COUNT, 2)]),
