@@ -41,7 +41,8 @@ class AddedMass(Effect):
     Equation:
         (F, T) = -d/dt (s M_A nu_r) - Coriolis and Munk terms of s M_A (Kirchhoff), nu_r = (v_r,
         w). The part s M_A nu_r' joins the inertia of the link; the term -(ds/dt) M_A nu_r is a load
-        and acts only while s rises.
+        and acts only while s rises. With ``floating``, s M_A is replaced by straight lines in s:
+        zero in air, A_inf at s = floating_fraction, M_A under water.
 
     Args:
         mass_x: along body x [kg].
@@ -52,18 +53,22 @@ class AddedMass(Effect):
         inertia_z: about body z [kg m^2].
         coupling: symmetric 6x6 matrix with a zero diagonal, order [linear, angular], for bodies
             without three planes of symmetry [kg, kg m, kg m^2]; empty for none.
+        floating: A_inf, symmetric 6x6 matrix of the floating hull at infinite frequency, same order
+            [kg, kg m, kg m^2]; empty where s M_A stands for it.
+        floating_fraction: submerged share of the hull at which A_inf holds [1].
         medium: water.
         links: links it acts on, the root by default.
         correction: see `seals.effects.Effect`.
 
     Assumptions:
-        Ideal flow without memory; the matrix grows in proportion to the submerged share.
+        Ideal flow; the matrix grows in proportion to the submerged share, or along the lines above.
 
     Valid range:
         Deeply submerged bodies at any acceleration; near the surface for slow motion.
 
     Limitations:
-        No dependence on frequency near the surface (radiation), none on nearby walls.
+        No dependence on frequency near the surface (`radiation_memory` has it), none on nearby
+        walls. Beyond the floating share the entry force takes the mean slope M(s) / s.
 
     References:
         Lamb 1932, Hydrodynamics, ch. 6; Fossen 2011, ch. 6 and 8.
@@ -80,6 +85,10 @@ class AddedMass(Effect):
     inertia_y: float = param(0.0, "kg m^2", **_LIMITS)
     inertia_z: float = param(0.0, "kg m^2", **_LIMITS)
     coupling: list[list[float]] = field(default_factory=list)
+    floating: list[list[float]] = field(default_factory=list)
+    floating_fraction: float = param(
+        0.5, "1", bounds=(0.001, 0.999), tolerance=0.0, source="half submerged", fit=False
+    )
     medium: MediumKind = MediumKind.water
     accounts_for: ClassVar[tuple[str, ...]] = ("added mass",)
     zero_when_dry: ClassVar[bool] = True
@@ -134,7 +143,17 @@ class AddedMass(Effect):
         return found
 
     def __post_init__(self) -> None:
-        """Refuse a coupling matrix that is not symmetric or makes the whole indefinite."""
+        """Refuse matrices that are not symmetric or make the whole indefinite."""
+        if self.floating:
+            matrix = np.asarray(self.floating, dtype=float)
+            if matrix.shape != (6, 6) or not np.allclose(matrix, matrix.T):
+                raise ConfigError(
+                    f"added_mass.floating of shape {matrix.shape} is not allowed.\n"
+                    "Allowed: a symmetric 6x6 matrix."
+                )
+            _refuse_indefinite(
+                matrix, "added_mass.floating", "the numbers that seals new hydrodynamics writes."
+            )
         if not self.coupling:
             return
         matrix = np.asarray(self.coupling, dtype=float)
@@ -144,14 +163,12 @@ class AddedMass(Effect):
                 "Allowed: a symmetric 6x6 matrix with a zero diagonal; "
                 "the diagonal is mass_x ... inertia_z."
             )
-        lowest = float(np.linalg.eigvalsh(matrix + np.diag(self._diagonal()))[0])
-        if lowest < -1e-12:
-            raise ConfigError(
-                "added_mass is not positive semi-definite: "
-                f"its smallest eigenvalue is {lowest:.3g}.\n"
-                "Allowed: couplings small enough against mass_x ... inertia_z; "
-                "reduce them or raise the diagonal."
-            )
+        _refuse_indefinite(
+            matrix + np.diag(self._diagonal()),
+            "added_mass",
+            "couplings small enough against mass_x ... inertia_z; "
+            "reduce them or raise the diagonal.",
+        )
 
     def _diagonal(self) -> list[float]:
         return [
@@ -164,16 +181,17 @@ class AddedMass(Effect):
         ]
 
     def constants(self) -> dict[str, Floats]:
-        """Return the coupling matrix, shape (1, 6, 6)."""
+        """Return the coupling matrix and that of the floating hull, shape (1, 6, 6) each."""
         matrix = np.asarray(self.coupling, dtype=float) if self.coupling else np.zeros((6, 6))
-        return {"coupling": matrix[None]}
+        floating = {"floating": np.asarray([self.floating], dtype=float)} if self.floating else {}
+        return {"coupling": matrix[None], **floating}
 
     @staticmethod
     def inertia(
         motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
     ) -> tuple[AddedInertia, Array]:
         """Matrix M_A about the link origin [kg, kg m, kg m^2], weighted by the submersion s."""
-        return AddedInertia(_matrix(params), medium.medium_fraction), memory
+        return AddedInertia(_at(medium.medium_fraction, params), medium.medium_fraction), memory
 
     @staticmethod
     def loads(
@@ -185,8 +203,31 @@ class AddedMass(Effect):
             return Wrench(nothing, nothing), memory
         rising = 0.5 * (medium.submersion_rate + abs(medium.submersion_rate))
         relative = motion.velocity - medium.velocity
-        force, torque = momentum(_matrix(params), relative, motion.angular_velocity)
+        force, torque = momentum(_at(medium.submersion, params), relative, motion.angular_velocity)
         return Wrench(-rising * force, -rising * torque), memory
+
+
+def _refuse_indefinite(matrix: Floats, name: str, allowed: str) -> None:
+    """Refuse a matrix with a negative eigenvalue beyond the rounding of written numbers."""
+    values = np.linalg.eigvalsh(matrix)
+    if values[0] < -1e-12 - 1e-7 * abs(values[-1]):
+        raise ConfigError(
+            f"{name} is not positive semi-definite: "
+            f"its smallest eigenvalue is {values[0]:.3g}.\nAllowed: {allowed}"
+        )
+
+
+def _at(submersion: Array, params: Parameters) -> Array:
+    """M(s) / s: the matrix itself, or that on the lines through the floating hull's."""
+    whole = _matrix(params)
+    if "floating" not in params:
+        return whole
+    xp = namespace(submersion)
+    share = params["floating_fraction"]
+    above = xp.clip(submersion - share, 0.0, None)
+    part = (above / (1.0 - share))[:, :, None]
+    floating = params["floating"]
+    return (floating + part * (whole - floating)) / (share + above)[:, :, None]
 
 
 def _matrix(params: Parameters) -> Array:

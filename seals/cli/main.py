@@ -230,6 +230,7 @@ VERBS = {
         usage="robot NAME --urdf FILE [--package NAME=FOLDER] [--density KG_PER_M3]\n"
         "      [--medium air|water|both],\n"
         "   or: seals new datasheet log=FLIGHT robot=FOLDER\n"
+        "   or: seals new hydrodynamics robot=FOLDER [method=bem|ellipsoid] [replace=true]\n"
         "   or: seals new effect NAME, or: seals new sensor NAME\n"
         "  seals new robot my_hexa --urdf downloads/hexa.urdf\n"
         "  seals new robot my_arm --urdf arm.urdf --package arm_description=../arm_description\n"
@@ -240,6 +241,8 @@ VERBS = {
         "  --density gives links without <inertial> the mass of their shapes\n"
         "  --medium  where it works: writes rotors under water, drag in air, or both\n"
         "  datasheet writes datasheet.yaml into the robot's folder: noise, tolerances, delays\n"
+        "  hydrodynamics writes added mass and radiation of a hull into robot.yaml: link=NAME,\n"
+        "            panels=500, density=KG_PER_M3; method=bem needs aam-seals[hydro]\n"
         "  effect    creates the package seals-NAME with a law, its test and its pyproject.toml\n"
         "exit code: 0 created, 2 refused (the name is taken, the URDF or a mesh cannot be used)",
     ),

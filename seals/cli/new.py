@@ -1,4 +1,4 @@
-"""``seals new``: generates a robot folder, a data sheet or a plug-in package."""
+"""``seals new``: generates a robot folder, a data sheet, hydrodynamics or a plug-in package."""
 
 from __future__ import annotations
 
@@ -12,10 +12,11 @@ if TYPE_CHECKING:
     from seals.scaffold.robot import NewRobot
 
 PLUGINS = ("effect", "sensor", "controller", "guide", "task")
-KINDS = ("robot", "datasheet", *PLUGINS)
+KINDS = ("robot", "datasheet", "hydrodynamics", *PLUGINS)
 OPTIONS = {
     "robot": ("urdf", "package", "density", "medium"),
     "datasheet": ("log", "robot", "replace"),
+    "hydrodynamics": ("robot", "link", "method", "panels", "density", "replace"),
     **dict.fromkeys(PLUGINS, ()),
 }
 """Options after the name; each may be written ``--urdf FILE`` or ``urdf=FILE``."""
@@ -31,6 +32,11 @@ def new(arguments: list[str]) -> int:
         raise ConfigError(f"'{kind}' is not a kind that can be made.\n{hint}")
     if kind == "datasheet":
         return _datasheet(words[1:], options)
+    if kind == "hydrodynamics":
+        _refuse_options(kind, options)
+        from seals.cli.new_hydrodynamics import new_hydrodynamics
+
+        return new_hydrodynamics(words[1:], dict(options))
     if len(words) != 2:
         urdf = " --urdf FILE" if kind == "robot" else ""
         what = (

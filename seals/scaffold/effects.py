@@ -14,6 +14,7 @@ from seals.errors import RobotError, suggestion
 from seals.robot.model import RobotModel
 from seals.scaffold.drag import AIR, WATER, LinkDrag, drag_of
 from seals.scaffold.estimates import added_mass, short
+from seals.scaffold.hydrodynamics.link import added_mass_fields
 from seals.scaffold.plug_ins import Hydrodynamics
 from seals.scaffold.rotors import GRAVITY, Drives
 from seals.scaffold.shapes import LinkHull
@@ -146,8 +147,9 @@ def _chosen(
             each = own
         word = "hull" if name == base else name
         if each is None or each.added is None:
-            source = "chosen: ellipsoids as large as the shapes"
-            out[f"{word}_added_mass"] = Entry({**_added(added_mass(hull)), "links": [name]}, source)
+            source = "chosen: ellipsoid of the hull's volume and extent"
+            row = {"effect": "added_mass", **added_mass_fields(added_mass(hull)), "links": [name]}
+            out[f"{word}_added_mass"] = Entry(row, source)
         if each is None or (each.linear is None and each.quadratic is None):
             drag = drag_of([hull])
             rows = {"drag": {"effect": "quadratic_drag", **_shaped(drag, WATER)}}

@@ -10,7 +10,7 @@ from seals.arrays import Floats
 from seals.check.joints import joint_loads_of
 from seals.robot.model import RobotModel
 from seals.scaffold.drag import WATER
-from seals.scaffold.ellipsoid import added_mass_of_ellipsoid
+from seals.scaffold.hydrodynamics import added_mass_of_ellipsoid, ellipsoid_of_moments
 from seals.scaffold.shapes import LinkHull
 from seals.scaffold.takeover import Takeover
 
@@ -41,42 +41,22 @@ def servo_values(robot: RobotModel, source: Takeover) -> dict[str, list[float]]:
 
 
 def added_mass(hull: LinkHull) -> Floats:
-    """Return the added-mass matrix in water about the link origin, shape (6, 6).
+    """Return the added mass in water of the ellipsoid of a hull's volume and second moments.
 
-    Every shape counts as the ellipsoid of its volume with the proportions of its box.
+    Args:
+        hull: of a link; the boxes around its shapes tell their second moments.
+
+    Returns:
+        Matrix about the link origin, order [linear, angular], shape (6, 6) [kg, kg m, kg m^2].
     """
-    total = np.zeros((6, 6))
-    for box, volume in zip(hull.boxes, hull.volumes, strict=True):
-        half = np.maximum(box.edges / 2.0, 1e-6)
-        size = volume / (4.0 / 3.0 * math.pi * float(half.prod()))
-        own = added_mass_of_ellipsoid(half * size ** (1.0 / 3.0), WATER)
-        linear = box.turn @ np.diag(own[:3]) @ box.turn.T
-        angular = box.turn @ np.diag(own[3:]) @ box.turn.T
-        x, y, z = box.centre
-        arm = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-        total[:3, :3] += linear
-        total[:3, 3:] -= linear @ arm
-        total[3:, :3] += arm @ linear
-        total[3:, 3:] += angular - arm @ linear @ arm
-    return _without_trifles(total)
-
-
-def _without_trifles(matrix: Floats) -> Floats:
-    """Couplings below a hundredth of what they couple are left out; three digits stay.
-
-    A sphere off the origin adds no moment of its own: a thousandth more keeps the rounded matrix
-    from being indefinite.
-    """
-    for part in (slice(0, 3), slice(3, 6)):
-        own = matrix[part, part]
-        own[np.abs(own) < 1e-9 * np.abs(own).max()] = 0.0
-    size = np.sqrt(np.outer(np.diag(matrix), np.diag(matrix)))
-    kept = np.where(np.abs(matrix) > 0.01 * size, 0.5 * (matrix + matrix.T), 0.0)
-    diagonal = np.diag(kept)
-    if np.any(kept - np.diag(diagonal)):
-        kept[[3, 4, 5], [3, 4, 5]] *= 1.001
-        return kept
-    return np.diag([short(float(x)) for x in diagonal])
+    volume = np.array(hull.volumes)
+    centres = np.array([box.centre for box in hull.boxes])
+    middle = volume @ centres / volume.sum()
+    spread = np.zeros((3, 3))
+    for share, box in zip(volume / volume.sum(), hull.boxes, strict=True):
+        arm = box.centre - middle
+        spread += share * ((box.turn * box.edges**2 / 12.0) @ box.turn.T + np.outer(arm, arm))
+    return added_mass_of_ellipsoid(ellipsoid_of_moments(volume.sum(), middle, spread), WATER)
 
 
 def short(value: float) -> float:

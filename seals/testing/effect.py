@@ -98,7 +98,7 @@ def check_effect(
         size = {"size": ARM_SIZE, "links": ["*"]} if case.arm else {"links": ["*"]}
         twin = None if in_twin is None else material_effect(in_twin, values, **size)
         for report in agreement.measure(material_effect(cls, values, **size), case, in_twin=twin):
-            agreement.judge(report, least=MEMORY_ORDER if cls.memory_size else 1.0)
+            agreement.judge(report, least=MEMORY_ORDER if one.memory_size else 1.0)
             scenes.append(report)
     most = max((scene.moved for scene in scenes), default=0.0)
     least = 2.0 * max(LIMITS[False].values())

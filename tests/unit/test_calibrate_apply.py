@@ -13,9 +13,9 @@ from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
 from seals.robot.settings import RobotSettings
 from seals.robot.whole_body import whole_body
+from seals.robot.yaml_edit import holds, with_entry, with_number
 from seals.sysid.calibration.applying import Edited, write_robot
 from seals.sysid.calibration.urdf_edit import base_inertial, with_inertial
-from seals.sysid.calibration.yaml_edit import holds, with_entry, with_number
 
 YAML = """\
 urdf: hull.urdf

@@ -13,10 +13,10 @@ import numpy as np
 from seals.errors import ConfigError
 from seals.logs.atomic import atomic_folder, write_text
 from seals.robot.model import RobotModel
+from seals.robot.yaml_edit import figure, holds, with_entry, with_number
 from seals.sysid.calibration.calibration import Calibration
 from seals.sysid.calibration.stated import ACTUATORS, EFFECTS, SENSORS, StatedNumber
 from seals.sysid.calibration.urdf_edit import base_inertial, with_inertial
-from seals.sysid.calibration.yaml_edit import figure, holds, with_entry, with_number
 from seals.untrusted_io import read_text
 
 ROBOT, DIFF = "robot.yaml", "robot.diff"

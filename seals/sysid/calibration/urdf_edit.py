@@ -9,7 +9,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import ConfigError
 from seals.robot.model import RobotModel
-from seals.sysid.calibration.yaml_edit import figure
+from seals.robot.yaml_edit import figure
 
 _INERTIAL = re.compile(r"<inertial\b.*?</inertial\s*>", re.DOTALL)
 

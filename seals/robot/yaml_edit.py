@@ -1,4 +1,4 @@
-"""Change of numbers in the text of a `robot.yaml`, keeping comments and layout."""
+"""Changes to the text of a `robot.yaml` that keep its comments and layout."""
 
 from __future__ import annotations
 
@@ -68,6 +68,32 @@ def with_entry(text: str, path: Sequence[str], value: str) -> str:
         return f"{text[:at].rstrip()}{comma}{path[-1]}: {value}{text[at:]}"
     first = above.value[0][0].start_mark
     return f"{text[: first.index]}{path[-1]}: {value}\n{' ' * first.column}{text[first.index :]}"
+
+
+def without_entry(text: str, path: Sequence[str]) -> str:
+    r"""Return the text without a key of a block, its value and the comment on its lines.
+
+    Args:
+        text: of the file.
+        path: keys that lead to the entry.
+
+    Raises:
+        ConfigError: the entry is part of a mapping in braces.
+
+    Example:
+        >>> print(without_entry("a:\n  b: 1  # one\n  c: 2\n", ["a", "b"]), end="")
+        a:
+          c: 2
+    """
+    above = _found(_root(text), path[:-1])
+    if above.flow_style:
+        raise ConfigError(
+            f"robot.yaml: {'.'.join(path[:-1])} is written in braces.\nWrite one line an entry."
+        )
+    key, value = next((k, v) for k, v in above.value if k.value == path[-1])
+    lines = text.splitlines(keepends=True)
+    last = value.end_mark.line + (1 if value.end_mark.column > 0 else 0)
+    return "".join(lines[: key.start_mark.line] + lines[last:])
 
 
 def holds(text: str, path: Sequence[str]) -> bool:

@@ -1,0 +1,168 @@
+"""Radiation with memory: fit, passivity, and the decay of heave against Cummins' equation."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from seals.plugins.backends.free import BackendFree
+from seals.plugins.effects.added_mass import AddedMass
+from seals.plugins.effects.buoyancy import Buoyancy
+from seals.plugins.effects.radiation_memory import RadiationMemory
+from seals.scaffold.hydrodynamics import Radiation, Resonators, fit_resonators
+from tests.verification.hulme import HEAVE, LIMIT
+
+if TYPE_CHECKING:
+    from tests.verification.conftest import Bench
+
+Floats = NDArray[np.float64]
+G, RHO, RADIUS = 9.81, 1000.0, 0.2
+MASS = RHO * 2.0 / 3.0 * np.pi * RADIUS**3
+OMEGA = np.sqrt(G * HEAVE[:, 0] / RADIUS)
+RATE = np.sqrt(G / RADIUS)
+"""Unit of frequency of the hemisphere [rad/s]; its heave has about 0.9 of it."""
+
+
+def hemisphere() -> Radiation:
+    """Return Hulme's coefficients of heave as the radiation of a hull."""
+    added, damping = np.zeros((2, len(OMEGA), 6, 6))
+    added[:, 2, 2], damping[:, 2, 2] = HEAVE[:, 1] * MASS, HEAVE[:, 2] * MASS * OMEGA
+    return Radiation(OMEGA, added, damping, np.diag([0, 0, LIMIT * MASS, 0, 0, 0]), RADIUS)
+
+
+@cache
+def model() -> Resonators:
+    """Return the resonators of the hemisphere."""
+    return fit_resonators(hemisphere())
+
+
+@cache
+def cummins(step: float, count: int) -> Floats:
+    """Return heave by its start of the hemisphere let go at rest, by convolution with Hulme's B.
+
+    K(t) = 2/pi int B cos(w t) dw; the table's B, zero at rest, ends where B is a thousandth.
+    """
+    spline = CubicSpline(np.append(0.0, OMEGA), np.append(0.0, HEAVE[:, 2] * MASS * OMEGA))
+    w = np.linspace(0.0, OMEGA[-1], 1000)
+    damping = spline(w)
+    kernel = (
+        2.0
+        / np.pi
+        * np.array([np.trapezoid(damping * np.cos(w * k * step), w) for k in range(count)])
+    )
+    heave, velocity = np.ones(count), np.zeros(count)
+    inertia, stiffness = MASS * (1.0 + LIMIT), RHO * G * np.pi * RADIUS**2
+
+    def rate(k: int, z: float, v: float, now: float) -> float:
+        past = step * kernel[1 : k + 1] @ velocity[:k][::-1] if k else 0.0
+        return float(-(stiffness * z + past + 0.5 * step * kernel[0] * now) / inertia)
+
+    for k in range(count - 1):
+        # Heun's rule; the convolution by trapezia
+        first = rate(k, heave[k], velocity[k], velocity[k])
+        v, z = velocity[k] + step * first, heave[k] + step * velocity[k]
+        second = rate(k + 1, z, v, v)
+        velocity[k + 1] = velocity[k] + 0.5 * step * (first + second)
+        heave[k + 1] = heave[k] + 0.5 * step * (velocity[k] + velocity[k + 1])
+    return heave
+
+
+def effects_of(model: Resonators) -> dict[str, Any]:
+    """Return buoyancy, added mass at infinite frequency and memory of the hemisphere."""
+    floating = np.diag([0.0, 0.0, LIMIT * MASS, 0.0, 0.0, 0.0]).tolist()
+    return {
+        "buoyancy": Buoyancy(),
+        "added": AddedMass(mass_z=MASS, floating=floating, floating_fraction=0.5),
+        "memory": RadiationMemory(
+            frequency=model.frequency.tolist(),
+            damping=model.damping.tolist(),
+            coupling=model.coupling.tolist(),
+        ),
+    }
+
+
+def test_fit_of_the_hemisphere() -> None:
+    """Resonators give Hulme's K(iw) within 4 % of its largest value, and are passive."""
+    found = model().transfer(OMEGA)[:, 2, 2]
+    expected = MASS * OMEGA * (HEAVE[:, 2] + 1j * (HEAVE[:, 1] - LIMIT))
+    apart = np.abs(found - expected).max() / np.abs(expected).max()
+    print(f"{len(model().frequency)} resonators, misfit {model().misfit:.2%}, at most {apart:.2%}")
+    assert model().misfit < 0.025
+    assert apart < 0.04
+    everywhere = model().transfer(np.geomspace(1e-3, 1e3, 200) * RATE)
+    assert np.linalg.eigvalsh(everywhere.real).min() > -1e-9 * np.abs(everywhere).max()
+
+
+def test_fit_of_coupled_motions() -> None:
+    """Two motions that share resonators are fitted to the misfit asked for."""
+    true = Resonators(
+        np.array([3.0, 6.0]),
+        np.array([[4.0, 1.0], [1.0, 5.0]]),
+        np.array([[4.0, 0, 0, 0, 0.8, 0], [2.0, 0, 0, 0, -0.5, 0]]),
+        0.0,
+    )
+    w = np.linspace(0.5, 15.0, 24)
+    transfer = true.transfer(w)
+    limit = np.diag([5.0, 0.0, 0.0, 0.0, 0.2, 0.0])
+    data = Radiation(w, limit + transfer.imag / w[:, None, None], transfer.real, limit, 0.5)
+    found = fit_resonators(data)
+    assert found.misfit < 0.025
+    apart = np.abs(found.transfer(w) - transfer)[:, [0, 0, 4], [0, 4, 4]].max(axis=0)
+    size = np.abs(transfer)[:, [0, 0, 4], [0, 4, 4]].max(axis=0)
+    assert np.all(apart < 0.05 * size)
+
+
+@pytest.mark.parametrize("engine", ["pybullet", "mujoco", "free", "twin"])
+def test_heave_decay(bench: Bench, engine: str) -> None:
+    """A hemisphere let go decays within 2 % of Cummins' equation with Hulme's coefficients."""
+    start, step = 0.01 * RADIUS, 0.004
+    settings = bench.settings(
+        bench.body(MASS, (0.1, 0.1, 0.1), hull="sphere", size=[RADIUS]),
+        effects_of(model()),
+        step=step,
+        duration=4.0,
+        environment={"water_level": 0.0, "water_density": RHO},
+        position=[0, 0, start],
+    )
+    if engine == "free":
+        settings.backend = BackendFree()
+    if engine == "mujoco":
+        mujoco = pytest.importorskip("seals.plugins.backends.mujoco")
+        settings.backend = mujoco.BackendMujoco()
+    run = bench.run("twin" if engine == "twin" else "world", settings)
+    expected = cummins(step, len(run.time))
+    apart = float(np.abs(run.position[:, 2] / start - expected).max())
+    print(f"{engine}: largest difference {apart:.2%} of the start")
+    # second order: (rate h)^2 / 24 a radian; first order in the batch: rate h of the radiation,
+    # a fifth of the motion; amplitude: 1 % of the radius, of which the entry force takes a share
+    assert apart < 0.02
+
+
+def test_memory_gives_back_no_more_than_it_took() -> None:
+    """Under any motion the work of the force on the hull is never positive in sum."""
+    from types import SimpleNamespace
+
+    effect = RadiationMemory(**RadiationMemory.material, floating_fraction=0.4)
+    params = effect.constants() | {
+        "strength": np.ones((1, 1)),
+        "floating_fraction": np.full((1, 1), 0.4),
+    }
+    rng = np.random.default_rng(3)
+    memory, work, most, step = np.zeros((4, effect.memory_size)), np.zeros(4), 0.0, 0.05
+    law: Any = effect.loads
+    for _ in range(400):
+        twist = rng.normal(size=(4, 6))
+        motion = SimpleNamespace(velocity=twist[:, :3], angular_velocity=twist[:, 3:])
+        wet = rng.uniform(0.0, 1.0, (4, 1))
+        medium = SimpleNamespace(velocity=np.zeros((4, 3)), submersion=wet)
+        wrench, memory = law(motion, medium, SimpleNamespace(step=step), memory, params)
+        both = np.concatenate((wrench.force, wrench.torque), axis=1)
+        work += step * np.sum(both * twist, axis=1)
+        most = max(most, float(work.max()))
+    assert most < 1e-12
+    assert np.all(work < -0.1)
