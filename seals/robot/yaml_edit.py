@@ -85,15 +85,30 @@ def without_entry(text: str, path: Sequence[str]) -> str:
         a:
           c: 2
     """
+    refuse_braces(text, path[:-1])
     above = _found(_root(text), path[:-1])
-    if above.flow_style:
-        raise ConfigError(
-            f"robot.yaml: {'.'.join(path[:-1])} is written in braces.\nWrite one line an entry."
-        )
     key, value = next((k, v) for k, v in above.value if k.value == path[-1])
     lines = text.splitlines(keepends=True)
-    last = value.end_mark.line + (1 if value.end_mark.column > 0 else 0)
+    end, last = value.end_mark, value.end_mark.line
+    if last < len(lines) and lines[last][: end.column].strip():
+        last += 1
+    else:
+        # a block ends where the next key begins: what stands before that stays
+        while last > key.start_mark.line + 1 and lines[last - 1].split("#")[0].strip() == "":
+            last -= 1
     return "".join(lines[: key.start_mark.line] + lines[last:])
+
+
+def refuse_braces(text: str, path: Sequence[str]) -> None:
+    """Refuse a mapping in braces, where a line of its own cannot be changed.
+
+    Raises:
+        ConfigError: it is one.
+    """
+    if _found(_root(text), path).flow_style:
+        raise ConfigError(
+            f"robot.yaml: {'.'.join(path)} is written in braces.\nWrite one line an entry."
+        )
 
 
 def holds(text: str, path: Sequence[str]) -> bool:

@@ -55,6 +55,31 @@ def test_ellipsoid(buoy: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert mass["mass_z"] > 3.0 * mass["mass_x"] > 0.0
 
 
+@pytest.mark.parametrize(
+    "effects",
+    [
+        "",
+        "effects:\n",
+        "effects: {}\n",
+        "effects:\n  old: {effect: added_mass, mass_x: 1.0}\n",
+        "effects:\n  old:\n    effect: added_mass\n    mass_x: 1.0\n\n  # next\n"
+        "  down: {effect: gravity}\n",
+    ],
+)
+def test_any_layout(buoy: Path, effects: str) -> None:
+    """Effects that are absent, empty, of one entry or of blocks: the file stays readable."""
+    path = buoy / "robot.yaml"
+    path.write_text(f"urdf: buoy.urdf\n{effects}# the end\n", encoding="utf-8")
+    hull = "hulls: {body: {shapes: [{type: cylinder, size: [0.15, 0.1]}]}}\n"
+    path.write_text(hull + path.read_text("utf-8"), encoding="utf-8")
+    assert main(["new", "hydrodynamics", "robot=buoy", "method=ellipsoid", "replace=true"]) == 0
+    found = effects_of(buoy)
+    name = "old" if "old" in effects else "body_added_mass"
+    assert found.pop(name)["mass_z"] > 1.0
+    assert set(found) == ({"down"} if "down" in effects else set())
+    assert ("# next" in effects) == ("# next" in path.read_text("utf-8"))
+
+
 def test_boundary_elements(buoy: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A floating base gets its limit matrix and a memory, and the robot runs with both."""
     pytest.importorskip("capytaine", reason="boundary elements need the extra hydro")
@@ -68,9 +93,11 @@ def test_boundary_elements(buoy: Path, capsys: pytest.CaptureFixture[str]) -> No
     )
     assert np.linalg.eigvalsh(np.array(memory["damping"]))[0] > 0.0
     assert main(["check", "robot=buoy"]) == 0
-    # once more: both are replaced, nothing is left twice
+    # by an ellipsoid: no memory is left without its limit matrix
+    words = ["robot=buoy", "method=ellipsoid", "replace=true"]
     assert main(["new", "hydrodynamics", *words]) == 0
-    assert set(effects_of(buoy)) == set(effects)
+    assert set(effects_of(buoy)) == set(effects) - {"body_radiation_memory"}
+    assert "floating" not in effects_of(buoy)["hull_added_mass"]
 
 
 def test_refusals(buoy: Path, capsys: pytest.CaptureFixture[str]) -> None:

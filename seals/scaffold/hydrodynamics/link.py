@@ -16,7 +16,7 @@ from seals.hydrostatics import Hull, HullSamples
 from seals.logs.atomic import write_text
 from seals.robot.model import RobotModel
 from seals.robot.robot_file import read_robot
-from seals.robot.yaml_edit import with_entry, without_entry
+from seals.robot.yaml_edit import refuse_braces, with_entry, without_entry
 from seals.scaffold.hydrodynamics import (
     Ellipsoid,
     Panels,
@@ -33,6 +33,7 @@ from seals.scaffold.hydrodynamics import (
 )
 from seals.scaffold.writing import flow
 
+KINDS = ("added_mass", "radiation_memory")
 FREQUENCIES = 24
 """Frequencies at which the radiation of a floating hull is computed."""
 COARSER = 2.5
@@ -171,7 +172,7 @@ def refuse_stated(folder: Path, robot: RobotModel, link: str, *, replace: bool) 
     Raises:
         ConfigError: there is one that may not be replaced, or that other links share.
     """
-    for kind in ("added_mass", "radiation_memory"):
+    for kind in KINDS:
         name = _stated(folder, kind, link, robot.links[0])
         if name is not None and not replace:
             raise ConfigError(
@@ -183,7 +184,7 @@ def refuse_stated(folder: Path, robot: RobotModel, link: str, *, replace: bool) 
 def write_hydrodynamics(folder: Path, robot: RobotModel, found: Hydrodynamics) -> list[str]:
     """Write effects into ``robot.yaml`` with their source, and return their names.
 
-    Those of the same kind on the same link alone are replaced.
+    They take the place of the added mass and radiation memory of the same link alone.
 
     Args:
         folder: of the robot.
@@ -192,16 +193,28 @@ def write_hydrodynamics(folder: Path, robot: RobotModel, found: Hydrodynamics) -
     """
     path = folder / "robot.yaml"
     text, names = path.read_text(encoding="utf-8"), []
+    link = found.entries["added_mass"]["links"][0]
+    stated = {kind: _stated(folder, kind, link, robot.links[0]) for kind in KINDS}
+    for name in filter(None, stated.values()):
+        text = without_entry(text, ["effects", name])
     for kind, entry in found.entries.items():
-        link = entry["links"][0]
-        name = _stated(folder, kind, link, robot.links[0])
-        if name is not None:
-            text = without_entry(text, ["effects", name])
-        name = name or _free(folder, f"{link}_{kind}")
-        text = with_entry(text, ["effects", name], f"{flow(entry)}  # {found.source}")
+        name = stated[kind] or _free(folder, f"{link}_{kind}")
+        text = _with_effect(text, name, f"{flow(entry)}  # {found.source}")
         names.append(name)
     write_text(path, text)
     return names
+
+
+def _with_effect(text: str, name: str, value: str) -> str:
+    """Text of a robot with one more effect."""
+    import yaml
+
+    keys = yaml.safe_load(text)
+    if keys.get("effects"):
+        refuse_braces(text, ["effects"])
+        return with_entry(text, ["effects", name], value)
+    rest = without_entry(text, ["effects"]) if "effects" in keys else text
+    return f"{rest.rstrip()}\neffects:\n  {name}: {value}\n"
 
 
 def _stated(folder: Path, kind: str, link: str, root: str) -> str | None:
