@@ -25,7 +25,9 @@ _MOST_JSON_NODES = 2_000_000
 _DEEPEST = 40
 _DEEPEST_XML = 100
 _LONGEST_NUMBER = 250
-"""Most signs of a number: with as many, hexadecimal ones too, a whole one still fits a float."""
+"""Most signs of a number in YAML: with as many, a hexadecimal one, too, still fits a float."""
+_MOST_DIGITS = 308
+"""Most digits of a whole number in JSON, for the same reason."""
 _NUMBER = re.compile(r"[-+0-9a-fA-FxoO_:.]+")
 
 
@@ -159,8 +161,8 @@ def _measure_json(raw: bytes) -> None:
 
 
 def _whole(text: str) -> int:
-    if len(text) > _LONGEST_NUMBER:
-        raise ValueError(f"a number of {len(text):,} digits, allowed are {_LONGEST_NUMBER}")
+    if len(text) > _MOST_DIGITS:
+        raise ValueError(f"a number of {len(text):,} digits, allowed are {_MOST_DIGITS}")
     return int(text)
 
 

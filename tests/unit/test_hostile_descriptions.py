@@ -28,6 +28,7 @@ from seals.sysid.experiment_design.application import read_diagnosis
 from seals.sysid.validation import answer
 from seals.sysid.validation.answer import log_digest, read_answer
 from seals.sysid.validation.application import _lies_in
+from seals.untrusted_io import plain_json, plain_yaml
 
 MOTORS: dict[str, Any] = {
     "text": "hello",
@@ -345,6 +346,16 @@ def test_a_flight_without_rows_is_refused(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text(",".join(_PUBLIC) + "\n")
     with pytest.raises(LogError, match=r"no rows|as a table"):
         ReaderNanobench(path=str(tmp_path / "a.csv")).read()
+
+
+@pytest.mark.parametrize("text", ["9" * 251, "-" + "9" * 260, "0x" + "f" * 249, "1" + ":59" * 100])
+def test_no_whole_number_is_too_large_for_a_float(text: str) -> None:
+    """Whole numbers of YAML have no largest; what computes with them has."""
+    with pytest.raises(yaml.YAMLError, match="number of"):
+        plain_yaml(f"a: {text}")
+    assert float(plain_yaml("a: 0x" + "f" * 248)["a"]) > 1e290
+    with pytest.raises(ValueError, match="309 digits"):
+        plain_json("[" + "9" * 309 + "]")
 
 
 def test_a_message_steers_no_terminal() -> None:

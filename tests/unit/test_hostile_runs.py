@@ -12,8 +12,9 @@ from pathlib import Path
 import pytest
 
 from seals.cli.main import main
-from seals.errors import ConfigError
+from seals.errors import ConfigError, SealsError
 from seals.run.replay_config import recalled
+from seals.sweep.rows import find_rows
 
 SECRET = "mother's maiden name"
 HEAD = "# @package _global_\ndefaults:\n  - override /robot: ball\n  - _self_\n"
@@ -28,7 +29,35 @@ LOOKUPS = [
     "${hydra.runtime.cwd}",
     "${oc.create:{a: 1}}",
 ]
+MORE_LOOKUPS = [
+    "${oc.env:SECRET,a}",
+    "${oc.env: SECRET}",
+    "${ oc.env:SECRET }",
+    "${oc.env:'SECRET'}",
+    "${seed}${oc.env:SECRET}",
+    "${oc.select:robot.name}",
+    "${oc.dict.values:robot}",
+    "${oc.deprecated:robot.name}",
+    "${oc.decode:'${oc.env:SECRET}'}",
+    "${oc.${x}:SECRET}",
+    "${python:os}",
+    ["${oc.env:SECRET}"],
+    {"a": {"b": "${oc.env:SECRET}"}},
+]
 BAD = ["pipe", "endless", "deep", "list", "half", "folder", "huge"]
+MORE_BAD: dict[str, bytes | str] = {
+    "noise": "/dev/urandom",
+    "memory": "/proc/self/mem",
+    "itself": "run.json",
+    "nothing behind": "absent",
+    "UTF-16": '{"state": "done"}'.encode("utf-16"),
+    "half a pair": b'{"state": "\\ud800"}',
+    "long number": b'{"seed": ' + b"9" * 100_000 + b"}",
+    "many entries": b"[" + b"0," * 2_000_001 + b"0]",
+    "mappings in mappings": b'{"a":' * 100_000,
+    "zero bytes": bytes(1000),
+    "two": b"{}{}",
+}
 
 
 @pytest.fixture(scope="module")
@@ -92,6 +121,29 @@ def test_a_strangers_run_looks_nothing_up(received: Path, text: str) -> None:
     for key in ("repeat", "resume", "replay"):
         with pytest.raises(ConfigError, match="looks something up"):
             recalled(received, key=key)
+
+
+@pytest.mark.parametrize("value", MORE_LOOKUPS, ids=repr)
+def test_no_way_to_write_a_lookup_is_followed(received: Path, value: object) -> None:
+    """With a default, blanks, quotes, inside of others, in lists and mappings."""
+    config = received / ".hydra" / "config.yaml"
+    config.write_text(config.read_text() + f"water_type: {json.dumps(value)}\n")
+    with pytest.raises(ConfigError):
+        recalled(received)
+
+
+@pytest.mark.parametrize("name", MORE_BAD)
+def test_no_note_is_waited_for_or_trusted(received: Path, name: str) -> None:
+    """What lies in the place of a note is answered by every reader of run folders."""
+    content, note = MORE_BAD[name], received / "run.json"
+    note.unlink()
+    note.symlink_to(content) if isinstance(content, str) else note.write_bytes(content)
+    start = time.perf_counter()
+    (row,) = find_rows(received)
+    assert row.damage
+    with pytest.raises(SealsError, match=r"run\.json"):
+        recalled(received)
+    assert time.perf_counter() - start < 10.0
 
 
 def test_a_reference_to_a_key_is_no_lookup(received: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import subprocess
@@ -16,6 +17,7 @@ import pytest
 import seals
 from seals.caches import HOME, TORCH
 from seals.child_process import command, environment
+from seals.logs.shipped import shipped_logs
 
 NOBODY = 65534
 PARTICLES = [
@@ -109,6 +111,7 @@ class Place(NamedTuple):
         ["check", "robot=ball"],
         ["run", "robot=ball", *SHORT, "hydra.run.dir=a"],
         ["runs", "a"],
+        ["convert", "log=own_flight/flight_1.ulg", "out=c"],
         ["run", "robot=ball", "seed=1,2", *SHORT, "hydra.sweep.dir=s", "--multirun"],
     ],
     ids=lambda words: words[0] + ("_sweep" if "--multirun" in words else ""),
@@ -150,6 +153,31 @@ def test_a_diagnosis_of_an_ordinary_user(place: Place) -> None:
     assert done.returncode == 10, done.stderr[-2000:]
     assert "Traceback" not in done.stderr
     assert (place.root / "work" / "d" / "report.html").is_file()
+    assert not list((place.root / "home").iterdir())
+
+
+@pytest.mark.slow
+def test_calibration_and_verification_of_an_ordinary_user(place: Place) -> None:
+    """A model of an answer is added and verified, numbers are calibrated, in the working folder."""
+    wind = {"name": "wind", "parameters": {"velocity_x": {"value": 1.5, "low90": 1, "high90": 2}}}
+    answer = {
+        "verdict": "named",
+        "effects": [wind],
+        "log": {"path": str(shipped_logs()["hidden_effect/flight_a"])},
+    }
+    file = place.root / "work" / "diagnosis.json"
+    file.write_text(json.dumps(answer), encoding="utf-8")
+    file.chmod(0o644)
+    calibrate = ["calibrate", "log=hidden_effect/flight_a", "parameters=[mass]", "plan=false"]
+    for words, made in (
+        (["add", "diagnosis=diagnosis.json", "name=m"], "models/m.yaml"),
+        (["verify", "log=hidden_effect/flight_b", "model=m", "out=v"], "v/verify.json"),
+        ([*calibrate, "out=k"], "k/report.html"),
+    ):
+        done = place.start(*words)
+        assert done.returncode in (0, 14), done.stderr[-2000:]
+        assert "Traceback" not in done.stderr
+        assert (place.root / "work" / made).is_file()
     assert not list((place.root / "home").iterdir())
 
 
