@@ -93,7 +93,7 @@ DESCRIPTIONS: dict[str, Guard] = {
     "checksum of a log": Guard(
         "seals.sysid.validation.answer",
         "read_bytes(table)",
-        "table.open('rb').read(1 << 20)",
+        "table.read_bytes()",
         ODD,
         "table_of_holes",
     ),
@@ -112,12 +112,12 @@ DESCRIPTIONS: dict[str, Guard] = {
         "no_entry_is_added",
     ),
     "signs of a message": Guard(
-        "seals.errors", "sign if sign.isprintable() else", "sign if sign else", ODD, "terminal"
+        "seals.cli.main", "printable(lines[0])", "lines[0]", ODD, "terminal"
     ),
     "memory of a trial": Guard(
         "seals.isolated_reading",
-        "(resource.RLIMIT_AS, pages * resource.getpagesize() + MEMORY + UNPACKED * size),",
-        "",
+        "MEMORY + UNPACKED * size",
+        "1 << 40",
         TRIAL,
         "swells",
     ),

@@ -267,6 +267,13 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         CLOCK,
         "absurd",
     ),
+    "shortest step of the time": Guard(
+        "seals.logs.check_time",
+        "if 0.0 < median < _SHORTEST_STEP:",
+        "if False:",
+        CLOCK,
+        "no_sensor",
+    ),
     "time of a large table": Guard(
         "seals.logs.table", "if rows * width > _LARGE:", "if False:", PARQUET, "is_said"
     ),
@@ -361,6 +368,9 @@ PAGE: dict[str, Guard] = {
     ),
     "names of the page": Guard(
         _DOORS, "if not name or not self._own(name):", "if False:", DOOR, "another_name", "viser"
+    ),
+    "signs of a name of the page": Guard(
+        _DOORS, ' if _HOST.fullmatch(host) else ""', "", DOOR, "another_name", "viser"
     ),
     "door of the page": Guard(
         "seals.plugins.viewers.browser.server",

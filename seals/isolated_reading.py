@@ -1,6 +1,6 @@
 """Reading of a stranger's file in a child process: a library that crashes or hangs ends the child.
 
-    python isolated_reading.py MODULE:FUNCTION FILE SECONDS CONTENT
+    python isolated_reading.py MODULE:FUNCTION FILE SECONDS BYTES CONTENT
 
 Libraries in C for rich formats (HDF5, MATLAB) can crash or loop without end on a damaged file, and
 not each time: what they do depends on what lies in the memory beside it. So they never see the file
@@ -53,10 +53,11 @@ def read_isolated(reader: str, path: str | Path) -> Any:
     from seals.child_process import command, environment
     from seals.state_file import StateError, read_state
 
-    seconds = SECONDS + Path(path).stat().st_size // BYTES_A_SECOND
+    size = Path(path).stat().st_size
+    seconds, memory = SECONDS + size // BYTES_A_SECOND, MEMORY + UNPACKED * size
     with tempfile.TemporaryDirectory(prefix="seals-") as private:
         content = Path(private, "content")
-        words = (reader, str(Path(path).resolve()), str(seconds), str(content))
+        words = (reader, str(Path(path).resolve()), str(seconds), str(memory), str(content))
         try:
             done = subprocess.run(
                 command(__file__, *words),
@@ -105,7 +106,7 @@ def _refused(path: str | Path, why: str) -> Exception:
     return LogError(f"'{path}' cannot be read: {why}.\nThe file is damaged: take a sound copy.")
 
 
-def _bound(seconds: int, size: int) -> None:
+def _bound(seconds: int, memory: int) -> None:
     """Bound time and memory, and let nothing be written while the library reads, on POSIX."""
     try:
         import resource
@@ -113,7 +114,7 @@ def _bound(seconds: int, size: int) -> None:
         return
     used = Path("/proc/self/statm")
     pages = int(used.read_text().split()[0]) if used.exists() else 0
-    memory = pages * resource.getpagesize() + MEMORY + UNPACKED * size
+    memory += pages * resource.getpagesize()
     for what, soft, hard in (
         (resource.RLIMIT_AS, memory, memory),
         (resource.RLIMIT_CPU, seconds, seconds),
@@ -135,13 +136,13 @@ def _allow_writing() -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (hard, hard))
 
 
-def main(reader: str, path: str, seconds: str, content: str) -> None:
+def main(reader: str, path: str, seconds: str, memory: str, content: str) -> None:
     """Program of the child process: read one file, write its content or what the reader raised."""
     module, _, name = reader.partition(":")
     read = getattr(importlib.import_module(module), name)
     from seals.state_file import write_state
 
-    _bound(int(seconds), Path(path).stat().st_size)
+    _bound(int(seconds), int(memory))
     try:
         found = {"content": read(Path(path))}
     except MemoryError:

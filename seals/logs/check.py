@@ -21,7 +21,7 @@ from seals.logs.log import Log
 
 _GRAVEST_FIRST = {Severity.REFUSE: 0, Severity.WARN: 1, Severity.NOTE: 2}
 _TURNED = ("attitude_convention", "frame_down", "quaternion_norm", "unit_acceleration", "filled")
-_BROKEN = ("too_few_rows", "time_not_finite")
+_BROKEN = ("too_few_rows", "time_not_finite", "time_too_fast")
 
 
 def check_log(log: Log, vehicle: Mapping[str, Any] | None = None) -> list[Finding]:
@@ -40,7 +40,7 @@ def check_log(log: Log, vehicle: Mapping[str, Any] | None = None) -> list[Findin
         'time_backwards'
     """
     found = [*check_meta(log), *check_time(log)]
-    # the other checks count on finite times and a few rows
+    # the other checks count on finite times, a few rows and steps that can be divided by
     if not any(finding.code in _BROKEN for finding in found):
         finite = _without_infinities(log)
         found += [*check_values(log), *check_units(finite), *check_frames(finite)]

@@ -16,6 +16,7 @@ _GAP_STEPS = 5.0
 _JITTER_SHARE = 0.2
 _LONGEST_STEP = 2.0
 _ABSURD_STEP = 5e3
+_SHORTEST_STEP = 1e-6
 _MOST_STEPS = 2e7
 _FILLED = 4.0
 """Steps for each row above which most of a long run would be missing."""
@@ -132,6 +133,10 @@ def _jitter(rising: Floats) -> list[Finding]:
 
 
 def _unit(median: float) -> list[Finding]:
+    if 0.0 < median < _SHORTEST_STEP:
+        text = f"the usual step is {median:.6g} s: no sensor is as fast. Is the time in days?\n"
+        text += f"Allowed: steps from {_SHORTEST_STEP:g} s, with the time in seconds."
+        return [_time("time_too_fast", text)]
     if median <= _LONGEST_STEP:
         return []
     absurd = median >= _ABSURD_STEP

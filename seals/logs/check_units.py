@@ -43,7 +43,8 @@ def quiet_forces(log: Log) -> tuple[Floats, float]:
         step = float(np.median(np.diff(log.time[rows])))
         if not step > 0.0:
             continue
-        width = max(10, round(_WINDOW / step))
+        # rows of one channel may be closer than those of the log
+        width = max(10, round(_WINDOW / max(step, _WINDOW / rows.size)))
         count = rows.size // width
         parts = force[rows[: count * width]].reshape(count, width, 3)
         mean, scatter = parts.mean(axis=1), np.linalg.norm(parts.std(axis=1), axis=1)

@@ -166,3 +166,18 @@ def test_a_strange_note_of_the_clock_does_no_harm(clock: Any) -> None:
     columns = {"t": SECONDS, "specific_force_z": QUIET}
     found = check_log(Log(name="a", columns=columns, meta={"clock": clock}))
     assert "time_converted" not in [finding.code for finding in found]
+
+
+@pytest.mark.parametrize("step", [5e-324, 1e-300, 1e-12, 1.0 / 86_400_000 / 2])
+def test_steps_that_no_sensor_takes_are_refused(step: float) -> None:
+    """Times in days, or near zero: whatever divides by the step overflows."""
+    columns = {"t": np.arange(ROWS) * step, "specific_force_z": QUIET}
+    with pytest.raises(LogError, match=r"no sensor is as fast|one after|same time"):
+        refuse_if_bad(Log(name="a", columns=columns))
+
+
+def test_samples_of_one_channel_may_be_too_close() -> None:
+    """The usual step of the log says nothing of the rows in which a channel has samples."""
+    time = np.sort(np.concatenate([np.arange(40) * 1e-300, 0.01 + np.arange(41) * STEP]))
+    force = np.where(time < 1e-200, 9.81, np.nan)
+    check_log(Log(name="a", columns={"t": time, "specific_force_z": force, "depth": time}))

@@ -23,10 +23,15 @@ FOREIGN_ORIGINS = [
     *("http://evil.example", "https://127.0.0.1:80", "null", "file://", "http://127.0.0.1"),
     *("http://127.0.0.1:1", "http://127.0.0.1.evil.example:80", "http://localhost:9", "", "x"),
     *("chrome-extension://abc", "http://[::1]:9"),
+    *("http://127.0.0.1:8080@evil.example", "http://evil.example:8080", "ws://evil.example"),
+    *("http://127.0.0.1:08080", "http://2130706433:8080", "data:text/html,x", "http://127.1:8080"),
+    *("blob:http://127.0.0.1:8080/x", "http://127.0.0.1:8080 http://a", "http://localhost:8080"),
 ]
 FOREIGN_HOSTS = [
     *("evil.example", "127.0.0.1.evil.example", "localhost.evil.example", "", "10.0.0.1"),
     *("127.0.0.2", "user@127.0.0.1", "127.0.0.1/a", "[::1", "0.0.0.0", "LOCALHOST.", "a b"),
+    *("127.0.0.1#evil.example", "127.0.0.1:80:80", "127.0.0.1\t", "127.0.0.1%00.evil", "127.1"),
+    *("2130706433", "0x7f.0.0.1", "\u0661\u0662\u0667.0.0.1", "127.0.0.1, a", "127.0.0.1?a"),
 ]
 FOREIGN_PATHS = [
     *(
@@ -41,6 +46,8 @@ FOREIGN_PATHS = [
     ),
     *(f"/index.html?token={TOKEN}", f"/{TOKEN.upper()}/", f"/../{TOKEN}/", PATH + "a" * 2000),
     f"/{TOKEN}\u00e9/",
+    *(f"/{TOKEN};/", f"/{TOKEN}%2f", f"/{TOKEN}\\", f"/{TOKEN}\0/", f"/./{TOKEN}/", f"{TOKEN}/"),
+    *(f"/a/../{TOKEN}/", f"http://127.0.0.1/{TOKEN}/", f"/{TOKEN} /", f"/{TOKEN}a/"),
 ]
 
 

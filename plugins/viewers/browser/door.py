@@ -7,6 +7,7 @@ import hmac
 import http
 import ipaddress
 import logging
+import re
 import secrets
 import socket
 from collections.abc import Callable, Iterator
@@ -21,6 +22,8 @@ MOST_MESSAGE = 1 << 22
 PATIENCE = 5.0
 """Time that a connection may take to say what it wants [s]."""
 _LONGEST = 240
+_HOST = re.compile(r"(?:[\w.-]+|\[[0-9A-Fa-f:.]+\])(?::\d{1,5})?", re.ASCII)
+"""A name or an address, with or without a port, and nothing beside it."""
 _LOCAL = ("localhost", "127.0.0.1", "::1")
 _HEADERS = {
     "Referrer-Policy": "no-referrer",
@@ -64,7 +67,7 @@ class Door:
             >>> door.refusal("/a/", "evil.example", None)
             "'evil.example' is no name of this machine"
         """
-        name = _name(f"http://{host}")
+        name = _name(f"http://{host}") if _HOST.fullmatch(host) else ""
         if not name or not self._own(name):
             return f"{host[:80]!r} is no name of this machine"
         if origin is not None and urlsplit(origin).netloc.lower() != host.lower():
