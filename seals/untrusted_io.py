@@ -330,7 +330,7 @@ def plain_xml(text: str) -> ElementTree.Element:
     """
     if "\0" in text or re.search(r"<!\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):
         raise ValueError("it declares a DOCTYPE or an ENTITY; such files can expand without end")
-    parser = ElementTree.XMLPullParser(("start", "end"))
+    parser: Any = ElementTree.XMLPullParser(("start", "end"))
     depth = count = 0
     root: ElementTree.Element | None = None
     try:
