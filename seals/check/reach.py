@@ -261,11 +261,13 @@ def _thrusters_in_water(reach: Reach) -> RobotFinding:
         mass = (abs(net) - BALLAST * reach.weight) / GRAVITY
         can = "dive: it stays at the surface" if net > 0.0 else "come up: it sinks"
         change = (
-            f"Add {max(mass, 0.0):.3g} kg of ballast low in the hull, or correct hulls:"
+            f"Add {max(mass, 0.0):.3g} kg of ballast low in the hull, or correct hulls"
             if net > 0.0
-            else f"Take {mass:.3g} kg away, or add volume under hulls:"
+            else f"Take {mass:.3g} kg away, or add volume under hulls"
         )
-        return failed(subject, f"{words}: it cannot {can}", f"{change} and max_force.")
+        return failed(
+            subject, f"{words}: it cannot {can}", f"{change} and max_force in robot.yaml."
+        )
     if abs(net) > RESERVE * most:
         advice = f"{abs(net) / most:.0%} of the thrust goes into holding the depth; trim it."
         return warned(subject, f"{words}: dives and surfaces", advice)
