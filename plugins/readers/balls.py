@@ -133,11 +133,7 @@ def read_weights(path: Path) -> dict[str, tuple[float, float]]:
 
 
 def _ball(
-    title: str,
-    rows: list[tuple[Any, ...]],
-    weights: dict[str, tuple[float, float]],
-    *,
-    where: str,
+    title: str, rows: list[tuple[Any, ...]], weights: dict[str, tuple[float, float]], *, where: str
 ) -> Log:
     names = [str(cell).strip() for cell in rows[0]] if rows else []
     for name in _HEADER:

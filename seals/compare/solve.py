@@ -213,11 +213,7 @@ class Solver:
         return out
 
     def _solution(
-        self,
-        x: _Unknown,
-        predicted: list[dict[str, Floats]],
-        cost: float,
-        free: list[int],
+        self, x: _Unknown, predicted: list[dict[str, Floats]], cost: float, free: list[int]
     ) -> Solution:
         sigma = np.zeros(len(x.values))
         spread = self._spread(x, predicted, cost, free)

@@ -157,12 +157,7 @@ class CoupledBody(BodyOptions):
         self._dynamics = dynamics
         self._began = dynamics.kinematics.origins[0], dynamics.kinematics.rotations[0]
         self._forces.apply(
-            self.engine,
-            dynamics,
-            step,
-            acting=acting,
-            contacts=self._contacts,
-            joints=self._joints,
+            self.engine, dynamics, step, acting=acting, contacts=self._contacts, joints=self._joints
         )
 
     def after_step(self, step: float) -> None:

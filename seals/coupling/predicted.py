@@ -107,11 +107,7 @@ class PredictedForces:
         self._split.restore(inertia)
 
     def _effort(
-        self,
-        dynamics: Dynamics,
-        acting: ImplicitDrive | None,
-        contacts: Contacts,
-        joints: Floats,
+        self, dynamics: Dynamics, acting: ImplicitDrive | None, contacts: Contacts, joints: Floats
     ) -> tuple[Floats, Floats]:
         """Wrenches on the links and forces on the joints for the engine's next step."""
         if dynamics.found.inertias or dynamics.discontinuous:

@@ -16,12 +16,7 @@ _EXPONENT = 0.05
 
 
 def power_law_additions(
-    law: type[Effect],
-    name: str,
-    subject: Subject,
-    *,
-    power: int,
-    share: Mapping[MediumKind, float],
+    law: type[Effect], name: str, subject: Subject, *, power: int, share: Mapping[MediumKind, float]
 ) -> list[Addition]:
     """Return the candidates: drag in each medium; its exponent has a tolerance.
 

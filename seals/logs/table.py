@@ -150,10 +150,7 @@ def _parse_csv(
     converting = csv.ConvertOptions(column_types=dict(kinds), include_columns=picked)
     parsing = csv.ParseOptions(delimiter=delimiter)
     return csv.read_csv(
-        io.BytesIO(raw),
-        read_options=reading,
-        parse_options=parsing,
-        convert_options=converting,
+        io.BytesIO(raw), read_options=reading, parse_options=parsing, convert_options=converting
     )
 
 

@@ -102,10 +102,7 @@ def _described(robot: RobotModel) -> dict[str, list[_Look]]:
     from yourdfpy import URDF
 
     loaded: Any = URDF.load(
-        robot.urdf,
-        build_scene_graph=False,
-        load_meshes=False,
-        build_collision_scene_graph=False,
+        robot.urdf, build_scene_graph=False, load_meshes=False, build_collision_scene_graph=False
     ).robot
     named = {m.name: m for m in loaded.materials or ()}
     return {

@@ -57,10 +57,7 @@ class Window:
         """Lines to draw: each link to its parent, and the drives, in the world [m]."""
         robot = self._plant.robot
         origins, _ = forward(
-            robot.tree,
-            situation.position[None],
-            situation.rotation[None],
-            situation.joints[None],
+            robot.tree, situation.position[None], situation.rotation[None], situation.joints[None]
         )
         lines = [
             (origins[0, robot.tree.parent[k]], origins[0, k]) for k in range(1, robot.tree.links)

@@ -171,11 +171,7 @@ def _course(robot: str) -> tuple[list[RobotState], Plant]:
     plant = build_plant(actor.robot, actor.effects, settings.environment)
     watcher = _Watcher()
     actor.pilot = Pilot(
-        plant,
-        watcher,
-        watcher,
-        volume=actor.evaluator.surroundings.volume,
-        step=settings.time.step,
+        plant, watcher, watcher, volume=actor.evaluator.surroundings.volume, step=settings.time.step
     )
     for _ in range(STEPS):
         world.step()

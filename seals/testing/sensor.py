@@ -134,12 +134,7 @@ def _complete(name: str, sensor: Sensor, place: str, memory: Any, seed: int) -> 
     shapes = {key: int(np.size(value)) for key, value in (reading or {}).items()}
     declared = sensor.channels()
     right = {key: width for key, width in declared.items() if key in shapes}
-    require(
-        shapes == right,
-        name,
-        f"reads {shapes}, declares {declared}",
-        "Make them one.",
-    )
+    require(shapes == right, name, f"reads {shapes}, declares {declared}", "Make them one.")
     infinite = any(bool(np.isinf(value).any()) for value in (reading or {}).values())
     require(
         not infinite,

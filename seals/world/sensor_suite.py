@@ -96,9 +96,7 @@ class SensorSuite:
         self._forget()
 
     def meet(
-        self,
-        others: Mapping[str, Floats],
-        shapes: Sequence[Callable[[], Sequence[Shape]]],
+        self, others: Mapping[str, Floats], shapes: Sequence[Callable[[], Sequence[Shape]]]
     ) -> None:
         """Register the scene's other bodies.
 

@@ -102,11 +102,7 @@ class Drawing:
         """Draw one picture into the given arrays."""
         colour, depth, parts = images
         levels, buffer, hit = self.bodies.engine.getCameraImage(
-            lens.width,
-            lens.height,
-            _view(turn),
-            _projection(lens, self._shift),
-            **self._options,
+            lens.width, lens.height, _view(turn), _projection(lens, self._shift), **self._options
         )[2:5]
         shape = depth.shape
         np.take(self.bodies.part_of, np.reshape(hit, shape) + 1, out=parts, mode="clip")

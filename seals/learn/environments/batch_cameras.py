@@ -172,13 +172,7 @@ def with_ball(scene: Scene, radius: float) -> Scene:
     It is called ``target``.
     """
     ball = Shape(
-        "sphere",
-        (radius,),
-        np.zeros(3),
-        np.eye(3),
-        RED,
-        len(scene.names),
-        len(scene.frames),
+        "sphere", (radius,), np.zeros(3), np.eye(3), RED, len(scene.names), len(scene.frames)
     )
     return Scene((*scene.shapes, ball), (*scene.names, TARGET), (*scene.frames, TARGET))
 

@@ -109,12 +109,7 @@ class Episodes:
         return EpisodeOutcome(reward, terminated, truncated, success, facts), kept
 
     def _account(
-        self,
-        now: Instant,
-        distance: Array,
-        effort: Array | None,
-        ledger: EpisodeState,
-        won: Array,
+        self, now: Instant, distance: Array, effort: Array | None, ledger: EpisodeState, won: Array
     ) -> tuple[Array, Array, Array]:
         """Return time, effort and distance up to the first success; they are constant afterwards.
 

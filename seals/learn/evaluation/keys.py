@@ -87,8 +87,5 @@ def policy_of_keys(path: Path, environment: Any) -> PolicyKeys:
     """
     task = environment.task
     return PolicyKeys(
-        read_track(path),
-        list(task.action_names),
-        rate=task.rate,
-        device=environment.device,
+        read_track(path), list(task.action_names), rate=task.rate, device=environment.device
     )

@@ -81,10 +81,7 @@ def edited(found: Calibration, folder: Path, robot: RobotModel) -> Edited:
         notes.append("the URDF lies outside of the robot's folder: mass and inertia by hand.")
     changed = {k: v for k, v in after.items() if v != before.get(k)}
     return Edited(
-        folder=folder,
-        before={k: before[k] for k in changed},
-        after=changed,
-        notes=tuple(notes),
+        folder=folder, before={k: before[k] for k in changed}, after=changed, notes=tuple(notes)
     )
 
 

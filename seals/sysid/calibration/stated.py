@@ -158,9 +158,5 @@ def _sensors(vehicle: Vehicle, candidate_set: CandidateSet) -> Iterator[StatedNu
         if key == late or has_hook(effect, Measure):
             meta = parameters_of(effect)[parameter.parameter]
             yield StatedNumber(
-                name=f"{SENSORS}.{key}",
-                key=key,
-                value=0.0,
-                unit=meta.unit,
-                bounds=parameter.bounds,
+                name=f"{SENSORS}.{key}", key=key, value=0.0, unit=meta.unit, bounds=parameter.bounds
             )

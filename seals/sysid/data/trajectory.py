@@ -98,10 +98,7 @@ def _piece(samples: Samples, vehicle: Vehicle, first: int, last: int) -> Traject
     )
     # a component of the quaternion is half an angle
     turn, slope = adaptive_polynomial(
-        seen["orientation"],
-        step,
-        bandwidth=max(0.03, 1.5 * step),
-        sigma=0.5 * sigma["orientation"],
+        seen["orientation"], step, bandwidth=max(0.03, 1.5 * step), sigma=0.5 * sigma["orientation"]
     )
     turn = turn / np.linalg.norm(turn, axis=1, keepdims=True)
     rotation = matrix_of(turn)

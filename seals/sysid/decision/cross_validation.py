@@ -79,11 +79,7 @@ def _claim(found: RunsSearch, index: int) -> tuple[RunsClaim, list[RunsClaim]]:
     ]
     labels = tuple(r.candidate.label for r in rivals)
     claim = Claim(
-        hypothesis=best,
-        index=index,
-        confidence=confidence,
-        rivals=labels,
-        settled=tuple(settled),
+        hypothesis=best, index=index, confidence=confidence, rivals=labels, settled=tuple(settled)
     )
     return claim, rivals
 

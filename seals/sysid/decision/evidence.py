@@ -77,10 +77,7 @@ def decide(
     claims = with_data_sheet(problem, search, claims)
     claims = [claims[0], *(c for c in claims[1:] if c.confidence > policy.confidence_further)]
     return EvidenceAnswer(
-        verdict=verdict_of(claims),
-        claims=tuple(claims),
-        disturbance_level=left,
-        explained=share,
+        verdict=verdict_of(claims), claims=tuple(claims), disturbance_level=left, explained=share
     )
 
 

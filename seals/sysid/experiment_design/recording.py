@@ -23,12 +23,7 @@ class _Planned(Plant):
     """Plant whose added inertia varies over the batch if one of its parameters does."""
 
     def twin(
-        self,
-        values: Mapping[str, Any],
-        batch: int,
-        *,
-        stiff: bool = True,
-        over_steps: bool = False,
+        self, values: Mapping[str, Any], batch: int, *, stiff: bool = True, over_steps: bool = False
     ) -> BatchDynamics:
         """Batch dynamics of the nominal model with changes, see `Plant.twin`."""
         effects = self.candidate_set.effects

@@ -112,11 +112,7 @@ def gram_of(fitter: Fitter, supposed: Sequence[Supposed], base: Mapping[str, flo
     both = reduce(Whitened.beside, parts)
     keys = (*fitter.tolerances, *extra)
     return Gram(
-        fitter=fitter,
-        keys=keys,
-        supposed=tuple(supposed),
-        whitened=both,
-        table=both.product(both),
+        fitter=fitter, keys=keys, supposed=tuple(supposed), whitened=both, table=both.product(both)
     )
 
 

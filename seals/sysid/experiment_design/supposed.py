@@ -20,9 +20,7 @@ _FELT = 12.0
 
 
 def supposed_of(
-    problem: Problem,
-    names: Sequence[str],
-    known: Mapping[str, Mapping[str, float]] | None = None,
+    problem: Problem, names: Sequence[str], known: Mapping[str, Mapping[str, float]] | None = None
 ) -> tuple[Supposed, ...]:
     """Return the effects with their assumed sizes.
 

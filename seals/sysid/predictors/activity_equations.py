@@ -40,9 +40,7 @@ class Blocks:
     def __add__(self, other: Blocks) -> Blocks:
         """Return the sum, as products of separate windows add."""
         return Blocks(
-            cross=self.cross + other.cross,
-            own=self.own + other.own,
-            right=self.right + other.right,
+            cross=self.cross + other.cross, own=self.own + other.own, right=self.right + other.right
         )
 
     def __getitem__(self, at: Any) -> Blocks:

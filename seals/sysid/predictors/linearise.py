@@ -206,10 +206,7 @@ def dynamics_along(
 
 
 def _with_friction(
-    cache: TrajectoryCache,
-    used: Mapping[str, float],
-    state_matrix: Floats,
-    output_matrix: Floats,
+    cache: TrajectoryCache, used: Mapping[str, float], state_matrix: Floats, output_matrix: Floats
 ) -> Floats:
     """Recompute the columns of the joint rates with dry friction; the output matrix in place.
 

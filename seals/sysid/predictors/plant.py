@@ -197,12 +197,7 @@ class Plant:
         given = {k: self.total(k, v) for k, v in changes if k.partition(".")[0] in bound.index}
         waves = self._waves(values, batch)
         return BatchDynamics(
-            self.vehicle.robot,
-            bound,
-            self.vehicle.environment,
-            waves,
-            batch=batch,
-            values=given,
+            self.vehicle.robot, bound, self.vehicle.environment, waves, batch=batch, values=given
         )
 
     def _bound(self, used: frozenset[str]) -> EffectSet:
@@ -244,12 +239,7 @@ class Plant:
         return np.tile(each, len(self.vehicle.robot.links))
 
     def inputs(
-        self,
-        rows: Any,
-        drive: Floats | None,
-        *,
-        held: Held = Held.step,
-        delay: float = 0.0,
+        self, rows: Any, drive: Floats | None, *, held: Held = Held.step, delay: float = 0.0
     ) -> Inputs:
         """Inputs of the model at some rows with given actuator states.
 

@@ -251,11 +251,7 @@ def rewindowed(fitter: Fitter, *, gusts: float = 1.0, delay: float | None = None
 
 
 def follow_measurements(
-    fitter: Fitter,
-    free: tuple[str, ...],
-    *,
-    at: Mapping[str, float] | None = None,
-    rounds: int = 4,
+    fitter: Fitter, free: tuple[str, ...], *, at: Mapping[str, float] | None = None, rounds: int = 4
 ) -> Fitter:
     """Move the trajectory to the best fit of the measurements and relinearise there.
 

@@ -43,11 +43,7 @@ _SEVERITY = {Severity.REFUSE: "unusable", Severity.WARN: "warning", Severity.NOT
 
 
 def write_report(
-    diagnosis: Diagnosis,
-    log: Log,
-    folder: Path,
-    *,
-    localisation: Localisation | None = None,
+    diagnosis: Diagnosis, log: Log, folder: Path, *, localisation: Localisation | None = None
 ) -> Path:
     """Write ``report.html`` and ``report.json`` of a diagnosis.
 

@@ -34,10 +34,7 @@ _AXES = (
 
 
 def wrench_blocks(
-    problem: Problem,
-    before: Residual,
-    after: Residual | None,
-    candidates: Sequence[Candidate] = (),
+    problem: Problem, before: Residual, after: Residual | None, candidates: Sequence[Candidate] = ()
 ) -> list[Block]:
     """Return charts of the residual wrench by component, largest first.
 

@@ -14,10 +14,7 @@ from seals.sysid.selection.window_models import WindowModels
 
 
 def search_log(
-    problem: Problem,
-    *,
-    processes: int = 1,
-    tell: Callable[[int], None] = lambda rounds: None,
+    problem: Problem, *, processes: int = 1, tell: Callable[[int], None] = lambda rounds: None
 ) -> Search[EvidenceHypothesis]:
     """Search with windows of a log, or with whole runs where a falling body's pose is unmeasured.
 

@@ -101,11 +101,7 @@ def proposals(
 
 
 def retimed(
-    problem: Problem,
-    nominal: EvidenceHypothesis,
-    best: EvidenceHypothesis,
-    *,
-    processes: int = 1,
+    problem: Problem, nominal: EvidenceHypothesis, best: EvidenceHypothesis, *, processes: int = 1
 ) -> EvidenceHypothesis:
     """Refine the times of all effects about the model's own values; keep the better model.
 

@@ -59,10 +59,7 @@ class RunModels:
         return next(better, None)
 
     def refined(
-        self,
-        best: ValidatedHypothesis,
-        singles: Sequence[ValidatedHypothesis],
-        step: Refinement,
+        self, best: ValidatedHypothesis, singles: Sequence[ValidatedHypothesis], step: Refinement
     ) -> tuple[ValidatedHypothesis, Sequence[ValidatedHypothesis]]:
         """Try pairs, or drop effects where the smaller model is not significantly worse."""
         if step is not Refinement.backward:

@@ -134,8 +134,5 @@ def search(
     for step in stages.last:
         best = refine(best, step)
     return Search(
-        nominal=family.nominal,
-        best=best,
-        rounds=tuple(rounds),
-        refinements=tuple(refinements),
+        nominal=family.nominal, best=best, rounds=tuple(rounds), refinements=tuple(refinements)
     )

@@ -52,12 +52,7 @@ class WholeRunModels:
     """
 
     def __init__(
-        self,
-        base: LinearisedModel,
-        outset: LinearisedModel,
-        *,
-        asked: float,
-        processes: int = 1,
+        self, base: LinearisedModel, outset: LinearisedModel, *, asked: float, processes: int = 1
     ) -> None:
         """Choose the starting points of the fits."""
         self.base, self.disturbance, self.processes = base, base.disturbance, processes

@@ -94,11 +94,7 @@ def library_for(problem: Problem, overlay: Overlay) -> CandidateSet:
 
 
 def replay_variants(
-    name: str,
-    problem: Problem,
-    overlay: Overlay,
-    *,
-    tell: Callable[[int], None] | None = None,
+    name: str, problem: Problem, overlay: Overlay, *, tell: Callable[[int], None] | None = None
 ) -> Ablation:
     """Replay a log on every variant, and without each effect in turn.
 
@@ -135,11 +131,7 @@ def replay_variants(
 
 
 def compare_ends(
-    name: str,
-    problem: Problem,
-    overlay: Overlay,
-    *,
-    tell: Callable[[int], None] | None = None,
+    name: str, problem: Problem, overlay: Overlay, *, tell: Callable[[int], None] | None = None
 ) -> Ablation:
     """Replay a log without the added effects, and with all of them."""
     models = model_variants(problem, overlay)

@@ -58,11 +58,7 @@ class Finding:
 
 
 def read_answer(
-    where: str | Path,
-    *,
-    choose: str | None = None,
-    accept: str | None = None,
-    key: str = KEY,
+    where: str | Path, *, choose: str | None = None, accept: str | None = None, key: str = KEY
 ) -> Finding:
     """Read a diagnosis and choose the effects to add.
 

@@ -136,12 +136,7 @@ class _Runner:
     """World that restarts from the measured trajectory at every window."""
 
     def __init__(
-        self,
-        world: World,
-        model: Model,
-        samples: Samples,
-        trajectory: Trajectory,
-        parts: int,
+        self, world: World, model: Model, samples: Samples, trajectory: Trajectory, parts: int
     ) -> None:
         self.latency = model.vehicle.command_latency
         self.mean_over = round((model.vehicle.simulated_step or 0.0) / world.step_size)

@@ -143,12 +143,7 @@ class SolverPbf:
         self.boundary.stale = True
 
     def add_boundary(
-        self,
-        *,
-        body: int,
-        points: Array,
-        volumes: Array | None = None,
-        bulk: Array | None = None,
+        self, *, body: int, points: Array, volumes: Array | None = None, bulk: Array | None = None
     ) -> None:
         """Add boundary samples of a body; their volumes follow Akinci et al. 2012.
 
