@@ -34,8 +34,8 @@ class Resonators(NamedTuple):
         frequency: W [rad/s], shape (m,).
         damping: D, symmetric and positive definite [1/s], shape (m, m).
         coupling: G, shape (m, 6).
-        misfit: root of the mean squared difference, motions in units of their added mass, by the
-            size of K [1].
+        misfit: root of the mean squared difference of motions that make waves, in units of their
+            added mass, by the size of K [1].
     """
 
     frequency: Floats
@@ -71,7 +71,8 @@ def fit_resonators(found: Radiation, *, tolerance: float = TOLERANCE) -> Resonat
     unit = np.sqrt(np.maximum(np.diag(found.limit), _least(found)))
     data = found.damping + 1j * w[:, None, None] * (found.added_mass - found.limit)
     data = data / np.outer(unit, unit) / centre
-    groups = _groups(data, _waving(data, found))
+    moving = _waving(data, found)
+    groups = _groups(data, moving)
     parts = [_fit_group(data[:, g][:, :, g], w / centre, tolerance) for g in groups]
     count = sum(len(part.frequency) for part in parts)
     frequency, damping = np.zeros(count), np.zeros((count, count))
@@ -83,8 +84,8 @@ def fit_resonators(found: Radiation, *, tolerance: float = TOLERANCE) -> Resonat
         coupling[own, group] = centre * part.coupling * unit[group]
         start = own.stop
     apart = _transfer(frequency, damping, coupling, w) / np.outer(unit, unit) / centre - data
-    size = float(np.linalg.norm(data))
-    misfit = float(np.linalg.norm(apart)) / size if size > 0.0 else 0.0
+    size, wrong = (float(np.linalg.norm(x[:, moving][:, :, moving])) for x in (data, apart))
+    misfit = wrong / size if size > 0.0 else 0.0
     return Resonators(frequency, damping, coupling, misfit)
 
 
