@@ -52,6 +52,7 @@ _AROUND = (
     _Wanted("air_density", positive=True, needed=False),
     _Wanted("water_density", positive=True, needed=False),
 )
+_GUSTS = (_Wanted("force_sigma"), _Wanted("torque_sigma"), _Wanted("correlation_time"))
 _SIGMA = (_Wanted("sigma", positive=True),)
 
 
@@ -88,6 +89,9 @@ def _misshapen(meta: Mapping[str, Any]) -> Iterator[Finding]:
     for name in _MAPPINGS:
         if meta.get(name) is not None and not isinstance(meta[name], Mapping):
             yield _finding(name, meta[name], "a mapping of names to values")
+    gusts = meta.get("disturbance")
+    if isinstance(gusts, Mapping):
+        yield from _wrong("disturbance", gusts, _GUSTS, whole=False)
     for name in _LISTS:
         entries = meta.get(name)
         if entries is None:

@@ -152,6 +152,13 @@ def test_sections_of_another_kind_are_refused(key: str, value: Any) -> None:
         refuse_if_bad(_commanded(**{key: value}))
 
 
+@pytest.mark.parametrize("value", ["strong", [1, 2], {}, True], ids=repr)
+def test_gusts_are_numbers(value: Any) -> None:
+    """Several logs are joined by the strongest of them, before a vehicle is made."""
+    with pytest.raises(LogError, match=r"disturbance\.force_sigma: meta.yaml says"):
+        refuse_if_bad(_commanded(disturbance={"force_sigma": value}))
+
+
 @pytest.fixture(scope="module")
 def meta() -> dict[str, Any]:
     """Metadata of a sound flight."""
