@@ -1,4 +1,4 @@
-"""Guards of descriptions: vehicles, motors, answers of a diagnosis, models, edited texts."""
+"""Guards for descriptive files: vehicles, motors, answers of a diagnosis, models, edited texts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reading of a stranger's file in a child process: a library that crashes or hangs ends the child.
+"""Reading of an untrusted file in a child process, which contains crashes and hangs of a library.
 
     python isolated_reading.py MODULE:FUNCTION FILE SECONDS BYTES CONTENT
 
@@ -94,7 +94,7 @@ def _raise(path: str | Path, name: str, message: str) -> NoReturn:
 
 
 def _ended(code: int, seconds: int) -> str:
-    """Return in words how a process ended."""
+    """Describe in words how a process ended."""
     if -code in (getattr(signal, "SIGXCPU", 0), signal.SIGKILL if os.name == "posix" else 0):
         return f"it takes longer than {seconds} s of computing"
     return f"its library crashes on it (code {code})"
@@ -107,7 +107,7 @@ def _refused(path: str | Path, why: str) -> Exception:
 
 
 def _bound(seconds: int, memory: int) -> None:
-    """Bound time and memory, and let nothing be written while the library reads, on POSIX."""
+    """Limit time and memory, and forbid writing while the library reads; POSIX only."""
     try:
         import resource
     except ImportError:
@@ -126,7 +126,7 @@ def _bound(seconds: int, memory: int) -> None:
 
 
 def _allow_writing() -> None:
-    """Let the content be written once the library is done."""
+    """Permit writing of the content once the library is done."""
     try:
         import resource
     except ImportError:

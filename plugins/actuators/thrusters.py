@@ -89,7 +89,7 @@ class Thrusters(ActuatorOptions, Effect):
         return self._limit
 
     def constants(self) -> dict[str, Floats]:
-        """Return positions and axes; ``before``: one entry per preceding command column."""
+        """Return the parameters; the length of ``before`` is the column of the first thruster."""
         return {
             "position": self._position,
             "axis": self._axis,

@@ -239,7 +239,7 @@ class Autopilot(ControllerOptions):
     def _pitch(
         self, velocity: Floats, climbing: float, speed: float, sum_: float, step: float
     ) -> tuple[float, float]:
-        """Return the wanted pitch angle, nose up [rad], and the new sum of the climb's error."""
+        """Return the wanted pitch angle, nose up [rad], and the new integral of the climb error."""
         if not self._climbs:
             return 0.0, 0.0
         climb = math.atan2(float(velocity[2]), math.hypot(float(velocity[0]), float(velocity[1])))
@@ -252,7 +252,7 @@ class Autopilot(ControllerOptions):
     def _allocated(
         self, s: RobotState, wrench: Floats, ahead: float
     ) -> tuple[Floats, Floats, Floats]:
-        """Return commands of thrusters and fins, and their lowest and largest."""
+        """Return commands of thrusters and fins, with their lower and upper limits."""
         bite = np.full(len(self._fins.joints), max(ahead, self.least_speed) ** 2)
         low = np.concatenate((s.low, -self._fins.limit))
         limit = np.concatenate((s.limit, self._fins.limit))

@@ -112,7 +112,7 @@ class AddedMass(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return the candidates: change of the diagonal; its centre has a tolerance."""
+        """Return the candidates: change of the diagonal, and offset of the added-mass centre."""
         hull = subject.hull
         if not subject.has_water or hull is None:
             return []
@@ -181,7 +181,7 @@ class AddedMass(Effect):
         ]
 
     def constants(self) -> dict[str, Floats]:
-        """Return the coupling matrix and that of the floating hull, shape (1, 6, 6) each."""
+        """Return the couplings, and the added mass of the floating hull, shape (1, 6, 6) each."""
         matrix = np.asarray(self.coupling, dtype=float) if self.coupling else np.zeros((6, 6))
         floating = {"floating": np.asarray([self.floating], dtype=float)} if self.floating else {}
         return {"coupling": matrix[None], **floating}
@@ -218,7 +218,7 @@ def _refuse_indefinite(matrix: Floats, name: str, allowed: str) -> None:
 
 
 def _at(submersion: Array, params: Parameters) -> Array:
-    """M(s) / s: the matrix itself, or that on the lines through the floating hull's."""
+    """M_A(s) / s; M_A(s) is linear in s, or piecewise linear through the floating hull's matrix."""
     whole = _matrix(params)
     if "floating" not in params:
         return whole

@@ -124,7 +124,7 @@ class Battery(Effect):
 
 
 def cell_voltage(left: Array) -> Array:
-    """Open-circuit voltage of a lithium-polymer cell over its state of charge [V].
+    """Return the open-circuit voltage of a lithium-polymer cell at a state of charge [V].
 
     Example:
         >>> import numpy as np
@@ -149,7 +149,7 @@ _NUMBERS = ("cells", "capacity", "resistance", "charge", "electronics")
 
 
 def _one(memory: Array, params: Parameters) -> bool:
-    """Return true for one battery: numbers are faster than arrays, several times a step."""
+    """Return whether there is one battery only, which is computed with plain numbers for speed."""
     if type(memory) is not np.ndarray or len(memory) != 1:
         return False
     return all(params[key].size == 1 for key in _NUMBERS)

@@ -122,11 +122,11 @@ class RadiationMemory(Effect):
 
     @property
     def memory_size(self) -> int:  # type: ignore[override]
-        """Numbers of memory per link: real and imaginary part of every mode."""
+        """Number of memory values per link: real and imaginary part of every mode."""
         return 2 * len(self._modes().rate) if self.frequency else 0
 
     def constants(self) -> dict[str, Floats]:
-        """Return modes of the resonators: rates (1, 2, n), entries (1, 2, 6, n), exits likewise."""
+        """Return the modes: poles (1, 2, n), input and output coefficients (1, 2, 6, n)."""
         if not self.frequency:
             return {"rate": np.zeros((1, 2, 0))}
         modes = self._modes()
@@ -147,7 +147,7 @@ class RadiationMemory(Effect):
     def loads(
         motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
     ) -> tuple[Wrench, Array]:
-        """Force and torque of the waves radiated so far [N, N m]; memory stands at half steps."""
+        """Force and torque of the waves radiated so far [N, N m]; memory is held at half steps."""
         rate = params["rate"][0, :, :]
         count = rate.shape[1]
         if not count:
@@ -167,7 +167,7 @@ class RadiationMemory(Effect):
 
 
 def _weight(submersion: Array, floating: Array) -> Array:
-    """One at the floating share with slope zero, zero at none and all."""
+    """Weight by submersion: 1 with zero slope at the floating fraction, 0 when dry or submerged."""
     xp = namespace(submersion)
     lack = xp.clip((floating - submersion) / floating, 0.0, None)
     surplus = xp.clip((submersion - floating) / (1.0 - floating), 0.0, None)
@@ -177,7 +177,7 @@ def _weight(submersion: Array, floating: Array) -> Array:
 def _advanced(
     state: tuple[Array, Array], rate: Array, driven: tuple[Array, Array], step: float
 ) -> tuple[Array, Array]:
-    """Complex states z' = a z + u after a step of the trapezoidal rule, u held: passive."""
+    """Advance the complex states z' = a z + u by the trapezoidal rule, u held, which is passive."""
     (x, y), (u, v) = state, driven
     half, turn = 0.5 * step * rate[0:1, :], 0.5 * step * rate[1:2, :]
     right = x * (1.0 + half) - y * turn + step * u, y * (1.0 + half) + x * turn + step * v

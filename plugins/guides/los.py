@@ -41,7 +41,7 @@ class LosState(NamedTuple):
 
 @dataclass(kw_only=True)
 class Los:
-    """Guide along straight legs by line of sight: the course leads to a point ahead on the leg.
+    """Guide along straight legs by line of sight: it steers to a point ahead on the leg.
 
     Equation:
         chi = pi_p - atan((e + y) / Delta), y' = sigma Delta e / ((e + y)^2 + Delta^2); likewise the
@@ -91,7 +91,7 @@ class Los:
     repeat: bool = False
 
     def __post_init__(self) -> None:
-        """Refuse places that are none."""
+        """Refuse an empty list of places, and places that are not three finite numbers."""
         good = all(len(p) == 3 and np.all(np.isfinite(p)) for p in self.places)
         if not self.places or not good:
             raise ConfigError(
@@ -103,7 +103,7 @@ class Los:
         """Accept any robot."""
 
     def start(self, situation: RobotState) -> LosState:
-        """Return the initial state: the first leg, from here."""
+        """Return the initial state: the first leg begins at the present position."""
         return LosState(np.array(situation.position), 0, situation.yaw, 0.0, False)
 
     def aim(self, situation: RobotState, memory: LosState) -> tuple[Reference, LosState]:
@@ -132,7 +132,7 @@ class Los:
         return Reference(velocity=velocity, yaw=course, yaw_rate=turn), after
 
     def finished(self, memory: LosState) -> bool | None:
-        """Return True when the last place was passed; never when it repeats."""
+        """Return True once the last place has been passed; a repeated course never finishes."""
         return True if memory.done else None
 
     def goals(self, memory: LosState) -> tuple[Goal, ...]:
@@ -153,7 +153,7 @@ class Los:
         return before, np.array(places[k % len(places)], dtype=float)
 
     def _passed(self, position: Floats, memory: LosState) -> LosState:
-        """Go on to the next leg where the present one ends; the last is kept."""
+        """Switch to the next leg at the end of the present one; the last leg is kept."""
         for _ in self.places:
             a, b = self._leg(memory)
             ahead = math.hypot(*(b - a)[:2])

@@ -20,7 +20,7 @@ PRIORITY = "Schaul et al. 2016, arXiv 1511.05952"
 
 @dataclass(kw_only=True)
 class SACfD(SAC):
-    """Soft actor-critic pretrained on demonstrations, which it keeps sampling more often.
+    """Soft actor-critic pretrained on demonstrations, sampled more often than its own steps.
 
     Equation:
         critics: w ((Q - y_1)^2 + mix (Q - y_n)^2) / (1 + mix)

@@ -110,7 +110,7 @@ def _calm(now: Instant) -> Array:
 
 
 def _pace(now: Instant, closing: Array) -> Array:
-    """Feedforward velocity: the animal's, or the hand's own while it closes [m/s].
+    """Feedforward velocity: that of the animal; while the hand closes, that of the hand [m/s].
 
     A hand that went along with what it jostles would jostle it the more, and one that changed its
     pace while it closes would swing.
@@ -123,7 +123,7 @@ def _pace(now: Instant, closing: Array) -> Array:
 
 
 def _follow(away: Array, aside: Array, grip: Array, closing: Array) -> Array:
-    """Velocity against the animal: over it, then down on it in a funnel [m/s].
+    """Velocity relative to the animal: to a place above it, then down within a cone [m/s].
 
     Args:
         away: way of the level hand to it [m], shape (N, 3).

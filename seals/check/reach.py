@@ -1,4 +1,4 @@
-"""Reach of a robot in air and in water: axes, thrust against weight and buoyancy."""
+"""Capability of a robot in air and in water: axes, thrust against weight and buoyancy."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ STEERED = (SURGE, YAW, PITCH, ROLL, HEAVE, SWAY)
 
 
 class Reach(NamedTuple):
-    """Capability of a robot by its model.
+    """Capability of a robot according to its model.
 
     Args:
         axes: that drives and fins command, numbers into `seals.control.axes.AXES`.
@@ -78,12 +78,12 @@ class Reach(NamedTuple):
 
     @property
     def flies(self) -> bool:
-        """Whether rotors carry it in air."""
+        """Whether its rotors can carry its weight in air."""
         return self.rotors and self.lift_in_air > self.weight
 
     @property
     def keeps_station(self) -> bool:
-        """Whether it commands surge, sway, heave and yaw, and its net buoyancy."""
+        """Whether it commands surge, sway, heave, yaw, and more thrust than its net buoyancy."""
         held = {SURGE, SWAY, HEAVE, YAW} <= set(self.axes)
         return held and not self.rotors and -self.up < self.net < self.down
 
@@ -93,7 +93,7 @@ class Reach(NamedTuple):
         return not self.rotors and {SURGE, YAW} <= set(self.axes)
 
     def first_run(self) -> str:
-        """Return the words of a run in which it does what it can."""
+        """Return arguments of `seals run` for a first run that the robot is capable of."""
         if self.flies:
             return "guide=hover controller=cascade initial.position=[0,0,2]"
         if self.keeps_station:
@@ -111,7 +111,7 @@ def reach_of(
     actuators: Mapping[str, Effect],
     effects: Mapping[str, Effect] | None = None,
 ) -> Reach | None:
-    """Return what a robot can do by its drives and fins, joints at zero; None without drives.
+    """Return the capability of a robot, joints at zero; None without drives.
 
     Args:
         robot: the robot.
@@ -201,7 +201,7 @@ def _submerged(plant: Plant) -> ActuatorLimits:
 
 
 def _shares(layout: Layout, now: ActuatorLimits) -> tuple[Floats, Floats]:
-    """Largest wrench against that in air, and the least one as a share of it."""
+    """Ratios of the largest wrench to that in air, and of the least to the largest, by drive."""
     rotor = np.array([kind == ROTOR for kind in layout.kind])
     part = now.limit / layout.limit
     back = np.where(now.limit > 0.0, now.low / np.maximum(now.limit, 1e-12), 0.0)

@@ -82,7 +82,7 @@ class ActuatorLimitEstimator:
         return ActuatorLimits(gain, self._layout.limit * share, low)
 
     def _gains(self, actuator: BoundEffect, motion: Motion, sample: Sample) -> Floats:
-        """Thrust relative to the drive's own map, at low speed and at its limit, shape (2, n)."""
+        """Ratio of the thrust to that without effects, at low and at full speed, shape (2, n)."""
         own = drives = self._own[actuator.name]
         for law in self._laws:
             if law.links == actuator.links:

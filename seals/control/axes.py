@@ -40,7 +40,7 @@ def wrench_matrix(layout: Layout, centre: Floats) -> Floats:
 
 
 def mean_arm(layout: Layout, centre: Floats) -> float:
-    """Return the mean distance of the drives from a centre [m], by which moments are divided."""
+    """Return the mean distance of the drives from a centre [m], which scales moments to forces."""
     if not layout.drives:
         return 1.0
     return max(float(np.mean(np.linalg.norm(layout.position - centre, axis=1))), 1e-6)
@@ -89,7 +89,7 @@ def named_axes(axes: Sequence[int]) -> str:
 
 
 def priority_weights(priority: Sequence[str], rows: Sequence[int]) -> Floats:
-    """Return the weight of each row by its rank, from 1 down in equal ratios of at most ten.
+    """Return the weight of each row by its rank: 1 first, each next one smaller by one ratio <= 10.
 
     Weighted least squares then leave a rank an error of at most the ratio times those of the ranks
     below it, each error as a share of what the drives can do.

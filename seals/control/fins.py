@@ -36,7 +36,7 @@ class Fins(NamedTuple):
 
 
 def fins_of(plant: Plant) -> Fins:
-    """Return the fins of a robot: links under an effect of lift that one joint turns.
+    """Return the fins of a robot: links with an effect of lift that one joint turns.
 
     Equation:
         A fin with its chord along body x, turned by d, meets the water at the angle of attack d (x

@@ -108,7 +108,7 @@ class CoupledBody(BodyOptions):
         return self._at_origin(middle, self.engine.link_poses()[1][0])[None]
 
     def _at_origin(self, native: Floats, turn: Floats) -> Floats:
-        """Generalised velocity about the base origin from the engine's."""
+        """Convert the engine's generalised velocity to one about the base origin."""
         if self._base == 0 or self._centred:
             return native
         speed: Floats = native.copy()
@@ -201,7 +201,7 @@ class CoupledBody(BodyOptions):
         self.engine.set_velocity(self._speed.now, self._joints)
 
     def _move_back(self, dynamics: Dynamics, kick: Floats, step: float) -> None:
-        """Move a robot at a joint stop by its middle velocity, without the impulse of the stop.
+        """Correct the pose of a robot at a joint stop to second order, without the stop's impulse.
 
         Without it the robot would go h^2 a / 2 too far in every step at the stop.
         """

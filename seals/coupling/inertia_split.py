@@ -103,7 +103,7 @@ class InertiaSplit:
         return own[0] + _terms(turning, engine, moving.twists[0]), joint_force[0]
 
     def joint_forces(self, dynamics: Dynamics, acting: ImplicitDrive) -> Floats:
-        """Return the joint forces of the first step, without an earlier one, shape (J,)."""
+        """Return the joint forces of the first step, which has no predecessor, shape (J,)."""
         d = dynamics
         total, bias = self._assembly.inertia, d.kinematics.bias(d.moving)
         terms = self._assembly.velocity_terms(d.motion, d.found)

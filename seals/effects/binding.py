@@ -218,7 +218,7 @@ def bind_effects(
 
 
 def _check_hooks(name: str, effect: Effect) -> None:
-    """Refuse hooks with arguments that they cannot be given."""
+    """Refuse hooks with arguments that the simulation does not pass."""
     for hook, kind in _HOOKS.items():
         if has_hook(effect, kind):
             try:

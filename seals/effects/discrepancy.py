@@ -1,4 +1,4 @@
-"""Model discrepancies: exponents of drag, hulls at the surface, moment of waves."""
+"""Model discrepancies: exponent of drag, buoyancy at the surface, moment of waves."""
 
 from __future__ import annotations
 
@@ -147,7 +147,7 @@ class AddedMassCentre(Effect):
 
 @dataclass(kw_only=True)
 class WaveMoment(Effect):
-    """Correction of the wave force: it acts on the link origin, without a moment.
+    """Moment that shifts the wave force from the centre of buoyancy to the link origin.
 
     Equation:
         T = -r_b x (rho V s a_water), with r_b the centroid of the submerged volume.
@@ -164,7 +164,7 @@ class WaveMoment(Effect):
     def loads(
         motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
     ) -> tuple[Wrench, Array]:
-        """Moment that cancels the one of the pressure gradient at the centre of buoyancy [N m]."""
+        """Moment that cancels that of the wave force at the centre of buoyancy [N m]."""
         push = medium.acceleration * (
             medium.density * motion.body.volume * medium.submersion * params["share"]
         )

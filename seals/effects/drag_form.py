@@ -1,4 +1,4 @@
-"""Forms of quadratic drag: points of the body, and the speed that counts along each axis."""
+"""Forms of quadratic drag: where it acts on the body, and the speed in each component."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _ALIGNED = 1e-3
 
 
 class DragForm(Enum):
-    """Form of quadratic drag: the speed that counts along each body axis, and where."""
+    """Form of quadratic drag: where it acts on the body, and the speed |v| in -c |v| v_i."""
 
     per_axis = "per_axis"
     isotropic = "isotropic"
@@ -38,7 +38,7 @@ class HullAxis(Enum):
 
 
 def speed_squares(form: DragForm, axis: HullAxis) -> Floats:
-    """Return the matrix that adds the squared velocities along the axes that count, shape (3, 3).
+    """Return S, shape (3, 3): (v_x^2, v_y^2, v_z^2) S is the squared speed for each axis.
 
     Example:
         >>> speed_squares(DragForm.cross_flow, HullAxis.x)
@@ -56,7 +56,7 @@ def speed_squares(form: DragForm, axis: HullAxis) -> Floats:
 
 @cache
 def drag_points(form: DragForm, axis: HullAxis) -> tuple[Floats, Floats]:
-    """Return points of the body and their weights along each axis, shape (K, 3) each.
+    """Return points of application and their weights along each axis, shape (K, 3) each.
 
     Points are in units of the body's size from its centre; weights sum to one along each axis.
 
@@ -81,7 +81,7 @@ def drag_points(form: DragForm, axis: HullAxis) -> tuple[Floats, Floats]:
 
 
 def form_of_hull(hull: Hull | None) -> dict[str, Any]:
-    """Return the options of quadratic drag that suit a hull of one shape along the link axes.
+    """Return the options of quadratic drag for a hull of one shape aligned with the link axes.
 
     Spheres are isotropic, cylinders and capsules in cross-flow, boxes have faces; empty for
     everything else.
@@ -118,7 +118,7 @@ def _along(stem: str, values: Any) -> dict[str, float]:
 
 
 def _gauss(count: int) -> tuple[Floats, Floats]:
-    """Places in -1/2 ... 1/2 and weights, by Gauss and Legendre on either side of the middle.
+    """Gauss-Legendre nodes within -1/2 ... 1/2 and their weights, one rule for each half.
 
     Squares of a speed that changes its sign in the middle, as in turning, are integrated exactly.
     """

@@ -1,4 +1,4 @@
-"""Read ``robot.yaml``: a robot is a folder holding it and the URDF it names, without any Python."""
+"""Reading of ``robot.yaml``, the file that describes a robot together with its URDF."""
 
 from __future__ import annotations
 

@@ -162,7 +162,7 @@ def _names_of(actor: Actor) -> dict[tuple[str, str], str]:
 
 
 def _named(name: str, width: int, channel: str) -> list[str]:
-    """Column names of one channel, as the log format spells them, under its name in the log."""
+    """Column names of one channel: its name in the log with the suffixes of the log format."""
     known = CHANNELS.get(channel)
     if channel.startswith("joint_") or (known is not None and known.numbered):
         return [f"{name}_{k + 1}" for k in range(width)]

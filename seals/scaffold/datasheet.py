@@ -15,7 +15,7 @@ from seals.scaffold.flight_facts import FlightFacts, flight_facts, unit_of
 
 
 class _Assumed(NamedTuple):
-    """A tolerance that no flight tells: its size, meaning and reason."""
+    """A tolerance that cannot be estimated from a flight: its size, meaning and reason."""
 
     sigma: float
     meaning: str
@@ -163,7 +163,7 @@ def _water(log: Log) -> str:
 
 
 def _told(log: Log, vehicle: Mapping[str, Any], facts: FlightFacts) -> Iterator[str]:
-    """Yield what the flight told, and what it did not."""
+    """Yield messages about what was estimated from the flight, and what could not be."""
     for stem, sigma in facts.noise.items():
         rate = f"{facts.rate[stem]:.4g} Hz"
         yield f"measured: noise of {stem} {_figure(sigma)} {unit_of(stem)} at {rate}"

@@ -1,4 +1,4 @@
-"""By how much channels of one flight that show the same motion differ, beside their white noise."""
+"""Differences between inertial sensors and pose of one flight that white noise does not explain."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ _ROBUST = 1.4826
 
 
 class Disagreement(NamedTuple):
-    """White noise that an inertial channel would need to differ so much from the pose.
+    """Difference between an inertial channel and the pose, as an equivalent white noise.
 
     Args:
-        sigma: in the channel's unit, at `STEP`.
-        white: what the white noises of both explain of it.
+        sigma: equivalent white noise at the time step `STEP`, in the channel's unit.
+        white: part of sigma that the white noise of both channels explains.
     """
 
     sigma: float
@@ -42,12 +42,12 @@ class Disagreement(NamedTuple):
 
     @property
     def clear(self) -> bool:
-        """Whether the white noises do not explain it."""
+        """Whether the difference clearly exceeds the white noise of both channels."""
         return self.sigma > _CLEAR * self.white
 
 
 def disagreement(log: Log, noise: Mapping[str, float]) -> dict[str, Disagreement]:
-    """Return what gyroscope and accelerometer differ by from the pose.
+    """Return the differences of gyroscope and accelerometer from the pose, by channel.
 
     Sensors filter, samples were interpolated where some were lost, and clocks of a radio link
     jitter: errors as slow as the motion, which differences of neighbouring samples do not show.
@@ -95,7 +95,7 @@ def _forces(rows: Even, force: Floats, noise: Mapping[str, float]) -> Disagreeme
 
 
 def _against(left: Floats, gain: float, of_pose: float, white: float) -> Disagreement:
-    """Residuals in units of a white noise that smoothing leaves the share `gain` of."""
+    """Convert residuals to the white noise that gives them after a filter of gain `gain`."""
     spread = _ROBUST * np.median(np.abs(left), axis=0)
     return Disagreement(
         sigma=float(np.sqrt(np.mean(spread**2))) / gain,
@@ -104,7 +104,7 @@ def _against(left: Floats, gain: float, of_pose: float, white: float) -> Disagre
 
 
 def smooth(values: Floats) -> Floats:
-    """Return local parabolas through even rows, shape (T, k)."""
+    """Smooth evenly sampled rows by local parabolas (Savitzky-Golay filter), shape (T, k)."""
     from scipy.signal import savgol_filter
 
     found: Floats = savgol_filter(values, _SMOOTH, 2, axis=0)
@@ -116,7 +116,7 @@ def _earlier(time: Floats, values: Floats, late: float) -> Floats:
 
 
 def _left(values: Floats, known: list[Floats], there: NDArray[np.bool_]) -> Floats:
-    """What a regression on a constant and known columns leaves, rows that count, shape (n, k)."""
+    """Residual of a regression on a constant and known columns, at valid rows, shape (n, k)."""
     columns = np.concatenate([np.ones((len(values), 1)), *known], axis=1)
     inner = there.copy()
     inner[: 2 * _SMOOTH] = inner[-2 * _SMOOTH :] = False
@@ -126,7 +126,7 @@ def _left(values: Floats, known: list[Floats], there: NDArray[np.bool_]) -> Floa
 
 
 def _gain(filtered: Any) -> float:
-    """Standard deviation that a filter leaves of white noise of one."""
+    """Standard deviation of filtered white noise of unit variance."""
     pulse = np.zeros((401, 1))
     pulse[200] = 1.0
     return float(np.sqrt(np.sum(filtered(pulse) ** 2)))

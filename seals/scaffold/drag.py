@@ -1,4 +1,4 @@
-"""Drag in water of the links of a new robot, by the shapes of their hulls."""
+"""Drag in water of the links of a new robot, from the shapes of their hulls."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ FRICTION = 0.01
 
 
 class LinkDrag(NamedTuple):
-    """Drag of some links, all alike.
+    """Drag of links that share the same numbers.
 
     Args:
         options: form and size of the body; empty for drag per axis.
@@ -40,12 +40,12 @@ class LinkDrag(NamedTuple):
 
     @property
     def source(self) -> str:
-        """Basis of the numbers."""
+        """Origin of the numbers, in words."""
         return "drag of the hull's shape" if self.options else "bluff boxes around the shapes"
 
 
 def drag_of(hulls: Sequence[LinkHull]) -> LinkDrag:
-    """Return the mean drag of links: by form where all are of one shape, else as of bluff boxes."""
+    """Return the mean drag of links: by the form of their common shape, else as bluff boxes."""
     forms = [form_of_hull(_only_shape(hull)) for hull in hulls]
     kinds = {(form.get("form"), form.get("axis")) for form in forms}
     if len(kinds) > 1 or not forms[0]:
@@ -63,7 +63,7 @@ def drag_of(hulls: Sequence[LinkHull]) -> LinkDrag:
 
 
 def _only_shape(hull: LinkHull) -> Hull | None:
-    """The hull of a link of one primitive; None for others."""
+    """Hull of a link that consists of one primitive; None for other links."""
     shape = hull.shapes[0]
     if len(hull.shapes) > 1 or shape["type"] == "mesh":
         return None
@@ -78,7 +78,7 @@ def _only_shape(hull: LinkHull) -> Hull | None:
 
 
 def _of_one_shape(hull: LinkHull, form: dict[str, Any]) -> tuple[Floats, Floats]:
-    """Coefficients along the link axes, and the friction of a round body that turns."""
+    """Coefficients along the link axes, and friction of a round body about its own axis."""
     areas, size = hull.boxes[0].areas, hull.shapes[0]["size"]
     if form["form"] is DragForm.faces:
         return 0.5 * WATER * BLUFF * areas, np.zeros(3)

@@ -1,4 +1,4 @@
-"""Effects of a new robot for its medium: stated by its file, or chosen from its shapes."""
+"""Effects of a new robot in its medium: stated in its file, or chosen from its shapes."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _AXES = "xyz"
 
 
 class RobotMedium(enum.Enum):
-    """Where a robot works: ``air``, ``water``, or ``both``."""
+    """Medium in which a robot works: ``air``, ``water`` or ``both``."""
 
     air = "air"
     water = "water"
@@ -36,24 +36,24 @@ class RobotMedium(enum.Enum):
 
     @property
     def wet(self) -> bool:
-        """Whether it gets into water."""
+        """Whether the robot works in water."""
         return self is not RobotMedium.air
 
     @property
     def dry(self) -> bool:
-        """Whether it gets into air."""
+        """Whether the robot works in air."""
         return self is not RobotMedium.water
 
 
 class Entry(NamedTuple):
-    """One effect of ``robot.yaml``: its values, and where they are from."""
+    """One effect of ``robot.yaml``: its values and their source."""
 
     values: dict[str, Any]
     source: str
 
 
 def medium_of(given: str | None, drives: Sequence[Drives], source: Takeover) -> RobotMedium:
-    """Return the medium: given, water for vehicles with thrusters alone, else both."""
+    """Return the medium: the given one; else water for vehicles with thrusters only, else both."""
     if given is not None:
         return RobotMedium(given)
     rotors = any(each.kind == ROTOR for each in drives)
@@ -106,7 +106,7 @@ def _link(each: Hydrodynamics, robot: RobotModel, source: Takeover) -> str:
 
 
 def _of_file(word: str, link: str, each: Hydrodynamics) -> Iterator[tuple[str, Entry]]:
-    """Effects with the numbers of a plug-in; rows of zeros need none."""
+    """Effects with the numbers of a plug-in; none for rows of zeros."""
     where: dict[str, Any] = {"links": [link]}
     if each.added is not None and np.any(each.added):
         yield f"{word}_added_mass", Entry({**_added(each.added), **where}, each.source)
@@ -134,7 +134,7 @@ def _of_file(word: str, link: str, each: Hydrodynamics) -> Iterator[tuple[str, E
 def _chosen(
     robot: RobotModel, hulls: Mapping[str, LinkHull], stated: Mapping[str, Hydrodynamics]
 ) -> dict[str, Entry]:
-    """Drag and added mass from shapes, where no plug-in states them.
+    """Drag and added mass from shapes, for links without values from a plug-in.
 
     Numbers of a file for the base are those of the whole vehicle: links fixed to it have none.
     """
@@ -162,13 +162,13 @@ def _chosen(
 
 
 def _shaped(drag: LinkDrag, density: float) -> dict[str, Any]:
-    """Return form, size and coefficients of a drag in a medium of this density [kg/m^3]."""
+    """Return form, size and coefficients of a drag in a medium of given density [kg/m^3]."""
     form = {k: short(v) if isinstance(v, float) else v for k, v in drag.options.items()}
     return {**form, **_row("coefficient", density / WATER * drag.coefficients)}
 
 
 def _joined(entries: Mapping[str, Entry], base: str) -> dict[str, Entry]:
-    """Links with the same numbers share one entry."""
+    """Merge the entries of links with the same numbers."""
     found: dict[str, tuple[str, Entry]] = {}
     for name, entry in entries.items():
         bare = {k: v for k, v in entry.values.items() if k != "links"}
@@ -182,7 +182,7 @@ def _joined(entries: Mapping[str, Entry], base: str) -> dict[str, Entry]:
 
 
 def _of_drives(robot: RobotModel, drives: Sequence[Drives]) -> Iterator[tuple[str, Entry]]:
-    """What water does to rotors, and air to thrusters."""
+    """Effects of water on rotors, and of air on thrusters."""
     for each in drives:
         if each.kind != ROTOR:
             wide = short(float(each.radius.mean()))
@@ -215,7 +215,7 @@ def _of_drives(robot: RobotModel, drives: Sequence[Drives]) -> Iterator[tuple[st
 
 
 def _added(matrix: Floats) -> dict[str, Any]:
-    """Values of ``added_mass`` for a matrix; without couplings that no body has."""
+    """Values of ``added_mass`` for a matrix; couplings that make it indefinite are left out."""
     diagonal = np.abs(np.diag(matrix))
     values: dict[str, Any] = {"effect": "added_mass"}
     values |= _row("mass", diagonal[:3], exact=True) | _row("inertia", diagonal[3:], exact=True)

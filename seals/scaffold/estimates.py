@@ -41,7 +41,7 @@ def servo_values(robot: RobotModel, source: Takeover) -> dict[str, list[float]]:
 
 
 def added_mass(hull: LinkHull) -> Floats:
-    """Return the added mass in water of the ellipsoid of a hull's volume and second moments.
+    """Return the added mass in water of the ellipsoid with a hull's volume and second moments.
 
     Args:
         hull: of a link; the boxes around its shapes tell their second moments.

@@ -47,7 +47,7 @@ class Measured(NamedTuple):
 
 
 class FlightFacts(NamedTuple):
-    """Properties estimated from a flight; None where it does not show one.
+    """Properties estimated from a flight; None for those that it does not show.
 
     Args:
         noise: white noise of each channel, 1-sigma, in its unit.
@@ -120,7 +120,7 @@ def _sampled(log: Log, stem: str) -> Floats:
 
 
 def _noise(log: Log, stem: str) -> float:
-    """White noise by the median third difference: motion slower than the samples drops out."""
+    """White noise from the median third difference, in which slow motion cancels."""
     from seals.frames import conjugate, multiply, rotation_vector
     from seals.logs.resample import one_sign
 
@@ -144,7 +144,7 @@ def _rate(log: Log, stem: str) -> float:
 
 
 def _at_rest(log: Log) -> NDArray[np.bool_]:
-    """Rows of stretches in which neither sensor moves and no rotor turns."""
+    """Rows of periods in which no rotor turns and both inertial sensors stay constant."""
     still = np.zeros(log.rows, dtype=bool)
     if not (log.has("angular_velocity") and log.has("specific_force")):
         return still
@@ -204,7 +204,7 @@ def _turning(log: Log, vehicle: Mapping[str, Any]) -> tuple[Floats, Floats] | No
 
 
 def _response(log: Log, vehicle: Mapping[str, Any]) -> Measured | None:
-    """Time constant whose lag makes the commanded angular acceleration most like the measured."""
+    """Time constant of the lag by which commanded and measured angular acceleration agree best."""
     from scipy.signal import lfilter
 
     found, step = _turning(log, vehicle), _step(log)
@@ -226,7 +226,7 @@ def _response(log: Log, vehicle: Mapping[str, Any]) -> Measured | None:
 
 
 def _torque(log: Log, vehicle: Mapping[str, Any]) -> Disturbance | None:
-    """Torque beside the commanded, in flight."""
+    """Disturbance torque in flight."""
     step = _step(log)
     if _turning(log, vehicle) is None or step > _SLOWEST:
         return None
@@ -237,7 +237,7 @@ def _torque(log: Log, vehicle: Mapping[str, Any]) -> Disturbance | None:
 
 
 def _flying(log: Log, vehicle: Mapping[str, Any]) -> NDArray[np.bool_]:
-    """Rows from the first to the last in which the rotors carry half of what they mostly carry."""
+    """Rows from the first to the last in which thrust exceeds half of its median."""
     lifted = _thrusts(log, vehicle).sum(axis=1)
     rows = np.flatnonzero(lifted > 0.5 * float(np.median(lifted[lifted > 0.0], axis=0)))
     flying = np.zeros(log.rows, dtype=bool)
@@ -254,7 +254,7 @@ def _thrusts(log: Log, vehicle: Mapping[str, Any]) -> Floats:
 
 
 def _gust_in_motion(log: Log, vehicle: Mapping[str, Any]) -> Measured | None:
-    """Level of force that comes and goes within seconds, beside drag in proportion to speed."""
+    """Specific force of gusts along x and y, less linear drag [m/s^2]."""
     rotors, step = vehicle.get("rotors") or [], _step(log)
     if not (rotors and log.has("rotor_speed_cmd") and log.has("specific_force")):
         return None
@@ -281,7 +281,7 @@ def _mean(values: Floats, rows: int) -> Floats:
 
 
 def _gust(log: Log, vehicle: Mapping[str, Any]) -> Measured | None:
-    """Level of force that comes and goes within seconds, in slow flight.
+    """Specific force of gusts along x and y, from slow flight [m/s^2].
 
     Specific force less commanded thrust over mass, less its mean over two seconds and less white
     noise. A coloured force of 0.35 s keeps 1 - 2 * 0.35 / 2 of its variance above that mean.
@@ -312,7 +312,7 @@ def _gust(log: Log, vehicle: Mapping[str, Any]) -> Measured | None:
 
 
 def _pace(log: Log) -> Floats:
-    """Speed over ground [m/s], shape (T,); without a bound where nothing tells it."""
+    """Speed over ground [m/s], shape (T,); infinite where it is unknown."""
     if log.has("velocity"):
         known: Floats = np.linalg.norm(np.nan_to_num(log.channel("velocity")), axis=1)
         return known

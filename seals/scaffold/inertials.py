@@ -13,7 +13,7 @@ from seals.scaffold.takeover import Element
 
 
 def add_inertials(root: Element, hulls: Mapping[str, LinkHull], density: float) -> list[str]:
-    """Add the mass properties of their shapes to links without ``<inertial>``.
+    """Add mass properties to links without ``<inertial>``, from their shapes.
 
     Each shape counts as an even box of its own volume's mass: its inertia is exact for boxes, a
     fifth too large for cylinders and two thirds for spheres.

@@ -93,7 +93,7 @@ def gait_of(robot: RobotModel, legs: Mapping[str, Mapping[str, Any]]) -> dict[st
 
 
 def _shared(names: Sequence[str]) -> str:
-    """Return the beginning that names share, without marks at its end.
+    """Return the common prefix of names, without punctuation at its end.
 
     Example:
         >>> _shared(["l1_hip", "l1_knee"])
@@ -104,7 +104,7 @@ def _shared(names: Sequence[str]) -> str:
 
 
 def _toe(robot: RobotModel, joint: int) -> tuple[int, Floats]:
-    """Foot and toe of a leg: a frame fixed to its last link, or the end of an even rod."""
+    """Foot and toe of a leg: a frame fixed to its last link, or the end of a uniform rod."""
     tree, last = robot.tree, robot.tree.child[joint]
     frames = [k for k in range(tree.links) if tree.parent[k] == last and tree.joint[k] < 0]
     if frames:

@@ -19,7 +19,7 @@ _CLAW, _FINGER = r"claw|pincer|chel[ai]|cheliped", r"finger|dactyl|pollex|pincer
 
 
 class Limbs(NamedTuple):
-    """Entries of ``arms:``, ``grippers:`` and ``legs:``, and joints that belong to none."""
+    """Entries of ``arms:``, ``grippers:`` and ``legs:``, and the joints that are in none."""
 
     arms: dict[str, dict[str, Any]]
     grippers: dict[str, dict[str, Any]]
@@ -66,13 +66,13 @@ def limbs_of(robot: RobotModel, passed_over: set[str]) -> Limbs:
 
 
 def _named(robot: RobotModel, chain: list[int], words: str) -> bool:
-    """Return whether a joint of a chain, or its link, has such a name."""
+    """Return whether the name of a joint of a chain, or of its link, matches ``words``."""
     names = [n for j in chain for n in (robot.joints[j], robot.links[robot.tree.child[j]])]
     return any(re.search(words, name, re.IGNORECASE) for name in names)
 
 
 def _claw(robot: RobotModel, chain: list[int], ends: list[int]) -> tuple[list[int], list[int]]:
-    """Split the one moving finger of a claw off its chain."""
+    """Separate the only moving finger of a claw from its chain."""
     claw = not ends and len(chain) > 1 and _named(robot, chain, _CLAW)
     if claw and _named(robot, chain[-1:], _FINGER):
         return chain[:-1], chain[-1:]
@@ -102,7 +102,7 @@ def _chain(first: int, below: dict[int, list[int]]) -> tuple[list[int], list[int
 
 
 def _arm(robot: RobotModel, chain: list[int], ends: list[int]) -> dict[str, Any]:
-    """One entry of ``arms:``; the tool is what carries the fingers, or is named like a tool."""
+    """One entry of ``arms:``; the tool is the link that holds the fingers or has a tool's name."""
     tree = robot.tree
     last = tree.child[chain[-1]]
     fixed = [k for k in range(tree.links) if _hangs(robot, k, last)]
@@ -117,7 +117,7 @@ def _arm(robot: RobotModel, chain: list[int], ends: list[int]) -> dict[str, Any]
 
 
 def _gripper(robot: RobotModel, ends: list[int], below: dict[int, list[int]]) -> dict[str, Any]:
-    """One entry of ``grippers:``; open is the end of travel at which the tips lie farther apart."""
+    """One entry of ``grippers:``; it is open at the joint limit with the larger gap of the tips."""
     fingers = [_all_below(first, below) for first in ends]
     joints = [j for finger in fingers for j in finger]
     tips = [_tip(robot, finger[-1]) for finger in fingers]

@@ -1,4 +1,4 @@
-"""Meshes of a file that is taken over: copied into the robot's folder, converted where needed."""
+"""Meshes of an imported robot file: copied into the robot's folder, converted where needed."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def copy_meshes(
     packages: Mapping[str, Path],
     texts: Mapping[str, str],
 ) -> list[str]:
-    """Copy every mesh to ``folder/meshes``, update its path, and return what was done in words.
+    """Copy every mesh to ``folder/meshes``, update its path, and return messages for the user.
 
     Args:
         root: of a URDF; changed.
@@ -91,7 +91,7 @@ def _copy(source: Path, folder: Path, names: set[str], changes: list[str]) -> st
 
 
 def _is_binary_stl(path: Path) -> bool:
-    """Return whether a file is a binary STL: the engine does not read the text form."""
+    """Return whether a file is a binary STL, the only form of STL that the engine reads."""
     if path.suffix.lower() != ".stl":
         return False
     with path.open("rb") as stream:

@@ -1,4 +1,4 @@
-"""Conversion of an MJCF model to a URDF; MuJoCo itself compiles it, from memory."""
+"""Conversion of an MJCF model, compiled by MuJoCo in memory, to a URDF."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _ON_JOINT, _ON_SITE = (0, 1), 4
 
 
 class Converted(NamedTuple):
-    """A model as URDF.
+    """Result of a conversion: URDF, messages, actuators and meshes.
 
     Args:
         urdf: ``<robot>`` element.
@@ -77,7 +77,7 @@ def urdf_of_mjcf(path: Path, root: Element, packages: Mapping[str, Path]) -> Con
 
 
 class _Conversion:
-    """One conversion: the compiled model, and what comes of it."""
+    """One conversion: the compiled model and the URDF made from it."""
 
     def __init__(self, path: Path, model: Any, name: str) -> None:
         self.path, self.model = path, model

@@ -1,4 +1,4 @@
-"""Parts of an MJCF file that describe a robot, with its meshes in memory, for MuJoCo to compile."""
+"""Reduction of an MJCF file to the parts that describe a robot, with meshes in memory."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ _MOST_FACES = 150_000
 def bounded_mjcf(
     path: Path, root: Element, packages: Mapping[str, Path]
 ) -> tuple[str, dict[str, bytes], list[str]]:
-    """Return the text of a model without what is no part of a robot, its meshes, and changes.
+    """Return the text of a model reduced to its robot, its meshes, and messages on changes.
 
     Args:
         path: of the file.
@@ -80,7 +80,7 @@ def bounded_mjcf(
 
 
 def _include(path: Path, home: Path, tree: Element, depth: int) -> None:
-    """Put the content of included files in place of ``<include file=...>``."""
+    """Replace every ``<include file=...>`` by the content of the file."""
     for parent in list(tree.iter()):
         for k, child in reversed(list(enumerate(parent))):
             if child.tag != "include":
@@ -108,7 +108,7 @@ def _include(path: Path, home: Path, tree: Element, depth: int) -> None:
 
 
 def _strip(tree: Element, changes: list[str]) -> None:
-    """Leave out looks, plug-ins, and actuators that no joint or site takes."""
+    """Remove appearance, plug-ins, and actuators that act on neither a joint nor a site."""
     for parent in list(tree.iter()):
         for child in list(parent):
             if (
@@ -132,7 +132,7 @@ def _strip(tree: Element, changes: list[str]) -> None:
 def _meshes(
     path: Path, tree: Element, folder: str, packages: Mapping[str, Path]
 ) -> dict[str, bytes]:
-    """Meshes as binary STL, by the name under which the text now knows them."""
+    """Meshes as binary STL, by the file name that the text now refers to."""
     found: dict[str, bytes] = {}
     for mesh in tree.iter("mesh"):
         given = mesh.get("file")

@@ -45,7 +45,7 @@ class Motor(NamedTuple):
 
 
 class Hydrodynamics(NamedTuple):
-    """Coefficients of one link as a file states them, sizes in body axes; None for not stated.
+    """Coefficients of one link as stated in a file, magnitudes in body axes; None if not stated.
 
     Args:
         link: empty for the base.
@@ -65,7 +65,7 @@ class Hydrodynamics(NamedTuple):
 
 
 class Displacement(NamedTuple):
-    """Displaced volume [m^3] and its centre [m] of one link as a file states them."""
+    """Displaced volume [m^3] of one link and its centre [m], as stated in a file."""
 
     link: str
     volume: float
@@ -75,7 +75,7 @@ class Displacement(NamedTuple):
 
 @dataclass
 class Stated:
-    """What a file states beside the body of the robot."""
+    """Data of a file beside links and joints: motors, servos, hydrodynamics, volumes."""
 
     motors: list[Motor] = field(default_factory=list)
     hydrodynamics: list[Hydrodynamics] = field(default_factory=list)
@@ -86,7 +86,7 @@ class Stated:
 
 
 def stated_of(root: ElementTree.Element) -> Stated:
-    """Return what the plug-ins anywhere in a file state.
+    """Return the data of all plug-ins in a file.
 
     Raises:
         RobotError: a number in one is not finite.
@@ -110,7 +110,7 @@ def _count(found: Stated) -> int:
 
 
 def _without_repeats(found: Stated) -> Stated:
-    """A motor that a controller lists as well counts once; the motor's own plug-in rules."""
+    """Merge motors that are stated twice; the motor's own plug-in overrides a controller's."""
     known: dict[str, Motor] = {}
     for motor in found.motors:
         key = motor.joint or motor.link
@@ -296,7 +296,7 @@ def _volumes(plugin: ElementTree.Element, said: str) -> Iterator[Displacement]:
 
 
 def _matrix(element: ElementTree.Element, tag: str, said: str) -> Floats | None:
-    """Six or 36 numbers as a matrix of six rows."""
+    """Matrix (6, 6) of 36 numbers, or diagonal matrix of six."""
     words = re.split(r"[\s,]+", _text(element, tag))
     if words == [""]:
         return None
@@ -311,7 +311,7 @@ def _matrix(element: ElementTree.Element, tag: str, said: str) -> Floats | None:
 
 
 def _values(element: ElementTree.Element, said: str, names: Mapping[str, str]) -> dict[str, float]:
-    """Numbers of child elements, sizes without sign, under other names; zeros are not stated."""
+    """Magnitudes of the numbers in child elements, under new names; zeros are left out."""
     found = {}
     for tag, name in names.items():
         text = _text(element, tag)
@@ -327,7 +327,7 @@ def _text(element: ElementTree.Element, tag: str) -> str:
 
 
 def _last(name: str | None) -> str:
-    """Name of a link or joint without the model in front of it."""
+    """Name of a link or joint without the prefix of its model."""
     return (name or "").strip().split("::")[-1]
 
 

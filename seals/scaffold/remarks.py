@@ -1,4 +1,4 @@
-"""What a new robot's user should look at first: what was chosen, and what was left out."""
+"""Remarks for the user of a new robot: which values were chosen, and what was left out."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def _of_tilting(drives: Drives) -> Iterator[str]:
 
 
 def _left_out(made: NewRobot, *, chosen: bool) -> Iterator[str]:
-    """Say what of air, water and waves the new robot does not feel."""
+    """Name the effects of air, water and waves that the new robot lacks."""
     medium, hulls = made.medium, bool(made.hulls)
     if chosen and made.drives:
         yield f"medium: {medium.value} is taken; --medium air, water or both says otherwise"

@@ -133,7 +133,7 @@ def _fill(
 
 
 def _built(settings: RobotSettings, source: Takeover) -> RobotModel:
-    """Build the robot, naming the URDF as the user knows it."""
+    """Build the robot; error messages name the user's own file."""
     try:
         return build_robot(settings)
     except RobotError as cause:
@@ -180,7 +180,7 @@ def _facts(name: str, made: NewRobot, source: Takeover) -> dict[str, Any]:
 
 
 def _servos(made: NewRobot, source: Takeover) -> dict[str, list[float]]:
-    """Gains of the servos: those of legs carry the robot."""
+    """Gains of the servos; those of legs are stiff enough to carry the robot."""
     if not made.robot.joints:
         return {}
     legs, values = made.limbs.legs, servo_values(made.robot, source)
@@ -200,7 +200,7 @@ def _servos(made: NewRobot, source: Takeover) -> dict[str, list[float]]:
 
 
 def _effect_lines(made: NewRobot, source: Takeover) -> list[tuple[str, list[tuple[str, str]]]]:
-    """Effects as YAML text, those of one source below each other."""
+    """Effects as YAML text, grouped by source."""
     entries = effects_of(made.robot, made.hulls, source, made.drives, made.medium)
     lines: dict[str, list[tuple[str, str]]] = {}
     for name, entry in entries.items():
@@ -221,7 +221,7 @@ def _drive_facts(drives: Drives, made: NewRobot, number: int) -> dict[str, Any]:
 
 
 def _drive_lines(drives: Drives, *, reverses: bool) -> dict[str, str]:
-    """Fields of the actuator, as YAML text; numbers alike for all are written once."""
+    """Fields of the actuator as YAML text; a number that is the same for all is written once."""
     lines = {"position": flow([rounded(row) for row in drives.position])}
     axes = [rounded(row) for row in drives.axis]
     if axes != [[0.0, 0.0, 1.0]] * len(axes):

@@ -1,4 +1,4 @@
-"""Rotors and thrusters of a new robot: stated by its file, or found by the names of links."""
+"""Rotors and thrusters of a new robot: stated in its file, or found by the names of links."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class Drives:
 def drives_of(
     robot: RobotModel, source: Takeover, extents: Mapping[str, float], *, medium: str = ""
 ) -> list[Drives]:
-    """Return the rotors and thrusters that the file states, else those that names tell.
+    """Return the rotors and thrusters that the file states, else those found by names of links.
 
     Args:
         robot: as read from the URDF.
@@ -98,7 +98,7 @@ def drives_of(
 
 
 def _named(robot: RobotModel, medium: str, *, wet: bool) -> list[Motor]:
-    """Drives by the names of links; those that lie level push, those upright carry."""
+    """Find drives by names of links: those with a level axis are thrusters, upright ones rotors."""
     for words in _WORDS:
         links = _links_named(robot, words)
         if not links:
@@ -116,7 +116,7 @@ def _named(robot: RobotModel, medium: str, *, wet: bool) -> list[Motor]:
 
 
 def _links_named(robot: RobotModel, words: str) -> list[int]:
-    """Links of that name, but none that carries another of them or a joint that moves."""
+    """Links of that name that have neither another such link nor a movable joint below them."""
     fits = [
         k
         for k, name in enumerate(robot.links)
@@ -225,7 +225,7 @@ def _strengths(drives: Drives, motors: Sequence[Motor], weight: float) -> None:
 def _stated(
     motors: Sequence[Motor], key: str, chosen: Floats | float, sources: dict[str, str]
 ) -> Floats:
-    """One number a drive: as stated, else as chosen."""
+    """One number for each drive: the stated one, else the chosen one."""
     default = np.broadcast_to(np.asarray(chosen, dtype=float), (len(motors),))
     given = [motor.values.get(key) for motor in motors]
     stated = sorted({m.source for m, v in zip(motors, given, strict=True) if v is not None})
@@ -235,7 +235,7 @@ def _stated(
 
 
 def _link_of(motor: Motor, robot: RobotModel, source: Takeover) -> int:
-    """Link of a stated drive: named, or the child of the named joint."""
+    """Link of a stated drive: the named link, or the child of the named joint."""
     link = source.child_of(motor.joint) if motor.joint else motor.link
     if not link or (link not in robot.links and motor.link in robot.links):
         link = motor.link
@@ -252,7 +252,7 @@ def _link_of(motor: Motor, robot: RobotModel, source: Takeover) -> int:
 
 
 def _radii(place: Floats, axis: Floats, extents: Floats) -> Floats:
-    """Radius of each disc: that of its shape where it has one, else what the neighbours leave."""
+    """Radius of each disc [m]: that of its shape, or 0.4 of the distance to the nearest disc."""
     apart = place[:, None] - place[None]
     along = np.einsum("ijk,jk->ij", apart, axis)
     across = np.linalg.norm(apart - along[:, :, None] * axis[None], axis=2)
@@ -268,7 +268,7 @@ def _radii(place: Floats, axis: Floats, extents: Floats) -> Floats:
 def _speeds(
     motors: Sequence[Motor], limits: Floats, radius: Floats, sources: dict[str, str]
 ) -> Floats:
-    """Largest speeds: stated, the joints' limits, or those of usual blade tips."""
+    """Largest speeds [rad/s]: stated, the joints' limits, or from a usual tip speed."""
     # limits below 50 rad/s were written for something else than a propeller
     chosen = np.where(limits > 50.0, limits, np.round(TIP_SPEED / radius, -1))
     return _stated(motors, "max_speed", chosen, sources)
@@ -277,7 +277,7 @@ def _speeds(
 def _directions(
     motors: Sequence[Motor], names: list[str], axis: Floats, place: Floats, source: Takeover
 ) -> tuple[Floats, str]:
-    """Senses of rotation and their source: stated, in names, by axes of either sign, or none."""
+    """Directions of rotation and their source: stated, by names, or by axes that point down."""
     given = [motor.values.get("direction") for motor in motors]
     if all(value is not None for value in given):
         # seen from the tip of the axis, which was turned up
@@ -297,7 +297,7 @@ def _directions(
 
 
 def _alternating(place: Floats) -> Floats:
-    """Neighbours around the body, and those above each other, turn against each other."""
+    """Alternating directions: neighbours around the body and coaxial pairs counter-rotate."""
     aside = place - place.mean(axis=0)
     angle = np.round(np.arctan2(aside[:, 1], aside[:, 0]), 2) % 6.28
     levels = np.lexsort((place[:, 2], angle))
@@ -315,7 +315,7 @@ def _alternating(place: Floats) -> Floats:
 
 
 def _tilting(robot: RobotModel, links: Sequence[int], spun: Sequence[str]) -> dict[str, str]:
-    """Joints between the base and a drive, without the drive's own."""
+    """Joints between the base and a drive, except the drive's own."""
     tree, found = robot.tree, {}
     for k in links:
         above = k

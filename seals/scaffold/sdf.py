@@ -30,7 +30,7 @@ _DEEPEST_FRAME = 50
 
 
 class Frames(NamedTuple):
-    """Poses that a model states, by name of link, joint or frame; and what each is relative to."""
+    """Poses of the links, joints and frames of a model, and the frame each is relative to."""
 
     poses: Mapping[str, tuple[str, Floats]]
     where: str
@@ -56,7 +56,7 @@ class Frames(NamedTuple):
 def urdf_of_sdf(
     path: Path, root: Element, packages: Mapping[str, Path]
 ) -> tuple[Element, list[str]]:
-    """Return the URDF of the one model in an SDF file, and what was changed in words.
+    """Return the URDF of the one model in an SDF file, and messages on changes.
 
     Links keep the orientation of their frame; the origin of a link below a moving joint becomes
     that of the joint.
@@ -98,7 +98,7 @@ def urdf_of_sdf(
 
 
 def _model(where: str, root: Element) -> Element:
-    """The one model, directly or inside of a world."""
+    """The one model, at the top level or inside a world."""
     models = root.findall("model") or [
         m for world in root.findall("world") for m in world.findall("model")
     ]
@@ -112,7 +112,7 @@ def _model(where: str, root: Element) -> Element:
 
 
 def _flat(model: Element, tag: str) -> list[Element]:
-    """Elements of a model and of the models inside of it."""
+    """Elements of a model and of its nested models."""
     inner = [e for m in model.findall("model") for e in _flat(m, tag)]
     return [*model.findall(tag), *inner]
 
@@ -127,7 +127,7 @@ def _name(where: str, element: Element) -> str:
 
 
 def _frames(where: str, model: Element, base: str = "") -> Frames:
-    """Poses of all links, joints and frames; those of models inside of it become relative."""
+    """Poses of all links, joints and frames; those of a nested model are relative to it."""
     poses: dict[str, tuple[str, Floats]] = {}
     for inner in model.findall("model"):
         name = f"__{inner.get('name')}__"
@@ -185,7 +185,7 @@ def _end(joint: Element, which: str) -> str:
 
 
 def frames_link(frames: Frames, name: str, links: list[str]) -> str:
-    """Return the link that a joint's end names, which may be a frame on it."""
+    """Return the link that a joint refers to, by its own name or that of a frame on it."""
     for _ in range(_DEEPEST_FRAME):
         if name in links or name not in frames.poses:
             break
@@ -236,7 +236,7 @@ def _inertial(where: str, inertial: Element, shift: Floats) -> Element:
 
 
 def _shape(where: str, part: Element, changes: list[str]) -> Element | None:
-    """Geometry as a URDF says it; None for what has no volume."""
+    """Geometry as an element of a URDF; None for a shape without volume."""
     geometry = part.find("geometry")
     shape = None if geometry is None else next(iter(geometry), None)
     if shape is None or shape.tag not in _GEOMETRY:

@@ -1,4 +1,4 @@
-"""Models that an SDF model includes, from folders beside its own."""
+"""Replacement of ``<include>`` in an SDF model by models from folders beside its own."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def _expand(
 
 
 def _place(own: ElementTree.Element, include: ElementTree.Element) -> None:
-    """The pose of an include rules over that of its model; its plug-ins come along."""
+    """Override a model's pose by that of its ``<include>``, and add the plug-ins of the latter."""
     pose = include.find("pose")
     if pose is not None:
         for old in own.findall("pose"):
@@ -82,7 +82,7 @@ def _place(own: ElementTree.Element, include: ElementTree.Element) -> None:
 
 
 def _rebase(uri: ElementTree.Element, file: Path) -> None:
-    """Meshes relative to the included file stay that."""
+    """Make the path of a mesh absolute that is relative to the included file."""
     text = (uri.text or "").strip()
     if text and "://" not in text and not text.startswith("/"):
         uri.text = f"file://{file.parent.resolve() / text}"

@@ -41,7 +41,7 @@ class Box(NamedTuple):
 
     @property
     def size(self) -> Floats:
-        """Edges of the box along the link axes around it [m], shape (3,)."""
+        """Edges of the enclosing box aligned with the link axes [m], shape (3,)."""
         around: Floats = np.abs(self.turn) @ self.edges
         return around
 
@@ -63,12 +63,12 @@ class LinkHull(NamedTuple):
 
     @property
     def volume(self) -> float:
-        """Stated, or the sum over the shapes [m^3]."""
+        """Volume [m^3]: the stated one, or the sum over the shapes."""
         return float(self.stated.get("displaced_volume", sum(self.volumes)))
 
 
 def hulls_of(root: Element, folder: Path, skip: set[str]) -> dict[str, LinkHull]:
-    """Return a hull for every link with shapes; collision shapes, or visual ones without those.
+    """Return the hull of each link: its collision shapes, or its visual ones if it has no others.
 
     Args:
         root: of a URDF whose meshes lie in the folder.
@@ -140,7 +140,7 @@ def extents_of(root: Element, folder: Path) -> Mapping[str, float]:
 
 
 def _entry(part: Element, folder: Path, link: str) -> tuple[dict[str, Any], Box, float] | None:
-    """One shape as an entry, the box around it, and its volume; None for no shape."""
+    """One shape as an entry of a hull, its bounding box and volume; None for an empty element."""
     geometry = part.find("geometry")
     shape = None if geometry is None else next(iter(geometry), None)
     if shape is None or not isinstance(shape.tag, str):
@@ -179,7 +179,7 @@ def _primitive(shape: Element) -> tuple[dict[str, Any], Floats, float]:
 
 
 def _mesh(shape: Element, folder: Path, link: str) -> tuple[dict[str, Any], Floats, Floats, float]:
-    """A mesh: itself where it is closed, small and unscaled, else a convex hull beside it."""
+    """A mesh as a hull: itself if closed, small and unscaled, else its convex hull, in a file."""
     file = str(shape.get("filename"))
     mesh = load_mesh(folder / file)
     scale = np.array([float(word) for word in shape.get("scale", "1 1 1").split()])
@@ -197,7 +197,7 @@ def _mesh(shape: Element, folder: Path, link: str) -> tuple[dict[str, Any], Floa
 
 
 def _convex(points: Floats) -> Any:
-    """Convex hull of points, of the farthest ones in some directions where it has many faces."""
+    """Convex hull of points; with too many faces, that of the farthest in fixed directions."""
     import trimesh
 
     cloud: Any = trimesh.PointCloud

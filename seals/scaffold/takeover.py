@@ -95,12 +95,12 @@ class Takeover:
         return [str(joint.get("name")) for joint in self.root.findall("joint")]
 
     def child_of(self, joint: str) -> str:
-        """Return the link below a joint, empty where there is no such joint."""
+        """Return the child link of a joint, or an empty name where there is no such joint."""
         found = (j for j in self.root.findall("joint") if j.get("name") == joint)
         return next((_end(j, "child") for j in found), "")
 
     def words_of(self, link: str) -> list[str]:
-        """Return the names of the joint above a link and of the meshes that draw it."""
+        """Return the names of a link's parent joint and of its visual meshes."""
         above = [str(j.get("name")) for j in self.root.findall("joint") if _end(j, "child") == link]
         drawn = [e for e in self.root.findall("link") if e.get("name") == link]
         return above + [Path(str(m.get("filename"))).stem for e in drawn for m in e.iter("mesh")]
@@ -150,7 +150,7 @@ class Takeover:
         path.write_text(f'<?xml version="1.0"?>\n{text}\n', encoding="utf-8")
 
     def _leave_out_foreign(self) -> None:
-        """Leave out elements of other programs: they are not part of a robot's body."""
+        """Remove elements that belong to other programs."""
         foreign = [e for e in self.root if isinstance(e.tag, str) and e.tag not in _OWN]
         for element in foreign:
             self.root.remove(element)
@@ -163,7 +163,7 @@ class Takeover:
             self.changes.append(f"not read, nothing in it is used: {', '.join(unread[:6])}{more}")
 
     def _drop_dummy_base(self) -> None:
-        """Take away base links that are nothing but a frame, such as ``base_footprint``."""
+        """Remove base links that are only a frame, such as ``base_footprint``."""
         while True:
             joints = self.root.findall("joint")
             children = {_end(j, "child") for j in joints}

@@ -1,4 +1,4 @@
-"""Torque of a flight beside the commanded one: what disturbs, and what samples of commands miss."""
+"""Torque and force in a flight that commands and damping do not explain."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _DELAYS = np.arange(0.0, 0.2, 0.02)
 
 
 class Disturbance(NamedTuple):
-    """A torque that comes and goes.
+    """A fluctuating disturbance torque about x and y.
 
     Args:
         sigma: standard deviation about x and y [N m].
@@ -34,7 +34,7 @@ class Disturbance(NamedTuple):
 
     @property
     def clear(self) -> bool:
-        """Whether it is more than a linear response to commands leaves of a good log."""
+        """Whether it is larger than the error of a linear response to commands in a good log."""
         return self.share > _SHARE
 
 
@@ -77,7 +77,7 @@ def disturbing_torque(
 
 
 def _time(left: Floats, step: float) -> float:
-    """Shift at which the correlation of a signal with itself falls to 1/e."""
+    """Time shift at which the autocorrelation of a signal falls to 1/e [s]."""
     size = float(np.sum(left**2))
     for k in range(1, len(left) // 2):
         if float(np.sum(left[k:] * left[:-k])) < size / np.e:
@@ -86,7 +86,7 @@ def _time(left: Floats, step: float) -> float:
 
 
 def unexplained_force(force: Floats, velocity: Floats, thrust: Floats) -> Floats:
-    """Return the level specific force that neither drag in proportion to speed nor thrust explains.
+    """Return the specific force along x and y that neither linear drag nor thrust explains.
 
     Args:
         force: specific force about x and y, shape (T, 2).

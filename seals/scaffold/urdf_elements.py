@@ -1,4 +1,4 @@
-"""Elements of a URDF made from numbers."""
+"""XML elements of a URDF, built from numbers."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def link_element(name: str) -> ElementTree.Element:
 
 
 def cylinder_element(radius: float, length: float, *, capped: bool = False) -> ElementTree.Element:
-    """Return a cylinder; a capsule becomes one of its radius and volume, for no URDF has it.
+    """Return a cylinder; a capsule, which URDF lacks, becomes one of equal radius and volume.
 
     Args:
         radius: [m].
@@ -89,7 +89,7 @@ def pose_text(pose: Floats) -> dict[str, str]:
 
 
 def numbers(where: str, name: str, text: str | None, count: int) -> list[float]:
-    """Return finite numbers of a text.
+    """Return the numbers in a text; refuse those that are not finite.
 
     Raises:
         RobotError: another count, or one is not finite or beyond every size of a robot.

@@ -1,4 +1,4 @@
-"""Filling of the templates of ``seals new``."""
+"""Filling in of the templates of ``seals new``."""
 
 from __future__ import annotations
 

@@ -108,7 +108,7 @@ def _nearest(
 def _convex(
     rays: tuple[Tensor, Tensor], centre: Tensor, turn: Tensor, fixed: Fixed, setting: Setting
 ) -> tuple[Tensor, Tensor]:
-    """Enter convex solids, group by group; the planes are counted through all groups."""
+    """Intersect rays with convex solids, group by group; planes are numbered across all groups."""
     import torch
 
     depths, through, first, row = [], [], 0, 0

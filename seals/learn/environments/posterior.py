@@ -154,7 +154,7 @@ def _matching_effects(
 
 
 def _field(effect: Any, field: str, file: Path) -> str:
-    """Return the effect's name of a parameter, which may be ``NAME_change`` in the effect."""
+    """Return the name of a parameter in its effect: the given one, or ``NAME_change``."""
     for name in (field, f"{field}_change"):
         if name in parameters_of(effect):
             return name

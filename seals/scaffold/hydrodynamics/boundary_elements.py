@@ -112,7 +112,7 @@ def radiation_of(
 
 
 def extrapolated(coarse: Floats, fine: Floats, ratio: float) -> Floats:
-    """Return the limit of many panels of a matrix; its error falls with their number.
+    """Return a matrix extrapolated from two numbers of panels to infinitely many.
 
     Args:
         coarse: with fewer panels.
@@ -152,7 +152,7 @@ def positive(matrix: Floats) -> Floats:
 
 
 def _waterplane(panels: Panels, level: float) -> tuple[Floats, Floats]:
-    """Lowest and highest corner of what is under water, x and y [m], shape (2,) each."""
+    """Corners of the rectangle around the part under water, x and y [m], shape (2,) each."""
     wet = panels.corners[panels.corners[:, :, 2].min(axis=1) < level].reshape(-1, 3)
     if not len(wet):
         raise ConfigError("nothing of the hull is under water.\nGive a level above its bottom.")
@@ -161,7 +161,7 @@ def _waterplane(panels: Panels, level: float) -> tuple[Floats, Floats]:
 
 @contextmanager
 def _library() -> Iterator[Any]:
-    """The library with its remarks held back."""
+    """Import the library with its log messages silenced."""
     try:
         import capytaine
     except ImportError as cause:
@@ -215,7 +215,7 @@ class _Problem(NamedTuple):
     gravity: float = 9.81
 
     def solved(self, frequency: float | None) -> tuple[Floats, Floats]:
-        """Return added mass and damping, shape (6, 6) each; no frequency for unbounded water."""
+        """Return added mass and damping, shape (6, 6) each; frequency None is unbounded water."""
         surface = {"free_surface": np.inf} if frequency is None else {"omega": frequency}
         problems = [
             self.library.RadiationProblem(

@@ -95,7 +95,7 @@ def _turning(axes: Floats, integrals: Floats, mass: float) -> float:
 
 
 def moved(matrix: Floats, centre: Floats, turn: Floats) -> Floats:
-    """Return a matrix about a body's own centre and axes, about the origin of a link instead.
+    """Transform a 6 x 6 matrix from a body's centre and axes to the origin and axes of its link.
 
     Args:
         matrix: order [linear, angular], own axes about the centre, shape (6, 6).
@@ -108,7 +108,7 @@ def moved(matrix: Floats, centre: Floats, turn: Floats) -> Floats:
 
 
 def ellipsoid_of_moments(volume: float, centre: Floats, spread: Floats) -> Ellipsoid:
-    """Return the ellipsoid of equal volume, centre and principal axes as a body.
+    """Return the ellipsoid that has the volume, centre and principal axes of a body.
 
     Its semi-axes are in the ratio of the body's radii of gyration: a solid ellipsoid has the second
     moments a^2 / 5.

@@ -45,7 +45,7 @@ _NOTHING = 1e-4
 
 
 class Method(Enum):
-    """How added mass is found from a shape."""
+    """Method by which added mass is computed from a shape."""
 
     bem = "bem"
     ellipsoid = "ellipsoid"
@@ -74,7 +74,7 @@ def hydrodynamics_of(
     panels: int = 500,
     tell: Callable[[int], object] = int,
 ) -> Hydrodynamics:
-    """Return added mass, and for a base that floats the memory of its radiation.
+    """Return the added mass of a link, and the radiation memory of a floating base.
 
     Args:
         robot: with the hull.
@@ -146,7 +146,7 @@ def problems_of(robot: RobotModel, link: str, density: float) -> int:
 
 
 def ellipsoid_of_hull(hull: Hull) -> Ellipsoid:
-    """Return the ellipsoid of equal volume and second moments as a hull.
+    """Return the ellipsoid that has the volume and the second moments of a hull.
 
     Args:
         hull: a primitive, a mesh, samples, or a compound of closed ones.
@@ -161,7 +161,7 @@ def ellipsoid_of_hull(hull: Hull) -> Ellipsoid:
 
 
 def refuse_stated(folder: Path, robot: RobotModel, link: str, *, replace: bool) -> None:
-    """Refuse a link whose added mass or radiation ``robot.yaml`` states already.
+    """Refuse a link whose added mass or radiation is already in ``robot.yaml``.
 
     Args:
         folder: of the robot.
@@ -206,7 +206,7 @@ def write_hydrodynamics(folder: Path, robot: RobotModel, found: Hydrodynamics) -
 
 
 def _with_effect(text: str, name: str, value: str) -> str:
-    """Text of a robot with one more effect."""
+    """Text of a ``robot.yaml`` with one more effect."""
     import yaml
 
     keys = yaml.safe_load(text)
@@ -218,7 +218,7 @@ def _with_effect(text: str, name: str, value: str) -> str:
 
 
 def _stated(folder: Path, kind: str, link: str, root: str) -> str | None:
-    """Name of the effect of a kind on a link alone; one that is shared or constant is refused."""
+    """Name of a link's own effect of a kind; a shared effect or a constant damping is refused."""
     for name, (effect, values) in read_robot(folder).parts["effects"].items():
         links = [root if one == "root" else one for one in values.get("links", ["root"])]
         if link not in links and "*" not in links:
@@ -254,7 +254,7 @@ def _floats(robot: RobotModel, density: float) -> float | None:
 
 
 def _limit(found: list[Floats], pair: tuple[Panels, Panels]) -> tuple[Floats, float]:
-    """Limit of many panels, and its largest relative distance from the finer diagonal."""
+    """Limit of many panels, and its largest relative difference from the finer mesh's diagonal."""
     ratio = len(pair[1].faces) / len(pair[0].faces)
     limit = positive(extrapolated(found[0], found[1], ratio))
     fine, last = (np.diagonal(x, axis1=-2, axis2=-1) for x in (found[1], limit))
@@ -266,7 +266,7 @@ def _limit(found: list[Floats], pair: tuple[Panels, Panels]) -> tuple[Floats, fl
 def _radiation(
     pair: tuple[Panels, Panels], level: float, density: float, tell: Callable[[int], object]
 ) -> tuple[Radiation, float]:
-    """Limit of the radiation on two surfaces, at the frequencies of the coarser one."""
+    """Radiation extrapolated from a coarse and a fine mesh to many panels, and its change."""
     w = wave_frequencies(pair[1], level, FREQUENCIES)
     coarse = radiation_of(pair[0], level, w, density, tell=tell)
     fine = radiation_of(pair[1], level, w, density, tell=lambda k: tell(FREQUENCIES + k))
@@ -302,7 +302,7 @@ def added_mass_fields(matrix: Floats) -> dict[str, Any]:
 
 
 def _rows(matrix: Floats) -> list[list[float]]:
-    """A matrix with rounded numbers, without the entries that are errors of panels."""
+    """A matrix with rounded numbers, without entries as small as the error of the mesh."""
     diagonal = np.diag(matrix)
     floor = np.repeat([diagonal[:3].max(), diagonal[3:].max()], 3) * _NOTHING
     scale = np.sqrt(np.maximum(diagonal, floor))

@@ -1,4 +1,4 @@
-"""Closed surfaces of hulls in panels of one size, for boundary elements."""
+"""Closed surfaces of hulls, meshed with panels of about equal size for boundary elements."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _TRIALS = 6
 
 
 class Panels(NamedTuple):
-    """Closed surface of a hull, outward normals, in link axes.
+    """Closed triangulated surface of a hull in link axes, with outward normals.
 
     Args:
         vertices: [m], shape (V, 3).
@@ -61,13 +61,13 @@ class Panels(NamedTuple):
         return 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
 
     def moments(self) -> tuple[Floats, Floats]:
-        """Return centre [m], shape (3,), and second moments about it by volume [m^2], (3, 3)."""
+        """Return centroid [m], shape (3,), and second moments about it by volume [m^2], (3, 3)."""
         mesh = HullMesh(vertices=self.vertices, faces=self.faces)
         return np.asarray(mesh.centroid), np.asarray(mesh.spread())
 
 
 def panels_of(hull: Hull, count: int) -> Panels:
-    """Return the surface of a hull in about as many panels as asked for.
+    """Return the surface of a hull with about a given number of panels.
 
     Overlapping parts are united, round ones are polygons of equal area; the volume is that of the
     hull's shapes. A stated ``displaced_volume`` does not change them.
@@ -94,7 +94,7 @@ def panels_of(hull: Hull, count: int) -> Panels:
 
 
 def _surface(hull: Hull, size: float | None) -> Panels:
-    """Surface with panels of an edge length [m]; as coarse as its shape allows for none."""
+    """Surface with panels of a given edge length [m]; None for the coarsest one."""
     if not isinstance(hull, HullCompound):
         made = _primitive(hull, size)
         if isinstance(hull, HullMesh):
@@ -109,7 +109,7 @@ def _surface(hull: Hull, size: float | None) -> Panels:
 
 
 def _primitive(hull: Hull, size: float | None) -> Panels:
-    """Panels of a single shape in link axes, of its exact volume."""
+    """Panels of a single shape in link axes that enclose its exact volume."""
     if isinstance(hull, HullMesh):
         corners = hull.faces.corners
         points, numbers = np.unique(
@@ -193,7 +193,7 @@ def _profile(radius: float, length: float, size: float | None, round_ends: bool)
 
 
 def _turned(profile: Floats, radius: float, size: float | None) -> Panels:
-    """Body of revolution about z; its polygons have the area of the circles."""
+    """Body of revolution about z; its polygons have the same area as the circles."""
     sections = _steps(2.0 * math.pi * radius, size, _LEAST_SECTIONS)
     step = 2.0 * math.pi / sections
     wider = math.sqrt(step / math.sin(step))
@@ -207,7 +207,7 @@ def _turned(profile: Floats, radius: float, size: float | None) -> Panels:
 
 
 def _welded(points: Floats, faces: Any) -> Panels:
-    """Equal points are one, triangles without area go."""
+    """Merge equal points, and remove triangles without area."""
     unit = 1e-7 * float(np.ptp(points, axis=0).max())
     _, first, numbers = np.unique(
         np.round(points / unit).astype(np.int64), axis=0, return_index=True, return_inverse=True
@@ -240,7 +240,7 @@ def _panels(solid: Any) -> Panels:
 
 
 def _resized(panels: Panels, size: float | None) -> Panels:
-    """Panels of about one edge length: long ones split, near points brought together if too many.
+    """Remesh to an edge length: split long edges; merge near points if there are too many panels.
 
     Raises:
         RobotError: parts of the hull are thinner than the panels.
@@ -272,7 +272,7 @@ def _resized(panels: Panels, size: float | None) -> Panels:
 
 
 def _without_folds(faces: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Faces without pairs on the same three points, which lie on each other."""
+    """Remove faces that share all three points with another face."""
     key = np.sort(faces, axis=1)
     _, number, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
     kept: NDArray[np.int64] = faces[count[number.reshape(-1)] == 1]

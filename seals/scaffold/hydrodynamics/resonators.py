@@ -90,19 +90,19 @@ def fit_resonators(found: Radiation, *, tolerance: float = TOLERANCE) -> Resonat
 
 
 def _waving(data: Floats, found: Radiation) -> list[int]:
-    """Motions that make waves worth counting; a turn about an axis of symmetry makes none."""
+    """Motions with significant radiation; rotation about an axis of symmetry has none."""
     size = np.abs(np.einsum("wii->wi", data)).max(axis=0) * (np.diag(found.limit) > _least(found))
     return [k for k in range(6) if size[k] > _WEAK * size.max()]
 
 
 def _least(found: Radiation) -> Floats:
-    """Added inertia below which a motion moves no water to speak of, shape (6,)."""
+    """Added inertia below which that of a motion is negligible, shape (6,)."""
     heaviest = max(float(np.diag(found.limit)[:3].max()), 1e-300)
     return _LIGHT * heaviest * np.array([1.0] * 3 + [found.length**2] * 3)
 
 
 def _groups(data: Floats, motions: list[int]) -> list[list[int]]:
-    """Motions that radiation couples, together."""
+    """Groups of motions that are coupled by radiation."""
     size = np.abs(data).max(axis=0)
     scale = np.sqrt(np.diag(size))
     tied = size > COUPLED * np.outer(scale, scale)
@@ -115,7 +115,7 @@ def _groups(data: Floats, motions: list[int]) -> list[list[int]]:
 
 
 def _fit_group(data: Floats, w: Floats, tolerance: float) -> Resonators:
-    """The smallest model of some motions that is good enough; the best one where none is."""
+    """Smallest model of a group of motions within the tolerance, or else the best one."""
     best: Resonators | None = None
     for count in range(1, MOST + 1):
         found = _fit(data, w, count)
@@ -127,7 +127,7 @@ def _fit_group(data: Floats, w: Floats, tolerance: float) -> Resonators:
 
 
 def _fit(data: Floats, w: Floats, count: int) -> Resonators:
-    """Least squares over some starts, drawn with one seed."""
+    """Best least-squares fit from several random starts, with a fixed seed."""
     rng = np.random.default_rng(count)
     width = data.shape[1]
     size = float(np.linalg.norm(data))
@@ -158,7 +158,7 @@ def _fit(data: Floats, w: Floats, count: int) -> Resonators:
 
 
 def _unpacked(x: Floats, count: int, width: int) -> tuple[Floats, Floats, Floats]:
-    """Frequencies, damping and coupling of the free numbers of a fit."""
+    """Frequencies, damping and coupling from the free parameters of a fit."""
     entries = count * (count + 1) // 2
     lower = np.zeros((count, count))
     lower[np.tril_indices(count)] = x[count : count + entries]
@@ -171,13 +171,13 @@ def _unpacked(x: Floats, count: int, width: int) -> tuple[Floats, Floats, Floats
 
 
 def _real(values: Floats) -> Floats:
-    """Real and imaginary parts behind each other, of (..., W, n) as (..., 2 W n)."""
+    """Flatten (..., W, n) complex values to (..., 2 W n): real parts, then imaginary parts."""
     flat = values.reshape(*values.shape[:-2], -1)
     return np.concatenate((flat.real, flat.imag), axis=-1)
 
 
 def _slopes(x: Floats, count: int, width: int, w: Floats) -> Floats:
-    """Derivatives of K(iw) by the free numbers of a fit, shape (P, W, n, n)."""
+    """Derivatives of K(iw) with respect to the free parameters of a fit, shape (P, W, n, n)."""
     frequency, damping, coupling = _unpacked(x, count, width)
     rows, columns = np.tril_indices(count)
     lower = np.zeros((count, count))

@@ -1,1 +1,1 @@
-"""Templates of what `seals new` writes."""
+"""Templates of the files that `seals new` writes."""

@@ -165,7 +165,7 @@ def _joint_commands(log: Log, vehicle: Vehicle) -> Floats:
 
 
 def _spans(log: Log) -> tuple[LogSpan, ...]:
-    """Spans of the logs of which one was joined; their rows follow each other."""
+    """Row ranges of the logs that a joined log consists of, one after the other."""
     spans, first = [], 0
     for part in log.meta.get("logs") or ():
         last = first + int(part["rows"])

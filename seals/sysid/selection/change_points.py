@@ -198,7 +198,7 @@ class ChangePointSearch:
         return fall - self._part_factor(log, part)
 
     def _best(self, log: LogPlaces, others: Blocks, choices: Blocks) -> int:
-        """Best possible time, without the first one, which means the whole log or none of it."""
+        """Index of the best possible time but the first, which selects all or none of the log."""
         falls = self.equations.fall(others[None] + choices)[0]
         return 1 + int(np.argmax(falls[1:])) if len(falls) > 1 else 0
 
@@ -276,7 +276,7 @@ _KINDS = 5.0
 
 
 def _interval(time: Floats, odds: Floats, value: float, step: float) -> Moment:
-    """Moment with the interval of its posterior over cells about the possible times.
+    """Return a time and its 90 % interval, from the likelihoods of all possible times.
 
     Args:
         time: places, ascending [s], shape (N,).

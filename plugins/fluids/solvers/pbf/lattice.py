@@ -179,7 +179,7 @@ def solid_factors(
 
 
 def along_over_across(solid: tuple[float, float], support: float) -> float:
-    """Return the ratio of a sheet's second force moments along and across it.
+    """Return the ratio of the second moments of a sheet's forces, parallel to it over normal to it.
 
     Seen from the layer of water on it, one spacing away; averaged over places along the sheet.
 

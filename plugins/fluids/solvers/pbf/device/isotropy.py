@@ -65,7 +65,7 @@ class Isotropy:
 
     @ti.kernel
     def find(self):
-        """Compute the correction tensors less one, and tr M / 3. Data in: positions of buffer 1."""
+        """Compute the correction tensors minus I, and tr M / 3. Data in: positions of buffer 1."""
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
                 at = self.p.place[1][i]
@@ -123,7 +123,7 @@ def moment(a, b, e, weight) -> Any:
 
 @ti.func
 def inverse(a, b) -> Any:
-    """Inverse of a symmetric matrix less one, as six numbers: diagonal, and (yz, xz, xy)."""
+    """Return A^-1 - I of a symmetric matrix A, six numbers: diagonal, and (yz, xz, xy)."""
     xx, yy, zz = a[1] * a[2] - b[0] * b[0], a[0] * a[2] - b[1] * b[1], a[0] * a[1] - b[2] * b[2]
     yz, xz, xy = b[1] * b[2] - a[0] * b[0], b[0] * b[2] - a[1] * b[1], b[0] * b[1] - a[2] * b[2]
     det = a[0] * xx + b[2] * xy + b[1] * xz
@@ -132,7 +132,7 @@ def inverse(a, b) -> Any:
 
 @ti.func
 def turned(m, v) -> Any:
-    """Product of one plus a symmetric matrix, given as six numbers, and a vector."""
+    """Return (I + M) v of a symmetric matrix M, given as six numbers, and a vector."""
     return ti.Vector(
         [
             v[0] + m[0] * v[0] + m[5] * v[1] + m[4] * v[2],
