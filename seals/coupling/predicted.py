@@ -1,4 +1,4 @@
-"""Loads for an engine with masses and motors only: the other terms are predicted."""
+"""Loads for an engine that takes masses and motors only; other terms act as predicted wrenches."""
 
 from __future__ import annotations
 

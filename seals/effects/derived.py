@@ -180,7 +180,7 @@ _HOOKS = (
 def _variants(
     fields: Mapping[str, Any], subject: Subject
 ) -> list[tuple[dict[str, Any], dict[str, float]]]:
-    """Options of each variant and its label: each rotor with each joint, in the medium."""
+    """Options and label of each variant: one variant for each pair of a rotor and a joint."""
     shared: dict[str, Any] = {}
     if "medium" in fields:
         medium = fields["medium"].default

@@ -174,7 +174,7 @@ class SensorSuite:
         return out
 
     def _felt(self, name: str, now: Instant, outside: tuple[Floats, Floats]) -> SensorInput:
-        """Motion of one link; for inertial sensors with mean accelerations over the step."""
+        """Motion of one link, for inertial sensors with its mean acceleration over the step."""
         time, step, kinematics, moving, before = now
         link, inertial = self._carriers[name], self._inertial[name]
         turn, twist = kinematics.rotations[0, link], moving.twists[0, link]

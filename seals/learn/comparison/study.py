@@ -1,4 +1,4 @@
-"""Comparison of arms: scores with intervals, and each arm against the reference."""
+"""Comparison of training variants: scores with intervals, and differences from the reference."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from seals.learn.statistics.interval import Interval
 
 
 def compare(arms: Mapping[str, Sequence[Run]], terms: AnalysisPlan) -> Study:
-    """Compare arms by an analysis plan.
+    """Compare variants of a training, called arms, by an analysis plan.
 
     Args:
         arms: at least two runs each, by name.
