@@ -21,7 +21,11 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         "seals.robot.urdf", 'if "\\0" in text:', "if False:", FILES, "entities_of_a_urdf"
     ),
     "entities of a URDF taken over": Guard(
-        "seals.scaffold.takeover", _XML, "if False:", BOUNDS, "taken_over"
+        "seals.untrusted_io",
+        'or re.search(r"<!\\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE)',
+        "",
+        BOUNDS,
+        "taken_over",
     ),
     "entities of a mesh": Guard(
         "seals.hydrostatics.formats", "if _ENTITY.search(raw) or", "if", FILES, "entities_of_a_mesh"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import re
 from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
@@ -56,6 +55,7 @@ class Takeover:
         self._texts: Mapping[str, str] = {}
         text = _text_of(path)
         if holds_macros(text):
+            _tree_of(path, text)
             text = expanded(path, packages)
             self.changes.append("xacro macros expanded")
         self.stated = Stated()
@@ -66,10 +66,7 @@ class Takeover:
 
     def _read(self, text: str) -> Element:
         """Return the ``<robot>`` of a text in any of the formats."""
-        try:
-            tree = plain_xml(text)
-        except ValueError as cause:
-            raise RobotError(f"{self.path} cannot be read as XML: {cause}.") from cause
+        tree = _tree_of(self.path, text)
         if tree.tag == "sdf":
             urdf, changes = urdf_of_sdf(self.path, tree, self.packages)
             self.stated = stated_of(with_includes(self.path, tree, self.packages, []))
@@ -199,12 +196,17 @@ def _text_of(path: Path) -> str:
         text = read_text(path)
     except LogError as cause:
         raise RobotError(f"URDF {path} cannot be read: {cause}") from cause
-    if re.search(r"<!\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):
-        raise RobotError(
-            f"URDF {path} declares a DOCTYPE or an ENTITY.\n"
-            "Remove it: such files can expand without end."
-        )
     return text
+
+
+def _tree_of(path: Path, text: str) -> Element:
+    """Parse a robot file within the limits of :func:`seals.untrusted_io.plain_xml`."""
+    try:
+        return plain_xml(text)
+    except ValueError as cause:
+        raise RobotError(
+            f"{path} cannot be read as XML: {cause}.\nCorrect the file, or take a sound copy."
+        ) from cause
 
 
 def shipped_urdfs() -> dict[str, Path]:

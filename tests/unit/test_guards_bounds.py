@@ -20,10 +20,12 @@ from seals.scaffold.takeover import Takeover
 from seals.untrusted_io import plain_yaml, read_bytes, regular_file
 
 
-def test_entities_of_a_urdf_taken_over_are_refused(tmp_path: Path) -> None:
-    """``seals new robot`` reads URDFs by another way than ``seals run``."""
+@pytest.mark.parametrize("more", ["", 'xmlns:xacro="http://www.ros.org/wiki/xacro"'])
+def test_entities_of_a_urdf_taken_over_are_refused(tmp_path: Path, more: str) -> None:
+    """``seals new robot`` reads URDFs and macros by another way than ``seals run``."""
     file = tmp_path / "a.urdf"
-    file.write_text('<!DOCTYPE robot [<!ENTITY a "b">]><robot name="r"><link name="a"/></robot>')
+    entity = '<!DOCTYPE robot [<!ENTITY a "b">]>'
+    file.write_text(f'{entity}<robot name="r" {more}><link name="a"/></robot>')
     with pytest.raises(RobotError, match="DOCTYPE or an ENTITY"):
         Takeover(file, {})
 
