@@ -267,7 +267,7 @@ def _edited() -> Target:
     """Text of a robot's file with calibrated numbers."""
     from seals.errors import ConfigError
     from seals.robot.robot_file import read_robot
-    from seals.sysid.calibration.yaml_edit import holds, with_entry, with_number
+    from seals.robot.yaml_edit import holds, with_entry, with_number
 
     path = ("actuators", "rotors", "thrust_coefficient")
 

@@ -6,7 +6,7 @@ from benchmarks.guard import Guard
 
 ODD, TRIAL = "tests/unit/test_hostile_descriptions.py", "tests/unit/test_isolated_reading.py"
 _MOTORS, _SHEET = "seals.logs.motor_curve", "seals.scaffold.datasheet"
-_FORM, _EDIT = "seals.sysid.validation.answer_form", "seals.sysid.calibration.yaml_edit"
+_FORM, _EDIT = "seals.sysid.validation.answer_form", "seals.robot.yaml_edit"
 _MODEL = "seals.config.overlay"
 
 DESCRIPTIONS: dict[str, Guard] = {

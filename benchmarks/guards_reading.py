@@ -41,8 +41,8 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
     ),
     "libraries that hang": Guard(
         "seals.isolated_reading",
-        "(resource.RLIMIT_CPU, seconds, seconds),",
-        "",
+        "str(seconds), str(memory)",
+        '"1000", str(memory)',
         TRIAL,
         "endless_loop",
     ),
@@ -62,8 +62,8 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
     ),
     "files of macros": Guard(
         _CHILD,
-        "if not target.is_relative_to(near) or any(",
-        "if any(",
+        "return target.is_relative_to(folder) and not any(",
+        "return not any(",
         MACROS,
         "near_files",
         "xacro",

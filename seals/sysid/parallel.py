@@ -11,9 +11,12 @@ import multiprocessing
 import os
 import signal
 from collections.abc import Callable, Sequence
+from multiprocessing.pool import Pool
 from typing import Any, TypeVar
 
 Item = TypeVar("Item")
+_HELD = (signal.SIGTERM, signal.SIGINT)
+"""Signals that are held back until a child has its own handlers."""
 _jobs: tuple[Callable[[Any], Any], Sequence[Any]] | None = None
 
 
@@ -40,10 +43,24 @@ def spread(work: Callable[[Item], Any], items: Sequence[Item], processes: int) -
         return [work(item) for item in items]
     _jobs = work, items
     try:
-        with multiprocessing.get_context("fork").Pool(many, _leave_signals) as pool:
+        with _forked(many) as pool:
             return pool.map(_call, range(len(items)), chunksize=1)
     finally:
         _jobs = None
+
+
+def _forked(many: int) -> Pool:
+    """Return a pool whose children get no signal before they have handlers of their own.
+
+    A child that starts late can be ended by the pool while it still has the parent's handler. One
+    that only notes the signal, or whose exception is lost in a hook of the fork, would let the
+    child go on, and the pool would wait for it for ever.
+    """
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, _HELD)
+    try:
+        return multiprocessing.get_context("fork").Pool(many, _leave_signals)
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _leave_signals() -> None:
@@ -57,6 +74,7 @@ def _leave_signals() -> None:
     os.setpgid(0, 0)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, _HELD)
 
 
 def _call(number: int) -> Any:

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -53,6 +54,32 @@ def test_a_signal_to_the_whole_group_ends_parent_and_children() -> None:
         os.killpg(parent.pid, signal.SIGTERM)
         try:
             assert parent.wait(30.0) == 5
+        finally:
+            if parent.poll() is None:
+                os.killpg(parent.pid, signal.SIGKILL)
+
+
+def test_a_child_that_starts_late_is_ended_too(tmp_path: Path) -> None:
+    """The work is done before it has handlers of its own; the parent's only notes the signal."""
+    if not hasattr(signal, "SIGKILL"):
+        pytest.skip("no forked processes on this system")
+    program = (
+        "import contextlib, os, signal, sys, time\n"
+        "from seals.sysid import parallel\n"
+        "usual = parallel._leave_signals\n"
+        "def late():\n"
+        "    with contextlib.suppress(FileExistsError):\n"
+        "        os.close(os.open(sys.argv[1], os.O_CREAT | os.O_EXCL))\n"
+        "        time.sleep(2.0)\n"
+        "    usual()\n"
+        "parallel._leave_signals = late\n"
+        "signal.signal(signal.SIGTERM, lambda *_: None)\n"
+        "assert parallel.spread(lambda x: x, range(2), 2) == [0, 1]\n"
+    )
+    command = [sys.executable, "-c", program, str(tmp_path / "first")]
+    with subprocess.Popen(command, start_new_session=True) as parent:
+        try:
+            assert parent.wait(30.0) == 0
         finally:
             if parent.poll() is None:
                 os.killpg(parent.pid, signal.SIGKILL)
