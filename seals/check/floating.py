@@ -83,9 +83,12 @@ class FloatingBody:
 
     def draught(self, volume: float) -> float:
         """Return the draught of the upright robot [m]."""
-        up = np.array([0.0, 0.0, 1.0])
-        # the height at which the first millionth of the volume is wet stands for the lowest point
-        return self.level_of(up, volume) - self.level_of(up, 1e-9 * self.volume)
+        return self.level_of(np.array([0.0, 0.0, 1.0]), volume) - self.lowest()
+
+    def lowest(self) -> float:
+        """Return the height of the lowest point of the upright robot above its base origin [m]."""
+        # the level at which the first billionth of the volume is wet stands for it
+        return self.level_of(np.array([0.0, 0.0, 1.0]), 1e-9 * self.volume)
 
     def metacentric_height(self, axis: Sequence[float], volume: float) -> float:
         """Return the restoring moment per weight and angle for a small tilt about a level axis [m].

@@ -11,6 +11,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.check.finding import RobotFinding, failed, passed, warned
 from seals.check.floating import FloatingBody
+from seals.check.lift import commanded_directions
 from seals.control.actuator_limits import ActuatorLimitEstimator, ActuatorLimits
 from seals.control.axes import (
     AXES,
@@ -45,6 +46,8 @@ BALLAST = 0.01
 """Net buoyancy to aim at, share of the weight: it comes up by itself [1]."""
 RESERVE = 0.5
 """Share of the vertical thrust above which the net buoyancy leaves little to move with [1]."""
+UPWARD = 0.5
+"""Vertical part of a rotor's axis from which on it pushes upward [1]."""
 STEERED = (SURGE, YAW, PITCH, ROLL, HEAVE, SWAY)
 
 
@@ -60,6 +63,7 @@ class Reach(NamedTuple):
         up: largest level force upwards under water [N].
         down: downwards [N].
         fins: number of fins.
+        hovers: whether rotors alone, which all push upward, command heave, roll, pitch and yaw.
     """
 
     axes: tuple[int, ...]
@@ -70,6 +74,7 @@ class Reach(NamedTuple):
     up: float
     down: float
     fins: int
+    hovers: bool
 
     @property
     def net(self) -> float:
@@ -94,7 +99,7 @@ class Reach(NamedTuple):
 
     def first_run(self) -> str:
         """Return arguments of `seals run` for a first run that the robot is capable of."""
-        if self.flies:
+        if self.flies and self.hovers:
             return "guide=hover controller=cascade initial.position=[0,0,2]"
         if self.keeps_station:
             return "water=fossen guide=hover controller=station initial.position=[0,0,-2]"
@@ -147,7 +152,17 @@ def reach_of(
         up=level_force(matrix * gain, low, held, 1.0),
         down=level_force(matrix * gain, low, held, -1.0),
         fins=len(fins.joints),
+        hovers=_hovers(layout, centre),
     )
+
+
+def _hovers(layout: Layout, centre: Floats) -> bool:
+    """Return whether rotors alone, which all push upward, command lift and all three torques."""
+    if any(kind != ROTOR for kind in layout.kind) or layout.axis[:, 2].min() < UPWARD:
+        return False
+    level = wrench_matrix(layout, centre)
+    level[:HEAVE] = 0.0
+    return commanded_directions(level, centre, layout.position).rank == len(level) - HEAVE
 
 
 def level_force(matrix: Floats, low: Floats, held: list[int], sign: float) -> float:
@@ -251,7 +266,8 @@ def _thrusters_in_water(reach: Reach) -> RobotFinding:
         if PITCH in reach.axes and reach.fins:
             return passed(subject, f"{words}, no vertical thrust: dives by its fins, under way")
         if net > 0.0:
-            return passed(subject, f"{words}, no vertical thrust: steers at the surface")
+            does = "steers" if reach.steers else "stays"
+            return passed(subject, f"{words}, no vertical thrust: {does} at the surface")
         return warned(
             subject, f"{words}, no vertical thrust: it sinks", "Add volume, or a vertical thruster."
         )

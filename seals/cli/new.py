@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from seals.config.whereabouts import own_robot
 from seals.errors import ConfigError, suggestion
 
 if TYPE_CHECKING:
+    from seals.robot.model import RobotModel
     from seals.scaffold.robot import NewRobot
 
 PLUGINS = ("effect", "sensor", "controller", "guide", "task")
@@ -68,12 +71,7 @@ def _datasheet(words: list[str], options: list[tuple[str, str]]) -> int:
             "a data sheet needs a flight and a robot folder.\n"
             "Write: seals new datasheet log=FLIGHT robot=FOLDER"
         )
-    folder = Path(given["robot"])
-    if not (folder / "robot.yaml").is_file():
-        raise ConfigError(
-            f"robot={folder} is not a robot folder of yours.\n"
-            "Make one: seals new robot NAME --urdf FILE"
-        )
+    folder = own_robot(given["robot"])
     from seals.logs import read_native, refuse_if_bad
     from seals.logs.shipped import find_log
     from seals.run.robot_metadata import DATASHEET, vehicle_of
@@ -102,7 +100,7 @@ def _sorted(arguments: list[str]) -> tuple[list[str], list[tuple[str, str]]]:
         key, equals, value = word.lstrip("-").partition("=")
         if word.startswith("-"):
             options.append((key, value if equals else _value(word, rest)))
-        elif equals and any(key in known for known in OPTIONS.values()):
+        elif equals:
             options.append((key, value))
         else:
             words.append(word)
@@ -198,5 +196,25 @@ def _first_run(name: str) -> str:
     from seals.run.build import build_run
 
     run = build_run(compose([f"robot={name}"]))
-    reach = reach_of(build_robot(run.robot), run.actuators, run.effects)
+    robot = build_robot(run.robot)
+    if robot.legs:
+        return _first_stand(name, robot)
+    reach = reach_of(robot, run.actuators, run.effects)
     return "water=fossen" if reach is None else reach.first_run()
+
+
+def _first_stand(name: str, robot: RobotModel) -> str:
+    """Words of a run in which legs stand on the ground; in water where no gait takes them."""
+    from seals.check.floating import FloatingBody
+    from seals.config.compose import compose
+    from seals.run.assembly import build_world
+    from seals.run.build import build_run
+
+    height = math.ceil(-1e3 * FloatingBody(robot).lowest()) / 1e3
+    ground = f"environment.ground_level=0 initial.position=[0,0,{height:g}]"
+    words = f"guide=march guide.speed=0 {ground}"
+    try:
+        build_world(build_run(compose([f"robot={name}", *words.split()]))).close()
+    except ConfigError:
+        return "water=fossen"
+    return words

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
+from seals.config.whereabouts import own_robot
 from seals.errors import ConfigError, suggestion
 
 
@@ -15,12 +15,7 @@ def new_hydrodynamics(words: Sequence[str], given: Mapping[str, str]) -> int:
             "hydrodynamics need a robot folder.\n"
             "Write: seals new hydrodynamics robot=FOLDER method=bem"
         )
-    folder = Path(given["robot"])
-    if not (folder / "robot.yaml").is_file():
-        raise ConfigError(
-            f"robot={folder} is not a robot folder of yours.\n"
-            "Make one: seals new robot NAME --urdf FILE"
-        )
+    folder = own_robot(given["robot"])
     from seals.check.robot import FRESH_WATER
     from seals.run.progress import progress
     from seals.scaffold.hydrodynamics import has_boundary_elements

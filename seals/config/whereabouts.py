@@ -1,11 +1,11 @@
-"""Suggestions for a mistyped ``robot=``: a folder nearby, or a URDF without a robot folder."""
+"""Folders that ``robot=`` names, and suggestions where it is mistyped."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
 
-from seals.errors import UnknownPlugin, nearest, suggestion
+from seals.errors import ConfigError, UnknownPlugin, nearest, suggestion
 
 _MOST = 200
 """Neighbours that are looked at."""
@@ -41,6 +41,26 @@ def unknown_robot(given: str, installed: Sequence[str]) -> UnknownPlugin:
         if "/" in given
         else "is not installed",
         suggestion(given, installed, label=label),
+    )
+
+
+def own_robot(given: str) -> Path:
+    """Return a robot folder that can be written to.
+
+    Args:
+        given: as the user wrote it.
+
+    Raises:
+        ConfigError: it is no robot folder; the nearest one beside it is named.
+    """
+    folder = Path(given)
+    if (folder / "robot.yaml").is_file():
+        return folder
+    close = nearest(given, _folders(folder.parent))
+    hint = f"Did you mean '{close}'?  " if close else ""
+    raise ConfigError(
+        f"robot={given} is not a robot folder of yours.\n"
+        f"{hint}Make one: seals new robot NAME --urdf FILE"
     )
 
 

@@ -90,7 +90,8 @@ def layout_of(robot: RobotModel, effects: EffectSet) -> Layout:
     """Return all drives of a robot in body axes.
 
     Raises:
-        ConfigError: a drive sits on a link that moves against the base, or a column has no drive.
+        ConfigError: a drive sits on a link that moves against the base, or a column has no drive
+            or two.
     """
     bound = effects.actuators
     count = max((b.hooks.first + b.hooks.count for b in bound), default=0)
@@ -106,6 +107,12 @@ def layout_of(robot: RobotModel, effects: EffectSet) -> Layout:
                 "Drives must sit on the base or on links fixed to it."
             )
         columns = slice(b.hooks.first, b.hooks.first + b.hooks.count)
+        if any(kind[columns]):
+            raise ConfigError(
+                f"actuators.{b.name}: drive {b.hooks.first} belongs to another actuator already.\n"
+                f"Set the column of its first drive: actuators.{b.name}.first=NUMBER; 'first' of "
+                "the actuators follow each other from 0 on."
+            )
         constants = b.effect.constants()
         table["position"][columns] = constants["position"] @ turns[carrier].T + origins[carrier]
         table["axis"][columns] = constants["axis"] @ turns[carrier].T

@@ -25,6 +25,12 @@ def find_unused(settings: RunSettings, overrides: Sequence[str]) -> list[str]:
             "The controller rests: there is no guide that it could follow.\n"
             f"Choose one: guide=NAME.  {guides}"
         )
+    elif settings.robot.legs and settings.guide is None:
+        found.append(
+            f"The legs of {settings.robot.name} rest: no guide commands their servos, so its "
+            "joints turn freely.\n"
+            "Choose one: guide=march guide.speed=0 stands"
+        )
     flat = settings.wave is None or type(settings.wave) is get("wave", "still").load()
     if not flat and settings.environment.water_level is None:
         found.append(

@@ -11,6 +11,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.multibody.tree import forward
 from seals.robot.model import RobotModel
+from seals.scaffold.shapes import LinkHull
 
 FEWEST = 4
 """Chains of three joints that count as legs."""
@@ -33,6 +34,16 @@ class Stance(NamedTuple):
     reach: float
     height: float
 
+    @property
+    def span(self) -> float:
+        """Reach, at least half of the height: legs that hang down bend when they walk [m].
+
+        Example:
+            >>> Stance(reach=0.0, height=0.3).span
+            0.15
+        """
+        return max(self.reach, 0.5 * self.height)
+
 
 def legs_of(robot: RobotModel, chains: Sequence[Sequence[int]]) -> dict[str, dict[str, Any]]:
     """Return entries of ``legs:``; empty when the joint chains are not legs.
@@ -52,6 +63,24 @@ def legs_of(robot: RobotModel, chains: Sequence[Sequence[int]]) -> dict[str, dic
         name = name if name not in out else f"leg_{number}"
         values = [round(float(x), 5) + 0.0 for x in toe]
         out[name] = {"joints": names, "foot": robot.links[foot], "toe": values}
+    return out
+
+
+def with_feet(
+    legs: Mapping[str, Mapping[str, Any]], hulls: Mapping[str, LinkHull]
+) -> dict[str, dict[str, Any]]:
+    """Return legs that stand on the spheres of their feet, where these have one.
+
+    Args:
+        legs: entries of ``legs:``.
+        hulls: of the links.
+    """
+    out = {}
+    for name, leg in legs.items():
+        shapes = hulls[leg["foot"]].shapes if leg["foot"] in hulls else []
+        balls = [s.get("position", [0.0, 0.0, 0.0]) for s in shapes if s["type"] == "sphere"]
+        toe = max(balls, key=np.linalg.norm, default=leg["toe"])
+        out[name] = {**leg, "toe": [round(float(x), 5) + 0.0 for x in toe]}
     return out
 
 
@@ -76,18 +105,18 @@ def stance_of(robot: RobotModel, legs: Mapping[str, Mapping[str, Any]]) -> Stanc
 def leg_servos(robot: RobotModel, legs: Mapping[str, Mapping[str, Any]]) -> dict[str, list[float]]:
     """Return servo gains with which half of the legs carry the weight."""
     carried = 9.81 * float(robot.mass.sum()) / (0.5 * len(legs))
-    torque = carried * stance_of(robot, legs).reach
+    torque = carried * stance_of(robot, legs).span
     values = {"kp_each": torque / SAG, "kd_each": DAMPED * torque / SAG}
     values["torque_limit_each"] = RESERVE * torque
     return {key: [float(f"{x:.3g}")] * robot.tree.joints for key, x in values.items()}
 
 
 def gait_of(robot: RobotModel, legs: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-    """Return the settings of an initial gait: strokes of two thirds of the reach, low steps."""
+    """Return the settings of an initial gait: strokes of two thirds of the span, low steps."""
     stance = stance_of(robot, legs)
     # pendulums of the stance's height set the pace
     pace = np.sqrt(9.81 / max(stance.height, 1e-3)) / (2.0 * np.pi)
-    lengths = {"stroke": 0.65 * stance.reach, "lift": 0.3 * stance.height}
+    lengths = {"stroke": 0.65 * stance.span, "lift": 0.3 * stance.height}
     paces = {"lowest": 0.5 * pace, "highest": 1.6 * pace}
     return {key: float(f"{x:.3g}") for key, x in {**lengths, **paces}.items()}
 

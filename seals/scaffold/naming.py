@@ -29,11 +29,14 @@ def free_name(kind: str, name: str, parent: Path, *, folder: str = "") -> Path:
             f"'{name}' cannot be the name of {'an' if kind[0] in 'aeiou' else 'a'} {kind}.\n"
             f"Allowed: small letters, digits and '_', a letter first.{hint}"
         )
-    if name in registry.names(kind):
-        origin = registry.get(kind, name).origin
-        raise ConfigError(
-            f"{kind} '{name}' is installed already, by {origin}.\nChoose another name: my_{name}"
-        )
+    # an animal is asked for as a robot is
+    for taken in ("robot", "animal") if kind == "robot" else (kind,):
+        if name in registry.names(taken):
+            origin = registry.get(taken, name).origin
+            raise ConfigError(
+                f"{taken} '{name}' is installed already, by {origin}.\n"
+                f"Choose another name: my_{name}"
+            )
     target = parent / (folder or name)
     if target.exists():
         raise ConfigError(

@@ -17,7 +17,7 @@ from seals.robot.settings import RobotSettings
 from seals.scaffold.effects import BACKWARDS, RobotMedium, effects_of, medium_of
 from seals.scaffold.estimates import servo_values, short
 from seals.scaffold.inertials import add_inertials
-from seals.scaffold.legs import gait_of, leg_servos
+from seals.scaffold.legs import gait_of, leg_servos, with_feet
 from seals.scaffold.limbs import Limbs, limbs_of
 from seals.scaffold.naming import free_name
 from seals.scaffold.remarks import remarks_of
@@ -124,6 +124,7 @@ def _fill(
     # that rotors can turn backwards is for the user to say
     reverses = given is not None and medium.wet
     limbs = limbs_of(robot, set())
+    limbs = limbs._replace(legs=with_feet(limbs.legs, hulls))
     made = NewRobot(folder, robot, drives, medium, reverses, limbs, hulls, source.changes, [])
     made.remarks.extend(remarks_of(made, source, chosen=given is None))
     facts = _facts(name, made, source)

@@ -50,6 +50,18 @@ def test_enough_legs_stand(pattern: Pattern, animal: str, least: int, most: int)
     assert (count.min(), count.max()) == (least, most)
 
 
+def test_legs_that_hang_down_spread_to_their_side() -> None:
+    """A hip about a level axis has a leg's plane that is upright: it spreads level all the same."""
+    legs = legs_of("crab")
+    level = legs.outward()
+    assert np.linalg.norm(level, axis=1) == pytest.approx(np.ones(len(legs.side)))
+    assert np.all(level[:, 1] * (1.0 - 2.0 * legs.side) > 0.5)
+    basis = legs.basis.copy()
+    basis[:, 0] = (0.0, 0.0, -1.0)
+    aside = legs._replace(basis=basis).outward()
+    assert aside == pytest.approx(np.stack((0.0 * legs.side, 1.0 - 2.0 * legs.side), axis=1))
+
+
 def test_a_tripod_is_every_second_leg() -> None:
     """Front and rear of one side go with the middle leg of the other."""
     phases = phases_of(Pattern.tripod, legs_of("crab"))

@@ -11,6 +11,8 @@ from seals.check.reach import FRESH_WATER, GRAVITY, Reach, reach_of
 from seals.check.robot import RobotFinding, Verdict, check_robot
 from seals.cli.main import main
 from seals.config.compose import compose
+from seals.errors import ConfigError
+from seals.logs import read_native
 from seals.robot.build import build_robot
 from seals.run.assembly import build_world
 from seals.run.build import build_run
@@ -137,3 +139,66 @@ def test_what_seals_new_prints_runs(
     for _ in range(20):
         world.step()
     world.close()
+
+
+VEHICLES = Path(__file__).with_name("urdfs") / "vehicles"
+
+
+def first_command(name: str, capsys: pytest.CaptureFixture[str]) -> list[str]:
+    """Make a robot of a vehicle's file; return the words of the first run that is printed."""
+    assert main(["new", "robot", "mine", "--urdf", str(VEHICLES / name)]) == 0
+    last = capsys.readouterr().out.strip().splitlines()[-1].split()
+    return last[1:]
+
+
+def test_three_rotors_are_not_told_to_hover(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Three rotors command three of lift, roll, pitch and yaw; the cascade takes four."""
+    monkeypatch.chdir(tmp_path)
+    words = first_command("tricopter.urdf", capsys)
+    assert reach("mine").flies
+    assert "controller=cascade" not in words
+    build_world(build_run(compose(words[1:]))).close()
+
+
+def test_rotors_beside_a_thruster_are_not_told_to_hover() -> None:
+    """The cascade refuses a drive that is no rotor: it is not the first command."""
+    pusher = ["+actuator@actuators.pusher=thrusters", "actuators.pusher.max_force=[5]"]
+    pusher += [
+        "actuators.pusher.first=6",
+        "actuators.pusher.position=[[-0.2,0,0]]",
+        "actuators.pusher.axis=[[1,0,0]]",
+    ]
+    run = build_run(compose(["robot=hexacopter", *pusher]))
+    found = reach_of(build_robot(run.robot), run.actuators, run.effects)
+    assert found is not None
+    assert found.flies
+    assert "cascade" not in found.first_run()
+
+
+def test_legs_stand_in_the_first_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Feet of 20 mm stand 0.32 m below; each knee gives way by its torque, m g / 4 times 0.14 m."""
+    monkeypatch.chdir(tmp_path)
+    words = first_command("quadruped.xml", capsys)
+    assert main([*words, "time.duration=1.5", "hydra.run.dir=stand"]) == 0
+    height = read_native(tmp_path / "stand").columns["position_z"][-1]
+    sag = 14.3 * GRAVITY / 4.0 * 0.14**2 / 100.0
+    assert height == pytest.approx(0.34 - sag, abs=0.002)
+
+
+def test_one_propeller_does_not_steer(tmp_path: Path) -> None:
+    """A buoyant hull with one thruster along it stays at the surface; it is not said to steer."""
+    found = looked(rov_folder(tmp_path / "r", [[-0.15, 0.0, -0.02, 1.0, 0.0, 0.0]]))["in water"]
+    assert "stays at the surface" in found.found
+
+
+def test_two_actuators_do_not_share_a_column() -> None:
+    """A thruster whose column is that of a rotor would take its place unseen."""
+    pusher = ["+actuator@actuators.pusher=thrusters", "actuators.pusher.max_force=[5]"]
+    run = build_run(compose(["robot=hexacopter", *pusher]))
+    with pytest.raises(ConfigError, match="another actuator already") as caught:
+        reach_of(build_robot(run.robot), run.actuators, run.effects)
+    assert "pusher.first" in str(caught.value) or "rotors.first" in str(caught.value)

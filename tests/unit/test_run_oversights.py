@@ -25,6 +25,8 @@ from seals.run.unused_settings import find_unused
         (["robot=aam"], []),
         (["robot=auv", "guide=hover"], ["controller=station holds a robot that its water carries"]),
         (["robot=auv", "guide=hover", "water=fossen"], []),
+        (["robot=crab"], ["The legs of crab rest"]),
+        (["robot=crab", "guide=march", "guide.speed=0"], []),
         (["robot=ball", "wave=airy"], ["The wave has no effect"]),
         (["robot=ball", "wave=airy", "water=fossen"], []),
         (["robot=ball", "wave=airy", "environment.water_level=0"], []),

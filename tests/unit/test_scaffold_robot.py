@@ -13,6 +13,7 @@ from scipy import integrate
 from seals.check.robot import Verdict, check_robot
 from seals.cli.main import main
 from seals.config.compose import compose
+from seals.effects.binding import bind_effects
 from seals.robot.build import build_robot
 from seals.run.build import build_run
 from seals.scaffold.robot import NewRobot, scaffold_robot
@@ -346,6 +347,22 @@ def test_a_package_can_be_given(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert main([*words, "--package", "far=elsewhere"]) == 0
 
 
+@pytest.mark.parametrize("place", ["0.371 0.113 -0.257", "3.17 -1.93 0.61", "2.1 2.7 -4.3"])
+def test_a_ball_beside_the_origin_has_an_added_mass_that_is_taken(
+    tmp_path: Path, place: str
+) -> None:
+    """It turns without water: its matrix is singular, and written numbers keep it above zero."""
+    shape = '<geometry><sphere radius="0.3"/></geometry>'
+    ball = f'<collision><origin xyz="{place}"/>{shape}</collision>'
+    made = scaffold_robot("mine", write(tmp_path, link("body", 9.0, ball)), parent=tmp_path)
+    run = build_run(compose([f"robot={made.folder}"]))
+    robot = build_robot(run.robot)
+    bind_effects({**run.effects, **run.actuators}, robot.links)
+    entry = yaml.safe_load((made.folder / "robot.yaml").read_text("utf-8"))["effects"]
+    half = 0.5 * 1000.0 * 4.0 / 3.0 * np.pi * 0.3**3
+    assert entry["hull_added_mass"]["mass_x"] == pytest.approx(half, rel=1e-6)
+
+
 def test_a_missing_mesh_names_the_places_tried(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -381,7 +398,9 @@ def test_millimetres_are_refused_with_the_remedy(tmp_path: Path) -> None:
         (["robot", "x", "--urdf"], "--urdf has no value"),
         (["robot", "My-Robot", "--urdf", "model.urdf"], "my_robot"),
         (["robot", "ball", "--urdf", "model.urdf"], "installed already"),
+        (["robot", "crab", "--urdf", "model.urdf"], "animal 'crab' is installed already"),
         (["robot", "taken", "--urdf", "model.urdf"], "exists already"),
+        (["robot", "x", "--urdf", "model.urdf", "medum=water"], "Did you mean 'medium'?"),
         (["robot", "x", "--urdf", "model.urdf", "--package", "a"], "NAME=FOLDER"),
         (["robot", "x", "--urdf", "model.urdf", "--density", "heavy"], "kg/m^3"),
         (["effect", "gravity"], "installed already"),

@@ -196,6 +196,7 @@ def test_a_quadruped_of_mjcf(tmp_path: Path) -> None:
     assert list(made.limbs.legs) == ["FR", "FL", "RR", "RL"]
     servos = data["actuators"]["servos"]
     assert servos["kp_each"] == [100.0] * 12
+    assert data["legs"]["FR"]["toe"] == pytest.approx([0.14, 0.0, -0.16])
     assert servos["torque_limit_each"][:3] == [23.7, 23.7, 35.5]
     assert made.robot.mass.sum() == pytest.approx(6.9 + 4 * (0.68 + 1.0 + 0.17))
     assert made.robot.upper[1] == pytest.approx(4.2)

@@ -83,6 +83,17 @@ class Anatomy(NamedTuple):
         inside: Floats = np.minimum(np.maximum(values, self.lower), self.upper)
         return inside
 
+    def outward(self) -> Floats:
+        """Return the level directions in which the legs spread, body x and y, shape (N, 2).
+
+        A leg whose hip turns about a level axis hangs down; it spreads to its side of the body.
+        """
+        out = self.basis[:, 0, :2]
+        length = np.linalg.norm(out, axis=1, keepdims=True)
+        aside = np.stack((np.zeros_like(self.side), 1.0 - 2.0 * self.side), axis=1)
+        level: Floats = np.where(length > SQUARE, out / np.maximum(length, SQUARE), aside)
+        return level
+
 
 def anatomy_of(robot: RobotModel) -> Anatomy:
     """Return the leg geometry of a robot.

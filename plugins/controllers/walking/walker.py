@@ -141,8 +141,7 @@ class Walker(ControllerOptions, ABC):
         self._legs: Anatomy = anatomy_of(plant.robot)
         self._rest = np.minimum(np.maximum(0.0, plant.robot.lower), plant.robot.upper)
         self._drives = plant.layout.drives
-        out = self._legs.basis[:, 0, :2]
-        self._outward = out / np.linalg.norm(out, axis=1, keepdims=True)
+        self._outward = self._legs.outward()
         self._columns = self._legs.joints.astype(int)
 
     def start(self) -> Pace:

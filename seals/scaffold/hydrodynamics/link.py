@@ -307,7 +307,8 @@ def _rows(matrix: Floats) -> list[list[float]]:
     floor = np.repeat([diagonal[:3].max(), diagonal[3:].max()], 3) * _NOTHING
     scale = np.sqrt(np.maximum(diagonal, floor))
     kept = positive(np.where(np.abs(matrix) > _SMALL * np.outer(scale, scale), matrix, 0.0))
-    return [[_figure(x) for x in row] for row in np.where(np.abs(kept) > 1e-15, kept, 0.0)]
+    # six figures would leave a ball beside the origin, which turns without water, below zero
+    return [[float(f"{x:.9g}") + 0.0 for x in row] for row in np.where(abs(kept) > 1e-15, kept, 0)]
 
 
 def _figure(value: float) -> float:
