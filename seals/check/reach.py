@@ -256,6 +256,9 @@ def _axes(reach: Reach, body: FloatingBody) -> RobotFinding:
             "autopilot surge and yaw."
         )
         return warned("axes", words, advice)
+    if HEAVE in reach.axes and SWAY not in reach.axes:
+        advice = "autopilot steers it and leaves heave idle; station would need sway as well."
+        return warned("axes", words, advice)
     return passed("axes", words)
 
 

@@ -9,9 +9,10 @@ import pytest
 
 from seals.logs.native import read_native
 from seals.logs.shipped import shipped_logs
+from seals.sysid.predictors.linear_screen import candidate_keys
 from seals.sysid.predictors.problem import Problem, prepare
 from seals.sysid.scores import self_check as module
-from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, keys_of, scored
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, scored
 from seals.sysid.scores.self_check import self_check, simulated_readings, tipped
 
 ROWS = 400
@@ -25,7 +26,7 @@ def fitted() -> tuple[Problem, EvidenceHypothesis]:
     fitter = problem.fitter
     nominal = EvidenceHypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
     wind = next(c for c in problem.plant.candidate_set.candidates if c.name == "wind")
-    fit = fitter.fit(keys_of([wind]))
+    fit = fitter.fit(candidate_keys([wind]))
     return problem, scored([wind], fit, fitter, nominal)
 
 

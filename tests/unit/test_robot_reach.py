@@ -202,3 +202,12 @@ def test_two_actuators_do_not_share_a_column() -> None:
     with pytest.raises(ConfigError, match="another actuator already") as caught:
         reach_of(build_robot(run.robot), run.actuators, run.effects)
     assert "pusher.first" in str(caught.value) or "rotors.first" in str(caught.value)
+
+
+def test_an_upright_thruster_that_no_controller_uses_is_told(tmp_path: Path) -> None:
+    """Two thrusters along it and an upright one: the autopilot steers, heave stays idle."""
+    layout = [LAYOUTS["four"][k] for k in (0, 1, 3)]
+    found = looked(rov_folder(tmp_path / "r", layout))["axes"]
+    assert found.found.startswith("commands surge, heave, yaw;")
+    assert found.verdict is Verdict.WARN
+    assert "leaves heave idle" in found.advice
