@@ -177,7 +177,7 @@ class Autopilot(ControllerOptions):
                 f"controller=autopilot: {layout.drives} drives and fins of robot "
                 f"'{plant.robot.name}' do not command {named_axes(missing)}.\n"
                 "It takes a thruster along the vehicle, and a rudder (a link under the effect lift "
-                "that a servo turns about its y axis, rolled upright) or a second thruster beside it"
+                "that a servo turns about its y axis, upright) or a second thruster beside it"
             )
         self._rows, self._climbs = list(axes), PITCH in axes
         self._turned = np.array([float(k in axes) for k in (ROLL, PITCH, YAW)])
