@@ -9,6 +9,7 @@ MASS = {
     "aam_dual_arm": 3.1,
     "auv": 9.2,
     "ball": 0.3,
+    "boat": 24.0,
     "box": 4.2,
     "crab": 0.14,
     "crazyflie": 0.027,
@@ -21,6 +22,7 @@ MASS = {
     "sea_spider": 0.024,
     "ship_section": 46.8,
     "slocum": 70.0,
+    "torpedo": 30.5,
 }
 """Mass [kg]."""
 LENGTH = {
@@ -28,6 +30,7 @@ LENGTH = {
     "aam_dual_arm": 0.24,
     "auv": 0.2,
     "ball": 0.05,
+    "boat": 0.25,
     "box": 0.15,
     "crab": 0.03,
     "crazyflie": 0.045,
@@ -40,6 +43,7 @@ LENGTH = {
     "sea_spider": 0.02,
     "ship_section": 0.2,
     "slocum": 0.4,
+    "torpedo": 0.1,
 }
 """Half the width of the body, or the arm of the outer drives [m]."""
 
@@ -162,6 +166,27 @@ def _dived(robot: str, more: tuple[str, ...], *, speed: float = 0.3) -> Scene:
         second=second,
         effects=_DIVING,
         known=_IN_WATER,
+    )
+
+
+def _steered(robot: str, depth: float, more: tuple[str, ...]) -> Scene:
+    """A vehicle that steers along legs by line of sight."""
+    first, second = (
+        f"guide.places=[{','.join(f'[{x},{y},{depth + dive}]' for x, y, dive in corners)}]"
+        for corners in (
+            ((8.0, 0.0, 0.0), (14.0, 6.0, -0.4 * (depth < 0.0)), (14.0, 30.0, 0.0)),
+            ((8.0, 0.0, 0.0), (14.0, -5.0, 0.3 * (depth < 0.0)), (24.0, -20.0, 0.0)),
+        )
+    )
+    place = f"initial.position=[0,0,{depth}]"
+    return Scene(
+        robot=robot,
+        medium="water",
+        words=(f"robot={robot}", "water=fossen", "guide=los", place, *STEER, *more),
+        first=(first,),
+        second=(second,),
+        effects=("current", "payload", "quadratic_drag", "thrust_coefficient", "gyroscope_bias"),
+        known={"quadratic_drag": "drag"},
     )
 
 
@@ -322,6 +347,8 @@ SCENES = (
         second=("guide.speed=0.02",),
         effects=_LIMBS,
     ),
+    _steered("torpedo", -3.0, ("initial.velocity=[1.5,0,0]", "guide.speed=1.5")),
+    _steered("boat", 0.0, ("guide.speed=0.8",)),
     Scene(
         robot="pendulum",
         medium="air",

@@ -17,12 +17,13 @@ NEUTRAL = {"thrust_change": 0.0}
 """Parameters that came later, by the value that changes nothing: worlds made before keep their
 hash."""
 
-_DRAG = "seals.plugins.effects.quadratic_drag.DragQuadratic"
+_EFFECTS = "seals.plugins.effects"
 NEUTRAL_OF: dict[str, dict[str, Any]] = {
-    _DRAG: {
+    f"{_EFFECTS}.quadratic_drag.DragQuadratic": {
         **{"form": "per_axis", "axis": "x"},
         **{f"{stem}_{axis}": 0.0 for stem in ("size", "position") for axis in "xyz"},
-    }
+    },
+    f"{_EFFECTS}.added_mass.AddedMass": {"floating": [], "floating_fraction": 0.5},
 }
 """The same of one plug-in, by its class."""
 

@@ -12,7 +12,7 @@ from seals.frames import matrix_of
 from seals.logs import Log
 from seals.report import Block, Paragraph, Table
 from seals.report.figures import Chart, Series
-from seals.run.simulation import Record
+from seals.run.simulation import Ending, Record
 
 AXES = ("x", "y", "z")
 
@@ -45,8 +45,13 @@ class GoalResult(NamedTuple):
 
 
 def goal_results(record: Record) -> list[GoalResult]:
-    """Return the outcome of every goal of the guide, in order."""
+    """Return the outcome of every goal of the guide, in order; none for a run that failed.
+
+    A guide in whose step the run failed may not know its own memory any more.
+    """
     log = record.log
+    if record.ending is Ending.failed or not np.isfinite(log.channel("position")).any():
+        return []
     return [result_of(goal, log.time, log.channel("position")) for goal in record.stages.goals]
 
 

@@ -21,8 +21,8 @@ from seals.logs.motor_curve import motor_curve, with_rotor_speeds
 from seals.logs.native import read_native
 from seals.logs.shipped import shipped_logs
 from seals.plugins.readers.nanobench import _PUBLIC, ReaderNanobench
-from seals.scaffold.datasheet import write_datasheet
 from seals.robot.yaml_edit import with_entry, with_number
+from seals.scaffold.datasheet import write_datasheet
 from seals.sysid.data.vehicle import read_vehicle
 from seals.sysid.experiment_design.application import read_diagnosis
 from seals.sysid.validation import answer

@@ -111,7 +111,7 @@ class Place(NamedTuple):
         ["check", "robot=ball"],
         ["run", "robot=ball", *SHORT, "hydra.run.dir=a"],
         ["runs", "a"],
-        ["convert", "log=own_flight/flight_1.ulg", "out=c"],
+        ["convert", "log=own_flight/flight_1.ulg.gz", "out=c"],
         ["run", "robot=ball", "seed=1,2", *SHORT, "hydra.sweep.dir=s", "--multirun"],
     ],
     ids=lambda words: words[0] + ("_sweep" if "--multirun" in words else ""),
