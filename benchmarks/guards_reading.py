@@ -144,7 +144,11 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         "taken_over_is_read",
     ),
     "materials of a mesh taken over": Guard(
-        "seals.scaffold.meshes", "write_bytes(without_references(raw))", "write_bytes(raw)", REFERENCES, "stripped"
+        "seals.scaffold.meshes",
+        "write_bytes(without_references(raw))",
+        "write_bytes(raw)",
+        REFERENCES,
+        "stripped",
     ),
     "hulls inside": Guard(
         "seals.robot.build", ".resolve().is_relative_to(folder)", "", ROBOT, "hull_mesh_outside"
