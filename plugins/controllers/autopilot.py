@@ -69,8 +69,8 @@ class Autopilot(ControllerOptions):
     Equation:
         F_x = m_x (k_p (U - u) + k_i sum) + D U abs(U), pitch angle theta = gamma + (k_c (w_ref -
         w) + k_z sum (w_ref - w)) / U within its limit, T = J (-k_R e_R - k_w (w - w_d) - k_I sum
-        e_R) + w x J w - buoyancy's torque + v x M_A v; fins by their lift at the speed, L = rho A_L
-        u^2 d / 2.
+        e_R) + w x J w - buoyancy's torque, but for what rights it in roll, + v x M_A v; fins by
+        their lift at the speed, L = rho A_L u^2 d / 2.
 
     Args:
         rate: calls a second [Hz].
@@ -215,6 +215,9 @@ class Autopilot(ControllerOptions):
         along = np.array([push, 0.0, 0.0])
         wrench = model_wrench(s, along, want, added=self._added, gravity=self._g)
         wrench[SURGE] += s.submersion * self._drag * speed * abs(speed)
+        # what rights it in roll is left to act: nothing else holds it where fins saturate
+        lever = max(float(s.buoyancy.centre[2] - s.centre[2]), 0.0)
+        wrench[ROLL] -= lever * s.buoyancy.force * float(s.rotation[2, 1])
         # the Munk moment of added mass turns a slender body broadside
         through = s.velocity @ s.rotation
         wrench[3:] += s.submersion * cross3(through, self._added[:3, :3] @ through)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,9 @@ from seals.config.compose import compose
 from seals.logs import Log
 from seals.run.build import build_run
 from seals.run.simulation import simulate
+from seals.scaffold.robot import scaffold_robot
+
+SURVEY = Path(__file__).parents[1] / "unit/urdfs/vehicles/survey_auv.sdf"
 
 COMMON = ("water=fossen", "guide=los", "controller=autopilot", "time.step=0.02")
 ENGINES = ["pybullet", "mujoco", pytest.param("free", marks=pytest.mark.slow)]
@@ -63,3 +68,26 @@ def test_a_boat_with_two_thrusters_keeps_its_course(engine: str) -> None:
     # it commands surge and yaw by two thrusters within their limits
     forces = [log.columns[f"thruster_cmd_{k}"] for k in (1, 2)]
     assert np.nanmax(np.abs(forces)) <= 30.0
+
+
+def test_a_stable_vehicle_stays_upright_on_fins_that_give_way(tmp_path: Path) -> None:
+    """Its weight rights it with 5 N m/rad, as much as its fins can do: they must not cancel that.
+
+    Fins that the flow turns further than commanded would then heel it by half a radian.
+    """
+    robot = scaffold_robot("mine", SURVEY, parent=tmp_path).folder
+    links = "[fin_port,fin_starboard,fin_top,fin_bottom]"
+    fins = ("+effect@effects.fins=lift", f"effects.fins.links={links}")
+    course = ("guide.speed=0.8", "guide.places=[[20,3,-3]]", "initial.velocity=[1,0,0]")
+    log = driven(
+        f"robot={robot}",
+        *fins,
+        "effects.fins.coefficient=0.0413",
+        *course,
+        "initial.position=[0,0,-2]",
+        "time.duration=8",
+        "time.step=0.004",
+    )
+    # twice the first part of the quaternion is the angle of roll
+    assert np.abs(2.0 * log.columns["orientation_x"]).max() < 0.1
+    assert log.channel("position")[-1, 0] > 6.0
