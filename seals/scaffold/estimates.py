@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from seals.check.joints import joint_loads_of
 from seals.robot.model import RobotModel
 from seals.scaffold.drag import WATER
 from seals.scaffold.hydrodynamics import added_mass_of_ellipsoid, ellipsoid_of_moments
+from seals.scaffold.limbs import SURFACE
 from seals.scaffold.shapes import LinkHull
 from seals.scaffold.takeover import Takeover
 
@@ -19,6 +21,8 @@ FREQUENCY, DAMPING = 6.0, 1.0
 RESERVE = 3.0
 """Torque of a servo whose URDF states none, by the torque that holds its joint level."""
 _LEAST_TORQUE = 0.01
+STIFFEST = 30.0
+"""Natural frequency up to which a control surface is held by its stated effort [Hz]."""
 
 
 def servo_values(robot: RobotModel, source: Takeover) -> dict[str, list[float]]:
@@ -33,6 +37,14 @@ def servo_values(robot: RobotModel, source: Takeover) -> dict[str, list[float]]:
     safe = np.maximum(inertia, 1e-7)
     stated = np.array([source.effort_limit(name) for name in robot.joints])
     limit = np.where(stated > 0.0, stated, np.maximum(RESERVE * hold, _LEAST_TORQUE))
+    # what turns in the flow is held by the whole effort at the end of its travel
+    travel = np.maximum(np.minimum(np.abs(robot.lower), np.abs(robot.upper)), 1e-3)
+    flown = [
+        re.search(SURFACE, f"{name} {robot.links[robot.tree.child[j]]}", re.IGNORECASE) is not None
+        for j, name in enumerate(robot.joints)
+    ]
+    stiff = np.where(flown, stated / travel, 0.0)
+    rate = np.clip(np.sqrt(stiff / safe), rate, 2.0 * math.pi * STIFFEST)
     return {
         "kp_each": [short(x) for x in safe * rate**2],
         "kd_each": [short(x) for x in 2.0 * DAMPING * safe * rate],

@@ -14,7 +14,8 @@ from seals.scaffold.legs import legs_of
 
 _TOOL = r"tool|tcp|palm|hand|grip|flange|(^|_)ee($|_)|end_?eff"
 
-_SURFACE = r"fin(?![a-z])|fins|rudder|elevator|aileron|elevon|flap|wing|sail|wheel|tilt|tail"
+SURFACE = r"fin(?![a-z])|fins|rudder|elevator|aileron|elevon|flap|wing|sail|wheel|tilt|tail"
+"""Names of joints and links that turn in the flow instead of reaching for things."""
 _CLAW, _FINGER = r"claw|pincer|chel[ai]|cheliped", r"finger|dactyl|pollex|pincer|thumb|jaw"
 
 
@@ -50,7 +51,7 @@ def limbs_of(robot: RobotModel, passed_over: set[str]) -> Limbs:
     lone = [c for c, ends in chains if len(c) == 1 and not ends]
     long = [(c, ends) for c, ends in chains if len(c) > 1 or ends]
     fingers = [
-        c[0] for c in lone if np.isfinite(robot.upper[c[0]]) and not _named(robot, c, _SURFACE)
+        c[0] for c in lone if np.isfinite(robot.upper[c[0]]) and not _named(robot, c, SURFACE)
     ]
     if 2 <= len(fingers) == len(lone) and not long and not legs:
         # single joints side by side on the base itself are fingers, not arms

@@ -363,6 +363,24 @@ def test_a_ball_beside_the_origin_has_an_added_mass_that_is_taken(
     assert entry["hull_added_mass"]["mass_x"] == pytest.approx(half, rel=1e-6)
 
 
+def test_a_fin_is_held_by_its_effort(tmp_path: Path) -> None:
+    """2 N m at 0.4 rad are 5 N m/rad, of which 30 Hz take what a light fin can; others 6 Hz."""
+    joint = (
+        '<joint name="{0}_joint" type="revolute"><parent link="body"/><child link="{0}"/>'
+        '<axis xyz="0 1 0"/><limit lower="-0.4" upper="0.4" effort="{1}" velocity="3"/></joint>'
+    )
+    parts = [link("body", 9.0), *(link(name, 0.1) for name in ("fin_port", "rudder", "lid"))]
+    parts += [joint.format(*x) for x in (("fin_port", 2), ("rudder", 1e-6), ("lid", 2))]
+    made = scaffold_robot("mine", write(tmp_path, "".join(parts)), parent=tmp_path)
+    entry = yaml.safe_load((made.folder / "robot.yaml").read_text("utf-8"))
+    kp = dict(zip(made.robot.joints, entry["actuators"]["servos"]["kp_each"], strict=True))
+    inertia = kp["lid_joint"] / (2.0 * np.pi * 6.0) ** 2
+    assert kp["rudder_joint"] == kp["lid_joint"]
+    stiffest = min(2.0 / 0.4, inertia * (2.0 * np.pi * 30.0) ** 2)
+    assert kp["fin_port_joint"] == pytest.approx(stiffest, rel=0.01)
+    assert kp["fin_port_joint"] > 1.5 * kp["lid_joint"]
+
+
 def test_a_missing_mesh_names_the_places_tried(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
