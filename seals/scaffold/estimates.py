@@ -33,7 +33,7 @@ def servo_values(robot: RobotModel, source: Takeover) -> dict[str, list[float]]:
         source: the URDF, for limits of effort.
     """
     inertia, hold = joint_loads_of(robot)
-    rate = 2.0 * math.pi * FREQUENCY
+    slowest = 2.0 * math.pi * FREQUENCY
     safe = np.maximum(inertia, 1e-7)
     stated = np.array([source.effort_limit(name) for name in robot.joints])
     limit = np.where(stated > 0.0, stated, np.maximum(RESERVE * hold, _LEAST_TORQUE))
@@ -44,7 +44,7 @@ def servo_values(robot: RobotModel, source: Takeover) -> dict[str, list[float]]:
         for j, name in enumerate(robot.joints)
     ]
     stiff = np.where(flown, stated / travel, 0.0)
-    rate = np.clip(np.sqrt(stiff / safe), rate, 2.0 * math.pi * STIFFEST)
+    rate = np.clip(np.sqrt(stiff / safe), slowest, 2.0 * math.pi * STIFFEST)
     return {
         "kp_each": [short(x) for x in safe * rate**2],
         "kd_each": [short(x) for x in 2.0 * DAMPING * safe * rate],
