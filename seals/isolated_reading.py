@@ -121,8 +121,10 @@ def _bound(seconds: int, memory: int) -> None:
         (resource.RLIMIT_FSIZE, 0, MOST_BYTES),
         (resource.RLIMIT_CORE, 0, 0),
     ):
+        allowed = resource.getrlimit(what)[1]
+        most = hard if allowed == resource.RLIM_INFINITY else min(hard, allowed)
         with contextlib.suppress(ValueError, OSError):
-            resource.setrlimit(what, (soft, hard))
+            resource.setrlimit(what, (min(soft, most), most))
 
 
 def _allow_writing() -> None:

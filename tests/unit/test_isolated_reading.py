@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import base64
 import os
+import subprocess
+import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -122,6 +124,28 @@ def test_nothing_is_written(near: str, tmp_path: Path) -> None:
     (tmp_path / "a").write_bytes(b"x")
     with pytest.raises(LogError, match="its library says OSError"):
         read_isolated(f"{near}:_write", tmp_path / "a")
+    written = tmp_path / "written"
+    assert not written.exists() or not written.read_bytes()
+
+
+@pytest.mark.skipif(os.name != "posix", reason="limits of a process are POSIX's")
+def test_nothing_is_written_within_a_users_own_limit(tmp_path: Path) -> None:
+    """A limit that is already lower than the content may be keeps the library from writing, too."""
+    (tmp_path / "a").write_bytes(b"x")
+    program = (
+        "import resource\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 20, 1 << 20))\n"
+        "from seals.isolated_reading import read_isolated\n"
+        f"read_isolated('{Path(__file__).stem}:_write', r'{tmp_path / 'a'}')\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parent)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert "its library says OSError" in done.stderr
     written = tmp_path / "written"
     assert not written.exists() or not written.read_bytes()
 
