@@ -182,7 +182,15 @@ def _steered(robot: str, depth: float, more: tuple[str, ...]) -> Scene:
     return Scene(
         robot=robot,
         medium="water",
-        words=(f"robot={robot}", "water=fossen", "guide=los", place, *STEER, *more),
+        words=(
+            f"robot={robot}",
+            "+sensor@sensors.imu=imu",
+            "water=fossen",
+            "guide=los",
+            place,
+            *STEER,
+            *more,
+        ),
         first=(first,),
         second=(second,),
         effects=("current", "payload", "quadratic_drag", "thrust_coefficient", "gyroscope_bias"),
