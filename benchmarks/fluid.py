@@ -107,8 +107,9 @@ def build(args: argparse.Namespace) -> Any:
     if args.fine:
         pipeline.FINE_CPU = pipeline.FINE_CUDA = args.fine
     from seals.plugins.fluids.solver import Domain
+    from seals.plugins.fluids.solvers.pbf.choices import Kernel, Search
     from seals.plugins.fluids.solvers.pbf.engine import Engine
-    from seals.plugins.fluids.solvers.pbf.settings import Kernel, PbfSettings, Search
+    from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
     from seals.plugins.fluids.solvers.pbf.solver import SolverPbf
 
     spacing, counts = SIZES[args.size]

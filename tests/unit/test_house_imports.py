@@ -205,3 +205,59 @@ def test_the_heavy_rule_bites(tmp_path: Path) -> None:
     (tmp_path / "seals" / "bad.py").write_text("try:\n    import torch\nfinally:\n    pass\n")
     (tmp_path / "seals" / "good.py").write_text("def f():\n    import torch\n")
     assert heavy_imports(tmp_path) == ["seals/bad.py: torch at module level"]
+
+
+def module_imports(root: Path) -> dict[str, set[str]]:
+    """Return for every module the modules that it imports, lazily too, but not for types alone."""
+    trees: dict[str, ast.Module] = {}
+    for path, tree in modules(root):
+        parts = path.with_suffix("").parts
+        parts = parts if parts[0] == "seals" else ("seals", *parts)
+        trees[".".join(parts).removesuffix(".__init__")] = tree
+    found: dict[str, set[str]] = {}
+    for name, tree in trees.items():
+        used: set[str] = set()
+        for node in running(tree):
+            if isinstance(node, ast.Import):
+                used |= {alias.name for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.module:
+                inner = {f"{node.module}.{alias.name}" for alias in node.names}
+                used |= {i if i in trees else node.module for i in inner}
+        found[name] = (used & set(trees)) - {name}
+    return found
+
+
+def import_circles(root: Path) -> list[str]:
+    """Name the modules of every import circle: those that are left when all free ones are taken."""
+    left = module_imports(root)
+    while free := {name for name, used in left.items() if not used & set(left)}:
+        left = {name: used for name, used in left.items() if name not in free}
+    # what only imports a circle is in none: take it away from the other end
+    while top := set(left).difference(*left.values()):
+        left = {name: used for name, used in left.items() if name not in top}
+    return sorted(left)
+
+
+def test_no_module_imports_itself_by_others() -> None:
+    """The modules of each package import one way, lazily too, so each is read by itself."""
+    assert import_circles(ROOT) == []
+
+
+@pytest.mark.parametrize(
+    ("line", "found"),
+    [
+        ("from seals.robot.a import f", True),
+        ("def f():\n    from seals.robot import a", True),
+        ("def f():\n    import seals.robot.a", True),
+        ("if TYPE_CHECKING:\n    from seals.robot.a import f", False),
+        ("from seals.robot.c import f", False),
+    ],
+)
+def test_the_circle_rule_bites(tmp_path: Path, line: str, found: bool) -> None:
+    """A circle is found, a lazy one too, and neither what leads to it nor what it leads to."""
+    home = tmp_path / "seals" / "robot"
+    home.mkdir(parents=True)
+    texts = {"a": "from seals.robot.b import f", "b": line, "c": "", "d": "import seals.robot.a"}
+    for name, text in {"__init__": "", **texts}.items():
+        (home / f"{name}.py").write_text(text, encoding="utf-8")
+    assert import_circles(tmp_path) == (["seals.robot.a", "seals.robot.b"] if found else [])

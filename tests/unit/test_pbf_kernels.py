@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from seals.plugins.fluids.solvers.pbf.chebyshev import weights
+from seals.plugins.fluids.solvers.pbf.choices import Kernel
 from seals.plugins.fluids.solvers.pbf.lattice import (
     SHAPES,
     calibrate,
@@ -14,7 +15,6 @@ from seals.plugins.fluids.solvers.pbf.lattice import (
     sheet_mean,
 )
 from seals.plugins.fluids.solvers.pbf.points import BULGE, close_pairs, weigh
-from seals.plugins.fluids.solvers.pbf.settings import Kernel
 
 KERNELS = list(Kernel)
 

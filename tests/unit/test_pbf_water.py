@@ -11,8 +11,9 @@ import pytest
 
 from seals.errors import ConfigError, PhysicsError
 from seals.plugins.fluids.solver import Domain
+from seals.plugins.fluids.solvers.pbf.choices import Search
 from seals.plugins.fluids.solvers.pbf.engine import Engine
-from seals.plugins.fluids.solvers.pbf.settings import PbfSettings, Search
+from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
 from seals.plugins.fluids.solvers.pbf.solver import SolverPbf
 
 SPACING = 0.02

@@ -21,7 +21,8 @@ import yaml
 from seals.logs.native import read_native
 from seals.sysid.diagnosis import Diagnosis, diagnose
 from seals.sysid.experiment_design.manoeuvres import Manoeuvre
-from seals.sysid.experiment_design.plan import Plan, propose
+from seals.sysid.experiment_design.plan import Plan
+from seals.sysid.experiment_design.ranking import propose
 from seals.sysid.experiment_design.scene import Scene
 from seals.sysid.predictors.problem import prepare
 from tests.validation.hidden import batch, catalogue, plant, writing

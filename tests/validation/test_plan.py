@@ -12,7 +12,8 @@ import yaml
 from seals.cli.main import main
 from seals.logs.native import read_native
 from seals.sysid.diagnosis import diagnose
-from seals.sysid.experiment_design.plan import Plan, propose
+from seals.sysid.experiment_design.plan import Plan
+from seals.sysid.experiment_design.ranking import propose
 from seals.sysid.predictors.problem import Problem, prepare
 
 ROOT = Path(__file__).parents[2]

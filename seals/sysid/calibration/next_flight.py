@@ -59,7 +59,7 @@ def next_flight(found: Calibration) -> NextFlight | None:
 
     The other numbers count as known as well as the logs tell them.
     """
-    from seals.sysid.experiment_design.plan import propose
+    from seals.sysid.experiment_design.ranking import propose
 
     number = next((n for n in found.numbers if not found.determined(n)), None)
     if number is None:

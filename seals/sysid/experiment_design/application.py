@@ -11,9 +11,9 @@ from seals.logs import refuse_if_bad
 from seals.logs.atomic import write_json
 from seals.logs.log import Log
 from seals.sysid.candidates.parameters import CandidateSet
-from seals.sysid.experiment_design.plan import STAGES, Plan, propose
+from seals.sysid.experiment_design.plan import Plan, proposal, table
+from seals.sysid.experiment_design.ranking import STAGES, propose
 from seals.sysid.experiment_design.supposed import variants_of
-from seals.sysid.experiment_design.words import proposal, table
 from seals.sysid.predictors.problem import prepare
 from seals.sysid.validation.answer_form import refuse_damaged
 from seals.untrusted_io import read_json

@@ -11,8 +11,7 @@ from seals.frames import rotation_vector
 from seals.logs.atomic import atomic_path
 from seals.report.pictures import figure_class
 from seals.report.style import AXES, CYCLE, MUTED
-from seals.sysid.experiment_design.plan import SEPARATED, Plan
-from seals.sysid.experiment_design.words import percent
+from seals.sysid.experiment_design.plan import SEPARATED, Plan, percent
 
 _LEAST = 0.1
 """Left end of the scale of separations."""

@@ -1,38 +1,31 @@
-"""Ranking of manoeuvres by the expected separation of effects."""
+"""Plan of the next experiment: ranked manoeuvres, and its text."""
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import permutations
 from typing import Any
 
 import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import ConfigError
-from seals.sysid.experiment_design.flight import LOAD, Rehearsal, Run, rehearse
+from seals.sysid.candidates.vehicle import installed
+from seals.sysid.experiment_design.flight import Rehearsal, Run
 from seals.sysid.experiment_design.manoeuvres import Manoeuvre, manoeuvres
-from seals.sysid.experiment_design.safety import breaches
-from seals.sysid.experiment_design.scene import ARM, Scene, scene_of
-from seals.sysid.experiment_design.separation import (
-    Contest,
-    Gram,
-    Supposed,
-    chance,
-    confidence,
-    expected_odds,
-    gram_of,
-)
-from seals.sysid.experiment_design.supposed import supposed_of
-from seals.sysid.predictors.problem import Problem, linearise_model
+from seals.sysid.experiment_design.scene import Scene
+from seals.sysid.experiment_design.separation import NOTHING, Contest, Gram, Supposed, difference
+from seals.sysid.predictors.problem import Problem
 from seals.sysid.predictors.windows_fit import Fitter
 
 SEPARATED = 0.9
 """Expected confidence from which on effects count as told apart."""
-_QUICK = ("hover", "heave", "all axes", "arm swing")
-"""Manoeuvres that are tried on a vehicle with an arm when time is short."""
+_CHANNELS = {
+    "angular_velocity": "gyroscope",
+    "specific_force": "accelerometer",
+    "orientation": "attitude",
+    "joint_position": "joint angles",
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,8 +127,6 @@ class Plan:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the plan in the form of ``plan.json`` and of ``next_experiment``."""
-        from seals.sysid.experiment_design.words import proposal
-
         return {
             "effects": list(self.names),
             "supposed": {s.name: {k: float(v) for k, v in s.values.items()} for s in self.supposed},
@@ -144,107 +135,6 @@ class Plan:
             "ranked": [r.to_dict() for r in self.ranked],
             "planning_seconds": round(self.seconds, 2),
         }
-
-
-def propose(
-    problem: Problem,
-    names: Sequence[str],
-    *,
-    known: Mapping[str, Mapping[str, float]] | None = None,
-    quick: bool = True,
-    seed: int = 0,
-    tell: Callable[[int], None] = lambda done: None,
-) -> Plan:
-    """Choose the manoeuvre that separates effects best, or makes a single one most observable.
-
-    Args:
-        problem: the log made ready: vehicle, sensors, disturbance.
-        names: of effects in the catalogue, the likeliest first; one for "does it act at all".
-        known: fitted values by parameter key for some of the names; the others are fitted here.
-        quick: leave out what a vehicle with an arm would take long to linearise.
-        seed: of gusts and noise in the rehearsals.
-        tell: takes the number of stages done, of `STAGES`.
-
-    Raises:
-        ConfigError: an effect is unknown for this vehicle, or given twice.
-    """
-    begin = time.perf_counter()
-    if not names or len(set(names)) < len(names):
-        raise ConfigError(
-            f"effects=[{','.join(names)}] is not a set of effects.\n"
-            "Give one effect, or several different ones: effects=[payload,thrust_coefficient]"
-        )
-    supposed = supposed_of(problem, names, known)
-    tell(1)
-    around = problem.fitter.trajectory.position.mean(axis=0) if problem.samples.posed else None
-    scene = scene_of(problem.vehicle, around=around)
-    chosen = manoeuvres(scene.kind)
-    if quick and scene.kind == ARM:
-        chosen = tuple(m for m in chosen if m.name in _QUICK)
-    flown = [_flown(problem, scene, chosen, supposed, load=0.0, seed=seed)]
-    tell(2)
-    for load in sorted({x for m in chosen for x in m.loads if x}):
-        loaded = [m for m in chosen if load in m.loads]
-        flown.append(_flown(problem, scene, loaded, supposed, load=load, seed=seed))
-    tell(STAGES)
-    ranked = [_ranked(scene, m, flown) for m in chosen]
-    ranked.sort(key=lambda r: (bool(r.unsafe), -r.separation))
-    return Plan(
-        problem=problem,
-        scene=scene,
-        supposed=supposed,
-        ranked=tuple(ranked),
-        flown=tuple(flown),
-        seconds=time.perf_counter() - begin,
-    )
-
-
-STAGES = 3
-"""Stages of a plan: sizes, rehearsals, rehearsals with a known load."""
-
-
-def _flown(
-    problem: Problem,
-    scene: Scene,
-    chosen: Sequence[Manoeuvre],
-    supposed: Sequence[Supposed],
-    *,
-    load: float,
-    seed: int,
-) -> Flown:
-    truth = supposed[0].values
-    rehearsal = rehearse(problem, scene, chosen, truth, load=load, seed=seed)
-    base = {LOAD: load * problem.vehicle.mass} if load else {}
-    gusts = problem.fitter.windows.gusts
-    fitter = linearise_model(rehearsal.plant, rehearsal.trajectory, base, gusts=gusts)
-    return Flown(rehearsal=rehearsal, fitter=fitter, gram=gram_of(fitter, supposed, base))
-
-
-def _ranked(scene: Scene, manoeuvre: Manoeuvre, flown: Sequence[Flown]) -> Ranked:
-    """Compare all pairs of effects over the windows of one manoeuvre."""
-    gram = flown[0].gram
-    table = sum_of(manoeuvre, flown)
-    count = len(gram.supposed)
-    if count == 1:
-        contests = [expected_odds(gram, table, 0, 1)]
-        sure = chance(contests[0])
-    else:
-        # beside the others, every effect has to be told from nothing at all
-        contests = [
-            expected_odds(gram, table, a, b)
-            for a, b in permutations(range(count + 1), 2)
-            if a < count
-        ]
-        each = [confidence([c for c in contests if c.truth == s.name]) for s in gram.supposed]
-        sure = float(np.mean(each))
-    found = [w for f in flown for w in breaches(scene, f.rehearsal, manoeuvre)]
-    return Ranked(
-        manoeuvre=manoeuvre,
-        contests=tuple(contests),
-        confidence=sure,
-        separation=min(c.separation for c in contests),
-        unsafe=tuple(dict.fromkeys(found)),
-    )
 
 
 def sum_of(manoeuvre: Manoeuvre, flown: Sequence[Flown]) -> Floats:
@@ -264,3 +154,91 @@ def windows_of_run(flown: Flown, manoeuvre: Manoeuvre) -> Floats:
         if run.manoeuvre.name == manoeuvre.name:
             inside |= (first >= run.first) & (first < run.last)
     return inside
+
+
+def proposal(plan: Plan) -> str:
+    """Return the proposal in a few sentences."""
+    best = plan.best
+    head = f"Fly '{best.manoeuvre.name}' ({best.manoeuvre.seconds:g} s: {best.manoeuvre.words})"
+    if best.manoeuvre.releases:
+        head = f"Make '{best.manoeuvre.name}' ({best.manoeuvre.words})"
+    lines = [f"{head}: {_gain(plan, best)}."]
+    if best.manoeuvre.logs > 1:
+        lines.append("Diagnose both logs: the right effect has the same size in both.")
+    plain = plan.plain
+    if plain is not best:
+        verb = "would not" if plain.confidence < SEPARATED else "would, too,"
+        what = "tell them apart" if len(plan.names) > 1 else f"show {plan.names[0]}"
+        name = plain.manoeuvre.name
+        lines.append(f"{name.capitalize()} {verb} {what} ({percent(plain.confidence)}).")
+    if best.confidence < SEPARATED:
+        lines.append("No manoeuvre of the library would be sure to.")
+        laws = installed()
+        advice = [laws[n].identification.measurement for n in plan.names if n in laws]
+        advice = [a for a in advice if a]
+        lines += list(dict.fromkeys(advice))[:2]
+    return " ".join(lines)
+
+
+def percent(share: float) -> str:
+    """Format a confidence in per cent; 100 % is never shown.
+
+    Example:
+        >>> percent(0.998), percent(0.55)
+        ('> 99 %', '55 %')
+    """
+    return "> 99 %" if share > 0.99 else f"{100.0 * share:.0f} %"
+
+
+def _gain(plan: Plan, best: Ranked) -> str:
+    said = _seen(plan, best)
+    if len(plan.names) == 1:
+        return (
+            f"{plan.names[0]} of its supposed size would then show {said}"
+            f" (expected chance to find it {percent(best.confidence)})"
+        )
+    worst = min(best.contests, key=lambda c: c.separation)
+    return (
+        f"{worst.truth} and {worst.rival} then differ {said}"
+        f" (expected confidence {percent(best.confidence)})"
+    )
+
+
+def _seen(plan: Plan, best: Ranked) -> str:
+    """Name the channel that separates the closest pair most."""
+    worst = min(best.contests, key=lambda c: c.separation)
+    names = list(plan.names)
+    rival = len(names) if worst.rival == NOTHING else names.index(worst.rival)
+    sums = sum_of(best.manoeuvre, plan.flown)
+    seen: dict[str, tuple[float, float]] = {}
+    for flown in plan.flown:
+        chosen = windows_of_run(flown, best.manoeuvre)
+        if chosen.any():
+            pair = (names.index(worst.truth), rival)
+            seen = difference(flown.gram, sums, chosen, pair)
+    loudest = max(seen, key=lambda c: seen[c][1])
+    return (
+        f"by a chi-square of {worst.separation:.3g} beyond all tolerances,"
+        f" mostly at the {_CHANNELS.get(loudest, loudest)}"
+    )
+
+
+def table(plan: Plan) -> str:
+    """Return the ranked table of all manoeuvres as text."""
+    width = max(len(r.manoeuvre.name) for r in plan.ranked)
+    lines = [f"{'manoeuvre':{width}}  seconds  chi-square  expected confidence"]
+    for r in plan.ranked:
+        note = f"  unsafe: {r.unsafe[0]}" if r.unsafe else ""
+        note += "  (two logs)" if r.manoeuvre.logs > 1 else ""
+        mark = "*" if r is plan.best else " "
+        lines.append(
+            f"{r.manoeuvre.name:{width}}  {duration(r):7g}  {r.separation:10.3g}"
+            f"  {percent(r.confidence):>8} {mark}{note}"
+        )
+    return "\n".join(lines)
+
+
+def duration(ranked: Ranked) -> float:
+    """Time of all runs of a manoeuvre together [s]."""
+    m = ranked.manoeuvre
+    return m.seconds * max(len(m.releases), len(m.batteries) * len(m.loads))

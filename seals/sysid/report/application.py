@@ -89,7 +89,7 @@ def _found(
 
 def proposed(found: Diagnosis) -> dict[str, Any] | None:
     """Return the manoeuvre that would tell the open effects apart, see ``seals plan``, or None."""
-    from seals.sysid.experiment_design.plan import propose
+    from seals.sysid.experiment_design.ranking import propose
 
     answer = found.answer
     if answer.verdict is Verdict.ambiguous:

@@ -27,7 +27,7 @@ def weights(sweeps: int, *, softness: float, lattice: Calibration) -> list[tuple
 
     Example:
         >>> from seals.plugins.fluids.solvers.pbf.lattice import calibrate
-        >>> from seals.plugins.fluids.solvers.pbf.settings import Kernel
+        >>> from seals.plugins.fluids.solvers.pbf.choices import Kernel
         >>> round(weights(1, softness=1e9, lattice=calibrate(Kernel.wendland))[0][0], 6)
         1.0
     """

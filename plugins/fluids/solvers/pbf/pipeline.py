@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from seals.plugins.fluids.solver import Domain
 from seals.plugins.fluids.solvers.pbf.chebyshev import compliance, weights
+from seals.plugins.fluids.solvers.pbf.choices import Search
 from seals.plugins.fluids.solvers.pbf.device.bodies import Bodies, BodyNeighbourCount
 from seals.plugins.fluids.solvers.pbf.device.cohesion import Cohesion
 from seals.plugins.fluids.solvers.pbf.device.finish import Finish
@@ -20,7 +21,9 @@ from seals.plugins.fluids.solvers.pbf.device.pressure import Pressure
 from seals.plugins.fluids.solvers.pbf.device.sorting import Sorting
 from seals.plugins.fluids.solvers.pbf.device.vorticity import Vorticity
 from seals.plugins.fluids.solvers.pbf.fields import Fields, Globals, Particles, Samples, buffers
-from seals.plugins.fluids.solvers.pbf.settings import PbfSettings, Search
+
+if TYPE_CHECKING:
+    from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
 
 Array = NDArray[np.float64]
 # cells per support along z: finer cells spare candidates, and cost more to sort (benchmarks/fluid)

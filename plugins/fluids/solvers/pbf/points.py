@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from seals.plugins.fluids.solvers.pbf.choices import Kernel
 from seals.plugins.fluids.solvers.pbf.lattice import Calibration, shape_of
-from seals.plugins.fluids.solvers.pbf.settings import Kernel
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -3,26 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum
 
 from seals.errors import ConfigError
 from seals.plugins.fluids.solver import Domain, ParticleSolver
+from seals.plugins.fluids.solvers.pbf.choices import Kernel, Search
 from seals.schema import param
-
-
-class Kernel(Enum):
-    """Shapes of the smoothing kernel."""
-
-    spline = "spline"
-    wendland = "wendland"
-
-
-class Search(Enum):
-    """Kind of neighbour search: stored list per substep, or cell search in each pass."""
-
-    auto = "auto"
-    list = "list"
-    cells = "cells"
 
 
 @dataclass(kw_only=True)

@@ -7,7 +7,7 @@ All arrays are NumPy float64, world axes ENU, SI. Particles keep their row: `pos
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,9 @@ from seals.plugins.fluids.solvers.pbf.boundary import Boundary
 from seals.plugins.fluids.solvers.pbf.checks import check_fill, check_place, check_state, trouble
 from seals.plugins.fluids.solvers.pbf.engine import Engine
 from seals.plugins.fluids.solvers.pbf.pipeline import SubstepPipeline, Sums
-from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
+
+if TYPE_CHECKING:
+    from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
 
 Array = NDArray[np.float64]
 # largest travel of a sound wave in a substep that a few sweeps can carry [spacings]

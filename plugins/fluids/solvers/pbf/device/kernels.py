@@ -2,9 +2,9 @@
 
 from typing import Any
 
+from seals.plugins.fluids.solvers.pbf.choices import Kernel
 from seals.plugins.fluids.solvers.pbf.language import ti
 from seals.plugins.fluids.solvers.pbf.lattice import calibrate
-from seals.plugins.fluids.solvers.pbf.settings import Kernel
 
 
 @ti.data_oriented
