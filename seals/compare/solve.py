@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from seals.arrays import Floats
 from seals.compare.predict import Job, Predictor, residuals, whitened
+from seals.least_squares import Iterate, LevenbergMarquardt, Proposal, minimise
 
+RULE = LevenbergMarquardt(
+    lowered_after_refusal=10.0, most=np.inf, refusals=6, shorter=0.0, settled=1e-5, trials=6
+)
 _STEP_NORM = 0.3
 """Size of a finite difference in units of the noise, root mean square over the rows."""
 
@@ -37,6 +42,32 @@ class Solution:
     at_bound: list[bool]
 
 
+@dataclass(frozen=True)
+class _Unknown:
+    """Parameters and deviations of the starts."""
+
+    values: Floats
+    deviations: list[Floats]
+
+
+class _Point(NamedTuple):
+    """Unknowns with the samples of the model, by case, and the cost."""
+
+    at: _Unknown
+    predicted: list[dict[str, Floats]]
+    cost: float
+
+
+@dataclass(kw_only=True)
+class _Task(Iterate):
+    """Least-squares problem of some free parameters and all starts."""
+
+    point: _Point
+    free: tuple[int, ...]
+    damping: float = RULE.start
+    system: tuple[Floats, Floats] = (np.zeros((0, 0)), np.zeros(0))
+
+
 class Solver:
     """Least squares of whitened residuals with priors on the starts.
 
@@ -60,29 +91,32 @@ class Solver:
             free: parameters to estimate; the others are held.
         """
         x = _Unknown(values.copy(), [np.zeros_like(c.start.sigma) for c in self.cases])
-        predicted, cost = self._evaluate(x)
-        damping = 1e-3
-        for _ in range(self.iterations):
-            if not free and not any(c.start.free for c in self.cases):
-                break
-            normal, gradient = self._normal(x, predicted, list(free))
-            improved = False
-            for _ in range(6):
-                trial = self._moved(x, normal, gradient, list(free), damping)
-                new_predicted, new_cost = self._evaluate(trial)
-                if new_cost < cost:
-                    improved = True
-                    break
-                damping *= 10.0
-            if not improved:
-                break
-            gain = (cost - new_cost) / max(cost, 1e-30)
-            x, predicted, cost, damping = trial, new_predicted, new_cost, max(damping / 10.0, 1e-9)
-            if gain < 1e-5:
-                break
-        return self._solution(x, predicted, cost, list(free))
+        task = _Task(point=self._point(x), free=tuple(free))
+        task.cost = task.point.cost
+        task.done = not free and not any(c.start.free for c in self.cases)
+        minimise(self, [task], RULE, steps=self.iterations)
+        return self._solution(*task.point, list(free))
 
-    def _evaluate(self, x: _Unknown) -> tuple[list[dict[str, Floats]], float]:
+    def linearise(self, tasks: Sequence[_Task]) -> None:
+        """Linearise the task by finite differences."""
+        for task in tasks:
+            task.system = self._normal(task.point.at, task.point.predicted, list(task.free))
+            task.linear = True
+
+    def evaluate(
+        self, tasks: Sequence[_Task], proposals: Sequence[Sequence[Proposal]]
+    ) -> list[list[_Point]]:
+        """Simulate damped steps."""
+        return [
+            [self._point(self._moved(t.point.at, *t.system, list(t.free), p.damping)) for p in row]
+            for t, row in zip(tasks, proposals, strict=True)
+        ]
+
+    def keep(self, task: _Task, outcome: _Point) -> None:
+        """Move the task to the point that a trial reached."""
+        task.point = outcome
+
+    def _point(self, x: _Unknown) -> _Point:
         jobs = [Job(i, d, x.values) for i, d in enumerate(x.deviations)]
         predicted = self.predictor.run(jobs)
         cost = 0.0
@@ -91,7 +125,7 @@ class Solver:
             cost += float(r @ r) + float(
                 np.sum((deviation[case.start.free] / case.start.sigma[case.start.free]) ** 2)
             )
-        return predicted, cost if np.isfinite(cost) else np.inf
+        return _Point(x, predicted, cost if np.isfinite(cost) else np.inf)
 
     def _normal(
         self, x: _Unknown, predicted: list[dict[str, Floats]], free: list[int]
@@ -248,11 +282,3 @@ class Solver:
         samples = sum(int(np.isfinite(m).sum()) for c in self.cases for m in c.measured.values())
         covariance = np.linalg.pinv(normal) * cost / max(samples - normal.shape[0], 1)
         return np.asarray(np.sqrt(np.maximum(np.diag(covariance), 0.0)))
-
-
-@dataclass(frozen=True)
-class _Unknown:
-    """Parameters and deviations of the starts."""
-
-    values: Floats
-    deviations: list[Floats]

@@ -19,7 +19,7 @@ from seals.sysid.data.robot_description import RobotDescription
 from seals.sysid.decision.answer import Claim
 from seals.sysid.decision.evidence import EvidenceAnswer, decide
 from seals.sysid.decision.policy import DecisionPolicy
-from seals.sysid.least_squares.normal_equations import Fit
+from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.predictors.problem import Problem, prepare
 from seals.sysid.scores.held_out import held_out_misfit
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis

@@ -21,7 +21,7 @@ from seals.sysid.decision.data_sheet import with_data_sheet
 from seals.sysid.decision.evidence import EvidenceAnswer, decide
 from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.decision.verdict import Verdict
-from seals.sysid.least_squares.normal_equations import Fit
+from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.predictors.windows_fit import is_determined
 from seals.sysid.report.sentence import sentence
 from seals.sysid.scores.disturbance_level import DisturbanceLevel

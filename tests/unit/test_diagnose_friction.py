@@ -9,8 +9,8 @@ from scipy.linalg import expm
 from seals.plugins.effects.joint_friction import friction_as_catalogued
 from seals.sysid.candidates.parameters import Parameter
 from seals.sysid.candidates.reported_values import own_part
-from seals.sysid.least_squares.normal_equations import Fit, newton_step
 from seals.sysid.predictors.linearise import discrete
+from seals.sysid.predictors.normal_equations import Fit, newton_step
 
 
 def _fit(matrix: np.ndarray, right: np.ndarray, values: list[float]) -> Fit:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.sysid.least_squares.normal_equations import Fit
+from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 from seals.sysid.selection import sensor_delay
 

@@ -14,8 +14,8 @@ from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.vehicle import read_vehicle
 from seals.sysid.decision.policy import DecisionPolicy
-from seals.sysid.least_squares.normal_equations import newton_step
 from seals.sysid.predictors.activity_equations import ActivityEquations, Blocks, activity_equations
+from seals.sysid.predictors.normal_equations import newton_step
 from seals.sysid.predictors.problem import linearise_model
 from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.scores.held_out import folds_of

@@ -13,9 +13,9 @@ from seals.compare.sampled import bare_case
 from seals.compare.settings import CompareSettings
 from seals.sysid.candidates.parameters import Candidate, CandidateSet, Parameter
 from seals.sysid.decision.cross_validation import decide
-from seals.sysid.least_squares.normal_equations import bounded_step
 from seals.sysid.predictors.batch import Experiment
 from seals.sysid.predictors.batch_fit import FitTask, RunFitter
+from seals.sysid.predictors.normal_equations import bounded_step
 from seals.sysid.scores.cross_validation import CrossValidator
 from seals.sysid.selection.run_models import search_runs
 

@@ -10,9 +10,16 @@ import numpy as np
 import pytest
 
 from seals.arrays import Floats
-from seals.sysid.least_squares.normal_equations import bounded_step
-from seals.sysid.least_squares.solver import Iterate, Proposal, StepRule, minimise, settle
-from seals.sysid.least_squares.step_rules import Backtracking, LevenbergMarquardt
+from seals.least_squares import (
+    Backtracking,
+    Iterate,
+    LevenbergMarquardt,
+    Proposal,
+    StepRule,
+    minimise,
+    settle,
+)
+from seals.sysid.predictors.normal_equations import bounded_step
 
 
 @dataclass(kw_only=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seals.sysid.least_squares.normal_equations import Fit
+from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.predictors.problem import (
     Problem,
     follow_measurements,

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Generic, NamedTuple, TypeVar
 
 from seals.sysid.candidates.parameters import Candidate
+from seals.sysid.decision.policy import TieRule
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.scores.hypothesis import Hypothesis
 
@@ -44,6 +45,61 @@ class Claim(Generic[H]):
         return self.candidate.name
 
 
+class Rival(NamedTuple):
+    """Effect in the place of a claimed one.
+
+    Args:
+        name: in the answer.
+        gap: distance to the best model.
+        unit: uncertainty of the gap.
+        odds: against the claimed effect.
+        close: whether it explains enough to be named beside it.
+    """
+
+    name: str
+    gap: float
+    unit: float
+    odds: float
+    close: bool = True
+
+
+def claim_against(
+    hypothesis: H,
+    index: int,
+    rivals: Sequence[Rival],
+    rule: TieRule,
+    *,
+    settled: Sequence[str] = (),
+) -> Claim[H]:
+    """Claim an effect against its rivals, of which the closest ones make a set with it.
+
+    Equation:
+        confidence = 1 / (1 + sum of the odds of all other names)
+
+    Args:
+        hypothesis: best model.
+        index: of the effect among its candidates.
+        rivals: in any order; of one name the closest counts.
+        rule: distances that decide.
+        settled: names that only their innovations rule out.
+    """
+    closest: dict[str, Rival] = {}
+    for rival in rivals:
+        if rival.odds > closest.get(rival.name, rival._replace(odds=0.0)).odds:
+            closest[rival.name] = rival
+    ordered = sorted((r for r in closest.values() if r.close), key=lambda r: r.gap)
+    near = [r.name for r in ordered if r.gap <= rule.tied * r.unit]
+    alike = [r.name for r in ordered if r.gap <= rule.alike * r.unit]
+    return Claim(
+        hypothesis=hypothesis,
+        index=index,
+        confidence=1.0 / (1.0 + sum(r.odds for r in closest.values())),
+        rivals=tuple(near[: rule.listed]),
+        alike=tuple(alike[: rule.listed]),
+        settled=tuple(settled),
+    )
+
+
 @dataclass(frozen=True, kw_only=True)
 class Answer(Generic[H]):
     """Verdict with its reasons.
@@ -57,6 +113,11 @@ class Answer(Generic[H]):
     verdict: Verdict
     claims: tuple[Claim[H], ...]
     reasons: tuple[str, ...] = ()
+
+
+def reported(claims: Sequence[Claim[H]], rule: TieRule) -> tuple[Claim[H], ...]:
+    """Return the first claim and the further ones that are confident enough."""
+    return (claims[0], *(c for c in claims[1:] if c.confidence > rule.further))
 
 
 def verdict_of(claims: Sequence[Claim[H]]) -> Verdict:

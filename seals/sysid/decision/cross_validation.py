@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from seals.sysid.candidates.parameters import Candidate
-from seals.sysid.decision.answer import Answer, Claim, verdict_of
+from seals.sysid.decision.answer import Answer, Claim, Rival, claim_against, verdict_of
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.scores.cross_validation import Margin, ValidatedHypothesis
 from seals.sysid.selection.run_models import RunsSearch
@@ -59,29 +59,30 @@ def _claim(found: RunsSearch, index: int) -> tuple[RunsClaim, list[RunsClaim]]:
     own = best.candidates[index]
     rest = best.candidates[:index] + best.candidates[index + 1 :]
     pool = [c for c in validator.experiment.candidate_set.candidates if c not in best.candidates]
-    odds, close, settled = 0.0, [], []
-    half = validator.experiment.policy.rival_gain * validator.margin(best, found.nominal).mean
-    for other in validator.fitted([((*rest, c), validator.without(best, own)) for c in pool]):
-        margin = validator.compare_innovations(best, other)
+    policy = validator.experiment.policy
+    half = policy.rival_gain * validator.margin(best, found.nominal).mean
+    rivals: list[Rival] = []
+    settled: list[str] = []
+    models = validator.fitted([((*rest, c), validator.without(best, own)) for c in pool])
+    for other in models:
+        margin, chosen = validator.compare_innovations(best, other), other.candidates[-1].label
         weight = _chance(margin)
-        odds += weight / max(1.0 - weight, 1e-9)
-        if validator.margin(other, found.nominal).mean <= half:
-            continue
-        if not margin.significant:
-            close.append((margin.mean, other))
-        elif not validator.margin(best, other).significant:
-            settled.append(other.candidates[-1].label)
-    close.sort(key=lambda pair: pair[0])
-    confidence = 1.0 / (1.0 + odds)
-    rivals = [
-        Claim(hypothesis=h, index=len(h.candidates) - 1, confidence=1.0 - confidence)
-        for _, h in close
+        close = validator.margin(other, found.nominal).mean > half
+        rivals.append(
+            Rival(chosen, margin.mean, margin.error, weight / max(1.0 - weight, 1e-9), close)
+        )
+        if close and margin.significant and not validator.margin(best, other).significant:
+            settled.append(chosen)
+    claim = claim_against(best, index, rivals, policy.runs_ties, settled=settled)
+    by_label = {m.candidates[-1].label: m for m in models}
+    return claim, [
+        Claim(
+            hypothesis=by_label[r],
+            index=len(by_label[r].candidates) - 1,
+            confidence=1.0 - claim.confidence,
+        )
+        for r in claim.rivals
     ]
-    labels = tuple(r.candidate.label for r in rivals)
-    claim = Claim(
-        hypothesis=best, index=index, confidence=confidence, rivals=labels, settled=tuple(settled)
-    )
-    return claim, rivals
 
 
 def _chance(margin: Margin) -> float:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from seals.sysid.candidates.parameters import Candidate
-from seals.sysid.decision.answer import Answer, Claim, verdict_of
+from seals.sysid.decision.answer import Answer, Claim, Rival, claim_against, reported, verdict_of
 from seals.sysid.decision.data_sheet import with_data_sheet
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.predictors.problem import Problem
@@ -75,9 +75,9 @@ def decide(
         ]
     claims.sort(key=lambda c: -c.confidence)
     claims = with_data_sheet(problem, search, claims)
-    claims = [claims[0], *(c for c in claims[1:] if c.confidence > policy.confidence_further)]
+    named = reported(claims, policy.evidence_ties)
     return EvidenceAnswer(
-        verdict=verdict_of(claims), claims=tuple(claims), disturbance_level=left, explained=share
+        verdict=verdict_of(named), claims=named, disturbance_level=left, explained=share
     )
 
 
@@ -229,26 +229,10 @@ def _claim(
     processes: int,
 ) -> Claim[EvidenceHypothesis]:
     """Compute the confidence in one effect against its rivals."""
-    rivals = rivals_of(search, best, index, processes=processes)
-    name, policy = best.candidates[index].name, best.fitter.candidate_set.policy
-    odds: dict[str, float] = {}
-    for rival in rivals:
-        other = rival.candidates[-1].name
-        if other != name:
-            gap = (best.score - rival.score) / temperature
-            odds[other] = max(odds.get(other, 0.0), float(np.exp(-min(max(gap, 0.0), 50.0))))
-    confidence = 1.0 / (1.0 + sum(odds.values()))
-    ordered = sorted(odds, key=lambda n: -odds[n])
-    near = [n for n in ordered if odds[n] > np.exp(-policy.indistinguishable / policy.temperature)]
-    alike = [n for n in ordered if odds[n] > np.exp(-policy.mentioned / policy.temperature)]
-    return Claim(
-        hypothesis=best,
-        index=index,
-        confidence=confidence,
-        rivals=tuple(_few(near)),
-        alike=tuple(_few(alike)),
-    )
-
-
-def _few(names: Sequence[str], most: int = 3) -> Sequence[str]:
-    return names[:most]
+    own, found = best.candidates[index].name, list[Rival]()
+    for model in rivals_of(search, best, index, processes=processes):
+        gap = max(best.score - model.score, 0.0)
+        odds = float(np.exp(-min(gap / temperature, 50.0)))
+        if (name := model.candidates[-1].name) != own:
+            found.append(Rival(name, gap, temperature, odds))
+    return claim_against(best, index, found, best.fitter.candidate_set.policy.evidence_ties)

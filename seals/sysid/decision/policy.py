@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, fields
 from typing import Any, NamedTuple
@@ -35,6 +36,23 @@ class Threshold(NamedTuple):
     value: float
     unit: str
     reason: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class TieRule:
+    """Distances to a rival, in units of their own uncertainty, that decide what is named beside it.
+
+    Args:
+        tied: up to which two effects cannot be told apart.
+        alike: up to which an effect is listed as similar; none when left out.
+        further: confidence that a second or third effect needs to be reported.
+        listed: names in a set beside the best at most; None for all.
+    """
+
+    tied: float
+    alike: float = -math.inf
+    further: float = 0.0
+    listed: int | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -262,6 +280,21 @@ class DecisionPolicy:
             yield Threshold(
                 one.name, getattr(self, one.name), one.metadata["unit"], one.metadata["reason"]
             )
+
+    @property
+    def evidence_ties(self) -> TieRule:
+        """Rule for models of one log: the unit is the evidence temperature."""
+        return TieRule(
+            tied=self.indistinguishable / self.temperature,
+            alike=self.mentioned / self.temperature,
+            further=self.confidence_further,
+            listed=3,
+        )
+
+    @property
+    def runs_ties(self) -> TieRule:
+        """Rule for models of several runs: the unit is the standard error over them."""
+        return TieRule(tied=self.standard_errors)
 
     @property
     def response(self) -> tuple[tuple[float, float], ...]:

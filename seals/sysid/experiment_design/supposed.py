@@ -9,8 +9,8 @@ import numpy as np
 from seals.errors import ConfigError, suggestion
 from seals.sysid.candidates.parameters import Candidate, CandidateSet
 from seals.sysid.experiment_design.separation import Supposed
-from seals.sysid.least_squares.normal_equations import Fit
 from seals.sysid.predictors.linear_screen import linear_gain, screen
+from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.predictors.problem import Problem
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant
 from seals.sysid.selection.initial_guesses import initial_guesses, law_of

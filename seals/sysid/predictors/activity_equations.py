@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from seals.arrays import Floats
 from seals.sysid.candidates.activity import ACTIVE, log_rows
 from seals.sysid.candidates.parameters import Candidate
-from seals.sysid.least_squares.normal_equations import Fit
 from seals.sysid.predictors.linear_screen import CandidateEquations
 from seals.sysid.predictors.linearise import Columns
+from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.predictors.whitened import Whitened
 from seals.sysid.predictors.windows_fit import Fitter
 

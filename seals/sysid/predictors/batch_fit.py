@@ -11,10 +11,9 @@ import numpy as np
 from seals.arrays import Floats
 from seals.compare.case import Start
 from seals.compare.predict import Job
-from seals.sysid.least_squares.normal_equations import bounded_step
-from seals.sysid.least_squares.solver import Iterate, Proposal, Tell, minimise, settle
-from seals.sysid.least_squares.step_rules import LevenbergMarquardt
+from seals.least_squares import Iterate, LevenbergMarquardt, Proposal, Tell, minimise, settle
 from seals.sysid.predictors.batch import Experiment
+from seals.sysid.predictors.normal_equations import bounded_step
 
 _START_STEP = 1e-4
 _SHARE = 1e-3

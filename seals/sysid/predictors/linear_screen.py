@@ -9,7 +9,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.sysid.candidates.parameters import Candidate
-from seals.sysid.least_squares.normal_equations import Fit, solve_scaled
+from seals.sysid.predictors.normal_equations import Fit, solve_scaled
 from seals.sysid.predictors.whitened import Whitened
 from seals.sysid.predictors.windows_fit import Fitter
 

@@ -9,10 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
+from seals.least_squares import BlockIterate, BlockPace, Proposal, minimise
 from seals.sysid.data.trajectory import Trajectory
-from seals.sysid.least_squares.normal_equations import Fit, newton_step
-from seals.sysid.least_squares.solver import Proposal, minimise
-from seals.sysid.least_squares.step_rules import BlockIterate, BlockPace
+from seals.sysid.predictors.normal_equations import Fit, newton_step
 from seals.sysid.predictors.problem import stated_starts, transient_rows
 from seals.sysid.predictors.substep_integrator import SubstepFitter, SubstepIntegrator
 from seals.sysid.predictors.surface_model_error import SurfaceModelError

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.sysid.least_squares.normal_equations import Fit, newton_step, reserve
-from seals.sysid.least_squares.solver import Iterate, Proposal
+from seals.least_squares import Iterate, Proposal
+from seals.sysid.predictors.normal_equations import Fit, newton_step, reserve
 from seals.sysid.predictors.trajectory_cache import ExpansionPoint
 from seals.sysid.predictors.whitened import Whitened
 

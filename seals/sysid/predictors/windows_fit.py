@@ -9,11 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
+from seals.least_squares import Backtracking, minimise
 from seals.sysid.candidates.parameters import Candidate, CandidateSet
 from seals.sysid.data.trajectory import Trajectory
-from seals.sysid.least_squares.normal_equations import Fit
-from seals.sysid.least_squares.solver import minimise
-from seals.sysid.least_squares.step_rules import Backtracking
 from seals.sysid.predictors.linearise import (
     Columns,
     Dynamics,
@@ -21,6 +19,7 @@ from seals.sysid.predictors.linearise import (
     columns_along,
     predict,
 )
+from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.predictors.plant import Plant
 from seals.sysid.predictors.trajectory_cache import ExpansionPoint, TrajectoryCache
 from seals.sysid.predictors.whitened import Whitened

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from seals.sysid.least_squares.normal_equations import newton_step
+from seals.sysid.predictors.normal_equations import newton_step
 from seals.sysid.predictors.problem import rewindowed
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, occam_factor
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
-from seals.sysid.least_squares.normal_equations import solve_scaled
+from seals.sysid.predictors.normal_equations import solve_scaled
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
 FOLDS = 5

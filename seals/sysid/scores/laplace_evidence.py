@@ -9,7 +9,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.sysid.candidates.parameters import Candidate, CandidateSet, Parameter
-from seals.sysid.least_squares.normal_equations import Fit
+from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.scores.hypothesis import Hypothesis
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.sysid.data.samples import Samples
-from seals.sysid.least_squares.normal_equations import newton_step, reserve
+from seals.sysid.predictors.normal_equations import newton_step, reserve
 from seals.sysid.predictors.plant import Plant, nonzero
 from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis

@@ -11,7 +11,6 @@ import numpy as np
 from seals.sysid.candidates.activity import Activity, log_rows
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.decision.policy import DecisionPolicy
-from seals.sysid.least_squares.normal_equations import Fit
 from seals.sysid.parallel import spread
 from seals.sysid.predictors.activity_equations import activity_equations, coarse_equations
 from seals.sysid.predictors.linear_screen import (
@@ -19,6 +18,7 @@ from seals.sysid.predictors.linear_screen import (
     candidate_keys,
     linear_gain,
 )
+from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.predictors.problem import Problem
 from seals.sysid.predictors.windows import Windows
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, scored

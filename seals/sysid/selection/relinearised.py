@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from seals.sysid.least_squares.normal_equations import Fit
 from seals.sysid.parallel import spread
+from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.predictors.problem import (
     Linearisation,
     Problem,

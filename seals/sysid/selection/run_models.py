@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from seals.sysid.least_squares.solver import Tell
+from seals.least_squares import Tell
 from seals.sysid.predictors.batch import Experiment
 from seals.sysid.scores.cross_validation import CrossValidator, Set, ValidatedHypothesis, ranked
 from seals.sysid.selection.search import Refinement, Search, SearchStages, search

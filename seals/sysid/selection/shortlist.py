@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import TypeAlias
 
 from seals.sysid.candidates.parameters import Candidate
-from seals.sysid.least_squares.normal_equations import Fit
 from seals.sysid.parallel import spread
 from seals.sysid.predictors.linear_screen import candidate_keys
+from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.predictors.problem import rewindowed
 from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, scored

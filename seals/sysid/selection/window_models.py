@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from itertools import combinations
 
 from seals.sysid.candidates.parameters import Candidate
-from seals.sysid.least_squares.normal_equations import Fit
 from seals.sysid.parallel import spread
 from seals.sysid.predictors.linear_screen import (
     CandidateEquations,
@@ -15,6 +14,7 @@ from seals.sysid.predictors.linear_screen import (
     linear_gain,
     screen,
 )
+from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.predictors.plant import nonzero
 from seals.sysid.predictors.problem import (
     LATE,

@@ -17,8 +17,8 @@ from seals.logs.log import Log
 from seals.sysid.candidates.activity import ACTIVE, read_activity
 from seals.sysid.candidates.parameters import Candidate, CandidateSet
 from seals.sysid.data.robot_description import RobotDescription
-from seals.sysid.least_squares.normal_equations import Fit
 from seals.sysid.predictors.linear_screen import candidate_keys
+from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.predictors.problem import (
     Problem,
     follow_measurements,

@@ -1,1 +1,0 @@
-"""Damped Gauss-Newton steps with priors and bounds."""
