@@ -10,9 +10,9 @@ from seals.errors import ConfigError, suggestion
 
 SHELLS = ("bash", "zsh", "fish")
 _ALWAYS = ("--help", "--version")
-_HYDRA = ("run", "compare", "diagnose", "calibrate", "teleop", "view", "train")
+_HYDRA = ("run", "compare", "diagnose", "calibrate", "teleop", "autopilot", "view", "train")
 _FLAGS = ("--cfg", "--multirun")
-_GROUPS_OF = ("run", "compare", "teleop", "view")
+_GROUPS_OF = ("run", "compare", "teleop", "autopilot", "view")
 """Verbs that compose a whole run."""
 _OWN = {
     "new": ("robot", "datasheet", "effect", "sensor"),

@@ -131,6 +131,14 @@ def teleop(arguments: list[str]) -> int:
     return launch("teleop", arguments, Application("seals.teleop.application"))
 
 
+def autopilot(arguments: list[str]) -> int:
+    """Run ``seals autopilot``: compose the configuration, then call its application."""
+    if not any(word.partition("=")[0] == "controller" for word in arguments):
+        # over the one that a robot chooses
+        arguments = [*arguments, "controller=channels"]
+    return launch("autopilot", arguments, Application("seals.teleop.autopilot.application"))
+
+
 def view(arguments: list[str]) -> int:
     """Run ``seals view``: compose the configuration, then call its application."""
     words = [w if "=" in w or not Path(w).is_dir() else f"replay='{w}'" for w in arguments]

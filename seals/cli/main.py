@@ -163,6 +163,19 @@ VERBS = {
         "  guide.speed, guide.climb, guide.turn, guide.joint_speed: values at full deflection",
         more="seals.control.keymap:table",
     ),
+    "autopilot": Verb(
+        target="seals.cli.hydra_app:autopilot",
+        summary="let ArduPilot fly a robot in lockstep; write a log like any run's",
+        usage="robot=NAME [host=HOST] [port=PORT] [KEY=VALUE ...]\n"
+        "  seals autopilot robot=crazyflie environment.ground_level=0\n"
+        "  seals autopilot robot=auv water=fossen controller=auv_ardusub\n\n"
+        "  protocol  ardupilot: sim_vehicle.py -f JSON:127.0.0.1 (UDP 9002)\n"
+        "  controller.channel, low, high, reverse   channel and range of each drive and servo\n"
+        "  speed     simulated seconds per second of real time, at most; 0 for no limit\n"
+        "  timeout   silence of the autopilot that ends the run [s]\n"
+        "  host      0.0.0.0 listens to other machines; the default is this machine only\n"
+        "Ctrl-C ends it; seals diagnose log=RUN reads what it writes",
+    ),
     "train": Verb(
         target="seals.cli.train:train",
         summary="train a policy; write learning curves and the policy",

@@ -8,6 +8,7 @@ from typing import Any
 _AT = {
     "add": "seals.sysid.validation.settings:AddSettings",
     "arms": "seals.learn.comparison.settings:ArmsSettings",
+    "autopilot": "seals.teleop.autopilot.settings:AutopilotSettings",
     "calibrate": "seals.sysid.calibration.settings:CalibrateSettings",
     "compare": "seals.compare.settings:CompareSettings",
     "convert": "seals.cli.convert_settings:ConvertSettings",

@@ -1,0 +1,1 @@
+"""Lockstep with an external autopilot that flies a simulated robot."""

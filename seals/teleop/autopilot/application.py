@@ -1,0 +1,111 @@
+"""``seals autopilot``: runs that an external autopilot flies, in lockstep."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from seals.errors import ConfigError
+from seals.run.application import run_into, short_path
+from seals.run.build import build_run
+from seals.run.folder import write_config
+from seals.run.settings import RunSettings
+from seals.run.simulation import Ending, Record
+from seals.schema import check_fields
+from seals.teleop.autopilot.ardupilot import PORT, ArduPilot
+from seals.teleop.autopilot.link import Link
+from seals.teleop.autopilot.settings import OWN, AutopilotSettings
+from seals.teleop.autopilot.track import OUTPUTS
+
+
+def execute(config: Any) -> int | None:
+    """Let an autopilot fly runs until it falls silent; one that restarts begins another run.
+
+    Args:
+        config: composed by Hydra from the root ``autopilot``.
+
+    Raises:
+        SealsError: the run cannot start, no autopilot speaks, or the run failed on the way.
+        KeyboardInterrupt: the run was interrupted; what there is has been written.
+    """
+    from hydra.core.hydra_config import HydraConfig
+
+    hydra = HydraConfig.get()
+    first, overrides = Path(hydra.runtime.output_dir), list(hydra.overrides.task)
+    settings = build_run(config)
+    _check(config, settings)
+    link = open_link(config, settings.time.step)
+    try:
+        print(f"listening on {link.where}", flush=True)
+        link.meet()
+        number = 1
+        while True:
+            folder = first if number == 1 else first.with_name(f"{first.name}_{number}")
+            record = _fly(folder, config, settings, link, overrides)
+            if not link.restarted:
+                break
+            link.renew()
+            settings, number = build_run(config), number + 1
+    finally:
+        link.close()
+    if record.error is not None:
+        raise record.error
+    return None
+
+
+def open_link(config: Any, step: float) -> Any:
+    """Return the connection that a configuration asks for, listening.
+
+    Raises:
+        ConfigError: the address cannot be had.
+    """
+    host, port = str(config.host), config.port
+    given = (float(config.timeout), float(config.speed), step)
+    return ArduPilot(host, PORT if port is None else int(port), *given)
+
+
+def _check(config: Any, settings: RunSettings) -> None:
+    check_fields(AutopilotSettings, {k: config[k] for k in ("timeout", "speed")}, where="")
+    for kind, usual, needed in (
+        ("controller", "channels", "recorded"),
+        ("guide", "external", "use"),
+    ):
+        if not hasattr(getattr(settings, kind), needed):
+            raise ConfigError(
+                f"{kind}={type(getattr(settings, kind)).__name__.lower()} takes no autopilot.\n"
+                f"Leave it out, or say {kind}={usual}"
+            )
+
+
+def _fly(
+    folder: Path, config: Any, settings: RunSettings, link: Link, overrides: list[str]
+) -> Record:
+    """Fly one run, and write its outputs and a configuration that repeats it."""
+    from omegaconf import OmegaConf, open_dict
+
+    controller: Any = settings.controller
+    controller.use(link, settings.time.step)
+    settings.guide.use(link)
+    record = run_into(folder, settings, overrides=overrides)
+    print(f"{link.frames:,} frames of the autopilot{_words(link)}")
+    if not link.frames:
+        return record
+    path = folder / OUTPUTS
+    controller.recorded().write(path)
+    kept = OmegaConf.masked_copy(config, [key for key in config if key not in OWN])
+    with open_dict(kept):
+        kept.controller.script = str(path.resolve())
+        kept.controller = OmegaConf.merge(kept.controller, controller.settled())
+        kept.time.duration = float(record.log.time[-1])
+    write_config(folder, kept)
+    if record.ending is Ending.done:
+        print(f"the same again: seals run repeat={short_path(folder)}")
+    return record
+
+
+def _words(link: Any) -> str:
+    """Say what else there is to know of a session."""
+    notes = [link.ended] if link.ended else []
+    notes += [f"{link.lost:,} frames were lost"] if link.lost else []
+    notes += [f"{link.refusals.count:,} messages were refused"] if link.refusals.count else []
+    return "; ".join(["", *notes])
