@@ -13,6 +13,7 @@ GROUPS = {
     "water": "`water=NAME`",
     "senses": "`+senses=NAME`, sets of sensors",
     "cameras": "`+cameras=NAME`",
+    "sonar": "`+sonar=NAME`",
     "controller": "`controller=NAME`, beside the plug-ins",
     "env": "`seals train env=NAME`, and `evaluate`, `record`",
     "learner": "`learner=NAME`, beside the plug-ins",

@@ -12,6 +12,7 @@ from seals.arrays import Floats
 from seals.errors import ConfigError, suggestion
 from seals.rendering.camera import OPTICAL, Lens
 from seals.rendering.camera_view import Shot
+from seals.rendering.files import MILLIMETRE
 from seals.rendering.picture import Picture
 from seals.schema import optional, param
 from seals.sensors.mount import Mount
@@ -103,6 +104,22 @@ class SensorCamera(MountedSensor):
     def channels(self) -> dict[str, int]:
         """Return the channels: the image number; images are stored next to the log."""
         return {"picture": 1}
+
+    def described(self) -> dict[str, Any]:
+        """Return the lens and the contents of the images, for readers of the files."""
+        lens = self.lens
+        return {
+            "width": lens.width,
+            "height": lens.height,
+            "fx": lens.fx,
+            "fy": lens.fy,
+            "cx": lens.cx,
+            "cy": lens.cy,
+            "near": lens.near,
+            "far": lens.far,
+            "what": list(self.what),
+            "depth_unit": MILLIMETRE,
+        }
 
     def start(self, rng: np.random.Generator) -> Any:
         """Return the initial state: the number of the next image."""

@@ -172,6 +172,20 @@ _TABLE = (
     Channel(
         stem="range", aside=True, unit="m", meaning="distance to the nearest object along a beam"
     ),
+    Channel(
+        stem="sonar_range",
+        aside=True,
+        numbered=True,
+        unit="m",
+        meaning="first strong return of a sonar beam",
+    ),
+    Channel(
+        stem="lidar_range",
+        aside=True,
+        numbered=True,
+        unit="m",
+        meaning="nearest return in a part of a lidar's sector, or its largest range",
+    ),
     Channel(stem="range_valid", aside=True, unit="1", meaning="whether a beam returned, 1 or 0"),
     Channel(stem="contact", aside=True, unit="1", meaning="whether a pad is touched, 1 or 0"),
     Channel(stem="pressing", aside=True, unit="N", meaning="normal force on a pad"),

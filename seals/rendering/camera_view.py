@@ -3,19 +3,48 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.rendering.camera import Lens, lengths, single, units
+from seals.rendering.files import images
 from seals.rendering.light import Light
 from seals.rendering.optics import Optics, Sight, Surface, SurfaceStill
 from seals.rendering.picture import Picture, Renderer
 from seals.rendering.scene import Poses, Scene
 from seals.state_records import state_record
+
+
+class Recorded(Protocol):
+    """What a sensor leaves next to the log: an image with number, time and pose."""
+
+    @property
+    def number(self) -> int:
+        """Number, from 0 on."""
+        ...
+
+    @property
+    def time(self) -> float:
+        """Time at which it was taken [s]."""
+        ...
+
+    @property
+    def position(self) -> Floats:
+        """Place of the sensor, world [m], shape (3,)."""
+        ...
+
+    @property
+    def axes(self) -> Floats:
+        """Axes of the image in the world as columns, shape (3, 3)."""
+        ...
+
+    def files(self) -> Mapping[str, bytes]:
+        """Return the files by the ending of their names."""
+        ...
 
 
 @state_record
@@ -40,6 +69,10 @@ class Shot(NamedTuple):
     what: tuple[str, ...]
     position: Floats
     axes: Floats
+
+    def files(self) -> Mapping[str, bytes]:
+        """Return the files of the images by the ending of their names."""
+        return images(self.picture, self.what)
 
 
 class SceneView:
@@ -124,22 +157,23 @@ class CameraView:
     """View of one camera; stores its last picture.
 
     Args:
-        scene: of the run, with its renderer.
+        scene: of the run, with its renderer; None for a sensor that makes its images itself.
 
     Attributes:
         shot: the last picture, None before the first.
     """
 
-    def __init__(self, scene: SceneView) -> None:
+    def __init__(self, scene: SceneView | None) -> None:
         """Start without an image."""
         self.view = scene
-        self.shot: Shot | None = None
+        self.shot: Recorded | None = None
 
     def see(self, *camera: Any, normals: bool = False) -> Picture:
         """Render the image of this camera, see `SceneView.see`."""
+        assert self.view is not None
         return self.view.see(*camera, normals=normals)
 
-    def keep(self, shot: Shot) -> None:
+    def keep(self, shot: Recorded) -> None:
         """Store an image until the next."""
         self.shot = shot
 

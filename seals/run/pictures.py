@@ -12,8 +12,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import ConfigError
 from seals.logs.atomic import write_bytes, write_json, write_table
-from seals.rendering import CameraView, Shot
-from seals.rendering.files import MILLIMETRE, images
+from seals.rendering.camera_view import CameraView, Recorded
 from seals.run.recorded_rows import refill
 from seals.world import Actor
 
@@ -57,8 +56,8 @@ class Pictures:
                 self._write(self.folder / FOLDER / name, shot)
                 self.rows[name].append(_row(shot))
 
-    def _write(self, folder: Path, shot: Shot) -> None:
-        for ending, content in images(shot.picture, shot.what).items():
+    def _write(self, folder: Path, shot: Recorded) -> None:
+        for ending, content in shot.files().items():
             write_bytes(folder / f"{shot.number:06d}{ending}", content)
 
     def snapshot(self) -> dict[str, dict[str, Floats]]:
@@ -104,23 +103,14 @@ class Pictures:
     def _described(self, name: str) -> dict[str, Any]:
         """Metadata of a camera for readers of its images."""
         sensor: Any = self.actor.sensor_suite.sensors[name]
-        lens, scene = sensor.lens, self._cameras()[name].view.scene
-        return {
+        scene = self._cameras()[name].view
+        about = {
             "link": sensor.link,
             "position": list(sensor.position),
             "rpy": list(sensor.rpy),
-            "width": lens.width,
-            "height": lens.height,
-            "fx": lens.fx,
-            "fy": lens.fy,
-            "cx": lens.cx,
-            "cy": lens.cy,
-            "near": lens.near,
-            "far": lens.far,
-            "what": list(sensor.what),
-            "depth_unit": MILLIMETRE,
-            "parts": list(scene.names),
+            **sensor.described(),
         }
+        return about if scene is None else {**about, "parts": list(scene.scene.names)}
 
     def move(self, folder: Path | None) -> None:
         """Continue in another folder, with the images taken so far.
@@ -154,7 +144,7 @@ def _refuse_link(file: Path) -> None:
         )
 
 
-def _row(shot: Shot) -> dict[str, float]:
+def _row(shot: Recorded) -> dict[str, float]:
     """Number, time, place [m] and optical axes (row by row) of a picture."""
     row = {"number": float(shot.number), "t": shot.time}
     row |= {f"position_{a}": float(v) for a, v in zip("xyz", shot.position, strict=True)}

@@ -17,6 +17,9 @@ class SensorOptions:
     sees: ClassVar[bool] = False
     """Whether it is a camera, which gets a view of the scene where the run has a renderer."""
 
+    records: ClassVar[bool] = False
+    """Whether it makes images itself, without a renderer, to be kept next to the log."""
+
     latency: float = 0.0
     """Time from the taking of a reading to its arrival at guide and controller [s]."""
 
@@ -28,3 +31,7 @@ class SensorOptions:
 
     def bind(self, outfit: Any) -> None:
         """Receive the robot's equipment; called once, before ``channels``."""
+
+    def described(self) -> dict[str, Any]:
+        """Return what a reader of the images of ``sees`` or ``records`` has to know."""
+        return {}

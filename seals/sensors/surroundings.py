@@ -33,13 +33,19 @@ class Surroundings:
 
     Attributes:
         bodies: shapes of the scene's other bodies as they stand now.
+        ground: shapes of ground, shore and obstacles.
+        ground_names: their names.
     """
 
     def __init__(self, environment: EnvironmentSettings, waves: Waves | None = None) -> None:
         """Build the shapes of the ground and the pressure of the water column."""
         e = environment
         self.level, self.gravity, self.waves = e.water_level, e.gravity, waves
-        self.ground = [shape_of_solid(solid) for solid in solids_of(e)]
+        solids = solids_of(e)
+        self.ground = [shape_of_solid(solid) for solid in solids]
+        self.ground_names = tuple(solid.name for solid in solids)
+        profiles = (e.water_temperature, e.salinity)
+        self._warmth, self._salt = (np.atleast_2d(np.asarray(p, dtype=float)) for p in profiles)
         self.bodies: Callable[[], Sequence[Shape]] = tuple
         column = WaterColumn.of_profiles(e.water_temperature, e.salinity, e.water_density)
         self._depths, self._densities = column.depth, column.density
@@ -66,6 +72,14 @@ class Surroundings:
     def density(self, depth: float) -> float:
         """Return the density of the water at a depth [kg/m^3]."""
         return float(np.interp(depth, self._depths, self._densities))
+
+    def temperature(self, depth: float) -> float:
+        """Return the temperature of the water at a depth [degC]."""
+        return float(np.interp(depth, self._warmth[:, 0], self._warmth[:, 1]))
+
+    def salinity(self, depth: float) -> float:
+        """Return the salinity of the water at a depth [g/kg]."""
+        return float(np.interp(depth, self._salt[:, 0], self._salt[:, 1]))
 
     def pressure(self, time: float, point: Floats) -> float:
         """Return the pressure above that of the air [Pa]; zero out of the water.

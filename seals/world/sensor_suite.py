@@ -60,7 +60,8 @@ class SensorSuite:
     Attributes:
         readings: what every sensor reported at the last instant, None for nothing.
         arrived: readings that came in then, with the time each was taken [s], by sensor.
-        cameras: views of the scene, by name of the camera; empty without a renderer.
+        cameras: views of the scene, by name of the camera; without a renderer only those of sensors
+            that make their images themselves.
 
     Raises:
         ConfigError: the robot lacks a link, or what a sensor reads.
@@ -89,7 +90,7 @@ class SensorSuite:
         # accelerations are found for those that do not say they need none
         self._inertial = {n: o.inertial for n, o in options.items()}
         self._idles = {n: o.idles for n, o in options.items()}
-        self.cameras: dict[str, CameraView] = {}
+        self.cameras = {n: CameraView(None) for n, o in options.items() if o.records}
         faults = Faults(effects, self.sensors)
         self._chains, self._askew = faults.chains, faults.turns
         self._ways = {n: Delivery(s, delay=faults.delays[n]) for n, s in self.sensors.items()}
@@ -110,7 +111,7 @@ class SensorSuite:
     def open_cameras(self, scene: SceneView) -> None:
         """Give every camera its view of the scene."""
         with_cameras = (n for n, s in self.sensors.items() if options_of(s, SensorOptions).sees)
-        self.cameras = {n: CameraView(scene) for n in with_cameras}
+        self.cameras |= {n: CameraView(scene) for n in with_cameras}
 
     def _forget(self) -> None:
         for view in self.cameras.values():

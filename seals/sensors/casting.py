@@ -1,0 +1,172 @@
+"""Ray casting against many solids: the first hit of every ray, and its normal."""
+
+from __future__ import annotations
+
+import math
+from collections import OrderedDict
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.arrays import Floats
+from seals.sensors.rays import Shape, distances
+
+_KEPT = 64
+"""Meshes whose search tree is kept."""
+_trees: OrderedDict[int, tuple[Floats, Any, Floats]] = OrderedDict()
+
+
+class Hits(NamedTuple):
+    """First hits of n rays.
+
+    Args:
+        distance: along each ray [m], infinite for a miss, shape (n,).
+        normal: outward, world axes, zero for a miss, shape (n, 3).
+        shape: number of the shape hit, -1 for none, shape (n,).
+    """
+
+    distance: Floats
+    normal: Floats
+    shape: NDArray[np.int64]
+
+
+def cast(shapes: Sequence[Shape], origin: Floats, directions: Floats, farthest: float) -> Hits:
+    """Return the first hit of every ray.
+
+    Primitives are met in closed form, meshes by Embree where it is installed (single precision).
+
+    Args:
+        shapes: in the world.
+        origin: of all rays [m], shape (3,).
+        directions: unit vectors, shape (n, 3).
+        farthest: length of the rays [m].
+
+    Example:
+        >>> ball = Shape("sphere", (1.0,), np.array([3.0, 0, 0]), np.eye(3), np.zeros((0, 3, 3)))
+        >>> hits = cast([ball], np.zeros(3), np.array([[1.0, 0, 0], [0, 1.0, 0]]), 10.0)
+        >>> hits.distance, hits.normal[0], hits.shape
+        (array([ 2., inf]), array([-1.,  0.,  0.]), array([ 0, -1]))
+    """
+    count = len(directions)
+    found = Hits(np.full(count, math.inf), np.zeros((count, 3)), np.full(count, -1))
+    for k, shape in enumerate(shapes):
+        rays = _near(shape, origin, directions, farthest)
+        if len(rays):
+            way, normal = _met(shape, origin, directions[rays])
+            first = (way < found.distance[rays]) & (way <= farthest)
+            rays = rays[first]
+            found.distance[rays], found.normal[rays] = way[first], normal[first]
+            found.shape[rays] = k
+    return found
+
+
+def _near(shape: Shape, origin: Floats, directions: Floats, farthest: float) -> NDArray[np.int64]:
+    """Return the rays that pass through the ball about a shape."""
+    if shape.kind == "plane":
+        return np.arange(len(directions))
+    radius, centre = _ball(shape), shape.position - origin
+    square = float(centre @ centre)
+    if square > (farthest + radius) ** 2:
+        return np.arange(0)
+    along = directions @ centre
+    return np.flatnonzero((square - along * along <= radius * radius) & (along >= -radius))
+
+
+def _ball(shape: Shape) -> float:
+    """Radius about the position that holds a shape [m]."""
+    if shape.kind == "mesh":
+        return _tree(shape.corners)[0]
+    if shape.kind == "box":
+        return 0.5 * math.hypot(*shape.size)
+    if shape.kind == "sphere":
+        return shape.size[0]
+    return math.hypot(shape.size[0], 0.5 * shape.size[1]) + shape.size[0]
+
+
+def _met(shape: Shape, origin: Floats, directions: Floats) -> tuple[Floats, Floats]:
+    """Return distances and normals of one shape."""
+    if shape.kind == "mesh":
+        start, ways = (origin - shape.position) @ shape.turn, directions @ shape.turn
+        way, normal = _mesh(shape.corners, start, ways)
+        return way, normal @ shape.turn.T
+    way = distances(shape, origin, directions)
+    hit = np.isfinite(way)
+    normal = np.zeros((len(way), 3))
+    points = origin + way[hit, None] * directions[hit]
+    normal[hit] = _normals(shape, (points - shape.position) @ shape.turn) @ shape.turn.T
+    return way, normal
+
+
+def _normals(shape: Shape, points: Floats) -> Floats:
+    """Return outward normals at points of the surface, own axes of the shape."""
+    out = np.zeros_like(points)
+    if shape.kind == "plane":
+        out[:, 2] = 1.0
+        return out
+    if shape.kind == "box":
+        scaled = points / (0.5 * np.asarray(shape.size))
+        side = np.argmax(np.abs(scaled), axis=1)
+        rows = np.arange(len(points))
+        out[rows, side] = np.sign(scaled[rows, side])
+        return out
+    out = points.copy()
+    if shape.kind != "sphere":
+        half = 0.5 * shape.size[1]
+        out[:, 2] -= np.clip(out[:, 2], -half, half)
+    if shape.kind == "cylinder":
+        aside = np.hypot(points[:, 0], points[:, 1])
+        cap = shape.size[0] - aside > np.abs(0.5 * shape.size[1] - np.abs(points[:, 2]))
+        out[:, 2] = 0.0
+        out[cap] = np.array([0.0, 0.0, 1.0]) * np.sign(points[cap, 2:])
+    unit: Floats = out / np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-30)
+    return unit
+
+
+def _tree(corners: Floats) -> tuple[float, Any, Floats]:
+    """Return radius, search tree (None without Embree) and face normals of a mesh, built once."""
+    key = id(corners)
+    if key not in _trees or _trees[key][0] is not corners:
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+        _trees[key] = corners, _embree(corners), normals
+        while len(_trees) > _KEPT:
+            _trees.popitem(last=False)
+    _trees.move_to_end(key)
+    kept, scene, normals = _trees[key]
+    return float(np.sqrt(np.max(np.sum(kept * kept, axis=2)))), scene, normals
+
+
+def _embree(corners: Floats) -> Any:
+    """Return the mesh in a scene of Embree; None where it is not installed."""
+    try:
+        from embreex.mesh_construction import TriangleMesh
+        from embreex.rtcore_scene import EmbreeScene
+    except ImportError:
+        return None
+    scene = EmbreeScene()
+    TriangleMesh(scene, corners.astype(np.float32))
+    return scene
+
+
+def _mesh(corners: Floats, start: Floats, ways: Floats) -> tuple[Floats, Floats]:
+    """Return distances and normals of a mesh, own axes."""
+    _, scene, normals = _tree(corners)
+    if scene is None:
+        planes = np.sum(normals * (corners[:, 0] - start), axis=1)
+        way = distances(Shape("mesh", (), np.zeros(3), np.eye(3), corners), start, ways)
+        hit = np.where(np.isfinite(way), way, 0.0)
+        # the face whose plane and middle are nearest to the point
+        points = start + hit[:, None] * ways
+        off = np.abs((ways @ normals.T) * hit[:, None] - planes)
+        off += 1e-6 * np.linalg.norm(points[:, None] - corners.mean(axis=1), axis=2)
+        face = np.argmin(off, axis=1)
+    else:
+        starts = np.broadcast_to(start, ways.shape).astype(np.float32)
+        got = scene.run(np.ascontiguousarray(starts), ways.astype(np.float32), output=True)
+        face = got["primID"]
+        way = np.where(face >= 0, got["tfar"].astype(float), math.inf)
+    normal = np.where(np.isfinite(way)[:, None], normals[np.maximum(face, 0)], 0.0)
+    # towards the ray, whichever way the file turns its faces
+    return way, -np.sign(np.sum(normal * ways, axis=1))[:, None] * normal
