@@ -141,6 +141,7 @@ def _timed() -> dict[str, Any]:
         "effects": [{**effect, "active": spans}],
         "ambiguous_with": [["payload", "thrust_coefficient"]],
         "nominal": {"mass": {"value": 0.1, "sd": 0.2}},
+        "covariance": {"parameters": ["effects.0.mass"], "matrix": [[0.01]]},
         "formula": {"text": "f", "effect": law},
         "log": {"path": "flight_a", "sha256": "0" * 64},
         "reasons": ["because"],
@@ -151,7 +152,7 @@ def _answer() -> Target:
     """Answer of a diagnosis, read by all verbs that take one."""
     from seals.effects.effect import Effect
     from seals.errors import ConfigError
-    from seals.learn.environments.posterior import estimates
+    from seals.learn.environments.posterior import posterior_of
     from seals.registry import get
     from seals.sysid.candidates.activity import read_activity
     from seals.sysid.experiment_design.application import read_diagnosis
@@ -166,7 +167,7 @@ def _answer() -> Target:
                 timed_words(effect)
                 read_activity(effect["active"], [entry["log"] for entry in effect["active"]])
         with contextlib.suppress(ConfigError):
-            estimates(path, {"load": payload})
+            posterior_of(path, {"load": payload})
         read_diagnosis(path)
 
     return _target(_timed(), "diagnosis.json", load, form=_json)

@@ -13,7 +13,7 @@ import numpy as np
 from seals.logs.log import Log
 from seals.schema import parameters_of
 from seals.sysid.candidates.parameters import Candidate
-from seals.sysid.candidates.reported_values import reported_values, with_interval
+from seals.sysid.candidates.reported_values import deviation, reported_values, with_interval
 from seals.sysid.data.join import join_logs
 from seals.sysid.data.robot_description import RobotDescription
 from seals.sysid.decision.answer import Claim
@@ -62,6 +62,7 @@ class Diagnosis:
         if answer.verdict.value == "ambiguous":
             rest = (1.0 - answer.claims[0].confidence) / max(len(answer.claims[0].rivals), 1)
             effects += [_rival(self.search, n, rest, self.logs) for n in answer.claims[0].rivals]
+        nominal = self.nominal()
         return {
             "verdict": answer.verdict.value,
             "effects": effects,
@@ -76,7 +77,8 @@ class Diagnosis:
             },
             "reasons": list(answer.reasons),
             "tried": self.tried(),
-            "nominal": self.nominal(),
+            "nominal": nominal,
+            "covariance": self.covariance(effects, nominal),
             "log": dict(self.source),
             "seconds": self.seconds,
         }
@@ -130,6 +132,33 @@ class Diagnosis:
             for k in hypothesis.fitter.tolerances
             if k not in fit.free
         }
+
+    def covariance(
+        self, effects: Sequence[Mapping[str, Any]], nominal: Mapping[str, Mapping[str, float]]
+    ) -> dict[str, Any]:
+        """Joint covariance of the parameters of all named effects and the nominal values.
+
+        Args:
+            effects: as reported, the claims first.
+            nominal: fitted changes with their 1-sigma.
+
+        Returns:
+            ``parameters``, names such as ``effects.0.velocity_x`` and ``nominal.mass.mass``, and
+            ``matrix``, one row for each, in the squares and products of the reported 1-sigma.
+        """
+        found = self.hypothesis
+        rows: list[tuple[str, str, float]] = []
+        for k, claim in enumerate(self.answer.claims):
+            told, one = effects[k]["parameters"], claim.candidate
+            rows += [
+                (f"effects.{k}.{name}", key, deviation(told[name]))
+                for key, name in zip(one.keys, one.reported, strict=True)
+                if name in told and claim.hypothesis is found
+            ]
+        rows += [(f"nominal.{key}", key, value["sd"]) for key, value in nominal.items()]
+        names, keys, spreads = zip(*rows, strict=True) if rows else ((), (), ())
+        matrix = found.fit.joint_covariance(keys, spreads).tolist() if rows else []
+        return {"parameters": list(names), "matrix": matrix}
 
     @property
     def hypothesis(self) -> EvidenceHypothesis:

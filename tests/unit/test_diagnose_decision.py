@@ -450,6 +450,24 @@ def test_windows_that_scatter_more_than_noise_widen_the_interval() -> None:
     assert wrong.fit.robust_spread(key) > 2.0 * wrong.fit.spread(key)
 
 
+def test_parameters_that_act_alike_are_told_with_their_covariance() -> None:
+    """Closed form of two columns at an angle; what widens an interval is the parameter's own."""
+    rng = np.random.default_rng(11)
+    first, other = rng.standard_normal((2, 4000))
+    columns = np.stack([first, 0.8 * first + 0.6 * other], axis=1)
+    fit = linear(columns, rng.standard_normal(4000), 40).fit
+    # (X^T X)^-1 has the correlation of its columns with the other sign
+    exact = np.linalg.inv(columns.T @ columns)
+    found = fit.joint_covariance(("k.0", "k.1"), (0.5, fit.robust_spread("k.1")))
+    size = [fit.robust_spread(key) for key in ("k.0", "k.1")]
+    wanted = exact[0, 1] / math.sqrt(exact[0, 0] * exact[1, 1])
+    assert wanted == pytest.approx(-0.8, abs=0.03)
+    assert found[0, 1] / (size[0] * size[1]) == pytest.approx(wanted, abs=1e-3)
+    assert np.diag(found) == pytest.approx([0.25, size[1] ** 2])
+    held = replace(fit, known={"k.0": 0.5}).joint_covariance(("k.0", "k.1"), (0.5, size[1]))
+    np.testing.assert_allclose(held, np.diag([0.25, size[1] ** 2]))
+
+
 @pytest.mark.parametrize(("blind", "advice"), [(("inertia",), True), ((), False)])
 def test_more_motion_is_advised_only_where_motion_was_missing(
     blind: tuple[str, ...], advice: bool
@@ -478,6 +496,7 @@ def test_every_effect_that_was_fitted_is_told(monkeypatch: pytest.MonkeyPatch) -
         seconds=1.0,
     )
     monkeypatch.setattr(diagnosis.Diagnosis, "nominal", lambda self: {})
+    monkeypatch.setattr(diagnosis.Diagnosis, "covariance", lambda *given: {})
     monkeypatch.setattr(diagnosis.Diagnosis, "logs", ())
     table = found.to_dict()
     assert [(e["name"], e["named"]) for e in table["fitted"]] == [

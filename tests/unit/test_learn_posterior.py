@@ -15,7 +15,7 @@ from seals.config.compose import compose
 from seals.errors import ConfigError
 from seals.learn.environments.build import build_learning
 from seals.learn.environments.domain_randomisation import drawn_parameters
-from seals.learn.environments.posterior import estimates
+from seals.learn.environments.posterior import posterior_of
 
 torch = pytest.importorskip("torch", reason="learning needs torch: pip install 'aam-seals[learn]'")
 
@@ -65,8 +65,8 @@ def test_draws_have_the_means_and_spreads_of_the_posterior(tmp_path: Path) -> No
         },
     )
     effects = effects_of(WIND)
-    known = estimates(folder, effects)
-    assert set(known) == {
+    known = posterior_of(folder, effects)
+    assert set(known.estimates) == {
         "breeze.velocity_x",
         "breeze.velocity_y",
         "water_drag.coefficient_x",
@@ -87,14 +87,61 @@ def test_draws_have_the_means_and_spreads_of_the_posterior(tmp_path: Path) -> No
         assert found[key].mean() == pytest.approx(mean, abs=5.0 * sd / np.sqrt(20_000)), key
         assert found[key].std() == pytest.approx(sd, rel=0.03), key
     alone = drawn_parameters(effects, 10, share=0.0, rng=rng, known=known)
-    assert set(alone) == set(known)
+    assert set(alone) == set(known.estimates)
+
+
+def covariance(correlation: float) -> dict[str, Any]:
+    """Wind and drag of the data sheet that a log tells apart by their sum alone."""
+    names = ["effects.0.velocity_x", "nominal.rest.value", "nominal.quadratic_drag_air_change."]
+    names[2] += "coefficient_z"
+    rows = np.diag([0.3**2, 1.0, 0.0004**2])
+    rows[0, 2] = rows[2, 0] = correlation * 0.3 * 0.0004
+    return {"parameters": names, "matrix": rows.tolist()}
+
+
+def test_what_a_log_tells_by_its_sum_is_drawn_jointly(tmp_path: Path) -> None:
+    """Draws have the correlation that the diagnosis holds, and the spreads as before."""
+    drag = {"quadratic_drag_air_change.coefficient_z": {"value": 0.01, "sd": 0.0004}}
+    effects = effects_of(WIND)
+    keys = ("breeze.velocity_x", "air_drag.coefficient_z", "breeze.velocity_y")
+    for told in (-0.95, None):
+        more = {} if told is None else {"covariance": covariance(told)}
+        folder = answer(tmp_path / f"a{told}", wind(), nominal=drag, **more)
+        known = posterior_of(folder, effects)
+        rng = np.random.default_rng(5)
+        found = drawn_parameters(effects, 20_000, share=0.0, rng=rng, known=known)
+        seen = np.corrcoef([found[key] for key in keys])
+        # five standard errors of a correlation of 20,000 draws
+        wanted = told or 0.0
+        assert seen[0, 1] == pytest.approx(wanted, abs=5.0 * (1.0 - wanted**2) / np.sqrt(2e4))
+        assert np.abs(seen[2, :2]).max() < 5.0 / np.sqrt(2e4)
+        assert found[keys[0]].std() == pytest.approx(0.3, rel=0.03)
+        assert found[keys[1]].std() == pytest.approx(0.0004, rel=0.03)
+
+
+def test_a_covariance_of_nothing_possible_is_refused(tmp_path: Path) -> None:
+    """Correlations beyond 1, holes and other shapes are named; null is what was not determined."""
+    drag = {"quadratic_drag_air_change.coefficient_z": {"value": 0.01, "sd": 0.0004}}
+    sound, wild = covariance(0.5), covariance(1.5)
+    skew = {**sound, "matrix": [*sound["matrix"][:2], [0.0, 0.0, 1.6e-7]]}
+    short = {**sound, "matrix": sound["matrix"][:2]}
+    twice = {**sound, "parameters": ["a", "a", "b"]}
+    for k, (bad, said) in enumerate(
+        [(wild, "not positive"), (skew, "not symmetric"), (short, "3 rows of 3"), (twice, "3 rows")]
+    ):
+        folder = answer(tmp_path / f"a{k}", wind(), nominal=drag, covariance=bad)
+        with pytest.raises(ConfigError, match=said):
+            posterior_of(folder, effects_of(WIND))
+    blank = {**sound, "matrix": [[None] * 3] * 3}
+    folder = answer(tmp_path / "blank", wind(), nominal=drag, covariance=blank)
+    assert (posterior_of(folder, effects_of(WIND)).correlation == np.eye(3)).all()
 
 
 def test_draws_keep_to_physical_bounds(tmp_path: Path) -> None:
     """Drag that may be nothing is never less than nothing."""
     entry = water_drag()
     entry["parameters"]["coefficient_x"] = number(-12.0, 5.0)
-    known = estimates(answer(tmp_path / "a", entry), effects_of())
+    known = posterior_of(answer(tmp_path / "a", entry), effects_of())
     found = drawn_parameters(
         effects_of(), 500, share=0.0, rng=np.random.default_rng(0), known=known
     )
@@ -109,10 +156,10 @@ def test_a_model_made_of_the_diagnosis_holds_its_means_already(tmp_path: Path) -
     sha = hashlib.sha256((folder / "diagnosis.json").read_bytes()).hexdigest()
     effects = effects_of(WIND, "effects.breeze.velocity_x=2.0", "effects.breeze.correction=true")
     model = {"name": "m", "provenance": {"diagnosis_sha256": sha}}
-    found = estimates(folder, effects, model)["breeze.velocity_x"]
+    found = posterior_of(folder, effects, model).estimates["breeze.velocity_x"]
     assert found == pytest.approx((2.0, 0.3))
     with pytest.raises(ConfigError, match="made of another diagnosis"):
-        estimates(folder, effects, {"name": "m", "provenance": {"diagnosis_sha256": "0"}})
+        posterior_of(folder, effects, {"name": "m", "provenance": {"diagnosis_sha256": "0"}})
 
 
 def test_a_rotor_is_found_by_its_number(tmp_path: Path) -> None:
@@ -121,7 +168,7 @@ def test_a_rotor_is_found_by_its_number(tmp_path: Path) -> None:
     folder = answer(tmp_path / "a", {"name": "weak_rotor", "parameters": told})
     words = [f"+effect@effects.weak_{k}=weak_rotor" for k in (1, 2)]
     words += [f"effects.weak_{k}.rotor={k}" for k in (1, 2)]
-    found = estimates(folder, effects_of(*words))
+    found = posterior_of(folder, effects_of(*words)).estimates
     assert set(found) == {"weak_2.relative_loss"}
 
 
@@ -141,13 +188,13 @@ def test_what_does_not_fit_the_environment_is_refused(
 ) -> None:
     """The words name the effect, and what the environment has."""
     with pytest.raises(ConfigError, match=said):
-        estimates(answer(tmp_path / "a", entry, **more), effects_of(*words))
+        posterior_of(answer(tmp_path / "a", entry, **more), effects_of(*words))
 
 
 def test_a_misspelt_effect_gets_the_nearest_name(tmp_path: Path) -> None:
     """Effects of the environment are called by their own names."""
     with pytest.raises(ConfigError, match="Did you mean 'wind_2'"):
-        estimates(
+        posterior_of(
             answer(tmp_path / "a", {**wind(), "name": "winds"}),
             effects_of("+effect@effects.wind_2=wind"),
         )
@@ -157,7 +204,7 @@ def test_an_ambiguous_answer_is_not_drawn_from(tmp_path: Path) -> None:
     """Advice is what a training can follow: there is no choose= there."""
     folder = answer(tmp_path / "a", wind(), water_drag(), verdict="ambiguous")
     with pytest.raises(ConfigError, match="wind or quadratic_drag") as refusal:
-        estimates(folder, effects_of(WIND))
+        posterior_of(folder, effects_of(WIND))
     assert "choose=" not in str(refusal.value)
     assert "seals plan" in str(refusal.value)
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.learn.environments.posterior import Estimate
+from seals.learn.environments.posterior import Posterior
 from seals.schema import Parameter, parameters_of
 
 
@@ -18,7 +18,7 @@ def drawn_parameters(
     *,
     share: float,
     rng: np.random.Generator,
-    known: Mapping[str, Estimate] | None = None,
+    known: Posterior | None = None,
 ) -> dict[str, Floats]:
     """Draw parameters of N environments, normally distributed about those configured.
 
@@ -29,8 +29,8 @@ def drawn_parameters(
         count: N.
         share: of the tolerances that is one standard deviation; 0 for no difference.
         rng: decides the draws, effect by effect.
-        known: what is known better than by tolerances, by ``"effect.parameter"``; these are drawn
-            about their means with their own deviations, whatever the share.
+        known: what is known better than by tolerances; these are drawn jointly, about their means
+            with their own deviations and correlations, whatever the share.
 
     Returns:
         ``"effect.parameter"`` to values, shape (N,), as twins take them.
@@ -39,18 +39,24 @@ def drawn_parameters(
         Tobin et al. 2017, arXiv 1703.06907 (randomised worlds); here they are as wide as the
         tolerances of the model, and no wider.
     """
-    found = {}
+    estimates = {} if known is None else known.estimates
+    found, about = {}, {}
     for name, effect in effects.items():
         for field, declared in parameters_of(effect).items():
             key, value = f"{name}.{field}", getattr(effect, field)
-            if known is not None and key in known:
-                mean, size = known[key]
+            if key in estimates:
+                mean, size = estimates[key]
             else:
                 mean, size = value, share * deviation(declared, value)
                 if size == 0.0:
                     continue
-            found[key] = np.clip(mean + size * rng.standard_normal(count), *declared.bounds)
-    return found
+            about[key] = mean, size, declared.bounds
+            found[key] = rng.standard_normal(count)
+    if known is not None and estimates:
+        joint = known.standard(np.array([found[key] for key in estimates]))
+        found |= dict(zip(estimates, joint, strict=True))
+    scaled = {key: (mean + size * found[key], ends) for key, (mean, size, ends) in about.items()}
+    return {key: np.clip(values, *ends) for key, (values, ends) in scaled.items()}
 
 
 def deviation(known: Parameter, value: Any) -> float:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from seals.arrays import Floats
 from seals.effects.effect import Effect, EffectOptions
 from seals.errors import ConfigError, suggestion
 from seals.plugin_options import options_of
@@ -18,6 +21,8 @@ from seals.sysid.validation.answer import Finding, read_answer
 KEY = "varied_from"
 _NORMAL90 = 1.6449
 """Half of a 90 % interval in standard deviations."""
+_ROUNDED = 1e-6
+"""What rounding may take from a correlation [1]."""
 _PLACES = ("rotor", "joint")
 """What an answer says of an effect beside its parameters: at which of several it sits."""
 _MEDIA = ("air", "water")
@@ -35,9 +40,28 @@ class Estimate(NamedTuple):
     sd: float
 
 
-def estimates(
+class Posterior(NamedTuple):
+    """Joint normal distribution of the parameters that a diagnosis estimated.
+
+    Args:
+        estimates: by ``"effect.parameter"``, k of them.
+        correlation: in their order [1], shape (k, k).
+    """
+
+    estimates: Mapping[str, Estimate]
+    correlation: Floats
+
+    def standard(self, normal: Floats) -> Floats:
+        """Return correlated from independent unit normal draws, shape (k, N)."""
+        sizes, axes = np.linalg.eigh(self.correlation)
+        # rounding may leave a size just below zero
+        found: Floats = (axes * np.sqrt(np.maximum(sizes, 0.0))) @ axes.T @ normal
+        return found
+
+
+def posterior_of(
     where: str | Path, effects: Mapping[str, Any], model: Mapping[str, Any] | None = None
-) -> dict[str, Estimate]:
+) -> Posterior:
     """Return the parameters of an environment's effects that a diagnosis has estimated.
 
     An answer tells changes of the model that its log states, as ``seals add`` takes them: they are
@@ -49,8 +73,9 @@ def estimates(
         model: content of the model that the environment has taken over, or None.
 
     Returns:
-        Estimates by ``"effect.parameter"``: those of the missing effects, and the values of the
-        data sheet that were fitted beside them, where the environment has such an effect.
+        Estimates of the missing effects, and of the values of the data sheet that were fitted
+        beside them, where the environment has such an effect; uncorrelated where the file holds no
+        covariance.
 
     Raises:
         ConfigError: it is no diagnosis, names no effect, names one that the environment does not
@@ -59,15 +84,40 @@ def estimates(
     finding = read_answer(where, key=KEY)
     if model is not None:
         _refuse_other(finding, model)
-    found = dict(_data_sheet_estimates(finding, effects))
-    for entry in finding.effects:
-        found |= _effect_estimates(finding, entry, effects, added=model is not None)
+    found = {key: (name, one) for name, key, one in _data_sheet_estimates(finding, effects)}
+    for k, entry in enumerate(finding.effects):
+        own = _effect_estimates(finding, entry, effects, added=model is not None)
+        found |= {key: (f"effects.{k}.{field}", one) for field, key, one in own}
+    correlation = _correlation(finding, [name for name, _ in found.values()])
+    return Posterior({key: one for key, (_, one) in found.items()}, correlation)
+
+
+def _correlation(finding: Finding, names: Sequence[str]) -> Floats:
+    """Return the correlations of some parameters by their names in the covariance."""
+    found = np.eye(len(names))
+    known = list(finding.covariance.get("parameters", ()))
+    here = [k for k, name in enumerate(names) if name in known]
+    if not here:
+        return found
+    at = [known.index(names[k]) for k in here]
+    matrix = np.array(finding.covariance["matrix"], dtype=float)[np.ix_(at, at)]
+    # null stands for what the log did not determine
+    matrix = np.where(np.isnan(matrix), 0.0, matrix)
+    size = np.sqrt(np.maximum(np.diag(matrix), 0.0))
+    scale = np.where(size > 0.0, size, 1.0)
+    found[np.ix_(here, here)] = part = matrix / np.outer(scale, scale)
+    found[np.diag_indices(len(names))] = 1.0
+    if not np.allclose(part, part.T, atol=_ROUNDED) or np.linalg.eigvalsh(found)[0] < -_ROUNDED:
+        raise ConfigError(
+            f"{finding.file}: covariance.matrix is none: it is not symmetric, or not positive.\n"
+            "Diagnose the log again."
+        )
     return found
 
 
 def _effect_estimates(
     finding: Finding, entry: Mapping[str, Any], effects: Mapping[str, Any], *, added: bool
-) -> dict[str, Estimate]:
+) -> Iterator[tuple[str, str, Estimate]]:
     """Yield the estimates of one missing effect; ``added`` if the environment has them."""
     kind, parameters = str(entry["name"]), entry.get("parameters") or {}
     places = {k: parameters[k]["value"] for k in _PLACES if k in parameters}
@@ -88,20 +138,18 @@ def _effect_estimates(
             f"cannot be distinguished: {', '.join(alike)}.\n"
             "Take the model that seals add makes of it: +model=NAME"
         )
-    found = {}
     for field, given in parameters.items():
         if field in _PLACES:
             continue
         value, sd = _interval(given, f"{finding.file}: {kind}.{field}")
         own = _field(effects[alike[0]], field, finding.file)
         base = float(getattr(effects[alike[0]], own))
-        found[f"{alike[0]}.{own}"] = Estimate(base if added else base + value, sd)
-    return found
+        yield field, f"{alike[0]}.{own}", Estimate(base if added else base + value, sd)
 
 
 def _data_sheet_estimates(
     finding: Finding, effects: Mapping[str, Any]
-) -> Iterator[tuple[str, Estimate]]:
+) -> Iterator[tuple[str, str, Estimate]]:
     """Yield the corrected data sheet values of effects that the environment has exactly once.
 
     Others are of sensors, or of the body itself, whose parameters the environment does not vary.
@@ -115,7 +163,7 @@ def _data_sheet_estimates(
             continue
         value, sd = (_number(fitted.get(k), f"{finding.file}: {key}.{k}") for k in ("value", "sd"))
         base = float(getattr(effects[alike[0]], field))
-        yield f"{alike[0]}.{field}", Estimate(base + value, sd)
+        yield f"nominal.{key}", f"{alike[0]}.{field}", Estimate(base + value, sd)
 
 
 def _kind(instance: str) -> tuple[str, dict[str, Any]]:

@@ -66,10 +66,10 @@ def _randomised_parameters(config: Any, count: int, seed: int) -> dict[str, Any]
         )
     from seals.learn.environments.build import build_learning
     from seals.learn.environments.domain_randomisation import drawn_parameters
-    from seals.learn.environments.posterior import estimates
+    from seals.learn.environments.posterior import posterior_of
 
     effects = build_learning(config)[0].effects
-    known = None if diagnosis is None else estimates(str(diagnosis), effects, config.model)
+    known = None if diagnosis is None else posterior_of(str(diagnosis), effects, config.model)
     rng = np.random.default_rng(seed)
     return dict(drawn_parameters(effects, count, share=share, rng=rng, known=known))
 

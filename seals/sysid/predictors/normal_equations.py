@@ -61,9 +61,37 @@ class Fit:
         """
         if key in self.known:
             return float(np.hypot(self.known[key], self.error.get(key, 0.0)))
+        return float(np.hypot(self._scatter(key), self.error.get(key, 0.0)))
+
+    def _scatter(self, key: str) -> float:
+        """1-sigma of one parameter by noise, or by the windows where they scatter more."""
         k = self.keys.index(key)
-        scatter = float(np.sqrt(max(self.covariance[k, k], sandwich_covariance(self)[k, k])))
-        return float(np.hypot(scatter, self.error.get(key, 0.0)))
+        return float(np.sqrt(max(self.covariance[k, k], sandwich_covariance(self)[k, k])))
+
+    def joint_covariance(self, keys: Sequence[str], spreads: Sequence[float]) -> Floats:
+        """Return the covariance of some parameters that are reported with wider intervals.
+
+        Equation:
+            C_ij = R_ij s_i s_j and C_ii = t_i^2, with the correlations R of the posterior, the
+            1-sigma s by noise or scatter of the windows, and the reported 1-sigma t >= s: what
+            widens an interval beyond s belongs to that parameter alone.
+
+        Args:
+            keys: of the parameters, shape (k,).
+            spreads: reported 1-sigma t of each, shape (k,).
+
+        Returns:
+            Shape (k, k); parameters that the equations hold fixed are uncorrelated.
+        """
+        where = [self.keys.index(k) if k in self.keys and k not in self.known else -1 for k in keys]
+        held = np.array(where) < 0
+        whole = self.covariance[np.ix_(where, where)]
+        scatter = [0.0 if k < 0 else self._scatter(self.keys[k]) for k in where]
+        size = np.where(held, 0.0, np.minimum(scatter, spreads))
+        unit = np.sqrt(np.diag(whole))
+        found: Floats = whole / np.outer(unit, unit) * np.outer(size, size)
+        found[np.diag_indices(len(where))] = np.square(spreads)
+        return found
 
 
 def posterior_covariance(information: Floats, precision: Floats) -> Floats:

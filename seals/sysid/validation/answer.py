@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +38,7 @@ class Finding:
         log: folder of the log as the answer names it; empty when it does not.
         sha256: of the log's table; empty when not known.
         nominal: fitted nominal values by parameter key, when the answer holds them.
+        covariance: ``parameters`` and ``matrix`` of all of them, when the answer holds them.
         formula: entry of an unnamed effect that the user accepts, or None.
     """
 
@@ -48,6 +49,7 @@ class Finding:
     log: str
     sha256: str
     nominal: Mapping[str, Mapping[str, float]]
+    covariance: Mapping[str, Any] = field(default_factory=dict)
     formula: Mapping[str, Any] | None = None
 
     @property
@@ -106,6 +108,8 @@ def read_answer(
         sha256=str(log.get("sha256") or ""),
         # the nominal values of an answer are those beside its first effect
         nominal=nominal if choose in (None, *names[:1]) else {},
+        # so does the covariance: entries of another choice have other numbers
+        covariance=dict(raw.get("covariance") or {}) if choose is None else {},
         formula=law,
     )
 

@@ -34,6 +34,8 @@ def refuse_damaged(answer: Any) -> None:
             _number(0.0 if value is None else value, f"nominal.{key}.{name}")
     for k, names in enumerate(_kind(answer.get("ambiguous_with") or [], list, "ambiguous_with")):
         _kind(names, list, f"ambiguous_with[{k}]")
+    if answer.get("covariance"):
+        _covariance(_kind(answer["covariance"], Mapping, "covariance"))
     if answer.get("formula"):
         _law(answer["formula"], "formula")
 
@@ -67,6 +69,21 @@ def _span(span: Mapping[str, Any], where: str) -> None:
             raise ValueError(f"{where}.{end} needs {', '.join(sorted(_MOMENT))}")
         for key, value in moment.items():
             _number(value, f"{where}.{end}.{key}")
+
+
+def _covariance(given: Mapping[str, Any]) -> None:
+    """Joint covariance of the parameters."""
+    names = _kind(given.get("parameters"), list, "covariance.parameters")
+    for k, name in enumerate(names):
+        _kind(name, str, f"covariance.parameters[{k}]")
+    rows = _kind(given.get("matrix"), list, "covariance.matrix")
+    sizes = {len(_kind(row, list, f"covariance.matrix[{k}]")) for k, row in enumerate(rows)}
+    if len(rows) != len(names) or len(set(names)) != len(names) or sizes - {len(names)}:
+        raise ValueError(f"covariance.matrix needs {len(names)} rows of {len(names)} numbers")
+    for k, row in enumerate(rows):
+        for i, value in enumerate(row):
+            # null stands for what the log did not determine
+            _number(0.0 if value is None else value, f"covariance.matrix[{k}][{i}]")
 
 
 def _law(formula: Mapping[str, Any], where: str) -> None:
