@@ -178,6 +178,7 @@ def test_a_thin_broken_mesh_of_many_triangles_is_given_up(tmp_path: Path) -> Non
         {"reasons": 3},
         {"log": [1]},
         {"formula": "T = 3"},
+        {"effects": [{"name": "payload", "link": [1]}]},
     ],
 )
 def test_an_answer_with_parts_of_another_kind(part: dict[str, object], tmp_path: Path) -> None:
@@ -186,3 +187,13 @@ def test_an_answer_with_parts_of_another_kind(part: dict[str, object], tmp_path:
     (tmp_path / "diagnosis.json").write_text(json.dumps({**sound, **part}))
     with pytest.raises(ConfigError, match="is damaged"):
         read_answer(tmp_path)
+
+
+@pytest.mark.parametrize("link", [2, "gripper", None])
+def test_an_answer_tells_a_link_by_its_number_or_name(
+    link: int | str | None, tmp_path: Path
+) -> None:
+    """Links of a robot's folder have names, those of a log numbers."""
+    effect = {"name": "payload", "parameters": {}, "link": link}
+    (tmp_path / "diagnosis.json").write_text(json.dumps({"verdict": "named", "effects": [effect]}))
+    assert read_answer(tmp_path).effects[0]["link"] == link

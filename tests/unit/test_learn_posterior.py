@@ -178,6 +178,7 @@ def test_a_rotor_is_found_by_its_number(tmp_path: Path) -> None:
         (wind(), {}, [], "it found wind, and the environment has no such effect"),
         (wind(), {}, [WIND, "+effect@effects.gale=wind"], "cannot be distinguished: breeze, gale"),
         ({**water_drag(), "link": 3}, {}, [], "quadratic_drag on link 3"),
+        ({**water_drag(), "link": "fin"}, {}, [], "quadratic_drag on link fin"),
         (wind(), {"verdict": "nothing_missing"}, [WIND], "nothing is missing"),
         ({"name": "wind", "parameters": {"velocity_x": {"value": 1}}}, {}, [WIND], "low90=None"),
         ({"name": "wind", "parameters": {"speed": number(1, 1)}}, {}, [WIND], "'speed' is not"),

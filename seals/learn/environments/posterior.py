@@ -130,7 +130,9 @@ def _effect_estimates(
             f"has no such effect.\nAdd it: '+effect@effects.{kind}={kind}', or +model=NAME that "
             f"seals add made.  {suggestion(kind, effects, label='Effects')}"
         )
-    elsewhere = int(entry.get("link") or 0) > 0 and not added
+    # of a robot's folder by name: the root's own is not known here
+    place = entry.get("link") or "root"
+    elsewhere = place not in ("root", *(n for a in alike for n in effects[a].links)) and not added
     if len(alike) > 1 or elsewhere:
         where = f"it found {kind} on link {entry['link']}" if elsewhere else f"it found {kind}"
         raise ConfigError(

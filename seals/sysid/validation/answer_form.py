@@ -44,8 +44,8 @@ def _effect(effect: Mapping[str, Any], where: str) -> None:
     _kind(effect.get("name"), str, f"{where}.name")
     _kind(effect.get("medium") or "", str, f"{where}.medium")
     _kind(effect.get("variant") or {}, Mapping, f"{where}.variant")
-    if effect.get("link") is not None:
-        _kind(effect["link"], int, f"{where}.link")
+    if not isinstance(effect.get("link"), str):  # of a robot's folder by its name
+        _kind(effect.get("link") or 0, int, f"{where}.link")
     for key, entry in _kind(effect.get("parameters") or {}, Mapping, f"{where}.parameters").items():
         place = f"{where}.parameters.{key}"
         value = _kind(entry, Mapping, place).get("value")

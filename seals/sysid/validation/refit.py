@@ -136,6 +136,10 @@ def candidates_for(problem: Problem, effect: Mapping[str, Any]) -> list[Candidat
     every, name = problem.plant.candidate_set.candidates, str(effect["name"])
     given = {k: p["value"] for k, p in effect.get("parameters", {}).items()}
     given |= effect.get("variant") or {}
+    if isinstance(link := effect.get("link"), str):
+        names = problem.vehicle.robot.links
+        link = names.index(link) if link in names else link
+    given |= {} if link is None else {"link": link}
     found = [
         c
         for c in every
