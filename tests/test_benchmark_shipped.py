@@ -51,3 +51,12 @@ def test_a_current_about_a_floating_box_is_found_and_verified(tmp_path: Path) ->
     assert row["word"] == "right", row
     assert row["off"] < 0.1
     assert row["verified"], row
+
+
+@pytest.mark.slow
+def test_a_payload_is_told_from_a_shifted_centre(tmp_path: Path) -> None:
+    """Its size and place multiply: a screen that is linear about zero does not see them."""
+    row = case(BOX, "payload", tmp_path / "case", seconds=5.0)
+    assert row["word"] == "right", row
+    assert row["off"] < 0.1
+    assert row["verified"], row

@@ -32,7 +32,10 @@ def changed(body: Body, matrix: Array) -> Body:
     """
     mass, moment = (_everyone(x, body.mass.shape[0]) for x in moments_of(matrix))
     total = body.mass + mass
-    centre = (body.mass * body.centre_of_mass + moment) / total
+    # a link without mass, such as a place where lift acts, keeps the centre it states
+    none = total == 0.0
+    centre = (body.mass * body.centre_of_mass + moment) / (total + none)
+    centre = namespace(centre).where(none, body.centre_of_mass + centre * 0.0, centre)
     return body._replace(mass=total, centre_of_mass=centre)
 
 

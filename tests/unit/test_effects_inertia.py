@@ -85,6 +85,20 @@ def test_a_shifted_centre_keeps_mass_and_inertia_about_itself() -> None:
     assert_allclose(moved.centre_of_mass, [centre + shift], rtol=1e-12)
 
 
+def test_a_link_without_mass_keeps_the_centre_that_it_states() -> None:
+    """Beside a payload on another link; a place where lift acts has no mass."""
+    links = Body(
+        np.array([[2.0], [0.0]]),
+        np.array([[0.0, 0.0, 0.0], [0.3, 0.0, 0.0]]),
+        *[np.ones((2, 1))] * 2,
+    )
+    added = np.zeros((2, 6, 6))
+    added[0] = matrix(Payload(mass=0.5, position_x=0.4), body())[0]
+    found = changed(links, added)
+    assert_allclose(found.mass, [[2.5], [0.0]])
+    assert_allclose(found.centre_of_mass, [[0.08, 0.0, 0.0], [0.3, 0.0, 0.0]])
+
+
 def test_other_moments_change_nothing_else() -> None:
     """A diagonal of moments, no mass and no lever."""
     found = matrix(InertiaChange(delta_xx=0.001, delta_yy=-0.002, delta_zz=0.003), body())

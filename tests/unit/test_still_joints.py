@@ -9,7 +9,8 @@ import pytest
 
 from seals.logs.log import Log
 from seals.sysid.data.robot_description import describe_robot
-from seals.sysid.data.still_joints import still_joints
+from seals.sysid.data.samples import Samples, _followed
+from seals.sysid.data.still_joints import joints_at_rest, still_joints
 from seals.sysid.data.vehicle import read_vehicle
 
 SIGMA = 1e-3
@@ -34,6 +35,8 @@ def test_noise_is_no_motion() -> None:
     assert list(stands) == list(robot.listed)
     assert list(stands.values()) == pytest.approx([0.7, -0.4], abs=2e-4)
     assert still_joints(_log(4.0 * SIGMA), robot) == {}
+    # an arm that swings within its noise shakes the base all the same
+    assert still_joints(_log(1.2 * SIGMA), robot) == {}
     assert still_joints(_log(0.0), None) == {}
 
 
@@ -49,6 +52,42 @@ def test_a_robot_that_holds_still_is_one_body_in_its_posture() -> None:
     stowed = read_vehicle({**META, "sensors": {"channels": {"position": {"sigma": 1e-3}}}}, robot)
     shift = _centre(held.robot) - _centre(stowed.robot)
     assert np.linalg.norm(shift) > 1e-3
+
+
+@pytest.mark.parametrize(
+    ("swing", "step", "rest"), [(1.2, 0.0, {1, 2}), (4.0, 0.0, {1}), (0.0, 9.0, {1})]
+)
+def test_effects_of_joints_that_show_noise_alone_are_not_searched(
+    swing: float, step: float, rest: set[int]
+) -> None:
+    """A joint that is told to move and does not may be stuck: that one stays."""
+    log = _log(swing * SIGMA)
+    measured = np.stack([log.columns[f"joint_position_{k}"] for k in (1, 2)], axis=1)
+    command = np.zeros_like(measured)
+    command[200:, 1] = step * SIGMA
+    samples = Samples(
+        time=log.columns["t"],
+        step=0.01,
+        runs=(),
+        channels={"joint_position": measured},
+        command=np.zeros((400, 0)),
+        voltage=None,
+        joint_command=command,
+    )
+    assert joints_at_rest(samples, SIGMA) == rest
+
+
+def test_a_servo_of_limited_speed_follows_a_jump_along_a_ramp() -> None:
+    """Means of the ramp between rows; a simulated servo moves at the start of each of its steps."""
+    time = 0.1 * np.arange(6)
+    command, speed = np.array([[0.0], [1.0], [1.0], [1.0], [0.0], [0.0]]), np.array([4.0])
+    # 0.4 a row, the last 0.2 in half of one
+    ramp = np.array([0.0, 0.2, 0.6, 0.95, 0.8, 0.4])
+    assert _followed(command, time, speed, None)[:, 0] == pytest.approx(ramp, abs=2e-3)
+    ahead = _followed(command, time, speed, 0.025)[:, 0]
+    assert ahead[:3] - ramp[:3] == pytest.approx([0.0, 0.05, 0.05])  # half of 4.0 x 0.025
+    slow = np.array([[0.0], [0.3], [0.6], [0.6], [0.6], [0.6]])
+    assert _followed(slow, time, speed, None) is slow
 
 
 def _centre(robot: Any) -> Any:

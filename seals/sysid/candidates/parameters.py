@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -206,6 +206,12 @@ class CandidateSet:
                 if np.any(effect.timing(one).sensor_delay):
                     return f"{name}.{parameter}"
         return ""
+
+    def without(self, unobservable: Iterable[Candidate]) -> CandidateSet:
+        """Return the set with some candidates moved to those that change no reading."""
+        out = tuple(unobservable)
+        kept = tuple(c for c in self.candidates if c not in out)
+        return replace(self, candidates=kept, unobservable=(*self.unobservable, *out))
 
     @property
     def tolerances(self) -> tuple[str, ...]:

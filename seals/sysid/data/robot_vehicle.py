@@ -46,7 +46,8 @@ class RobotParts:
         lag: first-order time constants of the drives [s], shape (n,).
         fall: the same while they slow down [s], shape (n,).
         commands: channels of the drives' commands, one for each kind, in their order.
-        servo: gains of the joint servos, shape (J,) each; empty without servos.
+        servo: gains of the joint servos, and ``speed``, the largest of their commands [rad/s or
+            m/s], where it is limited; shape (J,) each; empty without servos.
         columns: for each joint the index of its column in the log.
     """
 
@@ -147,7 +148,9 @@ def _servo(effects: Mapping[str, Effect], robot: RobotModel) -> dict[str, Floats
     if not driven or not joints:
         return {}
     one: Any = driven[0]
-    return {name: np.asarray(one.of_joints(name, joints), dtype=float) for name in _GAINS}
+    speed = one.speeds(joints) if hasattr(one, "speeds") else np.array([np.finfo(float).max])
+    limited = {"speed": speed} if (speed < np.finfo(float).max).any() else {}
+    return {name: np.asarray(one.of_joints(name, joints), dtype=float) for name in _GAINS} | limited
 
 
 def _with_motors(actuators: Mapping[str, Effect], robot: RobotModel) -> RobotModel:

@@ -19,6 +19,8 @@ IMU = ("angular_velocity", "specific_force")
 """Channels of the inertial sensors."""
 _UNEVEN = 0.02
 """Largest deviation of a time step from the usual one, as a share of it."""
+_PARTS = 16
+"""Parts of a row in which a servo follows its command, at most."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -161,7 +163,39 @@ def _joint_commands(log: Log, vehicle: Vehicle) -> Floats:
     """Commands to the joints in their order, shape (T, J); none for joints without servos."""
     joints = vehicle.robot.tree.joints
     command = _held(log, "joint_position_cmd" if joints and vehicle.servo else "", joints)
-    return command[:, list(vehicle.columns)] if command.size and vehicle.columns else command
+    command = command[:, list(vehicle.columns)] if command.size and vehicle.columns else command
+    speed = vehicle.servo.get("speed")
+    return command if speed is None else _followed(command, log.time, speed, _simulated(log))
+
+
+def _simulated(log: Log) -> float | None:
+    """Return the step of a simulated log [s], None for others."""
+    stated = log.meta.get("simulated")
+    step = stated.get("step") if isinstance(stated, Mapping) else None
+    return float(step) if isinstance(step, int | float) and step > 0.0 else None
+
+
+def _followed(command: Floats, time: Floats, speed: Floats, step: float | None) -> Floats:
+    """Commands that servos of limited speed follow: means between the rows, shape (T, J).
+
+    Args:
+        command: held from each row on [rad or m], shape (T, J); the first is reached.
+        time: of the rows [s], shape (T,).
+        speed: largest of each joint [rad/s or m/s], shape (J,).
+        step: of a simulation, whose servos move ahead at the start of each [s]; None for others.
+    """
+    span = float(np.median(np.diff(time))) if len(time) > 1 else 1.0
+    most = speed * span
+    if not (np.abs(np.diff(command, axis=0)) > most).any():
+        return command
+    parts = _PARTS if step is None else max(1, round(min(span / step, _PARTS)))
+    within = (np.arange(parts) + (0.5 if step is None else 1.0))[:, None] / parts
+    found, held = np.empty_like(command), command[0]
+    for k, goal in enumerate(command):
+        way = goal - held
+        found[k] = held + np.clip(way, -most * within, most * within).mean(axis=0)
+        held = held + np.clip(way, -most, most)
+    return found
 
 
 def _spans(log: Log) -> tuple[LogSpan, ...]:

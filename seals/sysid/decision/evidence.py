@@ -207,7 +207,8 @@ def _quiet(
         for c in search.nominal.fitter.candidate_set.candidates
     }
     asked = sorted((rank, n) for n, rank in ranks.items() if rank is not None and n in names)
-    blind = [*blind, *(n for _, n in asked if names[n] < policy.excitation)]
+    # what acts in the other medium alone is nothing that this log could show
+    blind = [*blind, *(n for _, n in asked if policy.absent < names[n] < policy.excitation)]
     verdict = Verdict.cannot_tell if blind else Verdict.nothing_missing
     words = f"this log could not show {', '.join(blind)}" if blind else "misfit within tolerance"
     return EvidenceAnswer(

@@ -178,6 +178,9 @@ class DecisionPolicy:
     excitation: float = threshold(
         15.0, EVIDENCE, "expected gain of a plausible effect below which a log cannot show it"
     )
+    absent: float = threshold(
+        1e-6, EVIDENCE, "expected gain below which an effect cannot act where the log was made"
+    )
     certain: float = threshold(
         30.0, EVIDENCE, "evidence from which a name stands however little the log was excited"
     )

@@ -17,7 +17,7 @@ from seals.sysid.candidates.vehicle import candidate_set_of
 from seals.sysid.data.contact import contact_free
 from seals.sysid.data.robot_description import RobotDescription
 from seals.sysid.data.samples import Samples, read_samples
-from seals.sysid.data.still_joints import still_joints
+from seals.sysid.data.still_joints import joints_at_rest, still_joints
 from seals.sysid.data.trajectory import Trajectory, difference, measured_trajectory
 from seals.sysid.data.vehicle import Vehicle, read_vehicle
 from seals.sysid.decision.policy import DecisionPolicy, SearchBudget
@@ -116,6 +116,10 @@ def prepare(
     )
     candidate_set = candidate_set if policy is None else replace(candidate_set, policy=policy)
     candidate_set = candidate_set if free is None else free(vehicle, candidate_set)
+    rest = joints_at_rest(samples, vehicle.sigma.get("joint_position", 0.0))
+    candidate_set = candidate_set.without(
+        c for c in candidate_set.candidates if c.in_arm and c.variant.get("joint") in rest
+    )
     plant = Plant(vehicle, candidate_set, samples, parts=parts)
     fitter = linearise_model(plant, trajectory, {})
     if samples.posed:

@@ -381,6 +381,8 @@ def linear_screen(
         (c, v)
         for i, (g, c, v) in enumerate(ranked)
         if c.name in always
+        # about zero no linear screen can judge what starts elsewhere
+        or (c.starts and not free)
         or (
             (i < most or (g > top - policy.screen_near and i < 2 * budget.survivors))
             and (g > least or i < spared)
