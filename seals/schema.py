@@ -17,6 +17,10 @@ from seals.errors import ConfigError
 
 _KEY = "seals.parameter"
 _LENGTH = "seals.length"
+_LATER = "seals.later"
+LATER = {_LATER: True}
+"""Metadata of a field that its class got later: hashes of worlds leave it out at its default, so
+that worlds, demonstrations and policies made before keep theirs. `param` takes ``later``."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,8 +68,19 @@ def param(
     source: str,
     relative: bool = False,
     fit: bool = True,
+    later: bool = False,
 ) -> float:
     """Declare a float field with unit, bounds, tolerance and source.
+
+    Args:
+        default: value, in ``unit``.
+        unit: see `Parameter`, as for all others but ``later``.
+        bounds: lowest and highest admissible value.
+        tolerance: one standard deviation.
+        source: where the default or the law comes from.
+        relative: whether ``tolerance`` is a share of the value.
+        fit: whether identification may change it.
+        later: whether the class got this field later, see `LATER`.
 
     Raises:
         ConfigError: the bounds are empty, or exclude the default.
@@ -86,8 +101,27 @@ def param(
     meta = Parameter(
         unit=unit, bounds=bounds, tolerance=tolerance, relative=relative, source=source, fit=fit
     )
-    field: float = dataclasses.field(default=default, metadata={_KEY: meta})
+    field: float = dataclasses.field(
+        default=default, metadata={_KEY: meta, **(LATER if later else {})}
+    )
     return field
+
+
+def later_defaults(plugin: type) -> dict[str, Any]:
+    """Return the defaults of the fields that a class got later, by name; see `LATER`.
+
+    Example:
+        >>> @dataclass(kw_only=True)
+        ... class Spring:
+        ...     kind: str = dataclasses.field(default="linear", metadata=LATER)
+        >>> later_defaults(Spring)
+        {'kind': 'linear'}
+    """
+    late = (f for f in dataclasses.fields(cast(Any, plugin)) if _LATER in f.metadata)
+    missing = dataclasses.MISSING
+    return {
+        f.name: f.default if f.default_factory is missing else f.default_factory() for f in late
+    }
 
 
 def parameters_of(plugin: type | object) -> dict[str, Parameter]:

@@ -13,6 +13,7 @@ from seals.errors import ConfigError
 from seals.fluid import BodyStates, FluidBody, Surrounding
 from seals.plugins.fluids.moving_domain import FluidWindow
 from seals.plugins.fluids.moving_domain.outer_sea import OuterSea
+from seals.plugins.waves.sea import WaveSea
 from seals.robot.pieces import Piece
 from seals.run.settings import RunSettings
 
@@ -123,7 +124,8 @@ def towed(settings: RunSettings, *, way: float, speed: float, radius: float) -> 
     Raises:
         ConfigError: the fluid is no window, there are no waves, or the way is too short.
     """
-    fluid, height = settings.fluid, getattr(settings.wave, "height", None)
+    fluid, wave = settings.fluid, settings.wave
+    height = wave.height if isinstance(wave, WaveSea) else 0.0
     if not isinstance(fluid, FluidWindow) or not height:
         raise ConfigError("The tow goes through waves in a window.\nUse water=window wave=sea")
     if way < SHORTEST * speed * START:

@@ -91,7 +91,12 @@ class Rotors(ActuatorOptions, Effect):
     max_speed: list[float] = field(default_factory=lambda: [1000.0])
     reverse: list[float] = field(default_factory=list)
     thrust_change: float = param(
-        0.0, "1", bounds=(-0.9, 9.0), tolerance=0.0, source="zero: the coefficients rule"
+        0.0,
+        "1",
+        bounds=(-0.9, 9.0),
+        tolerance=0.0,
+        source="zero: the coefficients rule",
+        later=True,
     )
     torque_change: float = param(
         0.0, "1", bounds=(-0.9, 5.0), tolerance=0.05, source="zero: the coefficients rule"

@@ -10,27 +10,15 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.control import ActuatorCommand, Plant, Reference, RobotState
-from seals.control.added import added_inertia, water_drag
-from seals.control.allocation import Allocation, Saturation
+from seals.control.added import water_drag
+from seals.control.allocation import Saturation
 from seals.control.attitude import attitude_error, cross3
-from seals.control.axes import (
-    PITCH,
-    ROLL,
-    SURGE,
-    YAW,
-    commanded_axes,
-    mean_arm,
-    named_axes,
-    priority_weights,
-    wrench_matrix,
-)
-from seals.control.filters import Lag, summed
+from seals.control.axes import PITCH, ROLL, SURGE, YAW
 from seals.control.fins import fins_of, with_fins
-from seals.control.limbs import joint_targets, stowed
-from seals.control.mass_properties import MassPropertyEstimator
+from seals.control.limbs import joint_targets
 from seals.control.model_wrench import model_wrench
-from seals.control.protocols import ControllerOptions
-from seals.errors import ConfigError
+from seals.control.plant import Layout
+from seals.plugins.controllers.vehicle import VehicleController
 from seals.schema import param
 from seals.state_records import state_record
 
@@ -59,7 +47,7 @@ class AutopilotState(NamedTuple):
 
 
 @dataclass(kw_only=True)
-class Autopilot(ControllerOptions):
+class Autopilot(VehicleController):
     """Autopilots of speed, heading and depth for a vehicle that goes where its nose points.
 
     The heading is that of the reference, the speed the size of its velocity, the climb that of its
@@ -166,29 +154,21 @@ class Autopilot(ControllerOptions):
         Raises:
             ConfigError: drives and fins do not command surge and yaw.
         """
-        self._plant, self._g, self._rest = plant, plant.gravity, stowed(plant.robot)
         self._fins = fins_of(plant)
         layout = with_fins(plant.layout, self._fins)
-        centre = MassPropertyEstimator(plant.robot).at(self._rest).centre
-        axes = commanded_axes(wrench_matrix(layout, centre), mean_arm(layout, centre), STEERED)
-        missing = [k for k in NEEDED if k not in axes]
-        if missing:
-            raise ConfigError(
-                f"controller=autopilot: {layout.drives} drives and fins of robot "
-                f"'{plant.robot.name}' do not command {named_axes(missing)}.\n"
-                "It takes a thruster along the vehicle, and a rudder (a link under the effect lift "
-                "that a servo turns about its y axis, upright) or a second thruster beside it"
-            )
-        self._rows, self._climbs = list(axes), PITCH in axes
-        self._turned = np.array([float(k in axes) for k in (ROLL, PITCH, YAW)])
-        weights = priority_weights(self.priority, axes)
-        self._allocation = Allocation(
-            layout, rows=axes, saturation=self.saturation, weights=weights, centre=centre
-        )
-        self._lag = Lag(plant.layout.lag, plant.layout.fall)
+        self._climbs = PITCH in self._allocate(plant, layout, STEERED, NEEDED)
         # where the error turns it at the largest rate
         self._most_error = self.turn_limit * self.spin_gain / max(self.turn_gain, 1e-9)
-        self._added, self._drag = added_inertia(plant), float(water_drag(plant)[0])
+        self._drag = float(water_drag(plant)[0])
+
+    def _unfit(self, layout: Layout, missing: str) -> str:
+        """Return the refusal of a robot whose drives and fins do not command some axes."""
+        return (
+            f"controller=autopilot: {layout.drives} drives and fins of robot "
+            f"'{self._plant.robot.name}' do not command {missing}.\n"
+            "It takes a thruster along the vehicle, and a rudder (a link under the effect lift "
+            "that a servo turns about its y axis, upright) or a second thruster beside it"
+        )
 
     def start(self) -> AutopilotState:
         """Return zero integrators; fins straight, arms stowed."""
@@ -199,9 +179,7 @@ class Autopilot(ControllerOptions):
     ) -> tuple[ActuatorCommand, AutopilotState]:
         """Return forces of the thrusters and targets of the servos, fins among them."""
         s = situation
-        velocity = aim.velocity
-        if aim.position is not None:
-            velocity = velocity + self.position_gain * (aim.position - s.position)
+        velocity = self._wanted_velocity(s, aim)
         speed = math.sqrt(velocity @ velocity)
         ahead = float(s.velocity @ s.rotation[:, 0])
         climbing = float(velocity[2] - s.velocity[2])
@@ -223,8 +201,7 @@ class Autopilot(ControllerOptions):
         wrench[3:] += s.submersion * cross3(through, self._added[:3, :3] @ through)
         wanted, low, limit = self._allocated(s, wrench, ahead)
         count = self._plant.layout.drives
-        drive = wanted[:count] if memory.drive is None else memory.drive
-        order = self._lag.quickened(wanted[:count], drive, self.quicker, (s.low, s.limit))
+        order, after = self._quickened(s, wanted[:count], memory.drive)
         joints = joint_targets(aim, memory.joints, self._plant.robot).copy()
         joints[list(self._fins.joints)] = wanted[count:]
         speed_sum, turn_sum = memory.speed_sum, memory.turn_sum
@@ -232,9 +209,7 @@ class Autopilot(ControllerOptions):
             # what the drives cannot do is not summed up
             most = self.speed_sum_limit / max(self.speed_sum_gain, 1e-9)
             speed_sum = min(max(speed_sum + s.step * (speed - ahead), -most), most)
-            most = self.turn_sum_limit / max(self.turn_sum_gain, 1e-9)
-            turn_sum = summed(turn_sum, np.where(near, error, 0.0), s.step, most)
-        after = self._lag.followed(drive, order, s.step)
+            turn_sum = self._turn_summed(turn_sum, np.where(near, error, 0.0), s.step)
         return ActuatorCommand(order, joints), AutopilotState(
             speed_sum, climb_sum, turn_sum, after, joints
         )

@@ -9,26 +9,14 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.control import ActuatorCommand, Plant, Reference, RobotState
-from seals.control.added import added_inertia
-from seals.control.allocation import Allocation, Saturation
+from seals.control.allocation import Saturation
 from seals.control.attitude import attitude_error, lean_for
-from seals.control.axes import (
-    HEAVE,
-    SURGE,
-    SWAY,
-    YAW,
-    commanded_axes,
-    mean_arm,
-    named_axes,
-    priority_weights,
-    wrench_matrix,
-)
-from seals.control.filters import Lag, summed
-from seals.control.limbs import joint_targets, stowed
-from seals.control.mass_properties import MassPropertyEstimator
+from seals.control.axes import HEAVE, STATION_ORDER, SURGE, SWAY, YAW
+from seals.control.filters import summed
+from seals.control.limbs import joint_targets
 from seals.control.model_wrench import model_wrench
-from seals.control.protocols import ControllerOptions
-from seals.errors import ConfigError
+from seals.control.plant import Layout
+from seals.plugins.controllers.vehicle import VehicleController
 from seals.schema import param
 from seals.state_records import state_record
 
@@ -54,7 +42,7 @@ class StationState(NamedTuple):
 
 
 @dataclass(kw_only=True)
-class Station(ControllerOptions):
+class Station(VehicleController):
     """Velocity and attitude control with forces in every direction; the vehicle stays level.
 
     Axes that the thrusters cannot command are passive: a vehicle of four to eight thrusters is
@@ -152,25 +140,16 @@ class Station(ControllerOptions):
         Raises:
             ConfigError: the drives do not command surge, sway, heave and yaw.
         """
-        layout = plant.layout
-        self._plant, self._g = plant, plant.gravity
-        self._rest = stowed(plant.robot)
-        centre = MassPropertyEstimator(plant.robot).at(self._rest).centre
-        axes = commanded_axes(wrench_matrix(layout, centre), mean_arm(layout, centre))
-        missing = [k for k in NEEDED if k not in axes]
-        if missing:
-            raise ConfigError(_unfit(plant, missing))
-        self._rows = list(axes)
-        self._turned = np.array([float(k in axes) for k in (3, 4, 5)])
-        self._allocation = Allocation(
-            layout,
-            rows=axes,
-            saturation=self.saturation,
-            weights=priority_weights(self.priority, axes),
-            centre=centre,
+        self._allocate(plant, plant.layout, STATION_ORDER, NEEDED)
+
+    def _unfit(self, layout: Layout, missing: str) -> str:
+        """Return the refusal of a robot whose drives do not command some axes."""
+        return (
+            f"controller=station: the {layout.drives} drives of robot '{self._plant.robot.name}' "
+            f"do not command {missing}.\n"
+            "It takes surge, sway, heave and yaw; for a vehicle that steers: controller=autopilot "
+            "guide=los; for rotors that push upward: controller=cascade"
         )
-        self._lag = Lag(layout.lag, layout.fall)
-        self._added = added_inertia(plant)
 
     def start(self) -> StationState:
         """Return zero integrators; arms stowed, grippers open."""
@@ -181,10 +160,7 @@ class Station(ControllerOptions):
     ) -> tuple[ActuatorCommand, StationState]:
         """Return forces of the thrusters and targets of the servos."""
         s = situation
-        velocity = aim.velocity
-        if aim.position is not None:
-            velocity = velocity + self.position_gain * (aim.position - s.position)
-        error = velocity - s.velocity
+        error = self._wanted_velocity(s, aim) - s.velocity
         asked = aim.acceleration + self.speed_gain * error + self.sum_gain * memory.sum
         level = lean_for(np.array([0.0, 0.0, 1.0]), aim.yaw, tilt=0.1, least=1.0)
         turn_error = self._turned * attitude_error(s.rotation, level)
@@ -195,22 +171,10 @@ class Station(ControllerOptions):
         wanted = self._allocation.commands(
             wrench[self._rows], s.centre, gain=s.gain, limit=s.limit, low=s.low
         )
-        drive = wanted if memory.drive is None else memory.drive
-        order = self._lag.quickened(wanted, drive, self.quicker, (s.low, s.limit))
+        order, after = self._quickened(s, wanted, memory.drive)
         total, turn_total = memory.sum, memory.turn_sum
         if (np.abs(wanted) < s.limit).all():
             total = summed(total, error, s.step, self.sum_limit / max(self.sum_gain, 1e-9))
-            most = self.turn_sum_limit / max(self.turn_sum_gain, 1e-9)
-            turn_total = summed(turn_total, turn_error, s.step, most)
-        after = self._lag.followed(drive, order, s.step)
+            turn_total = self._turn_summed(turn_total, turn_error, s.step)
         joints = joint_targets(aim, memory.joints, self._plant.robot)
         return ActuatorCommand(order, joints), StationState(total, turn_total, after, joints)
-
-
-def _unfit(plant: Plant, missing: list[int]) -> str:
-    return (
-        f"controller=station: the {plant.layout.drives} drives of robot '{plant.robot.name}' do "
-        f"not command {named_axes(missing)}.\n"
-        "It takes surge, sway, heave and yaw; for a vehicle that steers: controller=autopilot "
-        "guide=los; for rotors that push upward: controller=cascade"
-    )

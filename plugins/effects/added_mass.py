@@ -21,7 +21,7 @@ from seals.effects.identification import (
 from seals.errors import ConfigError
 from seals.motion import AddedInertia, Inputs, Medium, Motion, Wrench
 from seals.multibody.spatial import momentum
-from seals.schema import param
+from seals.schema import LATER, param
 
 _LIMITS: dict[str, Any] = {
     "bounds": (0.0, 1e6),
@@ -85,9 +85,15 @@ class AddedMass(Effect):
     inertia_y: float = param(0.0, "kg m^2", **_LIMITS)
     inertia_z: float = param(0.0, "kg m^2", **_LIMITS)
     coupling: list[list[float]] = field(default_factory=list)
-    floating: list[list[float]] = field(default_factory=list)
+    floating: list[list[float]] = field(default_factory=list, metadata=LATER)
     floating_fraction: float = param(
-        0.5, "1", bounds=(0.001, 0.999), tolerance=0.0, source="half submerged", fit=False
+        0.5,
+        "1",
+        bounds=(0.001, 0.999),
+        tolerance=0.0,
+        source="half submerged",
+        fit=False,
+        later=True,
     )
     medium: MediumKind = MediumKind.water
     accounts_for: ClassVar[tuple[str, ...]] = ("added mass",)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from seals.arrays import Array, Floats, namespace, some
@@ -13,7 +13,7 @@ from seals.effects.identification import Addition, Comparison, Identification, S
 from seals.effects.power_law import power_law_additions
 from seals.frames import cross_last
 from seals.motion import Inputs, Medium, Motion, Wrench
-from seals.schema import param
+from seals.schema import LATER, param
 
 if TYPE_CHECKING:
     from seals.robot.model import RobotModel
@@ -34,6 +34,7 @@ _EXTENT: dict[str, Any] = {
     "tolerance": 0.0,
     "source": "the body's drawing",
     "fit": False,
+    "later": True,
 }
 _PLACE: dict[str, Any] = {**_EXTENT, "bounds": (-1e3, 1e3)}
 
@@ -106,8 +107,8 @@ class DragQuadratic(Effect):
     coefficient_x: float = param(0.0, "N s^2/m^2", **_LIMITS)
     coefficient_y: float = param(0.0, "N s^2/m^2", **_LIMITS)
     coefficient_z: float = param(0.0, "N s^2/m^2", **_LIMITS)
-    form: DragForm = DragForm.per_axis
-    axis: HullAxis = HullAxis.x
+    form: DragForm = field(default=DragForm.per_axis, metadata=LATER)
+    axis: HullAxis = field(default=HullAxis.x, metadata=LATER)
     size_x: float = param(0.0, "m", **_EXTENT)
     size_y: float = param(0.0, "m", **_EXTENT)
     size_z: float = param(0.0, "m", **_EXTENT)

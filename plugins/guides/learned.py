@@ -10,7 +10,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.control import Plant, Reference, RobotState
 from seals.errors import ConfigError
-from seals.learn.task import Instant
+from seals.learn.task import Instant, WorldTask
 from seals.plugins.guides.behaviour.over_ground import place_of
 from seals.state_records import state_record
 
@@ -77,7 +77,8 @@ class Learned:
         folder = policy_folder(self.policy)
         self._policy = load_policy(folder)
         self._task: Any = task_of(self._policy.metadata, where=f"policy={self.policy}")
-        strange = [name for name in getattr(self._task, "knows", ("world",)) if name not in KNOWN]
+        asked = self._task.knows if isinstance(self._task, WorldTask) else ("world",)
+        strange = [name for name in asked if name not in KNOWN]
         if strange:
             raise ConfigError(
                 f"guide learned: the task of policy={self.policy} looks at '{strange[0]}'.\n"

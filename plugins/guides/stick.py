@@ -91,9 +91,13 @@ class Stick:
         1.8, "1/s", bounds=(0.0, 50.0), tolerance=0.0, source="chosen: as hover", fit=False
     )
 
+    def __post_init__(self) -> None:
+        """Start without a device: the script leads."""
+        self._given: Device | None = None
+
     def use(self, device: Device) -> None:
         """Use events of a device instead of the script."""
-        self._device = device
+        self._given = device
 
     def bind(self, plant: Plant) -> None:
         """Store the arms of the robot; read the script.
@@ -102,8 +106,11 @@ class Stick:
             ConfigError: the script cannot be used.
         """
         self._robot = plant.robot
-        if getattr(self, "_device", None) is None:
-            self._device = Script(read_track(Path(self.script)) if self.script else [])
+        self._device: Device = (
+            Script(read_track(Path(self.script)) if self.script else [])
+            if self._given is None
+            else self._given
+        )
 
     def start(self, situation: RobotState) -> StickState:
         """Start with the target at the present position, arms at rest, grippers open."""

@@ -62,6 +62,11 @@ class SensorEncoders(Instrument):
     noise: float = param(0.0, "rad or m", bounds=(0.0, 10.0), tolerance=0.001, source="chosen")
     bias: float = param(0.0, "rad or m", bounds=(-10.0, 10.0), tolerance=0.005, source="chosen")
 
+    def __post_init__(self) -> None:
+        """Number the joints as stated, until the robot is known."""
+        super().__post_init__()
+        self._columns = list(range(len(self.joints)))
+
     def bind(self, outfit: RobotEquipment) -> None:
         """Find the joints.
 
@@ -78,7 +83,7 @@ class SensorEncoders(Instrument):
 
     def channels(self) -> dict[str, int]:
         """Return the channels; one component for each joint once the robot is known."""
-        return {"joint_position": len(getattr(self, "_columns", self.joints)) or 1}
+        return {"joint_position": len(self._columns) or 1}
 
     def look(self, felt: SensorInput, own: Any) -> tuple[TrueValues | None, Any]:
         """Return the joint positions."""

@@ -63,6 +63,8 @@ class SensorRotorSpeed(Instrument):
         fit=False,
     )
 
+    _rotors = 1
+
     def bind(self, outfit: RobotEquipment) -> None:
         """Count the rotors.
 
@@ -78,7 +80,7 @@ class SensorRotorSpeed(Instrument):
 
     def channels(self) -> dict[str, int]:
         """Return the channels; one component for each rotor once the robot is known."""
-        return {"rotor_speed": getattr(self, "_rotors", 1)}
+        return {"rotor_speed": self._rotors}
 
     def look(self, felt: SensorInput, own: Any) -> tuple[TrueValues | None, Any]:
         """Return the speeds."""

@@ -20,7 +20,7 @@ from seals.effects.identification import (
     Stage,
     Subject,
 )
-from seals.environment.waves import Sea, gradient_along
+from seals.environment.waves import Sea, WaveOptions, gradient_along
 from seals.errors import ConfigError
 from seals.schema import param
 
@@ -34,7 +34,7 @@ _SHORTEST, _LONGEST, _FINEST = 0.5, 6.0, 0.005
 
 
 @dataclass(kw_only=True)
-class WaveAiry:
+class WaveAiry(WaveOptions):
     """Airy wave on deep water: elevation, velocity and acceleration of the water.
 
     Equation:

@@ -10,7 +10,7 @@ import numpy as np
 
 from seals.arrays import Array, Floats, as_like, columns, namespace
 from seals.environment.linear_waves import jonswap, wavenumber
-from seals.environment.waves import Sea, gradient_along
+from seals.environment.waves import Sea, WaveOptions, gradient_along
 from seals.errors import ConfigError
 from seals.schema import optional, param
 
@@ -29,7 +29,7 @@ class Spectrum(enum.Enum):
 
 
 @dataclass(kw_only=True)
-class WaveSea:
+class WaveSea(WaveOptions):
     """Sum of linear waves in one direction on water of any depth.
 
     Equation:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from seals.arrays import Array
-from seals.environment.waves import Sea
+from seals.environment.waves import Sea, WaveOptions
 
 
 @dataclass(kw_only=True)
-class WaveStill:
+class WaveStill(WaveOptions):
     """Still water at the mean level.
 
     Equation:

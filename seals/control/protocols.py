@@ -7,7 +7,7 @@ that a snapshot of the world holds it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
@@ -233,7 +233,10 @@ class Goal(NamedTuple):
 
 
 class GuideOptions:
-    """Optional methods of a guide and their defaults; see `options_of`."""
+    """Optional attributes and methods of a guide and their defaults; see `options_of`."""
+
+    sensors: Sequence[str] = ()
+    """Names of the sensors that it needs, beside what its controller takes."""
 
     def goals(self, memory: Any) -> tuple[Goal, ...]:
         """Return the places that it is to reach, in order, from its memory."""

@@ -53,6 +53,17 @@ class EffectOptions:
     order: ClassVar[int] = 0
     """Place among the effects that change a reading: those of lower order act first."""
 
+    actuator: ClassVar[str] = "rotors"
+    """Actuator on which it is tried out, for an effect of drives."""
+
+    material: ClassVar[Mapping[str, Any]] = {}
+    """Values with which it is tried out, where defaults and natural scales are no good ones."""
+
+    @property
+    def full_voltage(self) -> float | None:
+        """Voltage of the full battery [V]; None for an effect that knows no battery."""
+        return None
+
 
 _FORMER = {
     "dries": "zero_when_dry",

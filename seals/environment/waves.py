@@ -59,9 +59,24 @@ def carried(gradient: Array, velocity: Array) -> Array:
     return namespace(gradient).sum(gradient * velocity[:, None, :], axis=2)
 
 
+class WaveOptions:
+    """Optional attributes of waves and their defaults; see `options_of`."""
+
+    gravity: float | None = None
+    """Gravity of its dispersion [m/s^2]; None for waves without one of their own."""
+
+    depth: float | None = None
+    """Depth of the water of its dispersion [m]; None for deep water."""
+
+    period: float = 0.0
+    """Period at its peak [s]; 0 for waves without one."""
+
+
 @runtime_checkable
 class Waves(Protocol):
     """Wave plug-in: a keyword-only dataclass with one pure function.
+
+    What waves may have beside it, and the defaults: `WaveOptions`.
 
     Waves that a diagnosis may find missing have besides: ``candidate``, the name under which it
     reports them; ``identification``; the class method ``additions(subject)``, whose addition

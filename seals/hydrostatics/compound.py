@@ -9,7 +9,7 @@ import numpy as np
 
 from seals.errors import RobotError
 from seals.hydrostatics.placed import checked_triple
-from seals.hydrostatics.wetted import DRY, ZERO, Hull, Vector, Wetted, frozen
+from seals.hydrostatics.wetted import DRY, GRAIN, ZERO, Hull, Vector, Wetted, frozen
 
 PLAN_LEVELS = 129
 """Levels searched for the largest horizontal section."""
@@ -44,6 +44,8 @@ class HullCompound:
         >>> HullCompound(parts=pair, displaced_volume=0.01).volume
         0.01
     """
+
+    grain = GRAIN
 
     def __init__(
         self,

@@ -14,8 +14,6 @@ from seals.hydrostatics.wetted import DRY, Hull, Sums, Vector, Wetted, frozen, w
 
 HALVINGS = 48
 """Halvings of an interval that find where a hull begins: to the last digit of a metre."""
-GRAINS = 8
-"""Work of one primitive's cut, in faces of a mesh."""
 
 
 class Part(NamedTuple):
@@ -82,7 +80,7 @@ class HullFused:
     @property
     def grain(self) -> int:
         """Cost of one cut, in faces of a mesh."""
-        return sum(getattr(part.hull, "grain", GRAINS) for part in self.parts)
+        return sum(part.hull.grain for part in self.parts)
 
     def wetted(self, up: Sequence[float] | Vector, level: float) -> Wetted:
         """Return the part below the surface.

@@ -91,6 +91,8 @@ class HullMesh:
         sums = np.concatenate((cut.volume[0], cut.moment[0, 0], cut.area[0], cut.area_moment[0, 0]))
         return wetted_of(Sums(*sums.tolist()), self.volume)
 
+    resolution = None
+
     @property
     def grain(self) -> int:
         """Number of faces, the cost of one cut."""

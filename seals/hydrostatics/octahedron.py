@@ -27,6 +27,11 @@ class Cuttable(Protocol):
     centroid: Vector
 
     @property
+    def resolution(self) -> tuple[int, int] | None:
+        """Cells along an octahedron edge and depths of its table; None lets its grain choose."""
+        ...
+
+    @property
     def grain(self) -> int:
         """Cost of one cut: number of faces or samples."""
         ...

@@ -13,6 +13,7 @@ from seals.errors import RobotError
 from seals.hydrostatics.wetted import (
     DRY,
     FLOATS,
+    GRAIN,
     ZERO,
     Column,
     Sums,
@@ -78,6 +79,8 @@ class HullPlaced(ABC):
         position: centre of the primitive in link axes [m].
         rpy: roll, pitch, yaw of the primitive in the link [rad].
     """
+
+    grain = GRAIN
 
     def __init__(
         self, *, volume: float, radius: float, position: Sequence[float], rpy: Sequence[float]

@@ -95,6 +95,8 @@ class HullSamples:
             found += len(kept[-1])
         return cls(points=np.concatenate(kept), volume=float(box.prod()) * found / drawn)
 
+    resolution = None
+
     @property
     def grain(self) -> int:
         """Number of samples, the cost of one cut."""

@@ -112,7 +112,7 @@ def law_of(hull: Hull, cells: int | None = None, depths: int | None = None) -> L
         )
     body = cast(Cuttable, hull)
     fits = [(c, d) for most, c, d in RESOLUTION if body.grain <= most] or [COARSEST]
-    own = getattr(body, "resolution", fits[0])
+    own = body.resolution or fits[0]
     return shared_table(body, cells=cells or own[0], depths=depths or own[1]).sums
 
 

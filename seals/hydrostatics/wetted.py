@@ -43,6 +43,10 @@ class Sums(NamedTuple):
     area_z: Column
 
 
+GRAIN = 8
+"""Cost of one cut of a primitive, in faces of a mesh."""
+
+
 class Hull(Protocol):
     """Interface of a hull: a body that displaces water.
 
@@ -63,6 +67,11 @@ class Hull(Protocol):
     @property
     def centroid(self) -> Vector:
         """Centre of buoyancy when fully submerged [m], shape (3,)."""
+        ...
+
+    @property
+    def grain(self) -> int:
+        """Cost of one cut, in faces of a mesh."""
         ...
 
     @property

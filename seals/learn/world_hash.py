@@ -3,29 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
+import enum
 from typing import Any
 
 from seals.learn.metadata import config_hash
+from seals.schema import later_defaults
 
 FREE = (
     *("name", "seed", "repeat", "resume", "checkpoint", "force", "viewer", "surface", "particles"),
     "hide",
 )
 """Keys of a run that leave its world as it is."""
-
-NEUTRAL = {"thrust_change": 0.0}
-"""Parameters that came later, by the value that changes nothing: worlds made before keep their
-hash."""
-
-_EFFECTS = "seals.plugins.effects"
-NEUTRAL_OF: dict[str, dict[str, Any]] = {
-    f"{_EFFECTS}.quadratic_drag.DragQuadratic": {
-        **{"form": "per_axis", "axis": "x"},
-        **{f"{stem}_{axis}": 0.0 for stem in ("size", "position") for axis in "xyz"},
-    },
-    f"{_EFFECTS}.added_mass.AddedMass": {"floating": [], "floating_fraction": 0.5},
-}
-"""The same of one plug-in, by its class."""
 
 SEEN = ("frames", "ball")
 """Keys that mean nothing to a robot without cameras."""
@@ -56,12 +44,21 @@ def world_config(config: Any) -> dict[str, Any]:
 
 
 def _placeless(value: Any) -> Any:
-    """Drop neutral values, and the path of the robot's folder, which differs between machines."""
+    """Drop the path of the robot's folder, which differs between machines, and later fields."""
     if isinstance(value, dict):
-        neutral = NEUTRAL | NEUTRAL_OF.get(str(value.get("_target_")), {})
+        neutral = _later(value.get("_target_"))
         kept = {k: v for k, v in value.items() if k != "folder"}
         return {k: _placeless(v) for k, v in kept.items() if k not in neutral or v != neutral[k]}
     return value
+
+
+def _later(target: str | None) -> dict[str, Any]:
+    """Return the plain defaults of the fields that a plug-in's class got later, by name."""
+    from hydra.utils import get_object
+
+    cls = None if target is None else get_object(target)
+    found = later_defaults(cls) if isinstance(cls, type) and dataclasses.is_dataclass(cls) else {}
+    return {name: v.name if isinstance(v, enum.Enum) else v for name, v in found.items()}
 
 
 def world_hash(config: Any) -> str:

@@ -21,10 +21,11 @@ from seals.run.goals import missed
 from seals.run.left_out import find_left_out
 from seals.run.particle_snapshots import Thinned
 from seals.run.provenance import provenance
+from seals.run.recorder import Recorder
 from seals.run.replay_config import recalled
 from seals.run.report import write_plots, write_report
 from seals.run.settings import RunSettings
-from seals.run.simulation import Ending, Keeper, Record, simulate
+from seals.run.simulation import Ending, Record, simulate
 from seals.run.stopping import stoppable
 from seals.run.surface import Surfaces
 from seals.run.unused_settings import find_unused
@@ -81,7 +82,7 @@ def run_into(
     overrides: list[str] | None = None,
     original: Path | None = None,
     cut: Path | None = None,
-    keepers: Sequence[Keeper] = (),
+    recorders: Sequence[Recorder] = (),
 ) -> Record:
     """Simulate a run and write its folder.
 
@@ -91,7 +92,7 @@ def run_into(
         overrides: what the user wrote, for the report.
         original: folder of the run that this one repeats, to be compared with.
         cut: folder of the run whose last checkpoint this one takes up.
-        keepers: look at the run after every step, beside those that write its folder.
+        recorders: called after every step, beside those that write the folder.
 
     Raises:
         SealsError: the run cannot start, or its files cannot be written.
@@ -103,7 +104,7 @@ def run_into(
         if fresh and (cut is None or cut.resolve() != folder.resolve()):
             aside = set_aside(folder, notes=False)
         try:
-            return _run_into(folder, settings, beginning, keepers)
+            return _run_into(folder, settings, beginning, recorders)
         except BaseException as cause:
             if not beginning.facts and aside is not None:
                 bring_back(aside)
@@ -134,17 +135,17 @@ class _Beginning:
 
 
 def _run_into(
-    folder: Path, settings: RunSettings, beginning: _Beginning, keepers: Sequence[Keeper]
+    folder: Path, settings: RunSettings, beginning: _Beginning, recorders: Sequence[Recorder]
 ) -> Record:
     overrides, facts = beginning.overrides, beginning.facts
     original, cut = beginning.original, beginning.cut
     kept = None if cut is None else checkpoint_of(cut)
     checkpoints = Checkpoints(folder, interval_of(settings))
-    watching: list[Keeper] = [*keepers]
+    watching = [*recorders]
     if settings.surface > 0.0:
-        watching.append(Surfaces(folder, settings.surface, settings.fluid, cut))
+        watching.append(Surfaces(settings.surface, settings.fluid))
     if settings.particles > 0.0:
-        watching.append(Thinned(folder, settings.particles, settings.fluid, cut))
+        watching.append(Thinned(settings.particles, settings.fluid))
     # last: what is written beside a step is there when the step is kept
     watching.append(checkpoints)
 
@@ -154,7 +155,7 @@ def _run_into(
         write_start(folder, facts)
 
     record = simulate(
-        settings, label=settings.name, started=begin, keepers=watching, kept=kept, folder=folder
+        settings, label=settings.name, started=begin, recorders=watching, kept=kept, folder=folder
     )
     record.log.meta["simulated"][RUN_ID] = facts[RUN_ID]
     write_log(folder, record, settings)

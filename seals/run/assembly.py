@@ -13,9 +13,11 @@ from seals.batch import BatchDynamics, TwinState
 from seals.config.plugin_lookup import plugin_name
 from seals.control.estimate import check_sense
 from seals.control.plant import build_plant
+from seals.control.protocols import GuideOptions
 from seals.effects.binding import EffectSet, bind_effects
 from seals.errors import ConfigError, suggestion
 from seals.frames import quaternion_of_rpy
+from seals.plugin_options import options_of
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
 from seals.run.effects_owned_by_fluid import refuse_fluid, resting_effects, without
@@ -127,7 +129,8 @@ def build_pilot(settings: RunSettings, actor: Actor) -> Pilot | None:
 
 def _refuse_blind(settings: RunSettings) -> None:
     """Refuse a guide without the sensors that it names."""
-    missing = [n for n in getattr(settings.guide, "sensors", ()) if n not in settings.sensors]
+    asked = options_of(settings.guide, GuideOptions).sensors
+    missing = [name for name in asked if name not in settings.sensors]
     if missing:
         name = plugin_name("guide", type(settings.guide))
         raise ConfigError(

@@ -21,6 +21,7 @@ from typing import Any
 from seals.backend import Storing
 from seals.errors import ConfigError, DiskFull
 from seals.logs.room import room
+from seals.run.recorder import Moment, Recorder
 from seals.run.settings import RunSettings
 from seals.state_file import MOST_BYTES, open_regular, read_state, write_state
 from seals.state_tree import checked_generator, conform, packed
@@ -38,7 +39,7 @@ MINUTE = 60.0
 """Wall time between two checkpoints of a run with a fluid, unless it says otherwise [s]."""
 
 
-class Checkpoints:
+class Checkpoints(Recorder):
     """Periodic checkpoints in a run's folder.
 
     Args:
@@ -51,17 +52,13 @@ class Checkpoints:
         self.folder, self.every = folder / FOLDER, every
         self._last, self._full = time.perf_counter(), False
 
-    def tick(self, world: World, books: Any) -> None:
-        """Write a checkpoint when one is due.
-
-        Args:
-            world: after a step whose rows are recorded.
-            books: everything recorded so far; its ``snapshot()`` is kept.
-        """
+    def record(self, moment: Moment) -> None:
+        """Write a checkpoint when one is due."""
         now = time.perf_counter()
         if self.every > 0.0 and now - self._last >= self.every:
+            world = moment.world
             try:
-                write_checkpoint(self.folder, world, books.snapshot())
+                write_checkpoint(self.folder, world, moment.snapshot())
                 self._full = False
             except DiskFull as full:
                 # the run itself needs no room until its end: there may be some by then

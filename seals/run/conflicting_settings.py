@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+from seals.environment.waves import Orbits, WaveOptions
+from seals.plugin_options import options_of
 from seals.run.settings import RunSettings
 
 _NEAR = 1e-3
@@ -20,7 +22,7 @@ def find_conflicts(settings: RunSettings) -> list[str]:
     """
     e, wave = settings.environment, settings.wave
     found = []
-    own = getattr(wave, "gravity", None)
+    own = None if wave is None else options_of(wave, WaveOptions).gravity
     if own is not None and _apart(own, e.gravity):
         found.append(
             f"The wave has a gravity of its own: wave.gravity={own:g}, environment.gravity="
@@ -41,14 +43,13 @@ def find_conflicts(settings: RunSettings) -> list[str]:
 def _bottoms(settings: RunSettings) -> list[str]:
     """Return a remark where the wave's water is not as deep as that of the run."""
     e, wave = settings.environment, settings.wave
-    shortest = getattr(wave, "shortest", None)
-    if shortest is None or e.water_level is None or e.tank_bottom is None:
+    if not isinstance(wave, Orbits) or e.water_level is None or e.tank_bottom is None:
         return []
-    deep, stated = e.water_level - e.tank_bottom, getattr(wave, "depth", None)
+    own = options_of(wave, WaveOptions)
+    deep, stated = e.water_level - e.tank_bottom, own.depth
     if stated is None:
         # the longest that matters: of an irregular sea the one at its peak
-        period = float(getattr(wave, "period", 0.0))
-        length = max(shortest, e.gravity * period**2 / (2.0 * math.pi))
+        length = max(wave.shortest, e.gravity * own.period**2 / (2.0 * math.pi))
         if deep > _FELT * length:
             return []
         return [

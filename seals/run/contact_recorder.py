@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
+from seals.run.recorder import Moment, Recorder
 from seals.state_records import fits
 from seals.world.actor import Actor
 
@@ -12,7 +14,7 @@ GAP = 0.1
 """Time without contact below which two contacts count as one [s]: shorter than any use of it."""
 
 
-class Contacts:
+class Contacts(Recorder):
     """Recorder of the times at which a robot touches ground or other bodies.
 
     Args:
@@ -27,8 +29,9 @@ class Contacts:
         self._body = actor.body
         self.spans: list[tuple[float, float]] = []
 
-    def take(self, before: float, time: float) -> None:
-        """Record whether anything was touched in the step from ``before`` to ``time`` [s]."""
+    def record(self, moment: Moment) -> None:
+        """Record whether anything was touched since the row before."""
+        before, time = moment.before, moment.world.time
         if time <= before or not (self._body.contact_normals() > 0.0).any():
             return
         begin = before
@@ -40,12 +43,8 @@ class Contacts:
         """Return the contacts so far."""
         return list(self.spans)
 
-    def restore(self, kept: Sequence[tuple[float, float]]) -> None:
-        """Continue after the contacts of a snapshot.
-
-        Raises:
-            ValueError: they are none.
-        """
+    def restore(self, kept: Sequence[tuple[float, float]], rows: int, folder: Path) -> None:
+        """Continue after the contacts of a snapshot."""
         if not fits(kept, list[tuple[float, float]]):
             raise ValueError("its contacts are no list of begins and ends")
         self.spans = list(kept)

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 
 from seals.control.plant import ROTOR, Layout
+from seals.effects.effect import EffectOptions
+from seals.plugin_options import options_of
 from seals.robot.model import RobotModel
 from seals.run.settings import RunSettings
 
@@ -76,7 +78,7 @@ def describe_servos(settings: RunSettings, robot: RobotModel) -> dict[str, Any] 
 def describe_battery(settings: RunSettings) -> dict[str, float] | None:
     """Return the voltage of the full battery, or None without a battery."""
     for effect in settings.effects.values():
-        voltage = getattr(effect, "full_voltage", None)
+        voltage = options_of(effect, EffectOptions).full_voltage
         if voltage is not None:
             return {"full_voltage": float(voltage)}
     return None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,12 +11,13 @@ import numpy as np
 from seals.arrays import Floats
 from seals.fluid import Fluid
 from seals.run.recorded_rows import refill
+from seals.run.recorder import Moment, Recorder
 
 GAP = "books gap [1]"
 """Part of the momentum exchanged in a step that is not accounted for."""
 
 
-class FluidBook:
+class FluidBook(Recorder):
     """Recorder of a fluid's diagnostics, one row per row of the log.
 
     Args:
@@ -27,7 +29,7 @@ class FluidBook:
         self._fluid = fluid
         self._rows: list[dict[str, float]] = []
 
-    def take(self) -> None:
+    def record(self, moment: Moment) -> None:
         """Record the present diagnostics."""
         if self._fluid is None:
             return
@@ -45,12 +47,8 @@ class FluidBook:
             for name in names
         }
 
-    def restore(self, kept: Mapping[str, Any], rows: int) -> None:
-        """Continue after the rows of a snapshot.
-
-        Raises:
-            ValueError: it is of another run.
-        """
+    def restore(self, kept: Mapping[str, Any], rows: int, folder: Path) -> None:
+        """Continue after the rows of a snapshot."""
         if self._fluid is None:
             return
         self._rows = [{} for _ in range(rows)]

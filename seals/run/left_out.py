@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+from seals.effects.effect import EffectOptions, MediumKind
+from seals.plugin_options import options_of
 from seals.registry import get
 from seals.run.settings import RunSettings
 
@@ -23,7 +23,7 @@ def find_left_out(settings: RunSettings) -> list[str]:
         found += _drives(driven, known)
         found += _water(settings, known)
     blows = any("steady wind" in effect.accounts_for for effect in settings.effects.values())
-    if blows and not _resists(settings, "air"):
+    if blows and not _resists(settings, MediumKind.air):
         found.append(
             "The wind pushes nothing: no drag of the robot acts in air.\n"
             "Add it: +effect@effects.air_drag=quadratic_drag effects.air_drag.medium=air"
@@ -54,7 +54,7 @@ def _water(settings: RunSettings, known: set[str]) -> list[str]:
     if settings.fluid is not None or not hulls:
         return []
     found = []
-    if not _resists(settings, "water"):
+    if not _resists(settings, MediumKind.water):
         found.append(
             "The water does not slow the robot: no drag of it acts in water.\n"
             "Add it: +effect@effects.water_drag=quadratic_drag"
@@ -68,13 +68,12 @@ def _water(settings: RunSettings, known: set[str]) -> list[str]:
     return found
 
 
-def _resists(settings: RunSettings, medium: str) -> bool:
+def _resists(settings: RunSettings, medium: MediumKind) -> bool:
     """Return whether a drag acts in a medium; a third party's law that resists counts."""
     for effect in settings.effects.values():
-        own: Any = getattr(effect, "medium", None)
-        name = getattr(own, "value", own)
+        acts_in = options_of(effect, EffectOptions).medium
         phenomena = set(effect.accounts_for)
         others = effect.identification.resists and "angular drag" not in phenomena
-        if (phenomena & set(_DRAGS) or others) and name in (medium, "any"):
+        if (phenomena & set(_DRAGS) or others) and acts_in in (medium, MediumKind.any):
             return True
     return False

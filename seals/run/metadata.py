@@ -269,8 +269,9 @@ def _sensors(
 
 def _mounting(sensor: Any, robot: RobotModel) -> dict[str, Any]:
     """Position [m] and axes (w, x, y, z) of an inertial sensor in its body."""
-    own = quaternion_of_rpy(np.asarray([getattr(sensor, "rpy", (0, 0, 0))], dtype=float))
-    place = np.asarray(getattr(sensor, "position", (0.0, 0.0, 0.0)), dtype=float)
+    options = options_of(sensor, SensorOptions)
+    own = quaternion_of_rpy(np.asarray([options.rpy or (0.0, 0.0, 0.0)], dtype=float))
+    place = np.asarray(options.position or (0.0, 0.0, 0.0), dtype=float)
     origin, turn = place_on_base(robot, sensor.link) or (np.zeros(3), np.eye(3))
     axes = quaternion_of(turn @ matrix_of(own)[0])
     return {"position": (origin + turn @ place).tolist(), "orientation": np.roll(axes, 1)}

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from seals.arrays import Floats
 from seals.config.plugin_lookup import plugin_name
-from seals.run.recorded_rows import refill
+from seals.run.recorded_rows import Rows
+from seals.run.recorder import Moment, Recorder
 from seals.run.settings import RunSettings
 from seals.world import Actor, Ledger
 
@@ -18,7 +20,7 @@ TURN = ("orientation_w", "orientation_x", "orientation_y", "orientation_z")
 SPEED = ("velocity_x", "velocity_y", "velocity_z")
 
 
-class ObjectRecorder:
+class ObjectRecorder(Recorder):
     """Recorder of the objects: pose and velocity in the world, joint positions.
 
     Args:
@@ -30,46 +32,42 @@ class ObjectRecorder:
         """Reserve the rows."""
         self.actors = dict(actors)
         self._rows = {
-            name: np.zeros((steps + 1, 10 + actor.robot.tree.joints))
+            name: Rows(_columns(name, actor.robot.tree.joints), steps + 1, fill=0.0)
             for name, actor in actors.items()
         }
-        self.rows = 0
 
-    def take(self) -> None:
+    def record(self, moment: Moment) -> None:
         """Record the present poses of all objects."""
         for name, actor in self.actors.items():
             c = actor.body.read()
             turn = c.quaternion[[3, 0, 1, 2]]
-            self._rows[name][self.rows] = np.concatenate((c.position, turn, c.velocity, c.joints))
-        self.rows += 1
+            table = self._rows[name]
+            table.count = moment.row + 1
+            table.values[moment.row] = np.concatenate((c.position, turn, c.velocity, c.joints))
 
     def snapshot(self) -> dict[str, Floats]:
         """Return the rows so far by object."""
-        return {name: table[: self.rows] for name, table in self._rows.items()}
+        return {name: table.snapshot() for name, table in self._rows.items()}
 
-    def restore(self, kept: Mapping[str, Any], rows: int) -> None:
-        """Continue after the rows of a snapshot.
-
-        Raises:
-            ValueError: it is of another run.
-        """
+    def restore(self, kept: Mapping[str, Any], rows: int, folder: Path) -> None:
+        """Continue after the rows of a snapshot."""
         for name, table in self._rows.items():
-            refill(table, kept[name], rows)
-        self.rows = rows
+            table.restore(kept[name], rows)
 
     def columns(self, rows: int) -> dict[str, Floats]:
         """Return the first rows as columns ``object_NAME_CHANNEL``; velocities in world axes."""
-        out: dict[str, Floats] = {}
-        for name, table in self._rows.items():
-            joints = [f"joint_position_{k + 1}" for k in range(table.shape[1] - 10)]
-            for k, column in enumerate((*POSE, *TURN, *SPEED, *joints)):
-                out[f"object_{name}_{column}"] = np.ascontiguousarray(table[:rows, k])
-        return out
+        tables = self._rows.values()
+        return {name: column for t in tables for name, column in t.columns(rows).items()}
 
     @property
     def ledgers(self) -> dict[str, Ledger]:
         """Return every object's ledger by name."""
         return {name: actor.ledger for name, actor in self.actors.items()}
+
+
+def _columns(name: str, joints: int) -> list[str]:
+    own = (*POSE, *TURN, *SPEED, *(f"joint_position_{k + 1}" for k in range(joints)))
+    return [f"object_{name}_{column}" for column in own]
 
 
 def describe_objects(settings: RunSettings, actors: Mapping[str, Actor]) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import shutil
+from abc import abstractmethod
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from seals.errors import ConfigError
 from seals.fluid import Fluid
 from seals.logs.atomic import atomic_path
+from seals.run.recorder import Moment, Recorder
 from seals.world import World
 
 FOLDER = "particles"
@@ -50,57 +52,79 @@ def passed(now: float, step: float, every: float) -> bool:
     return math.floor((now + 1e-9) / every) != math.floor((now - step + 1e-9) / every)
 
 
-def file_of(folder: Path, time: float, suffix: str) -> Path:
-    """Return the file name of a time in a folder, such as ``t_000.0500.npy``."""
-    return folder / f"t_{time:08.4f}{suffix}"
+def file_of(folder: Path, time: float) -> Path:
+    """Return the path of a time in a folder without its suffix, such as ``t_000.0500``."""
+    return folder / f"t_{time:08.4f}"
 
 
-def carry_over(before: Path | None, folder: Path, world: World) -> None:
-    """Copy the snapshots that an interrupted run wrote before its checkpoint.
-
-    Args:
-        before: folder of instants of that life, or None.
-        folder: of those of this one.
-        world: after its first step beyond the checkpoint.
-    """
-    if before is None or before == folder:
-        return
-    for file in sorted(before.glob("t_*")):
-        if float(file.stem.removeprefix("t_")) < world.time - 0.5 * world.step_size:
-            with atomic_path(folder / file.name) as beside:
-                shutil.copyfile(file, beside)
-
-
-class Thinned:
-    """Writer of a subset of the particles to a run folder.
+class InstantFiles(Recorder):
+    """Recorder of the water that writes a file at every multiple of an interval.
 
     Args:
-        folder: of the run.
-        every: simulated time between two sets [s].
+        key: setting that asks for it, also the folder of the run that holds the files.
+        every: simulated time between two files [s].
         fluid: of the run, or None.
-        cut: folder of the run that this one goes on from, or None.
 
     Raises:
         ConfigError: there is no fluid.
     """
 
-    def __init__(
-        self, folder: Path, every: float, fluid: Fluid | None, cut: Path | None = None
-    ) -> None:
+    def __init__(self, key: str, every: float, fluid: Fluid | None) -> None:
         """Refuse an impossible request before the run starts."""
         if fluid is None:
             raise ConfigError(
-                f"particles={every:g}: the run has no water of particles.\n"
-                "Choose it, or leave particles out: water=particles"
+                f"{key}={every:g}: the run has no water of particles.\n"
+                f"Choose it, or leave {key} out: water=particles"
             )
-        self.folder, self.every = folder / FOLDER, every
-        self._before = None if cut is None else cut / FOLDER
+        self._key, self._every = key, every
+        self._folder: Path | None = None
+        self._before: Path | None = None
 
-    def tick(self, world: World, books: Any) -> None:
-        """Write a snapshot when due; one file for each multiple of ``every``."""
-        carry_over(self._before, self.folder, world)
-        self._before = None
-        if world.fluid is None or not passed(world.time, world.step_size, self.every):
+    def restore(self, kept: Any, rows: int, folder: Path) -> None:
+        """Note the folder with the files that were written before the checkpoint."""
+        self._before = folder / self._key
+
+    def start(self, world: World, folder: Path | None) -> None:
+        """Write to a folder, after a copy of the files from before the checkpoint."""
+        if folder is None:
             return
-        with atomic_path(file_of(self.folder, world.time, ".npy")) as beside:
-            np.save(beside, subsampled(world.fluid.particles()[0]), allow_pickle=False)
+        self._folder = folder / self._key
+        if self._before is None or self._before == self._folder:
+            return
+        for file in sorted(self._before.glob("t_*")):
+            if float(file.stem.removeprefix("t_")) < world.time + 0.5 * world.step_size:
+                with atomic_path(self._folder / file.name) as beside:
+                    shutil.copyfile(file, beside)
+
+    def record(self, moment: Moment) -> None:
+        """Write a file when one is due."""
+        world = moment.world
+        if self._folder is None or world.fluid is None:
+            return
+        if passed(world.time, world.step_size, self._every):
+            self.write(file_of(self._folder, world.time), world.fluid)
+
+    @abstractmethod
+    def write(self, path: Path, fluid: Fluid) -> None:
+        """Write the water as it is, to a path without suffix."""
+
+
+class Thinned(InstantFiles):
+    """Writer of a subset of the particles to a run folder.
+
+    Args:
+        every: simulated time between two sets [s].
+        fluid: of the run, or None.
+
+    Raises:
+        ConfigError: there is no fluid.
+    """
+
+    def __init__(self, every: float, fluid: Fluid | None) -> None:
+        """Refuse an impossible request before the run starts."""
+        super().__init__(FOLDER, every, fluid)
+
+    def write(self, path: Path, fluid: Fluid) -> None:
+        """Write the particles."""
+        with atomic_path(path.with_name(path.name + ".npy")) as beside:
+            np.save(beside, subsampled(fluid.particles()[0]), allow_pickle=False)

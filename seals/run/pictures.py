@@ -14,7 +14,8 @@ from seals.errors import ConfigError
 from seals.logs.atomic import write_bytes, write_json, write_table
 from seals.rendering.camera_view import CameraView, Recorded
 from seals.run.recorded_rows import refill
-from seals.world import Actor
+from seals.run.recorder import Moment, Recorder
+from seals.world import Actor, World
 
 FOLDER = "pictures"
 """Folder of a run that holds a folder for each camera."""
@@ -27,26 +28,27 @@ COLUMNS = (
 """Columns of the index: picture, time [s], place [m] and optical axes of the camera."""
 
 
-class Pictures:
+class Pictures(Recorder):
     """Writer of camera images: ``pictures/NAME/000123.png`` and the depth and part files.
 
     Args:
         actor: that carries the cameras.
-        folder: of the run; None to write nothing.
 
     Attributes:
+        folder: of the run; None while nothing is written.
         rows: of the index, by camera: number, time and pose of every picture.
     """
 
-    def __init__(self, actor: Actor, folder: Path | None) -> None:
+    def __init__(self, actor: Actor) -> None:
         """Start with an empty index."""
-        self.actor, self.folder = actor, folder
+        self.actor = actor
+        self.folder: Path | None = None
         self.rows: dict[str, list[dict[str, float]]] = {name: [] for name in self._cameras()}
 
     def _cameras(self) -> dict[str, CameraView]:
         return dict(self.actor.sensor_suite.cameras)
 
-    def take(self) -> None:
+    def record(self, moment: Moment) -> None:
         """Write all new images."""
         if self.folder is None or not self.rows:
             return
@@ -67,16 +69,8 @@ class Pictures:
             for name, rows in self.rows.items()
         }
 
-    def restore(self, kept: Mapping[str, Any], folder: Path) -> None:
-        """Continue after the images of a snapshot.
-
-        Args:
-            kept: the snapshot.
-            folder: of the run that took them.
-
-        Raises:
-            ValueError: it is of another run.
-        """
+    def restore(self, kept: Mapping[str, Any], rows: int, folder: Path) -> None:
+        """Continue after the images of a snapshot."""
         self.folder = folder
         for name in self.rows:
             columns = kept[name]
@@ -88,8 +82,7 @@ class Pictures:
                 refill(row, column, count)
             if columns and (columns["number"] != np.arange(count)).any():
                 raise ValueError(f"the pictures of camera '{name}' are not numbered one by one")
-            rows = table.T.tolist()
-            self.rows[name] = [dict(zip(columns, row, strict=True)) for row in rows]
+            self.rows[name] = [dict(zip(columns, row, strict=True)) for row in table.T.tolist()]
 
     def close(self) -> None:
         """Write the index and the description of every camera."""
@@ -112,8 +105,8 @@ class Pictures:
         }
         return about if scene is None else {**about, "parts": list(scene.scene.names)}
 
-    def move(self, folder: Path | None) -> None:
-        """Continue in another folder, with the images taken so far.
+    def start(self, world: World, folder: Path | None) -> None:
+        """Write to a folder from now on; the images taken so far come along.
 
         Raises:
             ConfigError: a picture that the index knows is missing.

@@ -1,12 +1,59 @@
-"""Restoring of a recorder's rows from a checkpoint."""
+"""Tables of a recorder, one row per row of the log, and their restoring from a checkpoint."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from seals.arrays import Floats
+
+
+class Rows:
+    """Table of a recorder, reserved for a whole run.
+
+    Args:
+        names: of the columns.
+        most: rows of the whole run; 0 where nothing is recorded.
+        fill: value of entries that are not recorded.
+
+    Attributes:
+        values: shape (most, columns).
+        count: rows so far.
+
+    Example:
+        >>> rows = Rows(["a", "b"], 3)
+        >>> rows.values[0], rows.count = (1.0, 2.0), 1
+        >>> rows.columns(1)["b"].tolist()
+        [2.0]
+    """
+
+    def __init__(self, names: Sequence[str], most: int, *, fill: float = np.nan) -> None:
+        """Reserve the rows."""
+        self.names = list(names)
+        self.values = np.full((most if self.names else 0, len(self.names)), fill)
+        self.count = 0
+
+    def snapshot(self) -> Floats:
+        """Return the rows so far."""
+        return self.values[: self.count]
+
+    def restore(self, kept: Any, rows: int) -> None:
+        """Continue after the rows of a snapshot.
+
+        Raises:
+            ValueError: they are of another run.
+        """
+        refill(self.values, kept, rows)
+        self.count = rows
+
+    def columns(self, rows: int) -> dict[str, Floats]:
+        """Return the first ``rows`` rows as columns of a log; empty where nothing is recorded."""
+        if not len(self.values):
+            return {}
+        table = self.values[:rows]
+        return {name: np.ascontiguousarray(table[:, k]) for k, name in enumerate(self.names)}
 
 
 def refill(table: Floats, kept: Any, rows: int) -> None:
@@ -28,7 +75,7 @@ def refill(table: Floats, kept: Any, rows: int) -> None:
     """
     wanted = (min(rows, len(table)), *table.shape[1:])
     if not isinstance(kept, np.ndarray) or kept.shape != wanted or kept.dtype != table.dtype:
-        shape = getattr(kept, "shape", type(kept).__name__)
+        shape = kept.shape if isinstance(kept, np.ndarray) else type(kept).__name__
         raise ValueError(f"recorded rows of shape {shape}; this run has {wanted}")
     table[: wanted[0]] = kept
 

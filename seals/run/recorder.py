@@ -1,173 +1,71 @@
-"""Recorder of a robot in the channels of the log format."""
+"""Interface of everything that records during a run."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol
 
-import numpy as np
-
-from seals.arrays import Floats
-from seals.frames import matrix_of, unrotate
-from seals.logs.channels import CHANNELS
-from seals.robot.fixed_links import place_on_base
-from seals.run.recorded_rows import refill, row_count
-from seals.world.actor import Actor
-
-AXES = ("x", "y", "z")
-BATTERY = ("battery_voltage", "battery_current", "battery_charge")
-"""Channels of a battery [V, A, 1]."""
+from seals.world import World
 
 
-class Recorder:
-    """Recorder of one robot: sensor readings, and true values for channels without a sensor.
+class Moment(NamedTuple):
+    """Instant of a run at which its recorders are called.
 
     Args:
-        actor: the robot in its world.
-        steps: expected steps; there is one row more, that of the start.
-        gravity: [m/s^2].
-        water_level: height of the calm surface [m], None without water.
-
-    Attributes:
-        rows: rows recorded so far.
+        world: after a step, or at the start of the run.
+        row: of the log that belongs to it, 0 at the start.
+        before: time of the row before [s]; that of the start in row 0.
+        snapshot: returns the rows of all recorders so far, for a checkpoint.
     """
 
-    def __init__(
-        self, actor: Actor, *, steps: int, gravity: float, water_level: float | None
-    ) -> None:
-        self.actor, self.gravity, self.water_level = actor, gravity, water_level
-        joints = actor.robot.tree.joints
-        self.rows = 0
-        self._time = np.zeros(steps + 1)
-        self._state = np.zeros((steps + 1, 13 + 2 * joints))
-        self._read = {
-            (sensor, channel): np.full((steps + 1, width), np.nan)
-            for sensor, plugin in actor.sensors.items()
-            for channel, width in plugin.channels().items()
-        }
-        self._names = _names_of(actor)
-        self._battery = np.zeros((steps + 1 if actor.battery else 0, len(BATTERY)))
+    world: World
+    row: int
+    before: float
+    snapshot: Callable[[], Mapping[str, Any]]
 
-    def take(self, time: float) -> None:
-        """Record the present state and the readings that were due at ``time`` [s]."""
-        row = self.rows
-        self._time[row] = time
-        # one flat write: position, quaternion, velocity, spin, joints, rates
-        self._state[row] = np.concatenate(self.actor.body.read())
-        if self.actor.battery:
-            self._battery[row] = self.actor.battery_state()
-        for sensor, reading in self.actor.readings.items():
-            if reading is not None:
-                for channel, values in reading.items():
-                    self._read[sensor, channel][row] = values
-        self.rows = row + 1
 
-    def snapshot(self) -> dict[str, Any]:
-        """Return the rows so far."""
-        n = self.rows
-        read = {key: values[:n] for key, values in self._read.items()}
-        return {
-            "rows": n,
-            "time": self._time[:n],
-            "state": self._state[:n],
-            "read": read,
-            "battery": self._battery[:n],
-        }
+class Recorder(Protocol):
+    """Interface of a recorder: rows of the log, pictures, meshes, checkpoints, a live view.
 
-    def restore(self, kept: Mapping[str, Any]) -> None:
-        """Continue after the rows of a snapshot.
+    A run calls ``restore`` when it resumes from a checkpoint, ``start`` before the first step,
+    ``record`` after every step and ``close`` after the last one, however the run ended. Recorders
+    of the log also record the start. A subclass needs ``record`` alone.
+    """
+
+    def start(self, world: World, folder: Path | None) -> None:
+        """Prepare for the steps to come.
+
+        Args:
+            world: before its next step.
+            folder: of the run; None where nothing is written to disk.
 
         Raises:
-            ValueError: it is of another run.
+            SealsError: the run cannot start.
         """
-        n = row_count(kept["rows"], len(self._time))
-        refill(self._time, kept["time"], n)
-        refill(self._state, kept["state"], n)
-        refill(self._battery, kept["battery"], n)
-        for key, values in self._read.items():
-            refill(values, kept["read"][key], n)
-        self.rows = n
+        return None
 
-    @property
-    def time(self) -> Floats:
-        """Time of the rows [s], shape (rows,)."""
-        return self._time[: self.rows]
+    def record(self, moment: Moment) -> None:
+        """Record an instant."""
+        ...
 
-    @property
-    def truth(self) -> Mapping[str, Floats]:
-        """Exact values by channel, shape (rows, k); orientation as w, x, y, z."""
-        s = self._state[: self.rows]
-        turn = matrix_of(s[:, 3:7])
-        out = {
-            "position": s[:, 0:3],
-            "orientation": s[:, [6, 3, 4, 5]],
-            "velocity": unrotate(turn, s[:, 7:10]),
-            "angular_velocity": unrotate(turn, s[:, 10:13]),
-            "specific_force": self._specific_force(turn),
-        }
-        if self.actor.battery:
-            out |= {name: self._battery[: self.rows, [k]] for k, name in enumerate(BATTERY)}
-        if self.water_level is not None:
-            out["depth"] = self.water_level - s[:, 2:3]
-        joints = (s.shape[1] - 13) // 2
-        if joints:
-            out["joint_position"] = s[:, 13 : 13 + joints]
-            out["joint_velocity"] = s[:, 13 + joints :]
-        return out
+    def snapshot(self) -> Any:
+        """Return a copy or a view of what was recorded so far; None where nothing is kept."""
+        return None
 
-    def _specific_force(self, turn: Any) -> Floats:
-        """Mean acceleration over the last step minus gravity; NaN in the first row."""
-        change = np.diff(self._state[: self.rows, 7:10], axis=0)
-        acceleration = np.full((self.rows, 3), np.nan)
-        acceleration[1:] = change / np.diff(self.time)[:, None]
-        acceleration[:, 2] += self.gravity
-        found: Floats = unrotate(turn, acceleration)
-        return found
+    def restore(self, kept: Any, rows: int, folder: Path) -> None:
+        """Continue after a snapshot.
 
-    def sources(self) -> dict[str, str]:
-        """Return for each channel of the log its sensor, or ``""`` for true values."""
-        return dict.fromkeys(self.truth, "") | {
-            name: sensor for (sensor, _), name in self._names.items()
-        }
+        Args:
+            kept: what `snapshot` returned; None for recorders that are not part of a checkpoint.
+            rows: of the log at that time.
+            folder: of the run that took it.
 
-    def columns(self) -> dict[str, Floats]:
-        """Return the columns of the log, ``t`` first; readings replace true values."""
-        channels = dict(self.truth)
-        channels |= {self._names[key]: values[: self.rows] for key, values in self._read.items()}
-        out = {"t": self.time}
-        own = {name: channel for (_, channel), name in self._names.items()}
-        for name, values in channels.items():
-            names = _named(name, values.shape[1], own.get(name, name))
-            out |= dict(zip(names, values.T, strict=True))
-        return {name: np.ascontiguousarray(values) for name, values in out.items()}
+        Raises:
+            ValueError: the snapshot is of another run.
+        """
+        return None
 
-
-def _names_of(actor: Actor) -> dict[tuple[str, str], str]:
-    """Names in the log of every sensor's channels.
-
-    The log's own names are those of the body: the first sensor on the base takes them, the readings
-    of all others stand under ``SENSOR_CHANNEL``. An inertial sensor may sit on a link that is fixed
-    to the base: its log states where.
-    """
-    names: dict[tuple[str, str], str] = {}
-    for sensor, plugin in actor.sensors.items():
-        on_base = plugin.link in ("root", actor.robot.links[0]) or (
-            "specific_force" in plugin.channels()
-            and place_on_base(actor.robot, plugin.link) is not None
-        )
-        for channel in plugin.channels():
-            free = on_base and channel not in names.values()
-            names[sensor, channel] = channel if free else f"{sensor}_{channel}"
-    return names
-
-
-def _named(name: str, width: int, channel: str) -> list[str]:
-    """Column names of one channel: its name in the log with the suffixes of the log format."""
-    known = CHANNELS.get(channel)
-    if channel.startswith("joint_") or (known is not None and known.numbered):
-        return [f"{name}_{k + 1}" for k in range(width)]
-    if width == 1:
-        return [name]
-    if width in (3, 4):
-        return [f"{name}_{axis}" for axis in (AXES if width == 3 else ("w", *AXES))]
-    return [f"{name}_{k + 1}" for k in range(width)]
+    def close(self) -> None:
+        """Write what is written once, at the end."""
+        return None

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,7 +24,9 @@ from seals.run.metadata import describe_run
 from seals.run.object_recorder import ObjectRecorder, describe_objects
 from seals.run.pictures import Pictures
 from seals.run.progress import progress
-from seals.run.recorder import Recorder
+from seals.run.recorded_rows import row_count
+from seals.run.recorder import Moment, Recorder
+from seals.run.robot_recorder import RobotRecorder
 from seals.run.setpoint_recorder import Aims
 from seals.run.settings import RunSettings
 from seals.run.stages import Stages
@@ -82,7 +84,7 @@ def simulate(
     *,
     label: str = "simulating",
     started: Callable[[], None] | None = None,
-    keepers: Sequence[Keeper] = (),
+    recorders: Sequence[Recorder] = (),
     kept: Path | None = None,
     folder: Path | None = None,
 ) -> Record:
@@ -95,9 +97,9 @@ def simulate(
         settings: of the run.
         label: words beside the progress bar.
         started: called when the world stands and before the first step.
-        keepers: look at the run after every step, to write down more of it on disk.
+        recorders: called after every step, beside those of the log.
         kept: folder of a checkpoint of the same run, to go on from.
-        folder: where pictures of cameras are kept; None keeps none.
+        folder: of the run, for recorders that write files; None writes none.
 
     Raises:
         SealsError: the run cannot start.
@@ -109,26 +111,19 @@ def simulate(
         try:
             books = _books(settings, world, steps)
             if kept is not None:
-                _take_up(kept, world, books, steps)
-            books.pictures.move(folder)
-            stepping = _Stepping(world, books, steps, label, tuple(keepers), kept)
+                _take_up(kept, world, books, steps, recorders)
+            for recorder in (*books, *recorders):
+                recorder.start(world, folder)
+            stepping = _Stepping(world, books, steps, label, tuple(recorders), kept)
             return _stepped(settings, stepping, started)
         finally:
             world.close()
 
 
-class Keeper(Protocol):
-    """Interface of a recorder that writes files during a run."""
-
-    def tick(self, world: World, books: Any) -> None:
-        """Record the world after a step."""
-        ...
-
-
 class _Books(NamedTuple):
-    """Recorders of a run."""
+    """Recorders of the log of a run; checkpoints keep them under these names."""
 
-    recorder: Recorder
+    recorder: RobotRecorder
     objects: ObjectRecorder
     stages: Stages
     aims: Aims
@@ -137,30 +132,18 @@ class _Books(NamedTuple):
     fluid: FluidBook
     pictures: Pictures
 
-    def take(self, time: float) -> bool:
-        """Record the present row; return whether the run is over."""
-        self.recorder.take(time)
-        self.contacts.take(float(self.recorder.time[-2:][0]), time)
-        self.aims.take(self.recorder.rows - 1)
-        self.commands.take(self.recorder.rows - 1)
-        self.objects.take()
-        self.fluid.take()
-        self.pictures.take()
-        return self.stages.over(time)
+    def record(self, world: World) -> Moment:
+        """Record the present row."""
+        row = self.recorder.rows
+        before = float(self.recorder.time[-1]) if row else world.time
+        moment = Moment(world, row, before, self.snapshot)
+        for book in self:
+            book.record(moment)
+        return moment
 
     def snapshot(self) -> dict[str, Any]:
         """Return all rows so far."""
-        rows = self.recorder.rows
-        return {
-            "recorder": self.recorder.snapshot(),
-            "objects": self.objects.snapshot(),
-            "stages": self.stages.snapshot(),
-            "aims": self.aims.snapshot(rows),
-            "commands": self.commands.snapshot(rows),
-            "contacts": self.contacts.snapshot(),
-            "fluid": self.fluid.snapshot(),
-            "pictures": self.pictures.snapshot(),
-        }
+        return {name: book.snapshot() for name, book in self._asdict().items()}
 
     def restore(self, kept: Mapping[str, Any], folder: Path) -> None:
         """Continue after the rows of a snapshot.
@@ -172,21 +155,15 @@ class _Books(NamedTuple):
         Raises:
             ValueError: it is of another run.
         """
-        self.recorder.restore(kept["recorder"])
-        rows = self.recorder.rows
-        self.objects.restore(kept["objects"], rows)
-        self.stages.restore(kept["stages"])
-        self.aims.restore(kept["aims"], rows)
-        self.commands.restore(kept["commands"], rows)
-        self.contacts.restore(kept["contacts"])
-        self.fluid.restore(kept["fluid"], rows)
-        self.pictures.restore(kept["pictures"], folder)
+        rows = row_count(kept["recorder"]["rows"], self.recorder.most)
+        for name, book in self._asdict().items():
+            book.restore(kept[name], rows, folder)
 
 
 def _books(settings: RunSettings, world: World, steps: int) -> _Books:
     """Create the recorders with the initial row."""
     actor = world.actors[ROBOT]
-    recorder = Recorder(
+    recorder = RobotRecorder(
         actor,
         steps=steps,
         gravity=settings.environment.gravity,
@@ -201,17 +178,21 @@ def _books(settings: RunSettings, world: World, steps: int) -> _Books:
         Commands(actor, steps=steps),
         Contacts(actor),
         FluidBook(world.fluid),
-        Pictures(actor, None),
+        Pictures(actor),
     )
-    books.take(world.time)
+    books.record(world)
     return books
 
 
-def _take_up(kept: Path, world: World, books: _Books, steps: int) -> None:
+def _take_up(
+    kept: Path, world: World, books: _Books, steps: int, recorders: Sequence[Recorder]
+) -> None:
     """Restore a world and its recorders from a checkpoint."""
     state = take_up(kept, world, most=largest_state(world, books.snapshot(), steps + 1))
     with refusals(kept):
         books.restore(state, kept.parent)
+        for recorder in recorders:
+            recorder.restore(None, books.recorder.rows, kept.parent)
 
 
 class _Stepping(NamedTuple):
@@ -221,7 +202,7 @@ class _Stepping(NamedTuple):
     books: _Books
     steps: int
     label: str
-    keepers: tuple[Keeper, ...]
+    recorders: tuple[Recorder, ...]
     kept: Path | None
 
 
@@ -237,7 +218,8 @@ def _stepped(settings: RunSettings, run: _Stepping, started: Callable[[], None] 
     if ending is Ending.interrupted:
         for ledger in (actor.ledger, *objects.ledgers.values()):
             ledger.rewind(recorder.rows - 1)
-    books.pictures.close()
+    for book in (*books, *run.recorders):
+        book.close()
     log = _log(settings, actor.robot, books)
     log.meta.update(stages.described() | books.contacts.described())
     return Record(
@@ -256,17 +238,17 @@ def _stepped(settings: RunSettings, run: _Stepping, started: Callable[[], None] 
 
 def _until_over(run: _Stepping) -> tuple[Ending, BaseException | None]:
     """Step until the end, an interruption or an error."""
-    world, books, steps, label, keepers, kept = run
+    world, books, steps, label, recorders, kept = run
     try:
         with progress(label, steps, books.fluid.note) as tell:
             for done in range(books.recorder.rows, steps + 1):
                 world.step()
-                over = books.take(world.time)
+                moment = books.record(world)
                 tell(done)
-                if over:
+                if books.stages.outcome is not None:
                     break
-                for observer in keepers:
-                    observer.tick(world, books)
+                for recorder in recorders:
+                    recorder.record(moment)
     except KeyboardInterrupt as stop:
         return Ending.interrupted, stop
     except (

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from seals.control.protocols import Goal
+from seals.run.recorder import Moment, Recorder
 from seals.state_records import fits
 from seals.world.pilot import Pilot
 
 
-class Stages:
+class Stages(Recorder):
     """Recorder of the stages of a run by their start times.
 
     Args:
@@ -25,25 +27,18 @@ class Stages:
         self._pilot = pilot
         self.starts: list[tuple[float, str]] = []
 
-    def over(self, time: float) -> bool:
-        """Record the stage at ``time`` [s]; return whether the guide is done or has given up."""
-        if self._pilot is None:
-            return False
-        stage = self._pilot.stage
+    def record(self, moment: Moment) -> None:
+        """Record the present stage."""
+        stage = "" if self._pilot is None else self._pilot.stage
         if stage and (not self.starts or self.starts[-1][1] != stage):
-            self.starts.append((time, stage))
-        return self._pilot.finished is not None
+            self.starts.append((moment.world.time, stage))
 
     def snapshot(self) -> list[tuple[float, str]]:
         """Return the stages so far."""
         return list(self.starts)
 
-    def restore(self, kept: Sequence[tuple[float, str]]) -> None:
-        """Continue after the stages of a snapshot.
-
-        Raises:
-            ValueError: they are none.
-        """
+    def restore(self, kept: Sequence[tuple[float, str]], rows: int, folder: Path) -> None:
+        """Continue after the stages of a snapshot."""
         if not fits(kept, list[tuple[float, str]]):
             raise ValueError("its stages are no list of times and names")
         self.starts = list(kept)

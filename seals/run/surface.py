@@ -9,11 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
-from seals.errors import ConfigError, optional_import
+from seals.errors import optional_import
 from seals.fluid import Fluid
 from seals.logs.atomic import atomic_path
-from seals.run.particle_snapshots import carry_over, file_of, passed
-from seals.world import World
+from seals.run.particle_snapshots import InstantFiles
 
 FOLDER = "surface"
 """Folder of a run that holds the meshes, one file an instant, named by its time."""
@@ -97,41 +96,25 @@ def write_ply(path: Path, mesh: Mesh) -> None:
         beside.write_bytes(text + mesh.vertices.astype("<f4").tobytes() + corners.tobytes())
 
 
-class Surfaces:
+class Surfaces(InstantFiles):
     """Writer of surface meshes to a run folder as PLY files.
 
     Args:
-        folder: of the run.
         every: simulated time between two [s].
         fluid: of the run, or None.
-        cut: folder of the run that this one goes on from, or None.
 
     Raises:
         ConfigError: there is no fluid, or it has no particles.
         MissingExtra: pysplashsurf is not installed.
     """
 
-    def __init__(
-        self, folder: Path, every: float, fluid: Fluid | None, cut: Path | None = None
-    ) -> None:
+    def __init__(self, every: float, fluid: Fluid | None) -> None:
         """Refuse an impossible request before the run starts."""
-        if fluid is None:
-            raise ConfigError(
-                f"surface={every:g}: the run has no water of particles.\n"
-                "Choose it, or leave surface out: water=particles"
-            )
+        super().__init__(FOLDER, every, fluid)
         refuse_missing()
-        self.folder, self.every = folder / FOLDER, every
-        self._before = None if cut is None else cut / FOLDER
 
-    def tick(self, world: World, books: Any) -> None:
-        """Write the surface when due; one file for each multiple of ``every``."""
-        carry_over(self._before, self.folder, world)
-        self._before = None
-        now, fluid = world.time, world.fluid
-        if fluid is None or not passed(now, world.step_size, self.every):
-            return
-        places = fluid.particles()[0]
-        spacing = fluid.diagnostics().get(SPACING)
+    def write(self, path: Path, fluid: Fluid) -> None:
+        """Write the surface, unless there are no particles."""
+        places, spacing = fluid.particles()[0], fluid.diagnostics().get(SPACING)
         if len(places) and spacing is not None:
-            write_ply(file_of(self.folder, now, ".ply"), surface_of(places, spacing))
+            write_ply(path.with_name(path.name + ".ply"), surface_of(places, spacing))

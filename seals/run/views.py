@@ -7,8 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from seals.arrays import Floats
+from seals.effects.effect import EffectOptions, MediumKind
 from seals.frames import rotation_vector
 from seals.logs import Log
+from seals.plugin_options import options_of
 from seals.report.figures import Chart, Mark, Series, lines
 from seals.report.style import colours_of
 from seals.run.settings import RunSettings
@@ -57,7 +59,8 @@ def first_touch(record: Record, settings: RunSettings) -> float | None:
     wet = [
         name
         for name in ledger.effects
-        if getattr(getattr(settings.effects.get(name), "medium", None), "value", "") == "water"
+        if name in settings.effects
+        and options_of(settings.effects[name], EffectOptions).medium is MediumKind.water
     ]
     acting = np.zeros(ledger.rows, dtype=bool)
     for name in wet:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, ClassVar
 
 
@@ -28,6 +29,12 @@ class SensorOptions:
 
     outage: float = 0.0
     """Mean length of a loss, at least one reading; 0 loses each by itself [s]."""
+
+    position: Sequence[float] | None = None
+    """Place in its link [m]; None for a sensor without one."""
+
+    rpy: Sequence[float] | None = None
+    """Roll, pitch and yaw of its axes in its link [rad]; None for a sensor without axes."""
 
     def bind(self, outfit: Any) -> None:
         """Receive the robot's equipment; called once, before ``channels``."""

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from typing import Any
+
+import numpy as np
 
 from seals import registry
 from seals.errors import SealsError
@@ -52,6 +55,47 @@ def require_storable(subject: str, memory: Any) -> None:
             f"{subject}: its memory stands in no checkpoint: {cause}.\n"
             "Put @state_record (seals.state_records) before the class of the memory."
         ) from cause
+
+
+def call_twice(subject: str, law: str, call: Callable[..., Any], *given: Any) -> Any:
+    """Call a law twice; it must repeat itself and leave its inputs as they are.
+
+    Args:
+        subject: name of the plug-in.
+        law: name of the call.
+        call: the law.
+        *given: its inputs.
+
+    Returns:
+        The answer.
+
+    Raises:
+        ContractError: the answers differ, or an input has changed.
+
+    Example:
+        >>> call_twice("hover", "aim", lambda x: x + 1, 2)
+        3
+    """
+    before = _text(given)
+    first, second = call(*given), call(*given)
+    same = _text(first) == _text(second)
+    require(
+        same, subject, f"{law} gives two answers to one question", "Keep nothing in the plug-in."
+    )
+    left = _text(given) == before
+    require(left, subject, f"{law} changes what it is given", "Return new values instead.")
+    return first
+
+
+def _text(thing: Any) -> str:
+    """Return the values as text: equal states may share their parts differently, and NaN is NaN."""
+    if isinstance(thing, np.ndarray):
+        return repr(thing.tolist())
+    if isinstance(thing, Mapping):
+        return repr({str(key): _text(value) for key, value in thing.items()})
+    if isinstance(thing, tuple | list):
+        return repr([_text(part) for part in thing])
+    return repr(thing)
 
 
 def class_of(kind: str, subject: str | type) -> tuple[str, Any]:

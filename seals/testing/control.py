@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -14,8 +13,8 @@ from seals.control import ActuatorCommand, Controller, Guide, Plant, Reference, 
 from seals.control.plant import build_plant
 from seals.run.assembly import ROBOT, build_world
 from seals.run.build import build_run
-from seals.testing.contract import class_of, require, require_storable
-from seals.testing.declaration import check_declaration
+from seals.testing.contract import call_twice, require, require_storable
+from seals.testing.declaration import build_declared
 from seals.world.pilot import Pilot
 
 STEPS = 12
@@ -63,15 +62,12 @@ def check_guide(
     Raises:
         ContractError: a promise does not hold; also an AssertionError.
     """
-    name, cls = class_of("guide", guide)
-    check_declaration(name, cls, headings=False)
-    made: Guide = cls(**(values or {}))
-    _require_rate(name, made)
-    course, plant = _course(robot)
-    made.bind(plant)
+    made: Guide
+    name, made, course = _bound("guide", guide, robot, values)
     memory = made.start(course[0])
     for situation in course:
-        aim, after = _pure(name, made.aim, situation, memory)
+        aim, after = call_twice(name, "aim", made.aim, situation, memory)
+        require_storable(name, after)
         finite = all(np.all(np.isfinite(x)) for x in (aim.velocity, aim.acceleration, aim.yaw))
         require(finite, name, f"aims at {aim}", "Return finite numbers.")
         require(
@@ -99,22 +95,26 @@ def check_controller(
     Raises:
         ContractError: a promise does not hold; also an AssertionError.
     """
-    name, cls = class_of("controller", controller)
-    check_declaration(name, cls, headings=False)
-    made: Controller = cls(**(values or {}))
-    _require_rate(name, made)
-    course, plant = _course(robot)
-    made.bind(plant)
+    made: Controller
+    name, made, course = _bound("controller", controller, robot, values)
     memory, rng = made.start(), np.random.default_rng(0)
     for situation in course:
         aim = Reference(velocity=rng.normal(size=3), yaw=float(rng.normal()))
-        order, memory = _pure(name, made.command, situation, aim, memory)
+        order, memory = call_twice(name, "command", made.command, situation, aim, memory)
+        require_storable(name, memory)
         _require_order(name, order, situation)
     return ControlReport(name=name, calls=2 * len(course), rate=made.rate)
 
 
-def _require_rate(name: str, made: Guide | Controller) -> None:
+def _bound(
+    kind: str, subject: str | type, robot: str, values: Mapping[str, Any] | None
+) -> tuple[str, Any, list[RobotState]]:
+    """Return the name of a plug-in, the plug-in with its robot, and situations of that robot."""
+    name, made = build_declared(kind, subject, values, headings=False)
     require(made.rate > 0.0, name, f"is called {made.rate} times a second", "Give it a rate.")
+    course, plant = _course(robot)
+    made.bind(plant)
+    return name, made, course
 
 
 def _require_order(name: str, order: ActuatorCommand, situation: RobotState) -> None:
@@ -132,35 +132,6 @@ def _require_order(name: str, order: ActuatorCommand, situation: RobotState) -> 
         f"sends {order.joints} to {situation.joints.size} joints",
         "Return one finite number a joint.",
     )
-
-
-def _pure(name: str, call: Any, *given: Any) -> tuple[Any, Any]:
-    """Call twice and require equal results and untouched memory, which must be copyable."""
-    before = copy.deepcopy(given[-1])
-    first, second = call(*given), call(*given)
-    same = _same(first, second)
-    require(same, name, "gives two answers to one question", "Keep nothing outside the memory.")
-    kept = _same(given[-1], before)
-    require(kept, name, "changes the memory it is given", "Return a new memory instead.")
-    answer: tuple[Any, Any] = first
-    require_storable(name, answer[1])
-    return answer
-
-
-def _same(a: Any, b: Any) -> bool:
-    # as text: numbers that are none are then like one another
-    return repr(_plain(a)) == repr(_plain(b))
-
-
-def _plain(thing: Any) -> Any:
-    """Return plain values: equal states may share their parts differently."""
-    if isinstance(thing, np.ndarray):
-        return thing.tolist()
-    if isinstance(thing, Mapping):
-        return {str(key): _plain(value) for key, value in thing.items()}
-    if isinstance(thing, tuple | list):
-        return [_plain(part) for part in thing]
-    return repr(thing)
 
 
 def _course(robot: str) -> tuple[list[RobotState], Plant]:

@@ -6,13 +6,14 @@ import dataclasses
 import inspect
 import re
 import typing
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from seals.effects.effect import Effect
 from seals.schema import check_fields, parameters_of, vars_of
-from seals.testing.contract import require
+from seals.testing.contract import class_of, require
 
 HEADINGS = (
     "Equation",
@@ -38,6 +39,29 @@ HOOKS = (
     "timing",
 )
 """Hooks an effect may define; with ``drives`` it is an actuator."""
+
+
+def build_declared(
+    kind: str, subject: str | type, values: Mapping[str, Any] | None, *, headings: bool = True
+) -> tuple[str, Any]:
+    """Check the declaration of a plug-in, and build it.
+
+    Args:
+        kind: of the plug-in, such as ``guide``.
+        subject: name of an installed plug-in, or its class.
+        values: fields; None for its defaults.
+        headings: as for `check_declaration`.
+
+    Returns:
+        Its name and the plug-in.
+
+    Raises:
+        ContractError: the declaration breaks a rule.
+        UnknownPlugin: nothing of that name is installed.
+    """
+    name, cls = class_of(kind, subject)
+    check_declaration(name, cls, headings=headings)
+    return name, cls(**(values or {}))
 
 
 def check_declaration(name: str, cls: type, *, headings: bool = True) -> None:

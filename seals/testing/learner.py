@@ -12,8 +12,8 @@ from typing import Any
 from seals.learn.learner import Spaces, need_torch
 from seals.learn.networks import actor_of
 from seals.learn.training.checkpoint import read_checkpoint, write_checkpoint
-from seals.testing.contract import class_of, require
-from seals.testing.declaration import check_declaration
+from seals.testing.contract import require
+from seals.testing.declaration import build_declared
 from seals.testing.reaching import PointReach, demonstrations
 
 COUNT = 4
@@ -62,9 +62,8 @@ def check_learner(
         MissingExtra: torch is not installed.
     """
     need_torch()
-    name, cls = class_of("learner", learner)
-    check_declaration(name, cls, headings=False)
-    check = _LearnerCheck(name, cls(**(values or {})), device)
+    name, made = build_declared("learner", learner, values, headings=False)
+    check = _LearnerCheck(name, made, device)
     agent = check.course(STEPS)
     if device == "cpu":
         # kernels of accelerators may add up in any order

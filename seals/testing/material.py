@@ -50,7 +50,7 @@ def material_effect(
         size: mass of the body against a kilogramme [1]; forces, masses and volumes shrink with it.
         **options: further fields, such as ``links``.
     """
-    chosen = {**getattr(cls, "material", {}), **(values or {})}
+    chosen = {**cls.material, **(values or {})}
     chosen.update({name: value for name, value in options.items() if name not in chosen})
     for number, (name, meta) in enumerate(parameters_of(cls).items()):
         default = next(f.default for f in dataclasses.fields(cls) if f.name == name)

@@ -102,8 +102,9 @@ def companions(effect: Effect, *, size: float = 1.0) -> dict[str, Effect]:
         "angular_drag": registry.get("effect", "angular_drag").load()(**spin, **options),
     }
     if any(hasattr(effect, hook) for hook in DRIVEN):
-        kind = getattr(effect, "actuator", "rotors")
-        made[kind] = registry.get("actuator", kind).load()(**DRIVES[kind])
+        made[effect.actuator] = registry.get("actuator", effect.actuator).load()(
+            **DRIVES[effect.actuator]
+        )
     if all(hasattr(effect, gain) for gain in ("kp", "kd")):
         gains = {gain: getattr(effect, gain) for gain in ("kp", "kd")}
         made["servos"] = registry.get("actuator", "servos").load()(**gains)

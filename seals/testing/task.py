@@ -10,12 +10,12 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.config.compose import compose
-from seals.learn.task import Draw, Instant, Task
+from seals.learn.task import Draw, Instant, Task, WorldTask
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
 from seals.run.build import build_run
-from seals.testing.contract import class_of, require
-from seals.testing.declaration import check_declaration
+from seals.testing.contract import call_twice, require
+from seals.testing.declaration import build_declared
 
 COUNT = 5
 
@@ -56,9 +56,8 @@ def check_task(
     Raises:
         ContractError: a promise does not hold; also an AssertionError.
     """
-    name, cls = class_of("task", task)
-    check_declaration(name, cls, headings=False)
-    made: Task = cls(**(values or {}))
+    made: Task
+    name, made = build_declared("task", task, values, headings=False)
     model = build_robot(build_run(compose([f"robot={robot}"])).robot)
     made.bind(model)
     actions, seen = len(made.action_names), len(made.observation_names)
@@ -90,7 +89,7 @@ def check_task(
     if not hasattr(made, "aim"):
         laws["command"] = (made.command, (now.action, now), [(COUNT, 3), (COUNT, 1)])
     for law, (call, given, shapes) in laws.items():
-        found = _pure(name, law, call, given)
+        found = _arrays(call_twice(name, law, call, *given))
         _require_shapes(name, law, found, shapes)
         if law == "scripted_policy":
             size = float(np.abs(found[0]).max())
@@ -115,7 +114,8 @@ def _facts(task: Task, robot: RobotModel) -> dict[str, Floats]:
     hands = len(robot.grippers)
     tips = sum(len(hand.tips) for hand in robot.grippers.values())
     wide = {"phase": 2 * len(robot.legs), "grip": hands, "closed": hands, "touch": tips}
-    return {fact: np.full((COUNT, wide.get(fact, 1)), 0.25) for fact in getattr(task, "knows", ())}
+    asked = task.knows if isinstance(task, WorldTask) else ()
+    return {fact: np.full((COUNT, wide.get(fact, 1)), 0.25) for fact in asked}
 
 
 def _instant(
@@ -143,17 +143,6 @@ def _instant(
         start=np.ones((COUNT, 1)),
         facts=facts,
     )
-
-
-def _pure(name: str, law: str, call: Any, given: tuple[Any, ...]) -> list[Floats]:
-    """Call a law twice and return its arrays; they and its inputs must stay what they were."""
-    kept = [np.array(x) for x in _arrays(given)]
-    first, second = _arrays(call(*given)), _arrays(call(*given))
-    same = len(first) == len(second) and all(map(np.array_equal, first, second))
-    require(same, name, f"{law} gives two answers to one question", "Keep nothing in the task.")
-    left = all(map(np.array_equal, kept, _arrays(given)))
-    require(left, name, f"{law} changes what it is given", "Return new arrays instead.")
-    return first
 
 
 def _arrays(thing: Any) -> list[Floats]:

@@ -10,8 +10,8 @@ import numpy as np
 
 from seals.arrays import Floats, as_like
 from seals.environment.waves import Waves
-from seals.testing.contract import class_of, require
-from seals.testing.declaration import check_declaration
+from seals.testing.contract import require
+from seals.testing.declaration import build_declared
 from seals.testing.hooks import other_libraries
 from seals.testing.instants import copied
 
@@ -59,9 +59,8 @@ def check_waves(
     Raises:
         ContractError: a promise does not hold; also an AssertionError.
     """
-    name, cls = class_of("wave", wave)
-    check_declaration(name, cls)
-    check = _WaveCheck(name, cls(**(values or {})), np.random.default_rng(seed))
+    name, made = build_declared("wave", wave, values)
+    check = _WaveCheck(name, made, np.random.default_rng(seed))
     check.surface()
     check.water()
     check.libraries()

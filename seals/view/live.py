@@ -19,6 +19,7 @@ from seals.child_process import command, environment
 from seals.errors import SealsError
 from seals.rendering.scene import Poses
 from seals.run.particle_snapshots import subsampled
+from seals.run.recorder import Moment, Recorder
 
 RATE = 30.0
 """Frames sent in one second of simulated time [Hz]."""
@@ -133,7 +134,7 @@ def unpacked(content: bytes) -> Frame:
         return Frame(float(found["time"]), found["position"], found["rotation"], particles)
 
 
-class Broadcast:
+class Broadcast(Recorder):
     """Sender of frames at a rate in simulated time.
 
     Args:
@@ -144,8 +145,9 @@ class Broadcast:
         """Start at the first step."""
         self._say, self._next, self._count = say, 0.0, 0
 
-    def tick(self, world: Any, books: Any) -> None:
+    def record(self, moment: Moment) -> None:
         """Send a frame when one is due."""
+        world = moment.world
         if world.time < self._next:
             return
         from seals.run.sight import poses_of
@@ -182,7 +184,7 @@ def simulate_into(folder: str, mouth: Connection) -> None:
     try:
         settings = build_run(recalled(Path(folder), key="view"))
         broadcast = Broadcast(lambda frame: mouth.send_bytes(_FRAME + packed(frame)))
-        record = run_into(Path(folder), settings, keepers=[broadcast])
+        record = run_into(Path(folder), settings, recorders=[broadcast])
         error = record.error
         words = "" if error is None else f"{type(error).__name__}: {error}"
     except SealsError as refusal:

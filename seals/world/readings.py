@@ -11,6 +11,8 @@ from seals.arrays import Floats
 from seals.effects.binding import BoundEffect, EffectSet
 from seals.errors import ConfigError, suggestion
 from seals.motion import Reading
+from seals.plugin_options import options_of
+from seals.sensors.options import SensorOptions
 from seals.sensors.protocol import Sensor
 from seals.world.drivetrain import INSTANT
 
@@ -115,7 +117,7 @@ class Faults:
 
     def _turn(self, b: BoundEffect, name: str, sensor: Sensor) -> None:
         """Rotate the axes of one sensor; a sensor without axes is skipped if all were meant."""
-        if not hasattr(sensor, "rpy"):
+        if options_of(sensor, SensorOptions).rpy is None:
             if name in _chosen(b):
                 raise ConfigError(
                     f"effects.{b.name}.sensors: '{name}' has no axes of its own to turn.\n"

@@ -16,6 +16,7 @@ from seals.logs.atomic import atomic_folder, atomic_path, write_text
 from seals.logs.table import read_parquet
 from seals.plugins.backends.pybullet.stored import whole
 from seals.run import checkpoint
+from seals.run.recorder import Moment
 
 pytestmark = pytest.mark.usefixtures("elsewhere")
 
@@ -105,13 +106,13 @@ def test_a_checkpoint_without_room_stops_no_run(
 def test_a_scene_cut_short_is_not_taken_up(capsys: pytest.CaptureFixture[str]) -> None:
     """The engine writes to a full disk, and reads half a file, without a word."""
     with pytest.MonkeyPatch.context() as patch:
-        tick = checkpoint.Checkpoints.tick
+        record = checkpoint.Checkpoints.record
 
-        def stopping(self: checkpoint.Checkpoints, *world_and_books: Any) -> None:
-            tick(self, *world_and_books)
+        def stopping(self: checkpoint.Checkpoints, moment: Moment) -> None:
+            record(self, moment)
             raise KeyboardInterrupt
 
-        patch.setattr(checkpoint.Checkpoints, "tick", stopping)
+        patch.setattr(checkpoint.Checkpoints, "record", stopping)
         assert main([*DROP, "checkpoint=1e-9", "hydra.run.dir=cut"]) == 130
     scene = Path("cut") / checkpoint.FOLDER / checkpoint.SCENE
     assert whole(scene)

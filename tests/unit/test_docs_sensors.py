@@ -15,7 +15,8 @@ from seals.logs.channels import CHANNELS
 from seals.logs.check_meta import check_meta
 from seals.run import build_world
 from seals.run.build import build_run
-from seals.run.recorder import Recorder
+from seals.run.recorder import Moment
+from seals.run.robot_recorder import RobotRecorder
 from seals.run.simulation import simulate
 from seals.sensors.mounted import MountedSensor
 from seals.sysid.data.vehicle import READ, read_vehicle
@@ -87,10 +88,10 @@ def test_a_set_of_senses_gives_columns_of_its_own(path: Path) -> None:
     for _ in range(60):
         world.step()
     actor = world.actors["robot"]
-    recorder = Recorder(actor, steps=1, gravity=9.81, water_level=0.0)
-    recorder.take(world.time)
+    recorder = RobotRecorder(actor, steps=1, gravity=9.81, water_level=0.0)
+    recorder.record(Moment(world, 0, world.time, dict))
     world.step()
-    recorder.take(world.time)
+    recorder.record(Moment(world, 1, world.time, dict))
     names = [f"{s}.{c}" for s, p in actor.sensors.items() for c in p.channels()]
     read = [name for name, sensor in recorder.sources().items() if sensor]
     world.close()

@@ -24,6 +24,7 @@ from seals.run import checkpoint
 from seals.run.assembly import build_world
 from seals.run.build import build_run
 from seals.run.pictures import COLUMNS, Pictures
+from seals.run.recorder import Moment
 from seals.run.simulation import _Books, _books
 from seals.world import World
 
@@ -44,7 +45,7 @@ def flown(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Worl
     start, first = world.snapshot(), books.snapshot()
     for _ in range(STEPS):
         world.step()
-        books.take(world.time)
+        books.record(world)
     checkpoint.write_checkpoint(folder, world, books.snapshot())
     world.restore(start)
     books.restore(first, folder.parent)
@@ -235,13 +236,13 @@ def test_pictures_come_from_the_run_alone(tmp_path: Path) -> None:
     (folder / "000000_rgb.png").symlink_to(tmp_path / "secret")
     actor: Any = type("Actor", (), {"sensor_suite": type("Suite", (), {"cameras": {"eye": None}})})
     index = {name: np.zeros(1) for name in COLUMNS}
-    pictures = Pictures(actor, None)
-    pictures.restore({"eye": index}, tmp_path / "cut")
+    pictures, world = Pictures(actor), actor
+    pictures.restore({"eye": index}, 1, tmp_path / "cut")
     with pytest.raises(ConfigError, match="is no ordinary file"):
-        pictures.move(tmp_path / "on")
+        pictures.start(world, tmp_path / "on")
     for wrong in ({**index, "number": np.array([1e30])}, {"number": np.zeros(1)}):
         with pytest.raises(ValueError, match=r"not numbered|other columns"):
-            Pictures(actor, None).restore({"eye": wrong}, tmp_path / "cut")
+            Pictures(actor).restore({"eye": wrong}, 1, tmp_path / "cut")
 
 
 class _Evil:
@@ -301,15 +302,15 @@ def test_a_memory_that_only_its_owner_understands_fails_in_words(
 ) -> None:
     """What a guide remembers is first looked at by the guide, while the run goes on."""
     monkeypatch.chdir(tmp_path)
-    tick = checkpoint.Checkpoints.tick
+    record = checkpoint.Checkpoints.record
 
-    def stopping(self: checkpoint.Checkpoints, *world_and_books: Any) -> None:
-        tick(self, *world_and_books)
+    def stopping(self: checkpoint.Checkpoints, moment: Moment) -> None:
+        record(self, moment)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(checkpoint.Checkpoints, "tick", stopping)
+    monkeypatch.setattr(checkpoint.Checkpoints, "record", stopping)
     assert main(["run", *FLIGHT, "checkpoint=1e-9", "hydra.run.dir=cut"]) == 130
-    monkeypatch.setattr(checkpoint.Checkpoints, "tick", tick)
+    monkeypatch.setattr(checkpoint.Checkpoints, "record", record)
     # where a pilot stands in a snapshot: see `seals.world.actor.Actor.snapshot`
     memory = entry("snapshot", "actors", 0, 2, 1, "guide", value="nothing that a guide left")
     forged(Path("cut") / "checkpoint" / checkpoint.STATE, memory)

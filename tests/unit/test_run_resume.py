@@ -19,6 +19,7 @@ from seals.errors import ConfigError
 from seals.logs.table import read_parquet
 from seals.run import checkpoint
 from seals.run.build import build_run
+from seals.run.recorder import Moment
 
 BALL = [
     "run",
@@ -116,15 +117,15 @@ def test_an_interrupted_run_in_particles_goes_on_bit_for_bit(
 def interrupted(words: list[str], elsewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Make three run folders: one cut off, the one that goes on, and one never cut off."""
     whole, cut, on = elsewhere / "whole", elsewhere / "cut", elsewhere / "on"
-    tick, ticks = checkpoint.Checkpoints.tick, [0]
+    record, steps = checkpoint.Checkpoints.record, [0]
 
-    def stopping(self: checkpoint.Checkpoints, *world_and_books: object) -> None:
-        tick(self, *world_and_books)  # type: ignore[arg-type]
-        ticks[0] += 1
-        if ticks[0] == 70:
+    def stopping(self: checkpoint.Checkpoints, moment: Moment) -> None:
+        record(self, moment)
+        steps[0] += 1
+        if steps[0] == 70:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(checkpoint.Checkpoints, "tick", stopping)
+    monkeypatch.setattr(checkpoint.Checkpoints, "record", stopping)
     assert main([*words, "checkpoint=1e-9", f"hydra.run.dir={cut}"]) == 130
     monkeypatch.undo()
     monkeypatch.chdir(elsewhere)

@@ -11,6 +11,7 @@ import pytest
 
 from seals.cli.main import main
 from seals.errors import MissingExtra
+from seals.run.recorder import Moment
 from seals.run.surface import Mesh, Surfaces, surface_of, write_ply
 
 
@@ -61,10 +62,11 @@ def test_one_file_for_every_interval(tmp_path: Path) -> None:
     """Steps of 0.04 s and surfaces every 0.1 s: the first step at or after each multiple."""
     pytest.importorskip("pysplashsurf")
     world: Any = Clock()
-    surfaces = Surfaces(tmp_path, 0.1, world.fluid)
+    surfaces = Surfaces(0.1, world.fluid)
+    surfaces.start(world, tmp_path)
     for k in range(1, 11):
         world.time = k * world.step_size
-        surfaces.tick(world, None)
+        surfaces.record(Moment(world, k, 0.0, dict))
     names = sorted(path.name for path in (tmp_path / "surface").iterdir())
     assert names == [f"t_{t:08.4f}.ply" for t in (0.12, 0.2, 0.32, 0.4)]
 
@@ -94,7 +96,7 @@ def test_a_missing_package_is_said_before_anything_runs(
     monkeypatch.setattr(builtins, "__import__", without)
     water: Any = Water()
     with pytest.raises(MissingExtra, match=r"pip install 'aam-seals\[render\]'"):
-        Surfaces(tmp_path, 0.1, water)
+        Surfaces(0.1, water)
     assert not any(tmp_path.iterdir())
 
 

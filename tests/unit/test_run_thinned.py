@@ -11,6 +11,7 @@ import pytest
 from seals.cli.main import main
 from seals.errors import ConfigError
 from seals.run.particle_snapshots import MOST, Thinned, subsampled
+from seals.run.recorder import Moment
 from seals.run.replay_config import recalled
 from seals.view import open_replay
 from seals.view.instants import ParticleSnapshots
@@ -54,10 +55,11 @@ def test_a_thinned_set_comes_from_all_of_the_water() -> None:
 def test_one_set_for_every_interval_goes_by_its_time(tmp_path: Path) -> None:
     """Steps of 0.04 s and sets every 0.1 s; the set shown is the last one before a time."""
     world: Any = Clock()
-    keeper = Thinned(tmp_path, 0.1, world.fluid)
+    thinned = Thinned(0.1, world.fluid)
+    thinned.start(world, tmp_path)
     for k in range(1, 11):
         world.time = k * world.step_size
-        keeper.tick(world, None)
+        thinned.record(Moment(world, k, 0.0, dict))
     names = sorted(path.name for path in (tmp_path / "particles").iterdir())
     assert names == [f"t_{t:08.4f}.npy" for t in (0.12, 0.2, 0.32, 0.4)]
     drops = ParticleSnapshots(tmp_path)

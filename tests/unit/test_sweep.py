@@ -20,8 +20,8 @@ from seals.config.compose import compose
 from seals.errors import ConfigError
 from seals.run.application import run_into
 from seals.run.build import build_run
+from seals.run.recorder import Moment, Recorder
 from seals.sweep.book import DONE, Job, JobLock, claimed, read_jobs
-from seals.world import World
 
 SHORT = ["experiment=drop_test", "time.duration=0.05"]
 FOUR = ["run", "--multirun", *SHORT, "seed=range(4)"]
@@ -161,13 +161,13 @@ def test_a_run_that_was_cut_off_goes_on_at_its_checkpoint(tmp_path: Path) -> Non
     cut = folder / "0"
     good = (cut / "log.parquet").read_bytes()
 
-    class Stop:
-        def tick(self, world: World, books: Any) -> None:
-            if world.time > 0.03:
+    class Stop(Recorder):
+        def record(self, moment: Moment) -> None:
+            if moment.world.time > 0.03:
                 raise KeyboardInterrupt
 
     settings = build_run(compose([*words, "checkpoint=1e-9"]))
-    record = run_into(cut, settings, overrides=words, keepers=[Stop()])
+    record = run_into(cut, settings, overrides=words, recorders=[Stop()])
     assert record.ending.value == "interrupted"
     assert (cut / "checkpoint").is_dir()
     (folder / "jobs.csv").unlink()

@@ -24,8 +24,8 @@ from seals.run import application as runs
 from seals.run.application import run_into
 from seals.run.build import build_run
 from seals.run.folder import write_config
+from seals.run.recorder import Moment, Recorder
 from seals.sweep.book import read_jobs
-from seals.world import World
 
 SHORT = ["experiment=drop_test", "time.duration=0.05"]
 SEALS = "import sys; from seals.cli.main import main; sys.exit(main(sys.argv[1:]))"
@@ -247,13 +247,13 @@ def test_the_checkpoint_of_another_run_is_not_taken_up(seed: int, tmp_path: Path
     """A sweep in a folder with a killed run in 0: job 0 begins anew, its words the same or not."""
     folder, words = tmp_path / "s", [*SHORT, f"seed={seed}"]
 
-    class Stop:
-        def tick(self, world: World, books: Any) -> None:
-            if world.time > 0.03:
+    class Stop(Recorder):
+        def record(self, moment: Moment) -> None:
+            if moment.world.time > 0.03:
                 raise KeyboardInterrupt
 
     config = compose([*words, "checkpoint=1e-9"])
-    run_into(folder / "0", build_run(config), overrides=words, keepers=[Stop()])
+    run_into(folder / "0", build_run(config), overrides=words, recorders=[Stop()])
     write_config(folder / "0", config)
     write_yaml(folder / "0" / ".hydra" / "overrides.yaml", words)
     assert (folder / "0" / "checkpoint").is_dir()

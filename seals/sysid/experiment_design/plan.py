@@ -16,7 +16,6 @@ from seals.sysid.experiment_design.manoeuvres import Manoeuvre, manoeuvres
 from seals.sysid.experiment_design.scene import Scene
 from seals.sysid.experiment_design.separation import NOTHING, Contest, Gram, Supposed, difference
 from seals.sysid.predictors.problem import Problem
-from seals.sysid.predictors.windows_fit import Fitter
 
 SEPARATED = 0.9
 """Expected confidence from which on effects count as told apart."""
@@ -62,10 +61,9 @@ class Ranked:
 
 @dataclass(frozen=True, kw_only=True)
 class Flown:
-    """Simulated manoeuvres with their linearised model."""
+    """Simulated manoeuvres with the inner products of their responses."""
 
     rehearsal: Rehearsal
-    fitter: Fitter
     gram: Gram
 
 
@@ -148,7 +146,7 @@ def sum_of(manoeuvre: Manoeuvre, flown: Sequence[Flown]) -> Floats:
 
 def windows_of_run(flown: Flown, manoeuvre: Manoeuvre) -> Floats:
     """Return a mask of the windows of a manoeuvre, shape (W,)."""
-    first = flown.fitter.windows.rows[:, 0]
+    first = flown.gram.windows.rows[:, 0]
     inside = np.zeros(len(first), dtype=bool)
     for run in flown.rehearsal.runs:
         if run.manoeuvre.name == manoeuvre.name:

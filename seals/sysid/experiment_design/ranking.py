@@ -99,7 +99,7 @@ def _flown(
     base = {LOAD: load * problem.vehicle.mass} if load else {}
     gusts = problem.fitter.windows.gusts
     fitter = linearise_model(rehearsal.plant, rehearsal.trajectory, base, gusts=gusts)
-    return Flown(rehearsal=rehearsal, fitter=fitter, gram=gram_of(fitter, supposed, base))
+    return Flown(rehearsal=rehearsal, gram=gram_of(fitter, supposed, base))
 
 
 def _ranked(scene: Scene, manoeuvre: Manoeuvre, flown: Sequence[Flown]) -> Ranked:

@@ -9,10 +9,11 @@ from functools import reduce
 import numpy as np
 
 from seals.arrays import Floats
-from seals.sysid.candidates.parameters import Candidate
+from seals.sysid.candidates.parameters import Candidate, Parameter
 from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.predictors.normal_equations import solve_scaled
 from seals.sysid.predictors.whitened import Whitened
+from seals.sysid.predictors.windows import Windows
 from seals.sysid.predictors.windows_fit import WIDE, Fitter
 
 NOTHING = "nothing"
@@ -49,18 +50,25 @@ class Supposed:
 class Gram:
     """Inner products of responses and signals, marginalised over start states and gusts.
 
+    It keeps no more of the linearised model than a ranking needs: the model itself is several times
+    as large.
+
     Args:
-        fitter: whose library holds the priors.
+        parameters: with their priors, by key.
+        tolerances: keys of the tolerances.
+        windows: of the flight.
         keys: of the responses.
         supposed: whose signals follow the responses.
-        whitened: responses and signals of every window.
+        outputs: whitened responses and signals of every window, shape (W, n, c).
         table: of every window, shape (W, c, c), c = len(keys) + len(supposed).
     """
 
-    fitter: Fitter
+    parameters: Mapping[str, Parameter]
+    tolerances: tuple[str, ...]
+    windows: Windows
     keys: tuple[str, ...]
     supposed: tuple[Supposed, ...]
-    whitened: Whitened
+    outputs: Floats
     table: Floats
 
 
@@ -112,7 +120,13 @@ def gram_of(fitter: Fitter, supposed: Sequence[Supposed], base: Mapping[str, flo
     both = reduce(Whitened.beside, parts)
     keys = (*fitter.tolerances, *extra)
     return Gram(
-        fitter=fitter, keys=keys, supposed=tuple(supposed), whitened=both, table=both.product(both)
+        parameters=candidate_set.parameters,
+        tolerances=fitter.tolerances,
+        windows=fitter.windows,
+        keys=keys,
+        supposed=tuple(supposed),
+        outputs=both.outputs,
+        table=both.product(both),
     )
 
 
@@ -143,7 +157,7 @@ def _fitted(gram: Gram, table: Floats, truth: int, model: int) -> tuple[float, f
         Cost of the best fit, price of its freedom, and the weights of responses and signals that
         make up what it leaves, shape (c,).
     """
-    parameters, tolerances = gram.fitter.candidate_set.parameters, gram.fitter.tolerances
+    parameters, tolerances = gram.parameters, gram.tolerances
     one = (
         gram.supposed[model] if model < len(gram.supposed) else Supposed(candidate=None, values={})
     )
@@ -188,9 +202,9 @@ def difference(
     Returns:
         Root mean square in units of the channel's noise, and the share of the chi-square.
     """
-    windows = gram.fitter.windows
+    windows = gram.windows
     _, _, mark = _fitted(gram, table, *pair)
-    left = windows.leftover(gram.whitened.outputs @ mark)
+    left = windows.leftover(gram.outputs @ mark)
     channels = len(windows.channel_of)
     inside = left[:, : windows.length * channels].reshape(windows.count, windows.length, channels)
     square = inside[chosen] ** 2

@@ -1,0 +1,88 @@
+"""Base of controllers of vehicles with thrusters: allocation, thruster lag and integrators."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.control import Plant, Reference, RobotState
+from seals.control.added import added_inertia
+from seals.control.allocation import Allocation, Saturation
+from seals.control.axes import (
+    PITCH,
+    ROLL,
+    YAW,
+    commanded_axes,
+    mean_arm,
+    named_axes,
+    priority_weights,
+    wrench_matrix,
+)
+from seals.control.filters import Lag, summed
+from seals.control.limbs import stowed
+from seals.control.mass_properties import MassPropertyEstimator
+from seals.control.plant import Layout
+from seals.control.protocols import ControllerOptions
+from seals.errors import ConfigError
+
+
+class VehicleController(ControllerOptions):
+    """Base of a controller that allocates a wrench to thrusters, by the axes that they command."""
+
+    saturation: Saturation
+    priority: list[str]
+    position_gain: float
+    turn_sum_gain: float
+    turn_sum_limit: float
+    quicker: float
+
+    def _allocate(
+        self, plant: Plant, layout: Layout, order: Sequence[int], needed: Sequence[int]
+    ) -> list[int]:
+        """Find commanded axes and allocation at the rest pose; return the axes.
+
+        Raises:
+            ConfigError: one of the needed axes is not commanded; the lines are those of ``_unfit``.
+        """
+        self._plant, self._g, self._rest = plant, plant.gravity, stowed(plant.robot)
+        centre = MassPropertyEstimator(plant.robot).at(self._rest).centre
+        axes = commanded_axes(wrench_matrix(layout, centre), mean_arm(layout, centre), order)
+        missing = [k for k in needed if k not in axes]
+        if missing:
+            raise ConfigError(self._unfit(layout, named_axes(missing)))
+        self._rows = list(axes)
+        self._turned = np.array([float(k in axes) for k in (ROLL, PITCH, YAW)])
+        self._allocation = Allocation(
+            layout,
+            rows=axes,
+            saturation=self.saturation,
+            weights=priority_weights(self.priority, axes),
+            centre=centre,
+        )
+        self._lag = Lag(plant.layout.lag, plant.layout.fall)
+        self._added = added_inertia(plant)
+        return self._rows
+
+    def _unfit(self, layout: Layout, missing: str) -> str:
+        """Return the refusal of a robot whose drives do not command some axes."""
+        raise NotImplementedError
+
+    def _wanted_velocity(self, s: RobotState, aim: Reference) -> Floats:
+        """Return the velocity of the reference, with that towards its position [m/s]."""
+        if aim.position is None:
+            return aim.velocity
+        return aim.velocity + self.position_gain * (aim.position - s.position)
+
+    def _quickened(
+        self, s: RobotState, wanted: Floats, drive: Floats | None
+    ) -> tuple[Floats, Floats]:
+        """Return the commands to the thrusters and their states after them."""
+        before = wanted if drive is None else drive
+        order = self._lag.quickened(wanted, before, self.quicker, (s.low, s.limit))
+        return order, self._lag.followed(before, order, s.step)
+
+    def _turn_summed(self, before: Floats, error: Floats, step: float) -> Floats:
+        """Return the bounded integral of the attitude error [rad s]."""
+        return summed(before, error, step, self.turn_sum_limit / max(self.turn_sum_gain, 1e-9))
