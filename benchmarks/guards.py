@@ -17,7 +17,8 @@ from pathlib import Path
 
 from benchmarks.guard import BOUNDS, CLASSES, FILES, Guard
 from benchmarks.guards_described import DESCRIPTIONS
-from benchmarks.guards_reading import PAGE, ROBOTS_AND_TABLES
+from benchmarks.guards_page import PAGE
+from benchmarks.guards_reading import ROBOTS_AND_TABLES
 from benchmarks.guards_runs import RUN_FOLDERS
 from benchmarks.guards_states import STORED_STATES
 

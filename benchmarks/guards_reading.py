@@ -1,4 +1,4 @@
-"""Guards of file reading: robots, meshes, plain data, tables, recordings; and of the web page."""
+"""Guards of file reading: robots, meshes, plain data, tables, recordings."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from benchmarks.guard import BOUNDS, CLASSES, FILES, FOUND, Guard
 
 BROKEN, RECORDINGS = "tests/unit/test_logs_broken.py", "tests/unit/test_logs_recordings.py"
 ROBOT, ULOG = "tests/unit/test_robot_broken.py", "tests/unit/test_logs_ulog.py"
-READING, VIEW = "tests/unit/test_untrusted_io.py", "tests/unit/test_view_session.py"
+READING = "tests/unit/test_untrusted_io.py"
 PARQUET, _PAGES = "tests/unit/test_logs_parquet.py", "seals.logs.parquet_pages"
-CLOCK = "tests/unit/test_logs_clock.py"
+CLOCK, FORGED = "tests/unit/test_logs_clock.py", "tests/unit/test_parquet_forged.py"
 REFERENCES, _NAMES = "tests/unit/test_mesh_references.py", "seals.hydrostatics.references"
 MACROS, _CHILD = "tests/unit/test_macros_child.py", "seals.robot.macros_child"
-DOOR, TRIAL = "tests/unit/test_view_door.py", "tests/unit/test_isolated_reading.py"
+TRIAL = "tests/unit/test_isolated_reading.py"
 
 _XML = 'if re.search(r"<!\\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):'
 _YAML = "seals.untrusted_io"
@@ -82,6 +82,14 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         "elif False:",
         MACROS,
         "may_not_act",
+        "xacro",
+    ),
+    "folders that macros look into": Guard(
+        _CHILD,
+        "        _may_list(words[0], near, code)\n",
+        "        pass\n",
+        MACROS,
+        "look_into",
         "xacro",
     ),
     "bounds of macros": Guard(
@@ -210,6 +218,9 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         READING,
         "hostile_yaml",
     ),
+    "keys of YAML": Guard(
+        _YAML, "        if long > _MOST_LONG:\n", "        if False:\n", READING, "hostile_yaml"
+    ),
     "merges of YAML": Guard(_YAML, 'if "<<" in text:', "if False:", READING, "hostile_yaml"),
     "depth of JSON": Guard(
         _YAML,
@@ -253,6 +264,38 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
     "count of pages": Guard(_PAGES, "if count >= most or", "if", PARQUET, "many_pages"),
     "footer of a table": Guard(
         _PAGES, "declared > min(MOST_FOOTER_BYTES, size):", "False:", PARQUET, "large_footer"
+    ),
+    "encrypted footer of a table": Guard(
+        _PAGES, '(b"PAR1", b"PARE")', '(b"PAR1",)', FORGED, "large"
+    ),
+    "lists of a footer": Guard(
+        "seals.logs.table", ", thrift_container_size_limit=MOST_ENTRIES", "", FORGED, "no_memory"
+    ),
+    "columns of a table": Guard(
+        "seals.logs.table", "if len(content.schema) > MOST_COLUMNS:", "if False:", FORGED, "columns"
+    ),
+    "kinds of pages": Guard(
+        _PAGES,
+        "_COUNTED.get(int(header[1]))",
+        "next((n for n in (5, 8) if n in header), None)",
+        FORGED,
+        "forged_pages",
+    ),
+    "values of a page": Guard(
+        _PAGES, "if more > chunk.num_values:", "if False:", FORGED, "forged_pages"
+    ),
+    "fields that stand twice": Guard(
+        _PAGES, "if number in found:", "if False:", FORGED, "forged_pages"
+    ),
+    "fields of other widths": Guard(
+        _PAGES, "(value if kind == _WHOLE else None)", "value", FORGED, "forged_pages"
+    ),
+    "numbers of a page": Guard(
+        _PAGES,
+        "if kind == _WHOLE and not -(1 << 31) <= value < 1 << 31:",
+        "if False:",
+        FORGED,
+        "forged_pages",
     ),
     "unit of the time": Guard(
         "seals.logs.native",
@@ -361,59 +404,3 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
     ),
 }
 """Guards of robots, meshes, plain data and logs."""
-_DOORS = "seals.plugins.viewers.browser.door"
-PAGE: dict[str, Guard] = {
-    "token of the page": Guard(
-        _DOORS,
-        "if len(path) > _LONGEST or not hmac.compare_digest(given.encode(), self.token.encode()):",
-        "if False:",
-        DOOR,
-        "another_path",
-        "viser",
-    ),
-    "origin of the page": Guard(
-        _DOORS, "if origin is not None and", "if False and", DOOR, "another_page", "viser"
-    ),
-    "names of the page": Guard(
-        _DOORS, "if not name or not self._own(name):", "if False:", DOOR, "another_name", "viser"
-    ),
-    "signs of a name of the page": Guard(
-        _DOORS, ' if _HOST.fullmatch(host) else ""', "", DOOR, "another_name", "viser"
-    ),
-    "door of the page": Guard(
-        "seals.plugins.viewers.browser.server",
-        ", closed_by(door):",
-        ":",
-        DOOR,
-        "by_its_address or websocket_needs",
-        "viser",
-    ),
-    "crowd before the page": Guard(
-        _DOORS, "if len(door.open) >= MOST_CONNECTIONS:", "if False:", DOOR, "thousand", "viser"
-    ),
-    "silence before the page": Guard(
-        _DOORS, '"open_timeout": PATIENCE', '"open_timeout": 600', DOOR, "silent", "viser"
-    ),
-    "host of the page": Guard(
-        "seals.view.settings", 'host: str = "127.0.0.1"', 'host: str = "0.0.0.0"', FILES, "the_page"
-    ),
-    "sharing the page": Guard(
-        "seals.plugins.viewers.browser.server",
-        "Private(host=host",
-        "viser.ViserServer(host=host",
-        VIEW,
-        "this_machine_alone",
-        "viser",
-    ),
-    "range of the page": Guard(
-        "seals.view.session",
-        "if not (math.isfinite(value) and low <= value <= high):",
-        "if False:",
-        VIEW,
-        "cannot_leave_the_range",
-    ),
-    "keys of the page": Guard(
-        "seals.view.session", "if key not in known:", "if False:", VIEW, "leave_the_range"
-    ),
-}
-"""Guards of the page of ``seals view``."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from benchmarks.guard import Guard
 
 LOCKS, CHILDREN = "tests/unit/test_run_lock.py", "tests/unit/test_child_process.py"
+FOLDERS, SIGNALS = "tests/unit/test_hostile_folders.py", "tests/unit/test_signals.py"
 STRANGE, CACHES = "tests/unit/test_hostile_runs.py", "tests/unit/test_caches.py"
 _FOLDER = "seals.logs.run_folder"
 
@@ -17,7 +18,7 @@ RUN_FOLDERS: dict[str, Guard] = {
         "one_living_run or second_run",
     ),
     "locks are files": Guard(
-        _FOLDER, "if not stat.S_ISREG(os.fstat(descriptor).st_mode):", "if 0:", LOCKS, "ordinary"
+        _FOLDER, "if not stat.S_ISREG(found.st_mode) or", "if", LOCKS, "ordinary"
     ),
     "used folders": Guard(
         "seals.logs.run_folder",
@@ -117,6 +118,123 @@ RUN_FOLDERS: dict[str, Guard] = {
     ),
     "relative homes of caches": Guard(
         "seals.caches", "if os.path.isabs(given)", "if given", CACHES, "relative"
+    ),
+    "links in a run folder": Guard(
+        _FOLDER, "    _refuse_links(folder)\n", "", FOLDERS, "links_in_a_run"
+    ),
+    "second names of a lock": Guard(
+        _FOLDER, " or found.st_nlink > 1", "", FOLDERS, "ordinary_ones and second"
+    ),
+    "words in a lock": Guard(
+        _FOLDER, "found = plain_json(os.read", "found = json.loads(os.read", FOLDERS, "a_holder"
+    ),
+    "lock of a sweep": Guard(
+        "seals.sweep.book",
+        "descriptor = open_own(folder / LOCK, os.O_RDWR | os.O_CREAT)",
+        "descriptor = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT)",
+        FOLDERS,
+        "ordinary_ones",
+    ),
+    "book of a sweep": Guard(
+        "seals.sweep.book",
+        "os.fdopen(open_own(path, flags), ",
+        "os.fdopen(os.open(path, flags), ",
+        FOLDERS,
+        "ordinary_ones",
+    ),
+    "folders of jobs": Guard(
+        "seals.sweep.job",
+        "if not folder.resolve().is_relative_to(sweep.resolve()):",
+        "if False:",
+        FOLDERS,
+        "strangers_sweep",
+    ),
+    "words of jobs": Guard(
+        "seals.sweep.job",
+        "open_own(folder / SAID, os.O_WRONLY",
+        "os.open(folder / SAID, os.O_WRONLY",
+        FOLDERS,
+        "strangers_sweep",
+    ),
+    "notes of a sweep": Guard(
+        "seals.sweep.watch", "if path.is_symlink():", "if False:", FOLDERS, "strangers_sweep"
+    ),
+    "instants of another run": Guard(
+        "seals.run.particle_snapshots",
+        "with open_regular(file) as source:",
+        "with file.open('rb') as source:",
+        FOLDERS,
+        "taken_over_from and not device and not pipe",
+    ),
+    "size of an instant": Guard(
+        "seals.run.particle_snapshots",
+        "if os.fstat(source.fileno()).st_size > MOST_BYTES:",
+        "if False:",
+        FOLDERS,
+        "any_name_or_size",
+    ),
+    "names of instants": Guard(
+        "seals.run.particle_snapshots",
+        "if not _TIME.fullmatch(file.stem):",
+        "if False:",
+        FOLDERS,
+        "any_name_or_size",
+    ),
+    "frames of a run": Guard(
+        "seals.view.films.application",
+        "if not found.resolve().is_relative_to(run.resolve()):",
+        "if False:",
+        FOLDERS,
+        "frames_stay",
+    ),
+    "what others put into a cache": Guard(
+        "seals.caches",
+        "and any(folder.iterdir())",
+        "and False",
+        CACHES,
+        "strange_folders and put",
+    ),
+    "folder above a cache": Guard(
+        "seals.caches", "if above & stat.S_IWOTH", "if False", CACHES, "strange_folders and above"
+    ),
+    "room of a cache": Guard(
+        "seals.caches",
+        "        file.write(bytes(_ROOM))\n",
+        "        pass\n",
+        CACHES,
+        "takes_nothing",
+    ),
+    "settings of pictures": Guard(
+        "seals.report.pictures",
+        "        os.chdir(os.path.dirname(__file__))\n",
+        "        pass\n",
+        CHILDREN,
+        "none_of_its_settings",
+        "matplotlib",
+    ),
+    "terminals that are closed": Guard(
+        "seals.run.stopping", '("SIGTERM", "SIGHUP")', '("SIGTERM",)', SIGNALS, "render-1"
+    ),
+    "signals that are ignored": Guard(
+        "seals.run.stopping",
+        " if signal.getsignal(number) is not signal.SIG_IGN",
+        "",
+        SIGNALS,
+        "stays_ignored",
+    ),
+    "signals of every command": Guard(
+        "seals.cli.main",
+        "with stoppable() if arguments is None else contextlib.nullcontext():",
+        "if True:",
+        SIGNALS,
+        "convert",
+    ),
+    "signals before the start": Guard(
+        "seals.cli.__main__",
+        "signal.signal(signal.SIGINT, signal.SIG_DFL)",
+        "pass",
+        SIGNALS,
+        "before_the_program",
     ),
 }
 """Every one of them by name."""

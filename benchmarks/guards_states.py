@@ -95,6 +95,13 @@ STORED_STATES: dict[str, Guard] = {
         STATES,
         "forged_states and mark",
     ),
+    "keys of a state": Guard(
+        "seals.state_tree",
+        'if mark != "t" and len(_all_of(list, content)) > MOST_KEYS:',
+        "if False:",
+        STATES,
+        "forged_states and hash",
+    ),
     "classes of a state": Guard(
         "seals.state_records", "if found is None:", "if False:", KEPT, "writes_files"
     ),
@@ -177,7 +184,11 @@ STORED_STATES: dict[str, Guard] = {
         "forged_states and ledger",
     ),
     "pictures of a state": Guard(
-        "seals.run.pictures", "                    _refuse_link(file)\n", "", KEPT, "pictures_come"
+        "seals.run.pictures",
+        "copy_own(file, folder",
+        "__import__('shutil').copyfile(file, folder",
+        KEPT,
+        "pictures_come",
     ),
     "errors of a memory": Guard(
         "seals.run.simulation",

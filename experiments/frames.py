@@ -15,6 +15,7 @@ from seals.logs import Log
 from seals.plugins.viewers.bullet import RendererTiny
 from seals.rendering import Lens, SceneView
 from seals.rendering.optics import Optics, to_bytes
+from seals.report.pictures import figure_class
 from seals.run.settings import RunSettings
 from seals.run.sight import surface_of
 from seals.view.films.application import without_walls
@@ -106,10 +107,8 @@ def _target(replay: Replay, time: float) -> Floats:
 
 def write_sheet(path: Path, pictures: Mapping[str, Any], *, columns: int = 4) -> Path:
     """Write pictures with their titles as one PNG sheet."""
-    from matplotlib.figure import Figure
-
     rows = -(-len(pictures) // columns)
-    figure = Figure(figsize=(3.2 * columns, 2.6 * rows), dpi=110, layout="constrained")
+    figure = figure_class()(figsize=(3.2 * columns, 2.6 * rows), dpi=110, layout="constrained")
     for number, (title, picture) in enumerate(pictures.items(), start=1):
         axes = figure.add_subplot(rows, columns, number)
         axes.imshow(picture)

@@ -20,6 +20,10 @@ TORCH = {"TORCHINDUCTOR_CACHE_DIR": "inductor", "TRITON_CACHE_DIR": "triton"}
 """Environment variables by which PyTorch's compiler is told where it keeps its results."""
 
 
+_ROOM = 1 << 20
+"""Room that a cache needs at least [byte]."""
+
+
 @functools.cache
 def cache_folder(name: str) -> Path:
     """Return a cache folder that only the user can write to, creating it if needed.
@@ -65,9 +69,12 @@ def _private(base: Path, name: str) -> Path:
     """Make a folder below another, each the user's alone.
 
     Raises:
-        OSError: it cannot be made, is a link, or another's.
+        OSError: it cannot be made, is a link, or another's, or others could put something into it.
     """
     base.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+    above = base.parent.stat().st_mode
+    if above & stat.S_IWOTH and not above & stat.S_ISVTX:
+        raise PermissionError(f"everybody can rename what lies in {base.parent}")
     for folder in (base, base / name):
         folder.mkdir(mode=0o700, exist_ok=True)
         found = folder.lstat()
@@ -75,10 +82,17 @@ def _private(base: Path, name: str) -> Path:
             raise NotADirectoryError(f"{folder} is a link or a file")
         if hasattr(os, "getuid") and found.st_uid != os.getuid():
             raise PermissionError(f"{folder} belongs to another user")
+        if (
+            found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+            and folder != base
+            and any(folder.iterdir())
+        ):
+            raise PermissionError(f"others could write to {folder}; remove it")
         if stat.S_IMODE(found.st_mode) & 0o077:
             folder.chmod(0o700)
     if not os.access(base / name, os.W_OK | os.X_OK):
         raise PermissionError(f"{base / name} cannot be written to")
-    with tempfile.TemporaryFile(dir=base / name):
-        pass  # a disk that is read-only or full says so here, and not to a compiler
+    with tempfile.TemporaryFile(dir=base / name) as file:
+        # a disk that is read-only or full says so here, and not to a compiler
+        file.write(bytes(_ROOM))
     return base / name

@@ -24,6 +24,9 @@ from seals.state_records import fields_of, is_record, name_of, rebuilt
 
 DEEPEST = 64
 """Most levels of a state."""
+MOST_KEYS = 256
+"""Most entries of a set, or of a mapping by other keys than text: whoever chooses such keys can
+choose them with one hash, and the time to sort them in grows with their square."""
 KINDS = "biufc"
 """Kinds of NumPy numbers that are kept."""
 _NUMBERS = {"nan": math.nan, "inf": math.inf, "-inf": -math.inf}
@@ -72,6 +75,9 @@ class _Packer:
         return self._packed(value, kind, depth + 1)
 
     def _packed(self, value: Any, kind: type, depth: int) -> Any:
+        others = kind is frozenset or (kind is dict and any(type(key) is not str for key in value))
+        if others and len(value) > MOST_KEYS:
+            raise TypeError(f"it holds {len(value)} keys that are no text, at most {MOST_KEYS}")
         if kind in (list, tuple, frozenset):
             parts = [self.pack(part, depth) for part in value]
             tags = {list: parts, tuple: {"t": parts}, frozenset: {"x": parts}}
@@ -79,7 +85,7 @@ class _Packer:
         if kind is MappingProxyType:
             return {"p": self.pack(dict(value), depth)}
         if kind is dict:
-            if all(type(key) is str for key in value):
+            if not others:
                 return {"d": {key: self.pack(part, depth) for key, part in value.items()}}
             return {"m": [[self.pack(k, depth), self.pack(v, depth)] for k, v in value.items()]}
         if is_record(value):
@@ -153,6 +159,8 @@ def _container(mark: str, content: Any, arrays: Sequence[np.ndarray], depth: int
         return MappingProxyType(_all_of(dict, unpacked(content, arrays, depth)))
     if mark not in ("t", "x", "m"):
         raise ValueError(f"an entry with the mark '{mark[:20]}'")
+    if mark != "t" and len(_all_of(list, content)) > MOST_KEYS:
+        raise ValueError(f"{len(content)} keys that are no text, allowed are {MOST_KEYS}")
     parts = [unpacked(part, arrays, depth) for part in _all_of(list, content)]
     if mark == "m":
         return {key: value for key, value in parts}  # noqa: C416  pairs, or a ValueError

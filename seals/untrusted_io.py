@@ -29,6 +29,9 @@ _LONGEST_NUMBER = 250
 _MOST_DIGITS = 308
 """Most digits of a whole number in JSON, for the same reason."""
 _NUMBER = re.compile(r"[-+0-9a-fA-FxoO_:.]+")
+_LONG, _MOST_LONG = re.compile(r"[-+]?[0-9a-fA-FxoO_:]{19,}"), 1000
+"""Whole numbers in YAML that may not fit 61 bits, and how many there may be: as keys, multiples of
+2^61 - 1 have one hash, so that the time to read them grows with their square."""
 
 
 def regular_file(path: str | Path, *, most: int = MOST_BYTES) -> Path:
@@ -244,7 +247,7 @@ def plain_yaml(text: str) -> Any:
 
 
 def _measure(events: Any) -> None:
-    depth = 0
+    depth = long = 0
     for count, event in enumerate(events):
         name = type(event).__name__
         depth += name.endswith("StartEvent") - name.endswith("EndEvent")
@@ -252,8 +255,13 @@ def _measure(events: Any) -> None:
             raise ValueError(
                 f"nested deeper than {_DEEPEST} levels, or more than {_MOST_NODES:,} entries"
             )
-        if name == "ScalarEvent" and len(event.value) > _LONGEST_NUMBER:
+        if name != "ScalarEvent":
+            continue
+        if len(event.value) > _LONGEST_NUMBER:
             _refuse_long_number(event)
+        long += (event.implicit[0] or bool(event.tag)) and bool(_LONG.fullmatch(event.value))
+        if long > _MOST_LONG:
+            raise ValueError(f"more than {_MOST_LONG:,} whole numbers of more than 18 signs")
 
 
 def _refuse_long_number(event: Any) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from seals.experiments.crab_gaits.walks import Walk
 from seals.logs.atomic import atomic_path
+from seals.report.pictures import figure_class
 
 SPAN = 1.5
 """Time that is shown [s]."""
@@ -22,10 +23,8 @@ def draw_falls(walks: Mapping[str, Walk], path: Path) -> None:
         walks: by name.
         path: of the picture.
     """
-    from matplotlib.figure import Figure
-
     rows = -(-len(walks) // 2)
-    figure = Figure(figsize=(10.0, 1.5 * rows), layout="constrained")
+    figure = figure_class()(figsize=(10.0, 1.5 * rows), layout="constrained")
     axes: Any = figure.subplots(rows, 2, squeeze=False)
     for panel in axes.flat[len(walks) :]:
         panel.set_visible(False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import importlib
 import os
@@ -15,6 +16,7 @@ import seals
 from seals.child_process import protect_children
 from seals.errors import ConfigError, DiskFull, SealsError, printable, suggestion
 from seals.registry import blame
+from seals.run.stopping import stoppable
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -312,7 +314,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     protect_children(arguments)
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
-        return _dispatch(words)
+        # a caller in Python keeps its handlers
+        with stoppable() if arguments is None else contextlib.nullcontext():
+            return _dispatch(words)
     except SealsError as refusal:
         return _refused(refusal)
     except KeyboardInterrupt:

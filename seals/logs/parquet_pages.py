@@ -17,10 +17,14 @@ _HEADER_BYTES = 1 << 14
 _SLACK = 1 << 20
 _WIDEST = 16
 """Bytes that one number takes at most, levels and the entry of a dictionary counted [byte]."""
+MOST_ENTRIES = 50_000
+"""Longest list in the description of a file: room for it is made before its entries are read."""
 _MOST_FIELDS = 2_000
 _DEEPEST = 8
+_COUNTED = {0: 5, 2: 7, 3: 8}
+"""Field of a page's header that holds its count of values, by the kind of the page."""
 _FIXED = {1: 0, 2: 0, 3: 1, 7: 8}
-_INTEGERS, _TEXT, _LISTS, _STRUCT = (4, 5, 6), 8, (9, 10), 12
+_WHOLE, _INTEGERS, _TEXT, _LISTS, _STRUCT = 5, (4, 5, 6), 8, (9, 10), 12
 
 
 def refuse_large_footer(file: Path) -> None:
@@ -34,7 +38,7 @@ def refuse_large_footer(file: Path) -> None:
         stream.seek(max(size - 8, 0))
         tail = stream.read(8)
     declared = struct.unpack("<I", tail[:4])[0] if len(tail) == 8 else 0
-    if tail[4:] == b"PAR1" and declared > min(MOST_FOOTER_BYTES, size):
+    if tail[4:] in (b"PAR1", b"PARE") and declared > min(MOST_FOOTER_BYTES, size):
         raise LogError(
             f"'{file}' declares a description of {declared:,} bytes, it has {size:,} and allowed "
             f"are {MOST_FOOTER_BYTES:,}.\nWrite it again with fewer row groups."
@@ -79,15 +83,19 @@ def _walk(stream: BinaryIO, file: Path, chunk: Any, most: int) -> int:
         try:
             header, length = read_struct(stream.read(_HEADER_BYTES))
             unpacked, packed = int(header[2]), int(header[3])
-            kind = header.get(5) or header.get(8) or {}
-            more = int(kind.get(1, 0))
+            counted = _COUNTED.get(int(header[1]))
+            more = int(header[counted][1]) if counted else 0
         except (IndexError, KeyError, TypeError, ValueError, AttributeError) as error:
             raise _unsound(file, "a page without a sound header") from error
-        held, values, count = held + unpacked, values + more, count + 1
+        held, count = held + unpacked, count + 1
         if min(unpacked, packed, more) < 0 or held > _WIDEST * chunk.num_values + _SLACK:
             raise _unsound(
                 file, f"{chunk.num_values:,} numbers that unpack to {max(held, unpacked):,} bytes"
             )
+        if more > chunk.num_values:
+            raise _unsound(file, f"{more:,} values in a page of {chunk.num_values:,}")
+        # the entries of a dictionary are no values of the column
+        values += 0 if counted == _COUNTED[2] else more
         place += length + packed
     return count
 
@@ -101,11 +109,12 @@ def _unsound(file: Path, what: str) -> LogError:
 def read_struct(raw: bytes) -> tuple[dict[int, Any], int]:
     """Return the fields of a struct in Thrift's compact protocol, and the bytes that it takes.
 
-    Texts, lists and truth values are stepped over; they stand as None.
+    Whole numbers of 32 bits are read; all else is stepped over and stands as None.
 
     Raises:
         IndexError: it is cut short.
-        ValueError: it is nested too deep, or has too many fields.
+        ValueError: it is nested too deep, has too many fields or one twice, or a number is too
+            large: readers differ in what they make of these.
     """
     return _struct(raw, 0, 0)
 
@@ -121,6 +130,8 @@ def _struct(raw: bytes, place: int, depth: int) -> tuple[dict[int, Any], int]:
             number += sign >> 4
         else:
             number, place = _zigzag(raw, place)
+        if number in found:
+            raise ValueError("a field twice")
         found[number], place = _value(raw, place, sign & 15, depth)
     raise ValueError("too many fields")
 
@@ -131,7 +142,10 @@ def _value(raw: bytes, place: int, kind: int, depth: int) -> tuple[Any, int]:
     if kind in _FIXED:
         return None, place + _FIXED[kind]
     if kind in _INTEGERS:
-        return _zigzag(raw, place)
+        value, place = _zigzag(raw, place)
+        if kind == _WHOLE and not -(1 << 31) <= value < 1 << 31:
+            raise ValueError("a number of more than 32 bits")
+        return (value if kind == _WHOLE else None), place
     if kind == _TEXT:
         length, place = _varint(raw, place)
         return None, place + length

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from seals.errors import ConfigError
-from seals.untrusted_io import read_bytes
+from seals.untrusted_io import plain_json, read_bytes
 
 LOCK = ".run.lock"
 """File that a living run keeps locked; the system lets go of it however its process ends."""
@@ -75,6 +75,7 @@ def held(folder: Path) -> Iterator[bool]:
         yield False
         return
     folder.mkdir(parents=True, exist_ok=True)
+    _refuse_links(folder)
     descriptor = _locked(folder)
     token = _HELD.set({**_HELD.get(), key: os.getpid()})
     try:
@@ -93,7 +94,7 @@ def alive(folder: Path) -> bool | None:
     try:
         import fcntl
 
-        descriptor = _opened(folder / LOCK, os.O_RDONLY)
+        descriptor = open_own(folder / LOCK, os.O_RDONLY)
     except (OSError, ImportError, ConfigError):
         return None
     try:
@@ -120,7 +121,7 @@ def _locked(folder: Path) -> int | None:
         return None
     path = folder / LOCK
     for _ in range(_TRIES):
-        descriptor = _opened(path, os.O_RDWR | os.O_CREAT)
+        descriptor = open_own(path, os.O_RDWR | os.O_CREAT)
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
             if path.exists() and os.path.samestat(os.fstat(descriptor), path.stat()):
@@ -142,8 +143,16 @@ def _locked(folder: Path) -> int | None:
     )
 
 
-def _opened(path: Path, flags: int) -> int:
-    """Open a lock file without waiting at a pipe or following a link out of the folder."""
+def open_own(path: Path, flags: int) -> int:
+    """Open a file of a run folder, not what a link names, without waiting at a pipe.
+
+    Args:
+        path: of the file.
+        flags: as for `os.open`.
+
+    Raises:
+        ConfigError: it is a link, a folder, a pipe, a device, or known by a second name.
+    """
     more = (getattr(os, name, 0) for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_CLOEXEC"))
     try:
         descriptor = os.open(path, flags | sum(more), 0o666)
@@ -151,7 +160,8 @@ def _opened(path: Path, flags: int) -> int:
         if error.errno in (errno.ELOOP, errno.ENXIO, errno.EISDIR):
             raise _strange(path) from error
         raise
-    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+    found = os.fstat(descriptor)
+    if not stat.S_ISREG(found.st_mode) or found.st_nlink > 1:
         os.close(descriptor)
         raise _strange(path)
     return descriptor
@@ -159,6 +169,22 @@ def _opened(path: Path, flags: int) -> int:
 
 def _strange(path: Path) -> ConfigError:
     return ConfigError(f"{path} is not an ordinary file.\nRemove it, or choose another folder.")
+
+
+def _refuse_links(folder: Path) -> None:
+    """Refuse a folder that holds links where a run writes, or moves files from.
+
+    Raises:
+        ConfigError: what is written there would be written elsewhere.
+    """
+    for path in (folder / name for name in (*PRODUCTS, MOVING)):
+        inside = os.scandir(path) if path.is_dir() and not path.is_symlink() else ()
+        linked = [path] if path.is_symlink() else [one.path for one in inside if one.is_symlink()]
+        if linked:
+            raise ConfigError(
+                f"{linked[0]} is a link, which leads out of its run folder.\n"
+                "Put what it names in its place, or choose another folder: hydra.run.dir=FOLDER"
+            )
 
 
 def _introduce(descriptor: int) -> None:
@@ -172,9 +198,9 @@ def _introduce(descriptor: int) -> None:
 
 def _holder(path: Path) -> str:
     try:
-        descriptor = _opened(path, os.O_RDONLY)
+        descriptor = open_own(path, os.O_RDONLY)
         try:
-            found = json.loads(os.read(descriptor, _MOST_WORDS))
+            found = plain_json(os.read(descriptor, _MOST_WORDS))
         finally:
             os.close(descriptor)
         return f"process {found['pid']} on {found['machine']}, since {found['since']},"

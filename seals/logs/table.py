@@ -14,11 +14,13 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import LogError, suggestion
 from seals.logs.channels import CHANNELS, stem_of
-from seals.logs.parquet_pages import refuse_bombs, refuse_large_footer
+from seals.logs.parquet_pages import MOST_ENTRIES, refuse_bombs, refuse_large_footer
 from seals.untrusted_io import read_bytes, regular_file
 
 MOST_VALUES = 100_000_000
 """Largest table that is read, in values."""
+MOST_COLUMNS = 4096
+"""Most columns of a table."""
 _LARGE = 5_000_000
 """Values above which the time that a table takes is said."""
 _PACE = 1e-6
@@ -50,7 +52,11 @@ def read_parquet(path: str | Path, *, wanted: Collection[str] | None = None) -> 
     refuse_large_footer(file)
     columns: dict[str, Floats] = {}
     try:
-        content = parquet.ParquetFile(file, pre_buffer=False)
+        content = parquet.ParquetFile(
+            file, pre_buffer=False, thrift_container_size_limit=MOST_ENTRIES
+        )
+        if len(content.schema) > MOST_COLUMNS:
+            raise _too_wide(file, len(content.schema))
         places = _plain(file, content.schema, wanted)
         _check_size(file, content.metadata.num_rows, len(places))
         for name, place in places.items():
@@ -168,12 +174,20 @@ def header(path: str | Path, raw: bytes, *, delimiter: str = ",", skip_lines: in
             f"'{path}' is not UTF-8 text ({error.reason}).\nSave it again as UTF-8."
         ) from error
     names = [name.strip().strip('"') for name in text.split(delimiter)]
-    twice = sorted({name for name in names if names.count(name) > 1}) if len(names) < 4096 else []
-    if "\0" in text or len(names) >= 4096 or not text.strip():
+    if len(names) > MOST_COLUMNS:
+        raise _too_wide(path, len(names))
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if "\0" in text or not text.strip():
         raise LogError(f"'{path}' has no header line of column names.")
     if twice:
         raise LogError(f"'{path}' names these columns twice: {', '.join(twice)}.")
     return names
+
+
+def _too_wide(file: str | Path, width: int) -> LogError:
+    return LogError(
+        f"'{file}' has {width:,} columns, allowed are {MOST_COLUMNS:,}.\nSplit the log first."
+    )
 
 
 def _present(path: str | Path, wanted: Collection[str], names: list[str]) -> list[str]:

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
+import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -42,14 +46,34 @@ def write_picture(path: str | Path, charts: Chart | list[Chart]) -> Path:
 
 
 def figure_class() -> Any:
-    """Return matplotlib's ``Figure``.
+    """Return matplotlib's ``Figure``, imported without the settings of the working directory.
+
+    A file ``matplotlibrc`` there, which may be a stranger's, can have programs such as LaTeX run.
 
     Raises:
         MissingExtra: matplotlib is not installed.
     """
-    with optional_import("pictures need matplotlib", "Install it: pip install matplotlib"):
+    with (
+        optional_import("pictures need matplotlib", "Install it: pip install matplotlib"),
+        _elsewhere(),
+    ):
         from matplotlib.figure import Figure
     return Figure
+
+
+@contextlib.contextmanager
+def _elsewhere() -> Iterator[None]:
+    """Be in the folder of the program where the working directory holds settings."""
+    if "matplotlib" in sys.modules or not os.path.lexists("matplotlibrc"):
+        yield
+        return
+    here = os.open(".", os.O_RDONLY)
+    try:
+        os.chdir(os.path.dirname(__file__))
+        yield
+    finally:
+        os.chdir(here)
+        os.close(here)
 
 
 def _draw(axes: Any, chart: Chart) -> None:

@@ -114,6 +114,8 @@ def _watch(
     """
     if event == "open":
         _may_read(words, near, code)
+    elif event in ("os.listdir", "os.scandir"):
+        _may_list(words[0], near, code)
     elif event.startswith(_ACTING) or event in _CHANGING:
         raise PermissionError(f"macros may not do this: {event}")
 
@@ -138,6 +140,15 @@ def _may_read(words: tuple[Any, ...], near: tuple[Path, ...], code: tuple[str, .
     if not stat.S_ISREG(status.st_mode) or status.st_size > MOST_BYTES:
         why = f"it is no ordinary file of up to {MOST_BYTES:,} bytes"
         raise PermissionError(errno.EACCES, why, str(name))
+
+
+def _may_list(name: Any, near: tuple[Path, ...], code: tuple[str, ...]) -> None:
+    """Refuse a look into other folders, which a pattern of files to be included would take."""
+    place = os.path.realpath(os.fsdecode("." if name is None else name))
+    if any(place == entry or place.startswith(entry + os.sep) for entry in code):
+        return
+    if not any(_plainly_in(Path(place), folder) for folder in near):
+        raise PermissionError(errno.EACCES, "macros look into no other folder", str(name))
 
 
 def _plainly_in(target: Path, folder: Path) -> bool:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import os
+import re
 import shutil
 from abc import abstractmethod
 from pathlib import Path
@@ -15,10 +17,14 @@ from seals.errors import ConfigError
 from seals.fluid import Fluid
 from seals.logs.atomic import atomic_path
 from seals.run.recorder import Moment, Recorder
+from seals.state_file import StateError, open_regular
 from seals.world import World
 
 FOLDER = "particles"
 """Folder of a run that holds them, one file an instant, named by its time."""
+MOST_BYTES = 1 << 26
+"""Largest file of an instant, or picture, that a run which is taken up takes over [byte]."""
+_TIME = re.compile(r"t_\d{3,9}\.\d{4}")
 MOST = 20_000
 """Particles kept of one instant; of more, every second, third ... is."""
 
@@ -57,6 +63,24 @@ def file_of(folder: Path, time: float) -> Path:
     return folder / f"t_{time:08.4f}"
 
 
+def copy_own(file: Path, target: Path) -> None:
+    """Copy a file of a run folder that may be a stranger's.
+
+    Raises:
+        ConfigError: it is a link, no ordinary file, or too large.
+    """
+    try:
+        with open_regular(file) as source:
+            if os.fstat(source.fileno()).st_size > MOST_BYTES:
+                raise StateError(f"it has more than {MOST_BYTES:,} bytes")
+            with target.open("wb") as copy:
+                shutil.copyfileobj(source, copy)
+    except StateError as cause:
+        raise ConfigError(
+            f"{file} is not taken over: {cause}.\nBegin the run anew: repeat=FOLDER"
+        ) from cause
+
+
 class InstantFiles(Recorder):
     """Recorder of the water that writes a file at every multiple of an interval.
 
@@ -92,9 +116,11 @@ class InstantFiles(Recorder):
         if self._before is None or self._before == self._folder:
             return
         for file in sorted(self._before.glob("t_*")):
+            if not _TIME.fullmatch(file.stem):
+                continue
             if float(file.stem.removeprefix("t_")) < world.time + 0.5 * world.step_size:
                 with atomic_path(self._folder / file.name) as beside:
-                    shutil.copyfile(file, beside)
+                    copy_own(file, beside)
 
     def record(self, moment: Moment) -> None:
         """Write a file when one is due."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from seals.arrays import Floats
 from seals.errors import ConfigError
 from seals.logs.atomic import write_bytes, write_json, write_table
 from seals.rendering.camera_view import CameraView, Recorded
+from seals.run.particle_snapshots import copy_own
 from seals.run.recorded_rows import refill
 from seals.run.recorder import Moment, Recorder
 from seals.world import Actor, World
@@ -125,16 +125,7 @@ class Pictures(Recorder):
                     )
                 (folder / FOLDER / name).mkdir(parents=True, exist_ok=True)
                 for file in found:
-                    _refuse_link(file)
-                    shutil.copyfile(file, folder / FOLDER / name / file.name)
-
-
-def _refuse_link(file: Path) -> None:
-    if file.is_symlink() or not file.is_file():
-        raise ConfigError(
-            f"{file} is no ordinary file, which a picture of a run is.\n"
-            "Begin the run anew: repeat=FOLDER"
-        )
+                    copy_own(file, folder / FOLDER / name / file.name)
 
 
 def _row(shot: Recorded) -> dict[str, float]:

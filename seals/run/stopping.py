@@ -1,4 +1,4 @@
-"""Treat SIGTERM like Ctrl-C, so that the results of a run so far are written."""
+"""Treat SIGTERM and SIGHUP like Ctrl-C, so that the results of a run so far are written."""
 
 from __future__ import annotations
 
@@ -8,10 +8,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+ENDING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+"""Signals that end a command: of process managers, and of a terminal that is closed."""
+
 
 @contextmanager
 def stoppable() -> Iterator[None]:
-    """Make SIGTERM raise KeyboardInterrupt inside the block; main thread only."""
+    """Make the signals of `ENDING` raise KeyboardInterrupt inside the block; main thread only."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -19,8 +22,14 @@ def stoppable() -> Iterator[None]:
     def stop(number: int, frame: Any) -> None:
         raise KeyboardInterrupt
 
-    before = signal.signal(signal.SIGTERM, stop)
+    before = {number: signal.signal(number, stop) for number in ending()}
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def ending() -> list[signal.Signals]:
+    """Return the signals of `ENDING` that are not ignored, as ``nohup`` ignores SIGHUP."""
+    return [number for number in ENDING if signal.getsignal(number) is not signal.SIG_IGN]

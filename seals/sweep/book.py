@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 
 from seals.errors import ConfigError
 from seals.logs.room import room
+from seals.logs.run_folder import open_own
 from seals.untrusted_io import read_bytes
 
 NOTE, TABLE, LOCK = "sweep.json", "jobs.csv", ".jobs.lock"
@@ -98,7 +99,12 @@ class JobLock:
             DiskFull: there is no room for it; the job counts as cut off.
         """
         path = self._folder / TABLE
-        with _held(self._descriptor, 0), room(path), path.open("a+b") as file:
+        flags = os.O_RDWR | os.O_CREAT | os.O_APPEND
+        with (
+            _held(self._descriptor, 0),
+            room(path),
+            os.fdopen(open_own(path, flags), "a+b") as file,
+        ):
             _forget_torn_line(file)
             text = io.StringIO()
             writer = csv.writer(text, lineterminator="\n")
@@ -130,7 +136,7 @@ def claimed(folder: Path, number: int) -> Iterator[JobLock]:
 def _locked(folder: Path, place: int) -> Iterator[int]:
     """Lock one byte of a sweep's lock file; yield its descriptor."""
     folder.mkdir(parents=True, exist_ok=True)
-    descriptor = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o666)
+    descriptor = open_own(folder / LOCK, os.O_RDWR | os.O_CREAT)
     try:
         with _held(descriptor, place):
             yield descriptor

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import shutil
 import time
 import traceback
@@ -12,7 +13,7 @@ from typing import Any
 
 from seals.errors import ConfigError, SealsError
 from seals.logs.atomic import write_yaml
-from seals.logs.run_folder import LOCK, clear, held
+from seals.logs.run_folder import LOCK, clear, held, open_own
 from seals.sweep.book import DONE, FAILED, REFUSED, Job, JobLock, claimed, read_jobs
 from seals.sweep.cut import HYDRA, began, goes_on
 
@@ -40,6 +41,12 @@ def perform(task: Callable[[Any], int | None], config: Any) -> int:
         raise ConfigError(
             "hydra.callbacks.sweep is not there: the end of this sweep would not be recorded.\n"
             "Leave out the overrides of hydra.callbacks.sweep."
+        )
+    if not folder.resolve().is_relative_to(sweep.resolve()):
+        # what an earlier run left in the folder of a job is removed
+        raise ConfigError(
+            f"the folder of job {number} leads out of its sweep: {folder} is {folder.resolve()}.\n"
+            "Remove the link, or choose another folder: hydra.sweep.dir=FOLDER"
         )
     with claimed(sweep, number) as claim, contextlib.ExitStack() as stack:
         before = read_jobs(sweep).get(number)
@@ -97,8 +104,9 @@ def _done(
 @contextlib.contextmanager
 def _said(folder: Path) -> Iterator[None]:
     """Redirect printed output to a file in the job's folder."""
+    descriptor = open_own(folder / SAID, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
     with (
-        (folder / SAID).open("a", encoding="utf-8") as file,
+        os.fdopen(descriptor, "a", encoding="utf-8") as file,
         contextlib.redirect_stdout(file),
         contextlib.redirect_stderr(file),
     ):

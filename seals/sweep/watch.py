@@ -91,6 +91,12 @@ class Sweep:
         """Write the record of a sweep, or check the present one; return the start time."""
         note = folder / NOTE
         with opened(folder):
+            for path in (folder / name for name in (NOTE, TABLE, HYDRAS)):
+                if path.is_symlink():
+                    raise ConfigError(
+                        f"{path} is a link, which leads out of the folder of the sweep.\n"
+                        "Put what it names in its place, or begin a sweep of your own."
+                    )
             if self.resumed:
                 return str(read_json(note).get("started", ""))
             if note.exists():

@@ -14,8 +14,10 @@ from collections.abc import Callable, Sequence
 from multiprocessing.pool import Pool
 from typing import Any, TypeVar
 
+from seals.run.stopping import ENDING, ending
+
 Item = TypeVar("Item")
-_HELD = (signal.SIGTERM, signal.SIGINT)
+_HELD = (*ENDING, signal.SIGINT)
 """Signals that are held back until a child has its own handlers."""
 _jobs: tuple[Callable[[Any], Any], Sequence[Any]] | None = None
 
@@ -64,7 +66,7 @@ def _forked(many: int) -> Pool:
 
 
 def _leave_signals() -> None:
-    """End a child at once on SIGTERM, and leave all other signals to the parent.
+    """End a child at once on SIGTERM or SIGHUP, and leave all other signals to the parent.
 
     A child inherits the parent's handlers, and the pool ends its children by SIGTERM: a handler
     that raises would print a traceback of work that is already done. A signal to the whole process
@@ -72,7 +74,8 @@ def _leave_signals() -> None:
     the parent would wait for that lock for ever: children have a group of their own.
     """
     os.setpgid(0, 0)
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    for number in ending():
+        signal.signal(number, signal.SIG_DFL)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, _HELD)
 

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import errno
+import io
 import os
 import re
+import socket
 import stat
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -79,6 +83,109 @@ def test_a_folder_that_is_not_ours_is_left(
     assert found.is_dir()
     assert mode(found) == 0o700
     assert "kept for this process alone" in capsys.readouterr().err
+
+
+def _link_in_a_circle(place: Path) -> None:
+    place.symlink_to(place.name)
+
+
+def _planted(place: Path) -> None:
+    place.mkdir()
+    place.chmod(0o777)
+    (place / "kernel.so").write_bytes(b"somebody's")
+
+
+def _by_the_group(place: Path) -> None:
+    _planted(place)
+    place.chmod(0o770)
+
+
+def _link_to_nothing(place: Path) -> None:
+    place.symlink_to(place.with_name("nothing"))
+
+
+def _link_of_the_whole(place: Path) -> None:
+    place.parent.rmdir()
+    (place.parent.parent / "elsewhere").mkdir()
+    place.parent.symlink_to(place.parent.parent / "elsewhere")
+
+
+def _file_for_the_whole(place: Path) -> None:
+    place.parent.rmdir()
+    place.parent.write_text("")
+
+
+def _open_above(place: Path) -> None:
+    place.parent.parent.chmod(0o777)
+
+
+def _socket(place: Path) -> None:
+    with socket.socket(socket.AF_UNIX) as ear:
+        ear.bind(os.path.relpath(place))
+
+
+STRANGE: dict[str, Callable[[Path], Any]] = {
+    "a pipe": os.mkfifo,
+    "a socket": _socket,
+    "a link in a circle": _link_in_a_circle,
+    "a link to nothing": _link_to_nothing,
+    "a link to a device": lambda place: place.symlink_to("/dev/null"),
+    "a link of the whole": _link_of_the_whole,
+    "a file for the whole": _file_for_the_whole,
+    "what others put there": _planted,
+    "what the group put there": _by_the_group,
+    "a folder above in which everybody can rename": _open_above,
+}
+
+
+@pytest.mark.parametrize("kind", STRANGE)
+def test_strange_folders_are_left(
+    home: Path, kind: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Whatever stands there is neither used nor changed, and said."""
+    place = home / "seals" / "a"
+    place.parent.mkdir(parents=True, mode=0o700)
+    home.chmod(0o700)
+    STRANGE[kind](place)
+    before = sorted(home.rglob("*"))
+    found = cache_folder("a")
+    assert home not in found.parents
+    assert mode(found) == 0o700
+    assert sorted(home.rglob("*")) == before
+    assert "kept for this process alone" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("error", [errno.ENOSPC, errno.EROFS, errno.EDQUOT, errno.EIO])
+def test_a_disk_that_takes_nothing_keeps_no_cache(
+    home: Path, monkeypatch: pytest.MonkeyPatch, error: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A full disk still takes a name: only what is written tells."""
+
+    class Full(io.BytesIO):
+        def write(self, content: Any) -> int:
+            raise OSError(error, os.strerror(error))
+
+    monkeypatch.setattr("seals.caches.tempfile.TemporaryFile", lambda **_: Full())
+    assert home not in cache_folder("a").parents
+    assert os.strerror(error) in capsys.readouterr().err
+
+
+def test_nobody_has_a_home(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An account without a folder of its own gets one for the process."""
+
+    def none() -> Path:
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.delenv(HOME)
+    monkeypatch.setattr(Path, "home", none)
+    assert mode(cache_folder("a")) == 0o700
+
+
+def test_a_folder_above_with_the_sticky_bit_serves(home: Path) -> None:
+    """Where nobody renames what is another's, as in the temporary folder, a cache may lie."""
+    home.mkdir()
+    home.chmod(0o1777)
+    assert cache_folder("a") == home / "seals" / "a"
 
 
 def test_the_compiler_is_told_once(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -20,7 +20,34 @@ from seals.view.live import Live
 
 ROOT = Path(__file__).parents[2]
 NAMES = ("multiprocessing", "pybullet", "numpy", "json", "mitsuba", "runpy", "subprocess", "hydra")
+AT_START = ("sitecustomize", "usercustomize")
+"""Modules that Python imports before anything else, from wherever it finds them."""
+OTHERS = ("seals/__init__", "hydra_plugins/evil", "conf/evil", "evil_plugin", "taichi", "torch")
 HOSTILE = "import pathlib\npathlib.Path({mark!r}).open('a').write({name!r} + '\\n')\n"
+FILES = {
+    # plug-ins are found by such a folder beside their module
+    "evil-1.dist-info/METADATA": "Metadata-Version: 2.1\nName: evil\nVersion: 1\n",
+    "evil-1.dist-info/entry_points.txt": "[seals.effects]\nevil = evil_plugin:Evil\n",
+    "evil.pth": "import evil_plugin\n",
+    "conf/config.yaml": "evil: {_target_: conf.evil.Evil}\n",
+    "conf/run.yaml": "evil: {_target_: conf.evil.Evil}\n",
+    "conf/robot/ball.yaml": "_target_: conf.evil.Evil\n",
+    "pyvenv.cfg": "home = .\ninclude-system-site-packages = true\n",
+    "matplotlibrc": "text.usetex: true\nlines.linewidth: 77\n",
+    ".git/config": "[core]\nfsmonitor = touch ran.txt\n",
+    "__pycache__/numpy.cpython-311.pyc": "",
+}
+PICTURE = """
+import os, sys
+if sys.path[0] == os.path.dirname(__file__):
+    del sys.path[0]
+here = os.getcwd()
+from seals.report.pictures import figure_class
+figure_class()
+import matplotlib
+assert os.getcwd() == here
+print(matplotlib.rcParams["text.usetex"], matplotlib.rcParams["lines.linewidth"])
+"""
 SHORT = ["run", "robot=ball", "time.step=0.01", "time.duration=0.05", "initial.position=[0,0,1]"]
 
 
@@ -29,8 +56,12 @@ def mark(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A working directory full of modules that tell when they run; return where they tell it."""
     folder, mark = tmp_path / "received", tmp_path / "ran.txt"
     folder.mkdir()
-    for name in NAMES:
-        (folder / f"{name}.py").write_text(HOSTILE.format(mark=str(mark), name=name))
+    texts = {
+        f"{n}.py": HOSTILE.format(mark=str(mark), name=n) for n in (*NAMES, *AT_START, *OTHERS)
+    }
+    for file, text in {**texts, **FILES}.items():
+        (folder / file).parent.mkdir(exist_ok=True, parents=True)
+        (folder / file).write_text(text)
     monkeypatch.chdir(folder)
     # an empty entry is the working directory, too
     monkeypatch.setenv("PYTHONPATH", f"{os.pathsep}{tmp_path / 'nothing'}")
@@ -39,9 +70,13 @@ def mark(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_the_directory_is_hostile(mark: Path) -> None:
-    """Python by itself runs what lies there."""
-    subprocess.run([sys.executable, "-c", "import pybullet"], check=True)
-    assert mark.read_text() == "pybullet\n"
+    """Python by itself runs what lies there: modules, its own first, and plug-ins."""
+    program = (
+        "import importlib.metadata as m, pybullet; "
+        "[point.load() for point in m.entry_points(group='seals.effects', name='evil')]"
+    )
+    subprocess.run([sys.executable, "-c", program], capture_output=True, check=False)
+    assert {"sitecustomize", "pybullet", "evil_plugin"} <= set(mark.read_text().split())
 
 
 def test_a_child_runs_none_of_it(mark: Path, tmp_path: Path) -> None:
@@ -56,9 +91,38 @@ def test_a_child_runs_none_of_it(mark: Path, tmp_path: Path) -> None:
 
 def test_the_command_line_runs_none_of_it(mark: Path) -> None:
     """The program itself, as its own processes start it, lists what is installed."""
-    line = command(Path(seals.__file__).parent / "cli" / "__main__.py", "--version")
-    done = subprocess.run(line, env=environment(), capture_output=True, check=True, text=True)
-    assert done.stdout.startswith("seals ")
+    program = Path(seals.__file__).parent / "cli" / "__main__.py"
+    more = {**environment(), "SEALS_DEBUG": "1"}
+    for words, said in ((["--version"], "seals "), (["list", "effect"], "quadratic_drag")):
+        line = command(program, *words)
+        done = subprocess.run(line, env=more, capture_output=True, check=True, text=True)
+        assert said in done.stdout
+        assert "evil" not in done.stdout + done.stderr
+    assert not mark.exists()
+
+
+def test_no_configuration_of_it_is_composed(mark: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A folder ``conf`` of the same names is not looked at."""
+    assert main(["run", "robot=ball", "--cfg", "job"]) == 0
+    assert "evil" not in capsys.readouterr().out
+    assert not mark.exists()
+
+
+@pytest.mark.parametrize("kind", ["settings", "pipe", "device", "bytes"])
+def test_pictures_know_none_of_its_settings(mark: Path, tmp_path: Path, kind: str) -> None:
+    """Settings of Matplotlib can have LaTeX run, which runs what they say; a pipe would hang it."""
+    settings = Path("matplotlibrc")
+    if kind == "bytes":
+        settings.write_bytes(b"\xff\xfe")
+    elif kind != "settings":
+        settings.unlink()
+        os.mkfifo(settings) if kind == "pipe" else settings.symlink_to("/dev/zero")
+    file = tmp_path / "picture.py"
+    file.write_text(PICTURE)
+    done = subprocess.run(
+        command(file), env=environment(), capture_output=True, text=True, timeout=60, check=True
+    )
+    assert done.stdout == "False 1.5\n"
     assert not mark.exists()
 
 

@@ -63,6 +63,31 @@ HOSTILE: dict[str, tuple[str, str]] = {
     "a link out": ('<xacro:include filename="link.xacro"/>', "lies elsewhere"),
     "a pipe": ('<xacro:include filename="pipe.xacro"/>', "is no ordinary file"),
     "a huge file": ('<xacro:include filename="huge.xacro"/>', "is no ordinary file"),
+    "a folder": ('<xacro:include filename="."/>', "is no ordinary file"),
+    "a package above": ('<xacro:include filename="$(find ..)/secret.yaml"/>', "lies elsewhere"),
+    "a package by its path": ('<xacro:include filename="$(find /etc)/passwd"/>', "no package"),
+    "an address": ('<xacro:include filename="http://127.0.0.1:9/x"/>', "No such file"),
+    "a pattern elsewhere": ('<xacro:include filename="/**/*.yaml"/>', ""),
+    "tags of Python": (LINK.format("${xacro.load_yaml('tag.yaml')}"), "python/object/apply"),
+    "modules by eval": (LINK.format("$(eval __import__)"), "is not a valid name"),
+    "attributes by name": (LINK.format("${getattr(1, 'real')}"), "'getattr' is not defined"),
+    "a function of itself": (LINK.format("${(lambda f: f(f))(lambda f: f(f))}"), "nested too deep"),
+    "a wide number": (LINK.format("${'%9999999999d' % 1}"), "more than 1024 MB"),
+    "a list by assignment": (LINK.format("${[y := 'x'] * 10**9}"), "more than 1024 MB"),
+    "elements in elements": ("<a>" * 20_000 + "</a>" * 20_000, "nested too deep"),
+    "properties in a circle": (
+        '<xacro:property name="a" value="${b}"/><xacro:property name="b" value="${a}"/>'
+        + LINK.format("${a}"),
+        "recursive|lazy",
+    ),
+    "half a character": ('<link name="&#xD800;"/>', "invalid character"),
+    "entities that double": ("entities", "amplification|MB|too long"),
+    "an entity elsewhere": ("elsewhere", ""),
+}
+ENTITIES = {
+    "entities": '<!ENTITY a "aaaaaaaaaa">'
+    + "".join(f'<!ENTITY a{k} "{(f"&a{k - 1};" if k else "&a;") * 10}">' for k in range(9)),
+    "elsewhere": '<!ENTITY a8 SYSTEM "file:../secret.yaml">',
 }
 
 
@@ -74,6 +99,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (folder / ".hidden").mkdir(parents=True)
     for file in (tmp_path / "secret.yaml", folder / ".hidden" / "secret.yaml"):
         file.write_text("key: hunter2\n")
+    (folder / "tag.yaml").write_text("!!python/object/apply:os.mkdir [mark]\n")
     (folder / "link.xacro").symlink_to("/etc/passwd")
     os.mkfifo(folder / "pipe.xacro")
     with (folder / "huge.xacro").open("wb") as stream:
@@ -86,7 +112,11 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_hostile_macros_end_in_words(place: Path, name: str) -> None:
     """None of them copies a secret, runs anything, waits without end or fills the memory."""
     text, words = HOSTILE[name]
-    (place / "a.xacro").write_text(FILE.format(text))
+    document = FILE.format(
+        '<a b="&a8;"/>' if text == "entities" else "<a>&a8;</a>" if text in ENTITIES else text
+    )
+    kinds = f"<!DOCTYPE robot [{ENTITIES[text]}]>" if text in ENTITIES else ""
+    (place / "a.xacro").write_text(kinds + document)
     start = time.monotonic()
     if words:
         with pytest.raises(RobotError, match=words) as refusal:
@@ -193,6 +223,17 @@ def test_macros_read_near_files_only(place: Path) -> None:
     ):
         with pytest.raises(PermissionError):
             macros_child._may_read(words, (place,), code)
+
+
+@pytest.mark.parametrize("event", ["os.listdir", "os.scandir"])
+def test_macros_look_into_near_folders_only(place: Path, event: str) -> None:
+    """A pattern of files searches folders: those of the file, and of the modules."""
+    code = (os.path.dirname(os.__file__),)
+    for near in (str(place), os.fsencode(place), None, code[0], f"{code[0]}/json"):
+        macros_child._watch(event, (near,), (place,), code)
+    for far in ("/", "/etc", "..", str(place / ".hidden"), place.parent, f"{code[0]}x"):
+        with pytest.raises(PermissionError, match="no other folder"):
+            macros_child._watch(event, (far,), (place,), code)
 
 
 @pytest.mark.parametrize("name", ["_x", "gi_frame", "f_globals", "vars", "type", "mro", "cr_code"])

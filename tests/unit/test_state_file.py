@@ -111,6 +111,8 @@ def nested(levels: int) -> Any:
         (print, "no registered record"),
         (np.array([{}], dtype=object), "no kind of number"),
         (nested(70), "deeper than 64"),
+        (frozenset(range(300)), "300 keys"),
+        (dict.fromkeys(range(300)), "300 keys"),
     ],
 )
 def test_no_state_is_said_when_it_is_written(thing: Any, words: str, tmp_path: Path) -> None:
@@ -125,6 +127,8 @@ def test_only_data_become_records() -> None:
         state_record(Path)
 
 
+MODULUS = 2**61 - 1
+"""Its multiples have one hash in Python."""
 Forgery = Callable[[dict[str, Any]], Any]
 
 
@@ -186,6 +190,22 @@ FORGERIES: dict[str, tuple[Forgery, str]] = {
     "deep": (state(nested(70)), "deeper than 64"),
     "very deep": (text('"kind"', '"x": ' + "[" * 100_000 + ', "kind"'), "nested too deeply"),
     "unhashable key": (state({"m": [[[1], 2]]}), "unhashable"),
+    "one hash for all of a set": (state({"x": [k * MODULUS for k in range(300)]}), "300 keys"),
+    "one hash for all keys": (state({"m": [[k * MODULUS, 0] for k in range(300)]}), "300 keys"),
+    "one hash, of tuples": (state({"x": [{"t": [k * MODULUS]} for k in range(300)]}), "300 keys"),
+    "a set of no list": (state({"x": {"a": 0}}), "a dict stands"),
+    "pairs that are none": (state({"m": [[1, 2, 3]]}), "unpack"),
+    "a mapping that is a list": (state({"p": [1]}), "a list stands"),
+    "arrays that are none": (lambda about: about.update(arrays={"0": 1}), "unpack"),
+    "an array of half a byte": (table(["<f0.5", "C", [24]]), "no kind of number"),
+    "a shape of truth values": (table(["<f8", "C", [True, 12]]), "an array of shape"),
+    "a shape of seventeen axes": (table(["<f8", "C", [1] * 16 + [12]]), "an array of shape"),
+    "a shape that is a text": (table(["<f8", "C", "12"]), "an array of shape"),
+    "big-endian numbers": (table([">f8", "C", [12]]), "no kind of number"),
+    "dates": (table(["<M8[s]", "C", [12]]), "no kind of number"),
+    "a number of too few bits": (state({"b": "00"}), "1 bytes"),
+    "a number that has no name": (state({"f": "__import__"}), "__import__"),
+    "a name that leads out": (state({"r": "../../etc:passwd", "v": {}}), "no registered record"),
     "no JSON": (lambda about: "{", "Expecting"),
     "no text": (lambda about: '{"\xe9": 1}', "ascii"),
 }

@@ -137,6 +137,8 @@ def _doubled() -> str:
 
 
 _WIDE = "a: &a {" + ",".join(f"k{k}: 1" for k in range(5000)) + "}\n"
+MODULUS = 2**61 - 1
+"""Its multiples have one hash in Python, so that a mapping with such keys takes quadratic time."""
 YAML: dict[str, tuple[str, str]] = {
     "number to the base 60": ("a: 1" + ":59" * 300_000, "number of"),
     "tagged number": ("a: !!int '" + "1:" * 100_000 + "1'", "number of"),
@@ -153,6 +155,15 @@ YAML: dict[str, tuple[str, str]] = {
     "names of names": ("? " * 60 + "a", "nested deeper"),
     "lists in lines": ("- " * 60 + "a", "nested deeper"),
     "itself": ("&a [*a]", "nested deeper"),
+    "keys of one hash": ("\n".join(f"{k * MODULUS}: 0" for k in range(30_000)), "whole numbers"),
+    "a set of one hash": (
+        "a: !!set {" + ",".join(f"? {k * MODULUS}" for k in range(30_000)) + "}",
+        "whole numbers",
+    ),
+    "tagged keys of one hash": (
+        "\n".join(f"!!int '{k * MODULUS}': 0" for k in range(1, 20_000)),
+        "whole numbers",
+    ),
 }
 
 
@@ -171,3 +182,5 @@ def test_ordinary_merges_and_texts_are_read() -> None:
     assert plain_yaml("a: &a {x: 1}\nb: {<<: *a, y: 2}") == {"a": {"x": 1}, "b": {"x": 1, "y": 2}}
     assert plain_yaml("a: " + "word " * 200)["a"] == ("word " * 200).strip()
     assert plain_yaml("a: '" + "1" * 500 + "'")["a"] == "1" * 500
+    states = [2**127 + k for k in range(900)]
+    assert plain_yaml(f"a: {states}\nb: {[0.1 / (k + 3) for k in range(3000)]}")["a"] == states

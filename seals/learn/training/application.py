@@ -21,6 +21,7 @@ from seals.learn.training.settings import OWN
 from seals.learn.training.setup import agent_of, environments
 from seals.learn.world_hash import world_hash
 from seals.logs.atomic import write_json
+from seals.run.stopping import ending
 
 FREE = ("course", "resume", "threads", "name", "film")
 """Keys that do not make another training."""
@@ -157,7 +158,7 @@ def _stopping(training: Training) -> Iterator[None]:
         training.stop = True
 
     main = threading.current_thread() is threading.main_thread()
-    before = {s: signal.signal(s, stop) for s in (signal.SIGINT, signal.SIGTERM) if main}
+    before = {s: signal.signal(s, stop) for s in (signal.SIGINT, *ending()) if main}
     try:
         yield
     finally:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from seals.errors import optional_import
 from seals.logs.atomic import atomic_path
+from seals.report.pictures import figure_class
 from seals.report.style import CYCLE, MUTED
 from seals.sysid.validation.ablation import Ablation
 from seals.sysid.validation.verification import Verification
@@ -76,12 +76,9 @@ def canvas(size: tuple[float, float]) -> Any:
     Raises:
         MissingExtra: there is no matplotlib.
     """
-    with optional_import(
-        "a picture of a verification needs matplotlib", "Install it: pip install matplotlib"
-    ):
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    figure = Figure(figsize=size, layout="constrained")
+    figure = figure_class()(figsize=size, layout="constrained")
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
     FigureCanvasAgg(figure)
     return figure
 

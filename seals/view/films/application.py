@@ -251,7 +251,14 @@ def _folder(settings: RenderSettings, target: str) -> Path:
     """Folder of a film in its run's folder, named by renderer, quality and camera."""
     kind = next((n for n in names("viewer") if target.endswith(_class_of(n))), "other")
     camera = settings.camera if isinstance(settings.camera, str) else "own"
-    return Path(str(settings.run)) / FOLDER / f"{kind}_{settings.quality.value}_{camera}"
+    run = Path(str(settings.run))
+    found = run / FOLDER / f"{kind}_{settings.quality.value}_{camera}"
+    if not found.resolve().is_relative_to(run.resolve()):
+        raise ConfigError(
+            f"{found} leads out of the folder of its run, to {found.resolve()}.\n"
+            "Say where the frames shall be written: out=FOLDER"
+        )
+    return found
 
 
 def _class_of(name: str) -> str:
