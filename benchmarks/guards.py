@@ -25,7 +25,7 @@ from benchmarks.guards_states import STORED_STATES
 ROOT = Path(__file__).parents[1]
 DEMOS, POLICY = "tests/unit/test_learn_demonstrations.py", "tests/unit/test_learn_policy.py"
 SWEEP, RUNS = "tests/unit/test_sweep.py", "tests/unit/test_runs_verb.py"
-RUNNING = "tests/unit/test_learn_training.py"
+RUNNING, FORGED = "tests/unit/test_learn_training.py", "tests/unit/test_learn_forged.py"
 
 
 _PATIENCE = 600.0
@@ -54,6 +54,30 @@ GUARDS: dict[str, Guard] = {
         RUNNING,
         "without_running",
         "torch",
+    ),
+    "form of a training": Guard(
+        "seals.learn.training.application",
+        "        conform(stored(state), stored(training.state()))\n",
+        "",
+        FORGED,
+        "forged",
+        "torchrl",
+    ),
+    "faults of a training": Guard(
+        "seals.learn.training.application",
+        "    except Exception as cause:  # parts restore",
+        "    except ZeroDivisionError as cause:  # parts restore",
+        FORGED,
+        "forged",
+        "torchrl",
+    ),
+    "size of a memory": Guard(
+        "seals.learn.replay.memory",
+        "if not 0 <= protected <= size <= protected + self.capacity or not 0 <= cursor <= size:",
+        "if False:",
+        FORGED,
+        "forged",
+        "torchrl",
     ),
     "links in a policy": Guard(
         "seals.learn.policy", " or path.is_symlink()", "", BOUNDS, "policy", "torchrl"

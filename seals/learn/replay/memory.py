@@ -103,12 +103,21 @@ class Memory:
         }
 
     def load(self, state: Mapping[str, Any]) -> None:
-        """Restore what `state` returned."""
+        """Restore what `state` returned.
+
+        Raises:
+            ValueError: it is of another size than this memory can have.
+        """
         if state["rows"] is None:
             return
-        self._make(int(state["protected"]))
+        rows = self._rows(present_names(state["rows"]))
+        protected, cursor, size = int(state["protected"]), int(state["cursor"]), len(rows)
+        # room is made for the protected rows, and the cursor is where the next one is written
+        if not 0 <= protected <= size <= protected + self.capacity or not 0 <= cursor <= size:
+            raise ValueError(f"{size} transitions, {protected} of them protected, next at {cursor}")
+        self._make(protected)
         # the order in the storage is that of the rows, the cursor goes where it was
-        self._buffer.writer.fill(self._rows(present_names(state["rows"])), int(state["cursor"]))
+        self._buffer.writer.fill(rows, cursor)
         self.sampler.load_state_dict(state["sampler"])
 
     def _whole(self) -> Any:

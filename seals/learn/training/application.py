@@ -22,6 +22,7 @@ from seals.learn.training.setup import agent_of, environments
 from seals.learn.world_hash import world_hash
 from seals.logs.atomic import write_json
 from seals.run.stopping import ending
+from seals.state_tree import conform
 
 FREE = ("course", "resume", "threads", "name", "film")
 """Keys that do not make another training."""
@@ -180,6 +181,7 @@ def _schedule(config: Any) -> TrainingSchedule:
 
 def _resume(training: Training, folder: Path, config: Any) -> list[str]:
     from seals.learn.training.checkpoint import read_checkpoint
+    from seals.learn.training.tensor_state import stored
 
     state = read_checkpoint(folder, device=str(config.device))
     if state.get("config") != _hash(config):
@@ -187,7 +189,17 @@ def _resume(training: Training, folder: Path, config: Any) -> list[str]:
             f"resume={folder}: the training was begun with other settings, or another version of "
             "robot and environment.\nBegin it anew, in a folder of its own."
         )
-    return training.resume(state)
+    try:
+        conform(stored(state), stored(training.state()))
+        return training.resume(state)
+    except SealsError:
+        raise
+    except Exception as cause:  # parts restore themselves, and say in their own ways what is amiss
+        text = " ".join(str(cause).split())[:300] or type(cause).__name__
+        raise ConfigError(
+            f"{folder / FILE} cannot be taken up: {text}.\n"
+            "It is damaged, or was not written by seals train; begin anew without resume."
+        ) from cause
 
 
 def _hash(config: Any) -> str:
