@@ -13,9 +13,19 @@ from seals.control import ActuatorCommand, Plant, Reference, RobotState
 from seals.control.added import water_drag
 from seals.control.allocation import Saturation
 from seals.control.attitude import attitude_error, cross3
-from seals.control.axes import PITCH, ROLL, SURGE, YAW
+from seals.control.axes import (
+    HEAVE,
+    PITCH,
+    ROLL,
+    SURGE,
+    YAW,
+    commanded_axes,
+    mean_arm,
+    wrench_matrix,
+)
 from seals.control.fins import fins_of, with_fins
-from seals.control.limbs import joint_targets
+from seals.control.limbs import joint_targets, stowed
+from seals.control.mass_properties import MassPropertyEstimator
 from seals.control.model_wrench import model_wrench
 from seals.control.plant import Layout
 from seals.plugins.controllers.vehicle import VehicleController
@@ -24,6 +34,8 @@ from seals.state_records import state_record
 
 STEERED = (SURGE, YAW, PITCH, ROLL)
 """Axes of a vehicle that steers, in the order in which they claim drives and fins."""
+LIFTED = (SURGE, YAW, HEAVE)
+"""Axes of thrusters alone: with heave among them the vehicle climbs level."""
 NEEDED = (SURGE, YAW)
 
 
@@ -52,11 +64,13 @@ class Autopilot(VehicleController):
 
     The heading is that of the reference, the speed the size of its velocity, the climb that of its
     vertical part. Torques are made by thrusters and by fins: links under the effect ``lift`` that a
-    servo turns. Without a pitch to command, as on a boat, the climb is left out.
+    servo turns. A vehicle whose thrusters command heave climbs level by them, also at rest, another
+    by its pitch; without either, as on a boat, the climb is left out.
 
     Equation:
-        F_x = m_x (k_p (U - u) + k_i sum) + D U abs(U), pitch angle theta = gamma + (k_c (w_ref -
-        w) + k_z sum (w_ref - w)) / U within its limit, T = J (-k_R e_R - k_w (w - w_d) - k_I sum
+        F_x = m_x (k_p (U - u) + k_i sum) + D U abs(U), by thrusters F_z = m_z (k_v (w_ref - w) +
+        k_s sum (w_ref - w)) + weight - buoyancy, or by its pitch angle theta = gamma + (k_c (w_ref
+        - w) + k_z sum (w_ref - w)) / U within its limit, T = J (-k_R e_R - k_w (w - w_d) - k_I sum
         e_R) + w x J w - buoyancy's torque, but for what rights it in roll, + v x M_A v; fins by
         their lift at the speed, L = rho A_L u^2 d / 2.
 
@@ -68,7 +82,10 @@ class Autopilot(VehicleController):
         position_gain: of the error of a position that the aim gives [1/s].
         speed_gain: k_p of the speed [1/s].
         speed_sum_gain: k_i [1/s^2].
-        speed_sum_limit: largest acceleration by that sum [m/s^2].
+        speed_sum_limit: largest acceleration by that sum, and by that of the vertical velocity
+            [m/s^2].
+        heave_gain: k_v of the vertical velocity by thrusters [1/s].
+        heave_sum_gain: k_s [1/s^2].
         climb_gain: k_c [1].
         climb_sum_gain: k_z [1/s].
         pitch_limit: largest pitch angle [rad].
@@ -87,8 +104,8 @@ class Autopilot(VehicleController):
         Forward speeds above ``least_speed``; pitch angles below stall and 60 degrees.
 
     Limitations:
-        It does not hold a place. Sway and heave are passive; sideslip in turns is left to the
-        guide.
+        It does not hold a place. Sway is passive, and heave without thrusters for it; sideslip in
+        turns is left to the guide.
 
     References:
         Fossen 2021, Handbook of Marine Craft Hydrodynamics and Motion Control, ch. 15.
@@ -99,7 +116,7 @@ class Autopilot(VehicleController):
     )
     sense: str = "truth"
     saturation: Saturation = Saturation.priority
-    priority: list[str] = field(default_factory=lambda: ["surge+pitch+yaw", "roll"])
+    priority: list[str] = field(default_factory=lambda: ["surge+heave+pitch+yaw", "roll"])
     position_gain: float = param(
         0.2,
         "1/s",
@@ -116,6 +133,12 @@ class Autopilot(VehicleController):
     )
     speed_sum_limit: float = param(
         1.0, "m/s^2", bounds=(0.0, 100.0), tolerance=0.0, source="chosen: drag", fit=False
+    )
+    heave_gain: float = param(
+        2.5, "1/s", bounds=(0.0, 100.0), tolerance=0.0, source="chosen: as the station", fit=False
+    )
+    heave_sum_gain: float = param(
+        1.0, "1/s^2", bounds=(0.0, 100.0), tolerance=0.0, source="chosen: as the station", fit=False
     )
     climb_gain: float = param(
         0.5, "1", bounds=(0.0, 10.0), tolerance=0.0, source="chosen: mostly fed forward", fit=False
@@ -156,10 +179,19 @@ class Autopilot(VehicleController):
         """
         self._fins = fins_of(plant)
         layout = with_fins(plant.layout, self._fins)
-        self._climbs = PITCH in self._allocate(plant, layout, STEERED, NEEDED)
+        axes = self._allocate(plant, layout, self._order(plant), NEEDED)
+        self._lifts = HEAVE in axes
+        self._climbs = PITCH in axes and not self._lifts
         # where the error turns it at the largest rate
         self._most_error = self.turn_limit * self.spin_gain / max(self.turn_gain, 1e-9)
         self._drag = float(water_drag(plant)[0])
+
+    def _order(self, plant: Plant) -> tuple[int, ...]:
+        """Return the axes by rank; heave where the thrusters alone command it."""
+        centre = MassPropertyEstimator(plant.robot).at(stowed(plant.robot)).centre
+        matrix, arm = wrench_matrix(plant.layout, centre), mean_arm(plant.layout, centre)
+        lifted = HEAVE in commanded_axes(matrix, arm, LIFTED)
+        return (*STEERED, HEAVE) if lifted else STEERED
 
     def _unfit(self, layout: Layout, missing: str) -> str:
         """Return the refusal of a robot whose drives and fins do not command some axes."""
@@ -180,7 +212,8 @@ class Autopilot(VehicleController):
         """Return forces of the thrusters and targets of the servos, fins among them."""
         s = situation
         velocity = self._wanted_velocity(s, aim)
-        speed = math.sqrt(velocity @ velocity)
+        flat = velocity[:2] if self._lifts else velocity
+        speed = math.sqrt(flat @ flat)
         ahead = float(s.velocity @ s.rotation[:, 0])
         climbing = float(velocity[2] - s.velocity[2])
         pitch, climb_sum = self._pitch(velocity, climbing, speed, memory.climb_sum, s.step)
@@ -191,6 +224,9 @@ class Autopilot(VehicleController):
         want = want - self.spin_gain * (s.angular_velocity - aim.yaw_rate * s.rotation[2])
         push = self.speed_gain * (speed - ahead) + self.speed_sum_gain * memory.speed_sum
         along = np.array([push, 0.0, 0.0])
+        if self._lifts:
+            rise = self.heave_gain * climbing + self.heave_sum_gain * memory.climb_sum
+            along = along + rise * s.rotation[2]
         wrench = model_wrench(s, along, want, added=self._added, gravity=self._g)
         wrench[SURGE] += s.submersion * self._drag * speed * abs(speed)
         # what rights it in roll is left to act: nothing else holds it where fins saturate
@@ -210,6 +246,9 @@ class Autopilot(VehicleController):
             most = self.speed_sum_limit / max(self.speed_sum_gain, 1e-9)
             speed_sum = min(max(speed_sum + s.step * (speed - ahead), -most), most)
             turn_sum = self._turn_summed(turn_sum, np.where(near, error, 0.0), s.step)
+            if self._lifts:
+                most = self.speed_sum_limit / max(self.heave_sum_gain, 1e-9)
+                climb_sum = min(max(climb_sum + s.step * climbing, -most), most)
         return ActuatorCommand(order, joints), AutopilotState(
             speed_sum, climb_sum, turn_sum, after, joints
         )
@@ -219,7 +258,7 @@ class Autopilot(VehicleController):
     ) -> tuple[float, float]:
         """Return the wanted pitch angle, nose up [rad], and the new integral of the climb error."""
         if not self._climbs:
-            return 0.0, 0.0
+            return 0.0, sum_
         climb = math.atan2(float(velocity[2]), math.hypot(float(velocity[0]), float(velocity[1])))
         per = 1.0 / max(speed, self.least_speed)
         pitch = climb + per * (self.climb_gain * climbing + self.climb_sum_gain * sum_)

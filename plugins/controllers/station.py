@@ -11,7 +11,7 @@ from seals.arrays import Floats
 from seals.control import ActuatorCommand, Plant, Reference, RobotState
 from seals.control.allocation import Saturation
 from seals.control.attitude import attitude_error, lean_for
-from seals.control.axes import HEAVE, STATION_ORDER, SURGE, SWAY, YAW
+from seals.control.axes import HEAVE, STATION_ORDER, SURGE, YAW
 from seals.control.filters import summed
 from seals.control.limbs import joint_targets
 from seals.control.model_wrench import model_wrench
@@ -20,8 +20,8 @@ from seals.plugins.controllers.vehicle import VehicleController
 from seals.schema import param
 from seals.state_records import state_record
 
-NEEDED = (SURGE, SWAY, HEAVE, YAW)
-"""Axes without which a vehicle cannot keep its station."""
+NEEDED = (SURGE, HEAVE, YAW)
+"""Axes without which a vehicle cannot hold its depth, heading and distance ahead."""
 
 
 @state_record
@@ -46,7 +46,8 @@ class Station(VehicleController):
     """Velocity and attitude control with forces in every direction; the vehicle stays level.
 
     Axes that the thrusters cannot command are passive: a vehicle of four to eight thrusters is
-    flown in surge, sway, heave and yaw, and its roll and pitch are left to the buoyancy.
+    flown in surge, sway, heave and yaw, and its roll and pitch are left to the buoyancy. Without
+    sway it holds depth and heading, and its place along its own nose only.
 
     Equation:
         F = M (a + k_p (v_ref - v) + k_i sum) + weight - buoyancy, T = J (-k_R e_R - k_w (w - w_d)
@@ -70,7 +71,7 @@ class Station(VehicleController):
         quicker: how many times faster than by their own lag the thrusters are made to follow [1].
 
     Assumptions:
-        The drives command surge, sway, heave and yaw; a passive roll or pitch rights itself. The
+        The drives command surge, heave and yaw; a passive roll or pitch rights itself. The
         model of the robot is known, its load is not.
 
     Valid range:
@@ -138,7 +139,7 @@ class Station(VehicleController):
         """Find the commanded axes, allocation, added mass and rest pose of the robot.
 
         Raises:
-            ConfigError: the drives do not command surge, sway, heave and yaw.
+            ConfigError: the drives do not command surge, heave and yaw.
         """
         self._allocate(plant, plant.layout, STATION_ORDER, NEEDED)
 
@@ -147,8 +148,8 @@ class Station(VehicleController):
         return (
             f"controller=station: the {layout.drives} drives of robot '{self._plant.robot.name}' "
             f"do not command {missing}.\n"
-            "It takes surge, sway, heave and yaw; for a vehicle that steers: controller=autopilot "
-            "guide=los; for rotors that push upward: controller=cascade"
+            "It takes surge, heave, yaw and mostly sway; for a vehicle that steers: "
+            "controller=autopilot guide=los; for rotors that push upward: controller=cascade"
         )
 
     def start(self) -> StationState:
@@ -174,7 +175,9 @@ class Station(VehicleController):
         order, after = self._quickened(s, wanted, memory.drive)
         total, turn_total = memory.sum, memory.turn_sum
         if (np.abs(wanted) < s.limit).all():
-            total = summed(total, error, s.step, self.sum_limit / max(self.sum_gain, 1e-9))
+            # what a passive axis leaves is not summed up
+            within = s.rotation @ (self._pushed * (error @ s.rotation))
+            total = summed(total, within, s.step, self.sum_limit / max(self.sum_gain, 1e-9))
             turn_total = self._turn_summed(turn_total, turn_error, s.step)
         joints = joint_targets(aim, memory.joints, self._plant.robot)
         return ActuatorCommand(order, joints), StationState(total, turn_total, after, joints)

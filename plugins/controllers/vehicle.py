@@ -11,8 +11,11 @@ from seals.control import Plant, Reference, RobotState
 from seals.control.added import added_inertia
 from seals.control.allocation import Allocation, Saturation
 from seals.control.axes import (
+    HEAVE,
     PITCH,
     ROLL,
+    SURGE,
+    SWAY,
     YAW,
     commanded_axes,
     mean_arm,
@@ -53,6 +56,7 @@ class VehicleController(ControllerOptions):
         if missing:
             raise ConfigError(self._unfit(layout, named_axes(missing)))
         self._rows = list(axes)
+        self._pushed = np.array([float(k in axes) for k in (SURGE, SWAY, HEAVE)])
         self._turned = np.array([float(k in axes) for k in (ROLL, PITCH, YAW)])
         self._allocation = Allocation(
             layout,

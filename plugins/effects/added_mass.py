@@ -18,6 +18,7 @@ from seals.effects.identification import (
     Subject,
     along_axes,
 )
+from seals.environment.seawater import FRESH_WATER
 from seals.errors import ConfigError
 from seals.motion import AddedInertia, Inputs, Medium, Motion, Wrench
 from seals.multibody.spatial import momentum
@@ -110,7 +111,7 @@ class AddedMass(Effect):
             order=(Stage.water, 2),
             media=("water",),
             scales={
-                "mass": lambda s: 0.5 * max(s.mass, 1000.0 * s.volume),
+                "mass": lambda s: 0.5 * max(s.mass, FRESH_WATER * s.volume),
                 "inertia": lambda s: 0.5 * s.mass * s.length**2,
             },
         ),
@@ -124,7 +125,7 @@ class AddedMass(Effect):
             return []
         mass = subject.nominal(f"{name}_water", "mass")
         turn = subject.nominal(f"{name}_water", "inertia")
-        share, displaced = subject.spread(name), 998.0 * hull.volume
+        share, displaced = subject.spread(name), FRESH_WATER * hull.volume
         length = (hull.volume) ** (1.0 / 3.0)
         linear = np.maximum(0.5 * mass, 0.3 * displaced)
         angular = np.maximum(0.5 * turn, 0.03 * displaced * length**2)

@@ -9,11 +9,10 @@ from seals.arrays import namespace
 from seals.effects.effect import Effect, Parameters
 from seals.effects.identification import Identification
 from seals.environment.disc import hub_depth, wet_share
+from seals.environment.seawater import FRESH_WATER
 from seals.motion import Drives, Inputs, Medium, Motion
 from seals.schema import param
 
-FRESH = 1000.0
-"""Density of the water that a thruster is made for, where there is none [kg/m^3]."""
 AIR = 1.2
 """Density of air where it is not known: ISO 2533 at 20 degC [kg/m^3]."""
 
@@ -71,7 +70,7 @@ class ThrusterMedium(Effect):
         air = params["radius"] * 0.0 + AIR if medium.air_density is None else medium.air_density
         depth = hub_depth(drives, motion, medium)
         if depth is None:
-            gain = air / FRESH
+            gain = air / FRESH_WATER
         else:
             thin = air / medium.water_density
             gain = thin + (1.0 - thin) * wet_share(depth, params["radius"])

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
+from seals.environment.seawater import FRESH_WATER
 from seals.schema import param
 from seals.sensors.instrument import Instrument, TrueValues
 from seals.sensors.noise import Noise
@@ -74,7 +75,11 @@ class SensorPressure(Instrument):
         2.9e6, "Pa", bounds=(1.0, 2e8), tolerance=0.0, source="MS5837: 30 bar absolute", fit=False
     )
     density: float = param(
-        998.2, "kg/m^3", bounds=(500.0, 2e4), tolerance=1.0, source="fresh water at 20 degC"
+        round(FRESH_WATER, 1),
+        "kg/m^3",
+        bounds=(500.0, 2e4),
+        tolerance=1.0,
+        source="fresh water at 20 degC",
     )
     gravity: float = param(
         9.81, "m/s^2", bounds=(0.1, 30.0), tolerance=0.02, source="standard gravity, rounded"

@@ -20,6 +20,7 @@ from seals.effects.identification import (
     Stage,
     Subject,
 )
+from seals.environment.seawater import FRESH_WATER
 from seals.environment.waves import Sea, WaveOptions, gradient_along
 from seals.errors import ConfigError
 from seals.schema import param
@@ -257,7 +258,7 @@ class _RegularPush:
     def __init__(self, residual: Residual, rows: Any) -> None:
         """Store the displaced mass and waterplane of the hull, and the trajectory."""
         subject, environment = residual.subject, residual.subject.environment
-        hull, density = subject.hull, environment.water_density or 998.0
+        hull, density = subject.hull, environment.water_density or FRESH_WATER
         volume = hull.volume if hull is not None else 0.0
         area = hull.plan_area if hull is not None else 0.0
         added = float(subject.nominal("added_mass_water", "mass")[2])

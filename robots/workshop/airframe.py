@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from seals.arrays import Floats
+from seals.environment.seawater import FRESH_WATER
 from seals.robots.workshop.links import Joint, Link
 from seals.robots.workshop.pieces import Piece, ball, box, can, rod, turned
 
-WATER = 998.2
+WATER = round(FRESH_WATER, 1)
 """Fresh water at 20 degC [kg/m^3]."""
 DISC_MASS = 0.012
 """Mass of a propeller [kg]."""

@@ -32,14 +32,12 @@ from seals.control.plant import ROTOR, Layout, Plant, build_plant
 from seals.effects.binding import bind_effects
 from seals.effects.effect import Effect
 from seals.environment.sample import Sample
-from seals.environment.seawater import density_of, viscosity_of
+from seals.environment.seawater import FRESH_WATER, viscosity_of
 from seals.environment.settings import EnvironmentSettings
 from seals.motion import Motion
 from seals.robot.model import RobotModel
 
 GRAVITY = 9.81
-FRESH_WATER = float(density_of(np.array(20.0), np.array(0.0)))
-"""Density of fresh water at 20 degC [kg/m^3]."""
 DEEP = 1000.0
 """Depth at which every drive is under water [m]."""
 BALLAST = 0.01
@@ -103,9 +101,10 @@ class Reach(NamedTuple):
             return "guide=hover controller=cascade initial.position=[0,0,2]"
         if self.keeps_station:
             return "water=fossen guide=hover controller=station initial.position=[0,0,-2]"
-        stays = self.net > 0.0 or (PITCH in self.axes and self.fins > 0)
-        if self.steers and stays and HEAVE not in self.axes:
-            depth = "-2" if self.fins and PITCH in self.axes else "0"
+        lifted = -self.up < self.net < self.down and self.down > 0.0
+        finned = PITCH in self.axes and self.fins > 0
+        if self.steers and (lifted or finned or self.net > 0.0):
+            depth = "-2" if lifted or finned else "0"
             course = f"guide.places=[[20,0,{depth}]] initial.position=[0,0,{depth}]"
             return f"water=fossen guide=los controller=autopilot {course}"
         return "water=fossen"
@@ -253,11 +252,8 @@ def _axes(reach: Reach, body: FloatingBody) -> RobotFinding:
     if not (reach.steers or len(reach.axes) == 6):
         advice = (
             "No controller that ships drives it: station takes surge, sway, heave and yaw, "
-            "autopilot surge and yaw."
+            "autopilot surge and yaw, with or without heave."
         )
-        return warned("axes", words, advice)
-    if HEAVE in reach.axes and SWAY not in reach.axes:
-        advice = "autopilot steers it and leaves heave idle; station would need sway as well."
         return warned("axes", words, advice)
     return passed("axes", words)
 

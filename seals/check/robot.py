@@ -14,13 +14,14 @@ from seals.check.joints import look_at_joints, look_at_servos
 from seals.check.limbs import look_at_limbs
 from seals.check.meshes import look_at_meshes
 from seals.check.mimics import look_at_mimics
-from seals.check.reach import FRESH_WATER, look_at_reach, reach_of
+from seals.check.reach import look_at_reach, reach_of
 from seals.effects.effect import Effect
+from seals.environment.seawater import FRESH_WATER
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
 from seals.robot.settings import RobotSettings
 
-__all__ = ["FRESH_WATER", "RobotFinding", "Verdict", "check_robot"]
+__all__ = ["RobotFinding", "Verdict", "check_robot"]
 
 TRIFLE = 0.03
 """Share of the whole mass up to which a link may lack collision shapes and a hull [1]."""

@@ -16,7 +16,7 @@ def new_hydrodynamics(words: Sequence[str], given: Mapping[str, str]) -> int:
             "Write: seals new hydrodynamics robot=FOLDER method=bem"
         )
     folder = own_robot(given["robot"])
-    from seals.check.robot import FRESH_WATER
+    from seals.environment.seawater import FRESH_WATER
     from seals.run.progress import progress
     from seals.scaffold.hydrodynamics import has_boundary_elements
     from seals.scaffold.hydrodynamics.link import (

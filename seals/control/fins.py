@@ -9,10 +9,9 @@ import numpy as np
 from seals.arrays import Floats
 from seals.control.plant import THRUSTER, Layout, Plant
 from seals.effects.effect import MediumKind
+from seals.environment.seawater import FRESH_WATER
 from seals.multibody.tree import forward
 
-WATER = 1000.0
-"""Density where the surroundings state none: a gain needs no third digit [kg/m^3]."""
 STOP = 0.35
 """Largest deflection of a fin whose joint has no limit: beyond it fins stall [rad]."""
 
@@ -50,7 +49,7 @@ def fins_of(plant: Plant) -> Fins:
     robot, tree = plant.robot, plant.robot.tree
     zero = np.zeros((1, tree.joints))
     origins, turns = forward(tree, np.zeros((1, 3)), np.eye(3)[None], zero)
-    density = plant.environment.water_density or WATER
+    density = plant.environment.water_density or FRESH_WATER
     rows = []
     for bound in plant.effects.loads:
         lifts = "lift" in bound.effect.accounts_for and "coefficient" in bound.params

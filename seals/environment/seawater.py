@@ -60,3 +60,7 @@ def viscosity_of(temperature: Floats, salinity: Floats) -> Floats:
     first = 1.541 + 1.998e-2 * temperature - 9.52e-5 * temperature**2
     second = 7.974 - 7.561e-2 * temperature + 4.724e-4 * temperature**2
     return np.asarray(pure * (1.0 + first * share + second * share**2))
+
+
+FRESH_WATER = float(density_of(np.array(20.0), np.array(0.0)))
+"""Density of water where nothing else is stated: fresh, at 20 degC, 998.2 kg/m^3."""

@@ -9,11 +9,12 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.effects.drag_form import DragForm, HullAxis, form_of_hull
+from seals.environment.seawater import FRESH_WATER
 from seals.hydrostatics import HullBox, HullCapsule, HullCylinder, HullSphere
 from seals.hydrostatics.wetted import Hull
 from seals.scaffold.shapes import Box, LinkHull
 
-WATER, AIR = 1000.0, 1.2
+WATER, AIR = FRESH_WATER, 1.2
 """Densities for the estimates [kg/m^3]."""
 BLUFF = 1.0
 """Drag coefficient of a bluff body at these speeds [1]; cubes and cylinders lie at 0.8 to 1.2."""

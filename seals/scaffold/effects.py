@@ -24,6 +24,8 @@ BACKWARDS = 0.7
 """Thrust of an air propeller turned backwards by that forwards [1]."""
 SPARE = 1.2
 """Torque that a motor can give by that of full speed in air [1]."""
+AFLOAT = 0.9
+"""Submerged share below which a vehicle is a boat: its file states the floating hull [1]."""
 _AXES = "xyz"
 
 
@@ -85,13 +87,38 @@ def effects_of(
         stated = {_link(each, robot, source): each for each in source.stated.hydrodynamics}
         for link, each in stated.items():
             word = "hull" if link == robot.links[0] else link
-            out |= dict(_of_file(word, link, each))
+            out |= dict(_of_file(word, link, afloat(each, robot, hulls)))
         out |= _chosen(robot, hulls, stated)
     if medium.dry and robot.links[0] in hulls:
         drag = drag_of([hulls[robot.links[0]]])
         values = {"effect": "quadratic_drag", "medium": "air", **_shaped(drag, AIR)}
         out["air_drag"] = Entry(values, f"chosen: {drag.source}, in air")
     return out | dict(_of_drives(robot, drives))
+
+
+def share_afloat(robot: RobotModel, hulls: Mapping[str, LinkHull]) -> float:
+    """Return the submerged share of a vehicle that floats with much of its hull in air, else 1."""
+    volume = sum(hull.volume for hull in hulls.values())
+    share = float(robot.mass.sum()) / (WATER * volume) if volume > 0.0 else 1.0
+    return share if share < AFLOAT else 1.0
+
+
+def afloat(each: Hydrodynamics, robot: RobotModel, hulls: Mapping[str, LinkHull]) -> Hydrodynamics:
+    """Return the coefficients of the wholly submerged hull.
+
+    A boat's file states those of the hull at its draught. The effects are scaled by the submerged
+    share, so that they are divided by it here.
+    """
+    share = share_afloat(robot, hulls)
+    if share == 1.0:
+        return each
+    rows = {
+        key: value / share
+        for key in ("added", "linear", "quadratic")
+        if (value := getattr(each, key)) is not None
+    }
+    said = f"{each.source}, by the share {share:.3g} of its hull that is under water afloat"
+    return each._replace(source=said, **rows)
 
 
 def _link(each: Hydrodynamics, robot: RobotModel, source: Takeover) -> str:

@@ -1,4 +1,4 @@
-"""Numbers of Gazebo plug-ins: motors, thrusters, hydrodynamics, displaced volumes."""
+"""Numbers of Gazebo plug-ins: motors, thrusters, wings, hydrodynamics, displaced volumes."""
 
 from __future__ import annotations
 
@@ -73,11 +73,34 @@ class Displacement(NamedTuple):
     source: str
 
 
+class Wing(NamedTuple):
+    """Lifting surface on a link, as stated in a file.
+
+    Args:
+        link: that carries it.
+        area: slope of the lift coefficient times the area [m^2].
+        density: of the medium that the file states [kg/m^3].
+        place: centre of pressure in link axes [m], shape (3,).
+        turn: chord, span and normal of the wing as columns, in link axes, shape (3, 3).
+        source: in words.
+        left_out: numbers that no effect takes, in words.
+    """
+
+    link: str
+    area: float
+    density: float
+    place: Floats
+    turn: Floats
+    source: str
+    left_out: str
+
+
 @dataclass
 class Stated:
-    """Data of a file beside links and joints: motors, servos, hydrodynamics, volumes."""
+    """Data of a file beside links and joints: motors, servos, wings, hydrodynamics, volumes."""
 
     motors: list[Motor] = field(default_factory=list)
+    wings: list[Wing] = field(default_factory=list)
     hydrodynamics: list[Hydrodynamics] = field(default_factory=list)
     displacements: list[Displacement] = field(default_factory=list)
     unread: list[str] = field(default_factory=list)
@@ -99,6 +122,7 @@ def stated_of(root: ElementTree.Element) -> Stated:
         found.motors += _motors(plugin, said)
         found.hydrodynamics += [*_coefficients(plugin, said), *_fossen(plugin, said)]
         found.displacements += _volumes(plugin, said)
+        found.wings += _wings(plugin, said)
         if _count(found) == before:
             found.unread.append(name)
     found.hydrodynamics += _fluid_added_mass(root)
@@ -106,7 +130,8 @@ def stated_of(root: ElementTree.Element) -> Stated:
 
 
 def _count(found: Stated) -> int:
-    return len(found.motors) + len(found.hydrodynamics) + len(found.displacements)
+    lists = found.motors, found.hydrodynamics, found.displacements, found.wings
+    return sum(map(len, lists))
 
 
 def _without_repeats(found: Stated) -> Stated:
@@ -164,8 +189,12 @@ def _rotor(element: ElementTree.Element, said: str, constant: str) -> Motor:
     turning = (_text(element, "turningDirection") or _text(element, "direction")).lower()
     if turning in ("cw", "ccw"):
         values["direction"] = 1.0 if turning == "ccw" else -1.0
+    elif turning in ("1", "-1", "1.0", "-1.0"):
+        values["direction"] = float(turning)
     elif turning:
-        values["direction"] = math.copysign(1.0, _finite(turning, f"{said}: direction"))
+        raise RobotError(
+            f"{said}: turningDirection='{turning[:40]}' is not allowed.\nAllowed: cw, ccw, 1, -1."
+        )
     return Motor(ROTOR, _text(element, "linkName"), _text(element, "jointName"), values, said)
 
 
@@ -293,6 +322,48 @@ def _volumes(plugin: ElementTree.Element, said: str) -> Iterator[Displacement]:
             raise RobotError(f"{said}: volume={text} is not allowed.\nAllowed: above zero, in m^3.")
         place = np.array(numbers) if len(numbers) == 3 else None
         yield Displacement(_last(link.get("name")), volume, place, said)
+
+
+def _wings(plugin: ElementTree.Element, said: str) -> Iterator[Wing]:
+    """Plug-in LiftDrag: slope, area, place and axes of a wing; absent numbers are Gazebo's."""
+    if plugin.find("cla") is None:
+        return
+    defaults = {"cla": 1.0, "area": 1.0, "air_density": 1.2041, "a0": 0.0, "cda": 0.0, "cma": 0.0}
+    value = {
+        tag: _finite(_text(plugin, tag) or str(default), f"{said}: {tag}")
+        for tag, default in defaults.items()
+    }
+    place, chord, normal = (
+        _vector(plugin, tag, default, said)
+        for tag, default in (("cp", "0 0 0"), ("forward", "1 0 0"), ("upward", "0 0 1"))
+    )
+    span = np.cross(normal, chord)
+    if float(np.linalg.norm(span)) < 1e-6:
+        raise RobotError(
+            f"{said}: forward={chord.tolist()} and upward={normal.tolist()} span no wing.\n"
+            "Allowed: two directions at right angles."
+        )
+    rows = [chord, span, np.cross(chord, span)]
+    left = [f"{tag}={value[tag]:g}" for tag in ("a0", "cda", "cma") if value[tag]]
+    left += ["stall"] if _text(plugin, "alpha_stall") else []
+    left += ["control_joint_name"] if _text(plugin, "control_joint_name") else []
+    yield Wing(
+        _text(plugin, "link_name"),
+        value["cla"] * value["area"],
+        value["air_density"],
+        place,
+        np.stack([row / np.linalg.norm(row) for row in rows], axis=1),
+        f"{said} (cla, area{'' if _text(plugin, 'area') else ' 1 m^2, the default of Gazebo'})",
+        ", ".join(left),
+    )
+
+
+def _vector(element: ElementTree.Element, tag: str, default: str, said: str) -> Floats:
+    """Three numbers."""
+    words = (_text(element, tag) or default).split()
+    if len(words) != 3:
+        raise RobotError(f"{said}: {tag} has {len(words)} numbers.\nAllowed: 3.")
+    return np.array([_finite(word, f"{said}: {tag}") for word in words])
 
 
 def _matrix(element: ElementTree.Element, tag: str, said: str) -> Floats | None:

@@ -50,6 +50,9 @@ def remarks_of(made: NewRobot, source: Takeover, *, chosen: bool) -> list[str]:
             out.append(f"{each.source.split(' (')[0]}: its added mass is zero, and so it is here")
         if each.left_out:
             out.append(f"{each.source.split(' (')[0]}: not used: {each.left_out}")
+    for wing in source.stated.wings:
+        if wing.left_out:
+            out.append(f"lift of {wing.link}: not used: {wing.left_out}")
     return [*out, *_left_out(made, chosen=chosen)]
 
 

@@ -14,7 +14,7 @@ from seals.errors import RobotError
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
 from seals.robot.settings import RobotSettings
-from seals.scaffold.effects import BACKWARDS, RobotMedium, effects_of, medium_of
+from seals.scaffold.effects import BACKWARDS, Entry, RobotMedium, effects_of, medium_of
 from seals.scaffold.estimates import servo_values, short
 from seals.scaffold.inertials import add_inertials
 from seals.scaffold.legs import gait_of, leg_servos, with_feet
@@ -24,6 +24,7 @@ from seals.scaffold.remarks import remarks_of
 from seals.scaffold.rotors import Drives, drives_of
 from seals.scaffold.shapes import LinkHull, extents_of, hulls_of, rounded, with_volumes
 from seals.scaffold.takeover import Takeover
+from seals.scaffold.wings import add_wing_frames, lift_effects
 from seals.scaffold.writing import flow, rendered
 
 SOURCE_OF = {
@@ -45,6 +46,7 @@ class NewRobot(NamedTuple):
         reverses: whether its rotors turn backwards under water.
         limbs: arms and grippers.
         hulls: of the links that displace water.
+        wings: links that carry the lifting surfaces of the file.
         changes: to the URDF, in words.
         remarks: things to look at, in words.
     """
@@ -56,6 +58,7 @@ class NewRobot(NamedTuple):
     reverses: bool
     limbs: Limbs
     hulls: Mapping[str, LinkHull]
+    wings: list[str]
     changes: list[str]
     remarks: list[str]
 
@@ -105,6 +108,7 @@ def _fill(
         links = add_inertials(source.root, hulls_of(source.root, folder, set()), density)
         words = f"mass at {density:g} kg/m^3 of its shapes given to: {', '.join(links) or 'none'}"
         source.changes.append(words)
+    wings = add_wing_frames(source.root, source.stated.wings)
     path = folder / f"{name}.urdf"
     source.write(path)
     settings = RobotSettings(
@@ -112,20 +116,28 @@ def _fill(
     )
     robot = _built(settings, source)
     drives = drives_of(robot, source, extents_of(source.root, folder), medium=given or "")
+    propellers = source.children_of([joint for each in drives for joint in each.joints])
+    propellers |= {link for each in drives if each.kind == ROTOR for link in each.links}
     for each in drives:
         source.fix_joints(each.joints, each.kind)
     if any(each.joints for each in drives):
         source.write(path)
         robot = build_robot(settings)
-    rotor_links = {link for each in drives if each.kind == ROTOR for link in each.links}
-    hulls = hulls_of(source.root, folder, rotor_links - {robot.links[0]})
+    hulls = hulls_of(source.root, folder, set())
+    turning = [link for link in hulls if link in propellers and link != robot.links[0]]
+    if turning:
+        names = ", ".join(turning[:6])
+        source.changes.append(f"shapes of propellers are no hulls and have no drag: {names}")
+    hulls = {link: hull for link, hull in hulls.items() if link not in turning}
     hulls = with_volumes(hulls, robot, source)
     medium = medium_of(given, drives, source)
     # that rotors can turn backwards is for the user to say
     reverses = given is not None and medium.wet
     limbs = limbs_of(robot, set())
     limbs = limbs._replace(legs=with_feet(limbs.legs, hulls))
-    made = NewRobot(folder, robot, drives, medium, reverses, limbs, hulls, source.changes, [])
+    made = NewRobot(
+        folder, robot, drives, medium, reverses, limbs, hulls, wings, source.changes, []
+    )
     made.remarks.extend(remarks_of(made, source, chosen=given is None))
     facts = _facts(name, made, source)
     for file in ("robot.yaml", "README.md"):
@@ -203,6 +215,8 @@ def _servos(made: NewRobot, source: Takeover) -> dict[str, list[float]]:
 def _effect_lines(made: NewRobot, source: Takeover) -> list[tuple[str, list[tuple[str, str]]]]:
     """Effects as YAML text, grouped by source."""
     entries = effects_of(made.robot, made.hulls, source, made.drives, made.medium)
+    for name, (values, said) in lift_effects(source.stated.wings, made.wings).items():
+        entries[name] = Entry(values, said)
     lines: dict[str, list[tuple[str, str]]] = {}
     for name, entry in entries.items():
         lines.setdefault(entry.source, []).append((name, flow(entry.values)))

@@ -96,6 +96,10 @@ class Takeover:
         found = (j for j in self.root.findall("joint") if j.get("name") == joint)
         return next((_end(j, "child") for j in found), "")
 
+    def children_of(self, joints: list[str]) -> set[str]:
+        """Return the child links of joints."""
+        return {self.child_of(joint) for joint in joints}
+
     def words_of(self, link: str) -> list[str]:
         """Return the names of a link's parent joint and of its visual meshes."""
         above = [str(j.get("name")) for j in self.root.findall("joint") if _end(j, "child") == link]

@@ -143,12 +143,12 @@ def test_ranks_become_weights_in_equal_ratios() -> None:
         priority_weights(["yaw", "yaw+roll"], range(6))
 
 
-def test_a_vehicle_without_sway_and_heave_is_refused_by_name(tmp_path: Path) -> None:
+def test_a_vehicle_without_heave_is_refused_by_name(tmp_path: Path) -> None:
     """Two thrusters along the vehicle keep no station: the axes and the way out are named."""
     robot = rov_folder(tmp_path / "two", LAYOUTS["four"][:2])
     settings = build_run(
         compose([f"robot={robot}", "water=fossen", "controller=station", "guide=hover"])
     )
-    with pytest.raises(ConfigError, match="do not command sway, heave") as refusal:
+    with pytest.raises(ConfigError, match="do not command heave") as refusal:
         build_world(settings)
     assert "controller=autopilot guide=los" in str(refusal.value)

@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose
 
 from seals.effects import bind_effects
 from seals.environment.disc import hub_depth
+from seals.environment.seawater import FRESH_WATER
 from seals.errors import ConfigError
 from seals.motion import Body, Drives, Inputs, Joints, Medium, Motion
 from seals.plugins.actuators.rotors import Rotors
@@ -58,7 +59,14 @@ def submerged(depth: float | None, efficiency: float = 0.7, limit: float = 0.1) 
 
 @pytest.mark.parametrize(
     ("depth", "share"),
-    [(None, 0.0012), (-0.11, 0.0012), (-0.1, 0.0012), (0.0, 0.5006), (0.1, 1.0), (3.0, 1.0)],
+    [
+        (None, 1.2 / FRESH_WATER),
+        (-0.11, 0.0012),
+        (-0.1, 0.0012),
+        (0.0, 0.5006),
+        (0.1, 1.0),
+        (3.0, 1.0),
+    ],
 )
 def test_a_thruster_pushes_with_the_density_around_it(depth: float | None, share: float) -> None:
     """All of its force a radius under water, 1.2 of 1000 parts a radius above; rotors stay."""

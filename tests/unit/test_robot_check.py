@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from seals.check.floating import FloatingBody
-from seals.check.robot import FRESH_WATER, RobotFinding, Verdict, check_robot
+from seals.check.robot import RobotFinding, Verdict, check_robot
 from seals.cli.main import main
+from seals.environment.seawater import FRESH_WATER
 from seals.robot.build import build_robot
 from seals.robot.settings import HullSettings, RobotSettings, ShapeSettings, ShapeType
 

@@ -7,10 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from seals.check.reach import FRESH_WATER, GRAVITY, Reach, reach_of
+from seals.check.reach import GRAVITY, Reach, reach_of
 from seals.check.robot import RobotFinding, Verdict, check_robot
 from seals.cli.main import main
 from seals.config.compose import compose
+from seals.environment.seawater import FRESH_WATER
 from seals.errors import ConfigError
 from seals.logs import read_native
 from seals.robot.build import build_robot
@@ -204,10 +205,14 @@ def test_two_actuators_do_not_share_a_column() -> None:
     assert "pusher.first" in str(caught.value) or "rotors.first" in str(caught.value)
 
 
-def test_an_upright_thruster_that_no_controller_uses_is_told(tmp_path: Path) -> None:
-    """Two thrusters along it and an upright one: the autopilot steers, heave stays idle."""
+def test_a_vehicle_without_sway_is_steered_at_its_depth(tmp_path: Path) -> None:
+    """Two thrusters along it and an upright one: the first command is a course under water."""
     layout = [LAYOUTS["four"][k] for k in (0, 1, 3)]
-    found = looked(rov_folder(tmp_path / "r", layout))["axes"]
+    folder = rov_folder(tmp_path / "r", layout)
+    found = looked(folder)["axes"]
     assert found.found.startswith("commands surge, heave, yaw;")
-    assert found.verdict is Verdict.WARN
-    assert "leaves heave idle" in found.advice
+    assert found.verdict is Verdict.OK
+    run = build_run(compose([f"robot={folder}"]))
+    reach = reach_of(build_robot(run.robot), run.actuators, run.effects)
+    assert reach is not None
+    assert "controller=autopilot guide.places=[[20,0,-2]]" in reach.first_run()

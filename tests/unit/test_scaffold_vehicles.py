@@ -82,7 +82,7 @@ def test_a_fossen_model_is_turned_into_body_axes(tmp_path: Path) -> None:
 
 
 def test_a_torpedo_in_the_older_spelling(tmp_path: Path) -> None:
-    """The tag xUU is quadratic drag, zeros are no effect, fins no gripper, the rest is named."""
+    """The tag xUU is quadratic drag, zeros are no effect, fins no gripper, fins lift as stated."""
     made, data = taken(tmp_path, "torpedo.sdf")
     assert row(data["effects"]["hull_added_mass"], "mass") == pytest.approx(
         [4.87616, 126.325, 126.325]
@@ -92,7 +92,14 @@ def test_a_torpedo_in_the_older_spelling(tmp_path: Path) -> None:
     assert data["actuators"]["thrusters"]["max_force"] == [30.0]
     assert made.limbs.grippers == {}
     assert made.robot.joints == ("vertical_fins_joint", "horizontal_fins_joint")
-    assert "lift-drag" in " ".join(made.changes)
+    lifts = {k: v for k, v in data["effects"].items() if v["effect"] == "lift"}
+    assert [row["coefficient"] for row in lifts.values()] == [pytest.approx(4.13 * 0.0244)]
+    assert next(iter(lifts.values()))["links"] == ["horizontal_fins", "vertical_fins_wing"]
+    assert "lift of horizontal_fins: not used: cda=0.2, stall" in made.remarks
+    origins, turns = forward(made.robot.tree, np.zeros((1, 3)), np.eye(3)[None], np.zeros((1, 2)))
+    wing = made.robot.links.index("vertical_fins_wing")
+    assert turns[0, wing] == pytest.approx(np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]]), abs=1e-8)
+    assert origins[0, wing] == pytest.approx([-1.05, 0.0, 0.0])
 
 
 def test_motor_plug_ins_of_a_quadrotor(tmp_path: Path) -> None:
@@ -157,7 +164,11 @@ def test_a_boat_and_its_plug_ins(tmp_path: Path) -> None:
     made, data = taken(tmp_path, "boat.sdf")
     assert data["actuators"]["thrusters"]["max_force"] == [250.0]
     assert data["actuators"]["thrusters"]["axis"] == [[1.0, 0.0, 0.0]] * 2
-    assert row(data["effects"]["hull_linear_drag"], "coefficient") == [51.3, 40.0, 500.0]
+    # of the hull at its draught: the effect is scaled by the share that is under water
+    share = made.robot.mass.sum() / (998.2 * sum(hull.volume for hull in made.hulls.values()))
+    assert share == pytest.approx(0.1636, abs=2e-4)
+    drag = row(data["effects"]["hull_linear_drag"], "coefficient")
+    assert drag == pytest.approx(np.array([51.3, 40.0, 500.0]) / share, rel=1e-4)
     assert "hull_added_mass" not in data["effects"]
     assert any("added mass is zero" in remark for remark in made.remarks)
     assert made.robot.joints == ()

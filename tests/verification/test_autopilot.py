@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,9 @@ from seals.logs import Log
 from seals.run.build import build_run
 from seals.run.simulation import simulate
 from seals.scaffold.robot import scaffold_robot
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "unit"))
+from rov_layouts import LAYOUTS, rov_folder
 
 SURVEY = Path(__file__).parents[1] / "unit/urdfs/vehicles/survey_auv.sdf"
 
@@ -76,13 +80,9 @@ def test_a_stable_vehicle_stays_upright_on_fins_that_give_way(tmp_path: Path) ->
     Fins that the flow turns further than commanded would then heel it by half a radian.
     """
     robot = scaffold_robot("mine", SURVEY, parent=tmp_path).folder
-    links = "[fin_port,fin_starboard,fin_top,fin_bottom]"
-    fins = ("+effect@effects.fins=lift", f"effects.fins.links={links}")
     course = ("guide.speed=0.8", "guide.places=[[20,3,-3]]", "initial.velocity=[1,0,0]")
     log = driven(
         f"robot={robot}",
-        *fins,
-        "effects.fins.coefficient=0.0413",
         *course,
         "initial.position=[0,0,-2]",
         "time.duration=8",
@@ -91,3 +91,39 @@ def test_a_stable_vehicle_stays_upright_on_fins_that_give_way(tmp_path: Path) ->
     # twice the first part of the quaternion is the angle of roll
     assert np.abs(2.0 * log.columns["orientation_x"]).max() < 0.1
     assert log.channel("position")[-1, 0] > 6.0
+
+
+def test_three_thrusters_go_to_a_depth_and_hold_it(tmp_path: Path) -> None:
+    """Surge, heave and yaw: 1.5 m down along a leg with a bend, within 5 cm of depth and leg."""
+    layout = [LAYOUTS["four"][k] for k in (0, 1, 3)]
+    robot = rov_folder(tmp_path / "rov", layout)
+    course = ("guide.speed=0.4", "guide.lookahead=1.2", "guide.climb_lookahead=1.5")
+    places = "guide.places=[[6,0,-3],[10,4,-3]]"
+    log = driven(
+        f"robot={robot}",
+        *course,
+        places,
+        "guide.acceptance=0.5",
+        "initial.position=[0,0,-1.5]",
+        "time.duration=30",
+    )
+    place = log.channel("position")
+    late = log.time > 18.0
+    assert np.abs(place[late, 2] + 3.0).max() < 0.05
+    assert place[:, 2].min() > -3.0 - 0.05 * 1.5
+    # on the second leg, across it: exp(-U t / lookahead) leaves 1 % after its 14 s
+    assert abs((place[-1, 1] - (place[-1, 0] - 6.0)) * np.sqrt(0.5)) < 0.05
+
+
+def test_three_thrusters_hold_depth_and_heading_at_rest(tmp_path: Path) -> None:
+    """Without sway the station keeps what surge, heave and yaw can hold, in still water."""
+    layout = [LAYOUTS["four"][k] for k in (0, 1, 3)]
+    words = ("controller=station", "guide=hover", "guide.position=[0.5,0,-2.5]")
+    log = driven(
+        f"robot={rov_folder(tmp_path / 'rov', layout)}",
+        *words,
+        "initial.position=[0,0,-2]",
+        "time.duration=12",
+        "time.step=0.008",
+    )
+    assert log.channel("position")[-1] == pytest.approx([0.5, 0.0, -2.5], abs=0.01)

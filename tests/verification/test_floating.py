@@ -9,11 +9,13 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from seals.check.floating import FloatingBody
 from seals.effects import MediumKind
 from seals.plugins.effects.added_mass import AddedMass
 from seals.plugins.effects.angular_drag import DragAngular
 from seals.plugins.effects.buoyancy import Buoyancy
 from seals.plugins.effects.linear_drag import DragLinear
+from seals.robot.build import build_robot
 
 if TYPE_CHECKING:
     from tests.verification.conftest import Bench, Trajectory
@@ -171,3 +173,33 @@ def test_roll_period(bench: Bench, engine: str, added: float) -> None:
         f"roll {engine}, A = {added} kg m2: T = {period:.6f} s, closed form {2 * np.pi / omega:.6f}"
     )
     assert period == pytest.approx(2.0 * np.pi / omega, rel=bound)
+
+
+@pytest.mark.parametrize(("breadth", "draught"), [(0.6, 0.12), (0.4, 0.05), (0.3, 0.2)])
+def test_metacentric_height_of_a_box_barge(bench: Bench, breadth: float, draught: float) -> None:
+    """Inclined by 0.2 degrees, moment / (weight angle) = GM = BM - BG within 1 % of the barge's BM.
+
+    BM = I / V = b^2 / (12 d), BG = h / 2 - d / 2: the second moment of the waterplane by the
+    displaced volume, and the height of the centre of gravity over that of buoyancy.
+    """
+    length, height, angle = 1.2, 0.25, np.radians(0.2)
+    mass = RHO * length * breadth * draught
+    body = bench.body(mass, (1.0, 4.0, 5.0), hull="box", size=[length, breadth, height])
+    settings = bench.settings(
+        body,
+        {"buoyancy": Buoyancy()},
+        step=0.001,
+        duration=0.002,
+        environment=WATER,
+        position=[0, 0, 0.5 * height - draught],
+        rpy=[angle, 0, 0],
+    )
+    run = bench.run("world", settings)
+    # I p' = -m g GM angle from rest; in the first steps the angle is that of the start
+    moment = -1.0 * run.angular_velocity[2, 0] / 0.002
+    found = moment / (mass * G * angle)
+    radius, above = breadth**2 / (12.0 * draught), 0.5 * (height - draught)
+    print(f"GM {found:.5f} m, BM - BG {radius - above:.5f} m")
+    assert found == pytest.approx(radius - above, abs=0.01 * abs(radius - above))
+    checked = FloatingBody(build_robot(body)).metacentric_height((1.0, 0.0, 0.0), mass / RHO)
+    assert checked == pytest.approx(radius - above, rel=1e-3)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -9,14 +11,12 @@ from seals.config.compose import compose
 from seals.run.build import build_run
 from seals.run.goals import goal_results
 from seals.run.simulation import simulate
+from seals.scaffold.robot import scaffold_robot
+from seals.scaffold.takeover import shipped_urdfs
 
 WORDS = (
-    "robot=hexacopter",
     "water=fossen",
-    "controller=cascade",
-    "controller.tilt=[0.4,0.3]",
     "guide=waypoints",
-    "guide.places=[[0,0,-0.8],[0,0,0.8]]",
     "guide.speed=0.5",
     "guide.delay=0.5",
     "guide.rest=5",
@@ -26,10 +26,13 @@ WORDS = (
 )
 
 
-@pytest.mark.parametrize("engine", ["pybullet", "mujoco"])
-def test_a_hexacopter_dives_and_takes_off_again(engine: str) -> None:
-    """At -0.8 m within 5 cm, attitude below 25 degrees throughout, out of the water at the end."""
-    record = simulate(build_run(compose([*WORDS, f"backend={engine}"])))
+STRAIGHT = "guide.places=[[0,0,-0.8],[0,0,0.8]]"
+ASKEW = "guide.places=[[0.6,0.4,-0.8],[0,0,0.8]]"
+
+
+def dived(*words: str, lowest: tuple[float, float, float]) -> None:
+    """Assert that a dive reaches its place, stays upright and ends in the air."""
+    record = simulate(build_run(compose([*WORDS, *words])))
     assert record.error is None
     log = record.log
     _, x, y, _ = log.channel("orientation").T
@@ -40,5 +43,23 @@ def test_a_hexacopter_dives_and_takes_off_again(engine: str) -> None:
     # at rest under water, not in passing
     place = log.channel("position")
     rest = (log.time > 9.0) & (log.time < 10.0)
-    assert np.linalg.norm(place[rest] - [0.0, 0.0, -0.8], axis=1).max() < 0.05
+    off = np.linalg.norm(place[rest] - lowest, axis=1).max()
+    print(f"{words}: {off * 1e3:.1f} mm off at rest under water, lean {lean.max():.1f} deg")
+    assert off < 0.05
     assert lean.max() < 25.0
+
+
+@pytest.mark.parametrize("engine", ["pybullet", "mujoco"])
+def test_a_hexacopter_dives_and_takes_off_again(engine: str) -> None:
+    """At -0.8 m within 5 cm, attitude below 25 degrees throughout, out of the water at the end."""
+    dived("robot=hexacopter", STRAIGHT, f"backend={engine}", lowest=(0.0, 0.0, -0.8))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ["pybullet", "mujoco"])
+def test_an_own_hexacopter_dives_after_it_was_imported(engine: str, tmp_path: Path) -> None:
+    """Taken over with `--medium both` it needs no further number, also for a place beside it."""
+    file = shipped_urdfs()["own_robot/hexa"]
+    robot = scaffold_robot("mine", file, parent=tmp_path, medium="both").folder
+    words = (f"robot={robot}", "controller=cascade", f"backend={engine}")
+    dived(*words, ASKEW, lowest=(0.6, 0.4, -0.8))

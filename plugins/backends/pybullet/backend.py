@@ -80,6 +80,8 @@ class BackendPybullet:
         p.setPhysicsEngineParameter(
             fixedTimeStep=step,
             numSolverIterations=self.solver_iterations,
+            # it would leave stops and contacts that were passed by more than 0.04 as they are
+            useSplitImpulse=0,
             enableFileCaching=0,
             deterministicOverlappingPairs=1,
             physicsClientId=self._client,

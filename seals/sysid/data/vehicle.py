@@ -12,6 +12,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.control.actuator_response import JITTER
 from seals.effects.effect import Effect
+from seals.environment.seawater import FRESH_WATER
 from seals.environment.settings import EnvironmentSettings
 from seals.errors import LogError, suggestion
 from seals.hydrostatics import Hull, HullBox, HullCapsule, HullCompound, HullCylinder, HullSphere
@@ -261,7 +262,7 @@ def _environment(around: Mapping[str, Any]) -> EnvironmentSettings:
         water_level=_maybe(around.get("water_level")),
         tank_bottom=_maybe(around.get("tank_bottom")),
         ground_level=_maybe(around.get("ground_level")),
-        water_density=float(around.get("water_density", 998.0)),
+        water_density=float(around.get("water_density", FRESH_WATER)),
     )
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from seals.arrays import Floats
+from seals.environment.seawater import FRESH_WATER
 from seals.frames import matrix_of
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.trajectory import Trajectory
@@ -58,7 +59,7 @@ def surface_model_error(plant: Plant, trajectory: Trajectory) -> SurfaceModelErr
     touching = _widest(((share > _DRY) & (share < 1.0 - _DRY)).astype(float))
     if not touching.any():
         return None
-    weight = float(vehicle.environment.water_density or 998.0)
+    weight = float(vehicle.environment.water_density or FRESH_WATER)
     weight *= vehicle.environment.gravity * hull.volume
     level = _LIFT * weight * _widest(_uncertain(share, floats=bool(touching.all())))
     level += _SUDDEN * touching * _widest(_sudden(plant, trajectory, share * weight))
@@ -90,7 +91,7 @@ def _ripple(vehicle: Vehicle, area: float) -> Floats:
         F = rho g a l sqrt(A) / (sqrt(2) pi), T = F sqrt(A) / 2: waves of height a and length l that
         are short against the waterplane A cancel but for the last half of one.
     """
-    density = float(vehicle.environment.water_density or 998.0)
+    density = float(vehicle.environment.water_density or FRESH_WATER)
     side = float(np.sqrt(area))
     force = density * vehicle.environment.gravity * _RIPPLE * _RIPPLE_LENGTH * side
     force /= np.sqrt(2.0) * np.pi

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from seals.environment.seawater import FRESH_WATER
 from seals.errors import ConfigError
 from seals.plugins.fluids.solver import Domain, ParticleSolver
 from seals.plugins.fluids.solvers.pbf.choices import Kernel, Search
@@ -51,7 +52,7 @@ class PbfSettings:
     """
 
     density: float = param(
-        1000.0, "kg/m^3", bounds=(1.0, 2e4), tolerance=0.003, relative=True, source="fresh water"
+        FRESH_WATER, "kg/m^3", bounds=(1.0, 2e4), tolerance=0.003, relative=True, source="fresh"
     )
     gravity: float = param(
         9.81, "m/s^2", bounds=(0.0, 30.0), tolerance=0.0, source="standard", fit=False

@@ -1,0 +1,79 @@
+"""Lifting surfaces of a new robot: frames on their links, and the effect ``lift``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from seals.errors import RobotError, suggestion
+from seals.frames import rpy_of
+from seals.scaffold.plug_ins import Wing
+from seals.scaffold.takeover import Element
+
+LIQUID = 100.0
+"""Density above which the medium of a wing is water [kg/m^3]."""
+
+
+def add_wing_frames(root: Element, wings: Sequence[Wing]) -> list[str]:
+    """Return the link of each wing; where its axes are not those of its link, a frame is added.
+
+    Args:
+        root: the ``<robot>`` element, which gets the frames.
+        wings: stated lifting surfaces.
+
+    Raises:
+        RobotError: a wing names a link that is not there.
+    """
+    names = [str(link.get("name")) for link in root.findall("link")]
+    found = []
+    for wing in wings:
+        if wing.link not in names:
+            raise RobotError(
+                f"{wing.source} names the link '{wing.link}', which is not there.\n"
+                f"{suggestion(wing.link, names)}"
+            )
+        turned = float(np.abs(wing.turn - np.eye(3)).max()) > 1e-6
+        if not (turned or np.any(wing.place)):
+            found.append(wing.link)
+            continue
+        frame = f"{wing.link}_wing"
+        while frame in names:
+            frame += "_2"
+        names.append(frame)
+        inertial = ElementTree.SubElement(
+            ElementTree.SubElement(root, "link", name=frame), "inertial"
+        )
+        ElementTree.SubElement(inertial, "mass", value="0")
+        moments = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+        ElementTree.SubElement(inertial, "inertia", dict.fromkeys(moments, "0"))
+        joint = ElementTree.SubElement(root, "joint", name=f"{frame}_joint", type="fixed")
+        ElementTree.SubElement(joint, "parent", link=wing.link)
+        ElementTree.SubElement(joint, "child", link=frame)
+        rpy = rpy_of(wing.turn)
+        pose = {"xyz": _words(wing.place), "rpy": _words(rpy)}
+        ElementTree.SubElement(joint, "origin", pose)
+        found.append(frame)
+    return found
+
+
+def lift_effects(wings: Sequence[Wing], links: Sequence[str]) -> dict[str, tuple[Any, str]]:
+    """Return values and source of the effects ``lift``; wings with the same numbers share one.
+
+    Args:
+        wings: stated lifting surfaces.
+        links: that carry them, from `add_wing_frames`.
+    """
+    found: dict[tuple[float, bool], tuple[dict[str, Any], str]] = {}
+    for wing, link in zip(wings, links, strict=True):
+        area, wet = float(f"{wing.area:.6g}"), wing.density > LIQUID
+        values: dict[str, Any] = {"effect": "lift", "coefficient": area}
+        values |= {"medium": "water" if wet else "air", "links": []}
+        found.setdefault((area, wet), (values, wing.source))[0]["links"].append(link)
+    return {f"{values['links'][0]}_lift": (values, said) for values, said in found.values()}
+
+
+def _words(values: Any) -> str:
+    return " ".join(f"{float(x) + 0.0:.9g}" for x in values)
