@@ -1,4 +1,4 @@
-"""Link poses: read from PyBullet for moving links, composed from the parent's for fixed ones."""
+"""Link poses: composed from the centres of mass that PyBullet tells."""
 
 from __future__ import annotations
 
@@ -15,8 +15,9 @@ from seals.plugins.backends.pybullet.loading import Loaded
 class Posing:
     """Reads the poses of all links.
 
-    Asking the engine for a link costs more than composing its pose, so links that are fixed to
-    others (cameras, finger-tips) are not asked for.
+    The engine tells the pose of a link's centre of mass in double precision and that of its frame
+    in single precision, so frames are composed here. Asking the engine for a link costs more than
+    that: links that are fixed to others (cameras, finger-tips) are not asked for.
 
     Args:
         engine: the pybullet module.
@@ -26,43 +27,48 @@ class Posing:
     """
 
     def __init__(self, engine: Any, client: int, tree: Tree, loaded: Loaded) -> None:
-        """Find the moving link that carries each link, and the link's pose on it."""
+        """Find the moving link that carries each link, and the link's pose in the engine's axes."""
         self._p, self._client, self._body = engine, client, loaded.body
         moving = [k for k in range(1, tree.links) if tree.joint[k] >= 0]
         self._asked = [loaded.index[k] for k in moving]
-        rows = {k: (row, np.zeros(3), np.eye(3)) for row, k in enumerate((0, *moving))}
+        frames = [(loaded.base_centre, matrix_of(loaded.base_turn)[0].T)]
+        for s in self._states():
+            frames.append((np.array(s[2]), matrix_of(np.array([s[3]]))[0]))
+        rows = {k: (row, *_seen(*frames[row])) for row, k in enumerate((0, *moving))}
         for k in range(1, tree.links):
             if k not in rows:
                 row, offset, turn = rows[tree.parent[k]]
                 rows[k] = (row, offset + turn @ tree.origin[k], turn @ tree.rotation[k])
         table = [rows[k] for k in range(tree.links)]
         self._row = np.array([row for row, _, _ in table])
-        # attitude and place on the carrier as one matrix of four columns
+        # attitude and place in the engine's axes as one matrix of four columns
         self._on = np.array([np.column_stack((turn, offset)) for _, offset, turn in table])
-        self._all = len(moving) + 1 == tree.links
-        self._centre, self._base_turn = loaded.base_centre, matrix_of(loaded.base_turn)[0]
-        self._turned = bool(np.any(loaded.base_turn[0, :3]))
+
+    def _states(self) -> Any:
+        if not self._asked:
+            return ()
+        return self._p.getLinkStates(
+            self._body, self._asked, computeForwardKinematics=1, physicsClientId=self._client
+        )
 
     def read(self) -> tuple[Floats, Floats]:
         """Return origins (L, 3) [m] and rotations (L, 3, 3) of all links."""
-        p, client = self._p, self._client
-        position, quaternion = p.getBasePositionAndOrientation(self._body, physicsClientId=client)
-        table = [position + quaternion]
-        if self._asked:
-            states = p.getLinkStates(
-                self._body, self._asked, computeForwardKinematics=1, physicsClientId=client
-            )
-            table += [s[4] + s[5] for s in states]
-        both = np.array(table)
-        places, turns = both[:, :3], matrix_of(both[:, 3:])
-        # the engine tells centre and principal axes of the base
-        if self._turned:
-            turns[0] = turns[0] @ self._base_turn
-        places[0] -= turns[0] @ self._centre
-        if self._all:
-            return places, turns
-        both = turns.take(self._row, axis=0) @ self._on
-        return places.take(self._row, axis=0) + both[:, :, 3], both[:, :, :3]
+        position, quaternion = self._p.getBasePositionAndOrientation(
+            self._body, physicsClientId=self._client
+        )
+        table = np.array([position + quaternion, *(s[0] + s[1] for s in self._states())])
+        both = matrix_of(table[:, 3:]).take(self._row, axis=0) @ self._on
+        return table[:, :3].take(self._row, axis=0) + both[:, :, 3], both[:, :, :3]
+
+
+def _seen(centre: Floats, turn: Floats) -> tuple[Floats, Floats]:
+    """Place and attitude of a link in its principal axes about its centre of mass.
+
+    Args:
+        centre: of mass, in the link [m], shape (3,).
+        turn: rotation of the principal axes in the link, shape (3, 3).
+    """
+    return -turn.T @ centre, turn.T
 
 
 def turned(quaternion: tuple[float, ...], vector: list[float]) -> list[float]:
