@@ -46,7 +46,8 @@ class SensorLidar(MountedSensor):
         sectors: number of equal parts of the sector whose nearest ranges are logged.
 
     Assumptions:
-        A turn is one instant. Surfaces are diffuse and equally bright. Water swallows the light.
+        A turn is one instant. Surfaces are diffuse and equally bright. Water swallows the light;
+        its surface is level, in waves at its height below the sensor.
 
     Valid range:
         Clear air.
@@ -153,7 +154,8 @@ class SensorLidar(MountedSensor):
         around, here = felt.around, felt.position
         ways = self._rays @ felt.rotation.T
         hits = cast([*around.ground, *around.bodies()], here, ways, self.farthest)
-        crossing = around.water(felt.time, here, ways, np.minimum(hits.distance, self.farthest))
+        short = np.minimum(hits.distance, self.farthest)
+        crossing = around.water(felt.time, here, ways, short, level=True)
         facing = np.abs(np.sum(hits.normal * ways, axis=1))
         seen = hits.distance <= self.farthest * np.sqrt(facing)
         seen &= (hits.distance >= self.nearest) & ~(crossing < hits.distance)

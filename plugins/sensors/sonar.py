@@ -74,8 +74,8 @@ class SensorSonar(MountedSensor):
         threshold: of a return over the noise level [dB].
 
     Assumptions:
-        Straight rays at one speed of sound; the ping is one instant; echoes add without phase. A
-        reflecting surface is level and smooth.
+        Straight rays at one speed of sound; the ping is one instant; echoes add without phase. The
+        water surface is smooth and level, in waves at its height above the sensor.
 
     Valid range:
         Targets in the far field, larger than the distance between rays. Absorption: 200 Hz to
@@ -253,7 +253,8 @@ class SensorSonar(MountedSensor):
         # cells that are met beyond the last bin may begin before it
         reach = _BEYOND * self.farthest
         hits = cast(shapes, here, ways, reach)
-        crossing = around.water(felt.time, here, ways, np.minimum(hits.distance, reach))
+        short = np.minimum(hits.distance, reach)
+        crossing = around.water(felt.time, here, ways, short, level=True)
         out = crossing < hits.distance
         met = Hits(
             np.where(out, crossing, hits.distance),

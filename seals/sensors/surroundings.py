@@ -123,7 +123,15 @@ class Surroundings:
         """Return the distances of rays to another body's hull [m], shape (n,)."""
         return _nearest(self.bodies(), origin, directions)
 
-    def water(self, time: float, origin: Floats, directions: Floats, farthest: Floats) -> Floats:
+    def water(
+        self,
+        time: float,
+        origin: Floats,
+        directions: Floats,
+        farthest: Floats,
+        *,
+        level: bool = False,
+    ) -> Floats:
         """Return the distances of rays to the water surface, from either side [m].
 
         In waves the surface is looked for at points along the rays: a crest narrower than a
@@ -134,11 +142,13 @@ class Surroundings:
             origin: of all rays, world [m], shape (3,).
             directions: unit vectors, world axes, shape (n, 3).
             farthest: length of every ray [m], shape (n,); infinity for those without a crossing.
+            level: whether the surface counts as level, at its height above the origin: quick for
+                thousands of rays in waves.
         """
         out = np.full(len(directions), math.inf)
         if self.level is None:
             return out
-        if self._flat(time, origin):
+        if level or self._flat(time, origin):
             height = float(self.surface(time, origin[None])[0]) - float(origin[2])
             with np.errstate(divide="ignore", invalid="ignore"):
                 way = height / directions[:, 2]

@@ -12,6 +12,7 @@ from scipy.integrate import quad
 from seals.environment.ground_settings import ObstacleSettings, SolidType
 from seals.environment.settings import EnvironmentSettings
 from seals.plugins.sensors.sonar import SensorSonar
+from seals.plugins.waves.airy import WaveAiry
 from seals.sensors.acoustics import HALF_POWER, absorption, line_pattern
 from seals.sensors.echoes import Echoes, over_range
 from seals.sensors.protocol import SensorInput
@@ -178,3 +179,17 @@ def test_echoes_by_way_of_the_surface() -> None:
     assert direct > mixed > twice > 0.0
     np.testing.assert_allclose(echo[False][near[0]], echo[True][near[0]], rtol=1e-4)
     assert all(echo[False][k].max() < 0.01 * echo[True][k].max() for k in near[1:])
+
+
+def test_in_waves_the_surface_is_that_above_the_sensor() -> None:
+    """A crest of 0.3 m above a sensor 2 m below the mean level: the surface echo is at 2.3 m."""
+    wave = WaveAiry(amplitude=0.3, period=4.0)
+    around = Surroundings(EnvironmentSettings(water_level=0.0, **SALT), wave)
+    times = np.linspace(0.0, 4.0, 401)
+    here = np.array([0.0, 0.0, -2.0])
+    crest = max(times, key=lambda t: around.surface(t, here[None])[0])
+    turn = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
+    instant = SensorInput(crest, 0.004, here, turn, ZERO, ZERO, ZERO, ZERO, around=around)
+    sonar = SensorSonar(beams=9, sector=0.2, bins=400, farthest=4.2, speckle=False)
+    echo = sonar.echo(instant)[4]
+    assert 0.2 + (np.argmax(echo) + 0.5) * 0.01 == pytest.approx(2.3, abs=0.015)
