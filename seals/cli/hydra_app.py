@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from seals.cli.slips import refuse_slips
-from seals.cli.sweep import MULTIRUN, RESUME, begun, own_words
+from seals.cli.sweep import MULTIRUN, RESUME, begun, own_words, with_objective
 from seals.config import roots
 from seals.config.overrides import joined
 from seals.config.strangers import TRUST, untrusted
@@ -167,7 +167,7 @@ def launch(root: str, arguments: list[str], task: Task) -> int:
     from seals.sweep.watch import Sweep, watched
 
     # Hydra's parser takes no flag between two overrides
-    arguments = sorted(joined(arguments), key=lambda word: not word.startswith("-"))
+    arguments = sorted(with_objective(joined(arguments)), key=lambda word: not word.startswith("-"))
     kept = [word for word in arguments if word == RESUME]
     checked = _refuse_flags([word for word in arguments if word != RESUME])
     arguments, resumed = begun(root, [*kept, *checked])
@@ -237,19 +237,29 @@ class _Outcome:
         self.code = 0
         self.error: Exception | None = None
 
-    def __call__(self, config: Any) -> None:
+    def __call__(self, config: Any) -> float | tuple[float, ...] | None:
         from hydra.core.hydra_config import HydraConfig
         from hydra.types import RunMode
+
+        from seals.sweep.objective import objective_of
 
         settings = HydraConfig.get()
         if settings.mode == RunMode.MULTIRUN:
             from seals.sweep.job import perform
+            from seals.sweep.watch import Stopped
 
             # a launcher may run this in another process: what happens is noted on disk
             perform(self.task, config)
-            return
+            try:
+                return objective_of(settings)
+            except ConfigError as wrong:
+                # in one job as in every other
+                raise Stopped(wrong) from None
         try:
             self.code = self.task(config) or 0
+            found = objective_of(settings)
+            if found is not None:
+                print(f"objective: {found}")
         except Exception as error:
             if isinstance(error, SealsError):
                 discard(Path(settings.runtime.output_dir))
@@ -258,6 +268,7 @@ class _Outcome:
         except KeyboardInterrupt:
             discard(Path(settings.runtime.output_dir))
             raise
+        return None
 
 
 def discard(folder: Path) -> None:

@@ -6,7 +6,7 @@ import datetime
 import importlib.util
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,13 +18,19 @@ from seals.untrusted_io import read_json
 RESUME = "--resume"
 MULTIRUN = ("--multirun", "-m")
 _FOLDER = "hydra.sweep.dir"
-_LAUNCHER = "hydra/launcher"
+_LAUNCHER, _SWEEPER = "hydra/launcher", "hydra/sweeper"
+_OBJECTIVE = "hydra.callbacks.sweep.objective"
 _LAUNCHERS = {
+    "basic": ("", ""),
     "joblib": ("hydra_plugins.hydra_joblib_launcher", "aam-seals[sweep]"),
     "submitit_local": ("hydra_plugins.hydra_submitit_launcher", "aam-seals[sweep]"),
     "submitit_slurm": ("hydra_plugins.hydra_submitit_launcher", "aam-seals[sweep]"),
     "ray": ("hydra_plugins.hydra_ray_launcher", "aam-seals[ray]"),
     "ray_aws": ("hydra_plugins.hydra_ray_launcher", "aam-seals[ray]"),
+}
+_SWEEPERS = {
+    "basic": ("", ""),
+    "optuna": ("hydra_plugins.hydra_optuna_sweeper", "aam-seals[sweep]"),
 }
 
 
@@ -51,7 +57,8 @@ def begun(root: str, words: Sequence[str]) -> Begun:
         ConfigError: there is no such sweep, it is another one, or the folder holds one already.
         MissingExtra: the launcher is not installed.
     """
-    _refuse_absent_launcher(words)
+    _refuse_absent(words, _LAUNCHER, _LAUNCHERS)
+    _refuse_absent(words, _SWEEPER, _SWEEPERS)
     _refuse_other_places(words)
     folder = _named(words)
     if folder is not None:
@@ -75,6 +82,33 @@ def begun(root: str, words: Sequence[str]) -> Begun:
         )
     hydras = [word for word in rest if word not in own_words(rest)]
     return Begun(_going_on([*note["words"], *hydras], folder), resumed=True)
+
+
+def with_objective(words: Sequence[str]) -> list[str]:
+    """Return the words with ``objective=METRIC`` as the setting that every job of a sweep finds.
+
+    Raises:
+        ConfigError: a sweeper searches, and no objective is given.
+
+    Example:
+        >>> with_objective(["env=reach", "objective=success"])
+        ['env=reach', 'hydra.callbacks.sweep.objective=success']
+    """
+    found = [word.partition("=") for word in words]
+    searching = [
+        word
+        for word, (key, _, name) in zip(words, found, strict=True)
+        if key == _SWEEPER and name != "basic"
+    ]
+    if searching and not any(key == "objective" and name for key, _, name in found):
+        raise ConfigError(
+            f"{searching[-1]} searches for the best value of a metric, and none is given.\n"
+            "Say objective=METRIC, for instance objective=success; seals runs lists them."
+        )
+    return [
+        f"{_OBJECTIVE}={name}" if key == "objective" else word
+        for word, (key, _, name) in zip(words, found, strict=True)
+    ]
 
 
 def is_sweep(folder: str | Path) -> bool:
@@ -209,16 +243,16 @@ def _refuse_other_places(words: Sequence[str]) -> None:
             )
 
 
-def _refuse_absent_launcher(words: Sequence[str]) -> None:
-    """Refuse a launcher whose package is not installed."""
+def _refuse_absent(words: Sequence[str], group: str, known: Mapping[str, tuple[str, str]]) -> None:
+    """Refuse a launcher or sweeper whose package is not installed."""
     for word in words:
         key, _, name = word.partition("=")
-        if key != _LAUNCHER:
+        if key != group:
             continue
-        if name not in ("basic", *_LAUNCHERS):
-            allowed = suggestion(name, ("basic", *_LAUNCHERS))
-            raise ConfigError(f"{word}: there is no launcher '{name}'.\n{allowed}")
-        module, extra = _LAUNCHERS.get(name, ("", ""))
+        if name not in known:
+            kind = group.partition("/")[2]
+            raise ConfigError(f"{word}: there is no {kind} '{name}'.\n{suggestion(name, known)}")
+        module, extra = known[name]
         if module and not _installed(module):
             raise MissingExtra(f"{word} needs a package that is absent.\npip install '{extra}'")
 

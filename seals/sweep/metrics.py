@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -105,16 +105,25 @@ def _plain(name: str) -> bool:
 
 
 def _below(facts: Any, key: str) -> float | None:
-    """Return the number at a dotted key of nested mappings."""
+    """Return the number at a dotted key of nested mappings and lists."""
     for part in key.split("."):
+        if isinstance(facts, list) and part.isdecimal() and int(part) < len(facts):
+            facts = facts[int(part)]
+            continue
         if not isinstance(facts, dict) or part not in facts:
             return None
         facts = facts[part]
     return float(facts) if isinstance(facts, int | float) else None
 
 
-def refuse_unknown(name: str, measures: Measures, row: Row) -> None:
+def refuse_unknown(name: str, measures: Measures, row: Row, *, key: str = "metric") -> NoReturn:
     """Refuse a metric that no run has, listing those of the first run.
+
+    Args:
+        name: of the metric.
+        measures: of the first run.
+        row: of the first run.
+        key: that named the metric.
 
     Raises:
         ConfigError: always.
@@ -134,4 +143,4 @@ def refuse_unknown(name: str, measures: Measures, row: Row) -> None:
     else:
         numbers = [key for key, value in row.facts.items() if isinstance(value, int | float)]
         hint = suggestion(name, numbers, label="Noted") + "; or a column: position_z.min"
-    raise ConfigError(f"metric={name}: no run has it.\n{hint}")
+    raise ConfigError(f"{key}={name}: no run has it.\n{hint}")

@@ -21,6 +21,7 @@ from seals.logs.atomic import write_json
 from seals.logs.run_folder import Claim
 from seals.run.progress import spoken
 from seals.sweep.book import DONE, LOCK, NOTE, REFUSED, TABLE, Job, opened, read_jobs
+from seals.sweep.objective import best_of
 from seals.sweep.place import place, same_place
 from seals.untrusted_io import read_json
 
@@ -212,6 +213,7 @@ class Sweep:
         if without:
             print(f"Without an end: {without}.", file=sys.stderr)
         if not bad and not without:
+            print(best_of(self.folder), end="", file=self._out)
             print(f"table: seals runs {self.folder}", file=self._out)
             return 0
         for job in sorted(bad):
@@ -233,7 +235,7 @@ def watched(sweep: Sweep) -> Iterator[None]:
     token = _PRESENT.set(sweep)
     try:
         yield
-    except _Stopped as stop:
+    except Stopped as stop:
         sweep.claim.give_back()
         raise stop.cause from stop.cause.__cause__
     except BaseException:
@@ -245,8 +247,8 @@ def watched(sweep: Sweep) -> Iterator[None]:
         sweep.stop()
 
 
-class _Stopped(BaseException):
-    """Error that ends a Hydra callback; Hydra turns plain exceptions into warnings.
+class Stopped(BaseException):
+    """Error that ends a Hydra callback or a search; Hydra notes plain exceptions and goes on.
 
     Args:
         cause: to be raised in its place.
@@ -262,11 +264,12 @@ class Watch(Callback):
 
     Args:
         began: when the sweep began; the jobs find it in their own configuration.
+        objective: metric that a job returns to its sweeper, or several of them.
     """
 
-    def __init__(self, began: str | None = None) -> None:
+    def __init__(self, began: str | None = None, objective: Any = None) -> None:
         """Store the settings of the configuration."""
-        self.began = began
+        self.began, self.objective = began, objective
 
     def on_run_start(self, config: Any, **kwargs: Any) -> None:
         """Lock the folder of the run."""
@@ -279,7 +282,7 @@ class Watch(Callback):
                 # a run that is looked at has a process of its own
                 sweep.claim.take(folder, goes_on=goes_on, keep=sweep.verb != "view")
         except Exception as cause:
-            raise _Stopped(cause) from None
+            raise Stopped(cause) from None
 
     def on_multirun_start(self, config: Any, **kwargs: Any) -> None:
         """Start the progress display, before the first job is composed."""
@@ -295,7 +298,7 @@ class Watch(Callback):
             with read_write(config.hydra):
                 config.hydra.overrides.hydra += for_jobs
         except Exception as cause:
-            raise _Stopped(cause) from None
+            raise Stopped(cause) from None
 
 
 def count_of(config: Any) -> int | None:

@@ -149,11 +149,11 @@ class Diagnosis:
         found = self.hypothesis
         rows: list[tuple[str, str, float]] = []
         for k, claim in enumerate(self.answer.claims):
-            told, one = effects[k]["parameters"], claim.candidate
+            own, one = effects[k]["parameters"], claim.candidate
             rows += [
-                (f"effects.{k}.{name}", key, deviation(told[name]))
+                (f"effects.{k}.{name}", key, deviation(own[name]))
                 for key, name in zip(one.keys, one.reported, strict=True)
-                if name in told and claim.hypothesis is found
+                if name in own and claim.hypothesis is found
             ]
         rows += [(f"nominal.{key}", key, value["sd"]) for key, value in nominal.items()]
         names, keys, spreads = zip(*rows, strict=True) if rows else ((), (), ())

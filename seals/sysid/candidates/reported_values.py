@@ -79,11 +79,11 @@ def with_interval(value: float, spread: float, unit: str) -> dict[str, float | s
     }
 
 
-def deviation(entry: Mapping[str, float | str]) -> float:
+def deviation(interval: Mapping[str, float | str]) -> float:
     """Return the 1-sigma of a reported 90 % interval.
 
     Example:
         >>> round(deviation(with_interval(0.0, 0.3, "N")), 6)
         0.3
     """
-    return abs(float(entry["high90"]) - float(entry["low90"])) / (2.0 * _NORMAL90)
+    return abs(float(interval["high90"]) - float(interval["low90"])) / (2.0 * _NORMAL90)
