@@ -130,8 +130,9 @@ def stated_of(root: ElementTree.Element) -> Stated:
 
 
 def _count(found: Stated) -> int:
-    lists = found.motors, found.hydrodynamics, found.displacements, found.wings
-    return sum(map(len, lists))
+    return (
+        len(found.motors) + len(found.hydrodynamics) + len(found.displacements) + len(found.wings)
+    )
 
 
 def _without_repeats(found: Stated) -> Stated:
