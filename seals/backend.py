@@ -141,6 +141,58 @@ class RigidBody(Protocol):
         ...
 
 
+class CompiledBody(RigidBody, Protocol):
+    """Body whose loads can be computed by machine code, see `seals.world.compiled`."""
+
+    def compile(self, *, inertial: bool) -> None:
+        """Prepare; ``inertial``: whether effects add inertia."""
+        ...
+
+    def coordinates(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """Return position, attitude, joints and velocity, for `at_origin` and the tree.
+
+        Shapes (3,), (4,), (J,) and (n,), as the engine keeps them.
+        """
+        ...
+
+    def at_origin(self, place: Array, turn: Array, native: Array) -> tuple[Array, Array, Array]:
+        """Return place and rotation of the base link, and the generalised velocity; pure.
+
+        Args:
+            place: position of `coordinates`, shape (1, 3).
+            turn: attitude of `coordinates`, shape (1, 4).
+            native: velocity of `coordinates`, shape (1, n).
+        """
+        ...
+
+    def compiled_form(self, step: float, *, driven: bool) -> tuple[str, ...] | None:
+        """Return how the next step [s] is computed; None where that is not compiled."""
+        ...
+
+    def compiled_arguments(self, step: float) -> tuple[Floats, ...]:
+        """Return what `compiled_law` needs besides the dynamics."""
+        ...
+
+    def compiled_law(
+        self, form: tuple[str, ...], dynamics: Dynamics, step: float, *own: Array
+    ) -> list[Array]:
+        """Return what `give` takes; pure, on any array library."""
+        ...
+
+    def give(
+        self, form: tuple[str, ...], results: list[Floats], origins: Floats, rotations: Floats
+    ) -> bool:
+        """Set the loads for the next step; false where the law is to be evaluated again."""
+        ...
+
+
+class BackendOptions:
+    """Optional attributes of a backend and their defaults."""
+
+    compiled: ClassVar[bool] = False
+    """Whether the laws of its robots are compiled; its bodies are `CompiledBody` then."""
+
+
 class Backend(Protocol):
     """A rigid-body engine: contacts, joints, many robots in one scene.
 

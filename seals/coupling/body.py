@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, ClassVar
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats, namespace
 from seals.backend import BodyOptions, Configuration, Dynamics, LinkPoses
 from seals.coupling.contacts import Contacts
 from seals.coupling.engine import EngineBody, SolvingEngineBody
 from seals.coupling.implicit_drive import ImplicitDrives
 from seals.coupling.leapfrog import HalfStep
-from seals.coupling.locked import locked_kick
+from seals.coupling.locked import base_inertia, locked_kick
 from seals.coupling.predicted import PredictedForces
 from seals.coupling.solved import SolvedForces
 from seals.errors import PhysicsError
-from seals.frames import matrix_of
+from seals.frames import cross, matrix_of, multiply
 from seals.multibody.equations import Assembly
 from seals.robot.model import RobotModel
 
@@ -52,7 +53,7 @@ class CoupledBody(BodyOptions):
         else:
             self._forces = PredictedForces(engine, robot)
         self._assembly = Assembly(robot.spatial_inertia[None])
-        self._dynamics: Dynamics | None = None
+        self._base_inertia: Callable[[], Floats] | None = None
         self._limits = np.isfinite(robot.lower).any() or np.isfinite(robot.upper).any()
         self._contacts = Contacts(len(robot.links))
         lower, upper = (robot.lower + 1e-6).tolist(), (robot.upper - 1e-6).tolist()
@@ -154,11 +155,83 @@ class CoupledBody(BodyOptions):
         smooth = self._speed.acceleration(step)
         last = None if smooth is None else smooth[self._base :]
         acting = self._drives.over_step(dynamics, step, last)
-        self._dynamics = dynamics
+        self._base_inertia = lambda: base_inertia(self._assembly, dynamics)
         self._began = dynamics.kinematics.origins[0], dynamics.kinematics.rotations[0]
         self._forces.apply(
             self.engine, dynamics, step, acting=acting, contacts=self._contacts, joints=self._joints
         )
+
+    def compile(self, *, inertial: bool) -> None:
+        """Prepare for `compiled_law`; ``inertial``: whether effects add inertia."""
+        self._forces.compile(inertial=inertial)
+
+    def coordinates(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """Return position, attitude, joints and velocity as the engine keeps them."""
+        return *self.engine.native_pose(), self._joints, self._speed.now
+
+    def at_origin(self, place: Array, turn: Array, native: Array) -> tuple[Array, Array, Array]:
+        """Return place and rotation of the base link, and the generalised velocity; pure."""
+        xp, engine = namespace(place), self.engine
+        rotation = matrix_of(multiply(turn, xp.asarray(engine.base_turn)))
+        arm = rotation @ engine.reference
+        if self._base:
+            moved = native[:, :3] - cross(native[:, 3:6], arm)
+            native = xp.concat((moved, native[:, 3:]), axis=1)
+        return place - arm, rotation, native
+
+    def compiled_form(self, step: float, *, driven: bool) -> tuple[str, ...] | None:
+        """Return how the next step is computed, for `compiled_law`; None where it is not compiled.
+
+        Args:
+            step: h [s].
+            driven: whether drives act on the joints.
+        """
+        late = self._speed.middle is None
+        form = self._forces.compiled_form(step, driven=driven, contacts=self._contacts)
+        return None if form is None else (form, "late" if late and driven else "")
+
+    def compiled_law(
+        self, form: tuple[str, ...], dynamics: Dynamics, step: float, *own: Array
+    ) -> list[Array]:
+        """Return what `give` passes to the engine; pure.
+
+        Args:
+            form: from `compiled_form`.
+            dynamics: of the robot at the current time.
+            step: h [s].
+            own: from `compiled_arguments`.
+        """
+        last = None if form[1] else own[0]
+        acting = ImplicitDrives(self._base).over_step(dynamics, step, last)
+        rows = base_inertia(self._assembly, dynamics) if self._limits and self._base else None
+        found = self._forces.compiled_law(form[0], dynamics, step, acting, *own[1:])
+        return found if rows is None else [*found, rows]
+
+    def compiled_arguments(self, step: float) -> tuple[Floats, ...]:
+        """Return the arguments of `compiled_law` for the next step [s]."""
+        smooth = self._speed.acceleration(step)
+        last = np.zeros(self.robot.tree.joints) if smooth is None else smooth[self._base :]
+        return last, *self._forces.compiled_arguments(self._contacts)
+
+    def give(
+        self, form: tuple[str, ...], results: list[Floats], origins: Floats, rotations: Floats
+    ) -> bool:
+        """Pass the results of `compiled_law` to the engine, in place of `apply`.
+
+        Return false where the engine's inertia had to be set anew, and the law is to be asked
+        again.
+
+        Args:
+            form: from `compiled_form`.
+            results: of `compiled_law`.
+            origins: of the links [m], shape (L, 3).
+            rotations: R_WL, shape (L, 3, 3).
+        """
+        if self._limits and self._base:
+            *results, rows = results
+            self._base_inertia = lambda: rows
+        self._began = origins, rotations
+        return self._forces.give(form[0], results, origins[0])
 
     def after_step(self, step: float) -> None:
         """Compute the velocity at the new time, and correct the pose by the half-step velocity.
@@ -188,8 +261,8 @@ class CoupledBody(BodyOptions):
             return
         if self._at_stop(joints) or self._at_stop(self._joints):
             self._speed, self._joints = HalfStep(raw), joints
-            if self._base and self._dynamics is not None:
-                self._move_back(self._dynamics, kick, step)
+            if self._base and self._base_inertia is not None:
+                self._move_back(self._base_inertia(), kick, step)
             return
         self._speed = self._speed.kicked(kick)
         middle = self._speed.middle
@@ -200,14 +273,13 @@ class CoupledBody(BodyOptions):
             self.engine.shift_base(shift[:6])
         self.engine.set_velocity(self._speed.now, self._joints)
 
-    def _move_back(self, dynamics: Dynamics, kick: Floats, step: float) -> None:
+    def _move_back(self, inertia: Floats, kick: Floats, step: float) -> None:
         """Correct the pose of a robot at a joint stop to second order, without the stop's impulse.
 
         Without it the robot would go h^2 a / 2 too far in every step at the stop.
         """
-        turn = dynamics.kinematics.rotations[0, 0]
-        locked = locked_kick(self._assembly, dynamics, self._at_origin(kick, turn))
-        shift = -0.5 * step * locked
+        turn = self._began[1][0]
+        shift = -0.5 * step * locked_kick(inertia, self._at_origin(kick, turn))
         shift[:3] += np.cross(shift[3:], turn @ self.engine.reference)
         self.engine.shift_base(shift)
         self.engine.set_velocity(self._speed.now, self._joints)

@@ -77,11 +77,9 @@ class Contacts:
         out, pressing = np.zeros_like(self._none[0]), np.zeros_like(self._none[1])
         links = self._points.links
         points, force, normal = self._points.forces()
-        torque = cross(points - origins[links], force)
-        for row, k in enumerate(links):
-            turn = rotations[k]
-            out[k, :3] += force[row] @ turn
-            out[k, 3:] += torque[row] @ turn
-            pressing[k] += normal[row]
+        both = np.stack((force, cross(points - origins[links], force)), axis=1)
+        # several contacts of a link add up, one after the other
+        np.add.at(out, links, np.matmul(both, rotations[links]).reshape(-1, 6))
+        np.add.at(pressing, links, normal)
         self._sums = out, pressing
         return self._sums

@@ -12,14 +12,15 @@ from typing import Any
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats, namespace, some
 from seals.backend import Dynamics
 from seals.coupling.engine import EngineBody
 from seals.coupling.implicit_drive import ImplicitDrive
 from seals.effects.evaluation import Evaluation
+from seals.errors import ConfigError
 from seals.frames import skew_last
-from seals.multibody.equations import Assembly, weightless
-from seals.multibody.linear import solved
+from seals.multibody.equations import Assembly, scatter, weightless
+from seals.multibody.linear import solution
 from seals.multibody.servo import driven, heavier
 from seals.multibody.spatial import rigid_inertia
 from seals.robot.model import RobotModel
@@ -56,6 +57,11 @@ class InertiaSplit:
             self._set(int(link), *kept[link])
         self._raised = bool(self._iso.any())
 
+    @property
+    def isotropic(self) -> Floats:
+        """Mass and moment that the engine holds besides the robot's, shape (L, 2)."""
+        return self._iso
+
     def idle(self, dynamics: Dynamics) -> bool:
         """Return whether the engine's own equations are complete: no added inertia acts."""
         none = all(weightless(added) for _, _, added, _ in dynamics.found.inertias)
@@ -75,7 +81,21 @@ class InertiaSplit:
             Wrenches about the link origins, link axes [N, N m], shape (L, 6), and forces on the
             joints [N m or N], shape (J,).
         """
-        self._update(dynamics)
+        self.update(self._wanted(dynamics.found))
+        own, joint_force, _ = self.law(dynamics, contact, acting, self._engine_inertia)
+        return own, joint_force
+
+    def law(
+        self, dynamics: Dynamics, contact: Array | None, acting: ImplicitDrive | None, engine: Array
+    ) -> tuple[Array, Array, Array]:
+        """Return the wrenches and joint forces of `act`, and the generalised inertia; pure.
+
+        Args:
+            dynamics: of the robot at the current time.
+            contact: contact wrenches of the last step, None without contact, shape (L, 6).
+            acting: drives of the joints, None without.
+            engine: inertia of the links in the engine, shape (L, 6, 6).
+        """
         kinematics, moving = dynamics.kinematics, dynamics.moving
         total = self._assembly.total_inertia(dynamics.found, 1)
         bias = kinematics.bias(moving)
@@ -92,15 +112,15 @@ class InertiaSplit:
         acceleration, joint_force = _accelerations(*parts, dynamics.joint_force, acting)
         if not self._raised and total is self._assembly.inertia:
             # the engine holds the whole inertia: its own equations are the full ones
-            return dynamics.wrench[0], joint_force[0]
+            return dynamics.wrench[0], joint_force[0], parts[0][0]
         change = kinematics.twists(acceleration)
-        engine = self._engine_inertia
         if still:
             rest = total[0] - engine
             own = dynamics.wrench[0] - _terms(turning, rest, moving.twists[0])
-            return own - _times(rest, bias[0] + change[0]), joint_force[0]
+            return own - _times(rest, bias[0] + change[0]), joint_force[0], parts[0][0]
         own = load - _times(total - engine, change) + _times(engine[None], bias)
-        return own[0] + _terms(turning, engine, moving.twists[0]), joint_force[0]
+        own = own[0] + _terms(turning, engine, moving.twists[0])
+        return own, joint_force[0], parts[0][0]
 
     def joint_forces(self, dynamics: Dynamics, acting: ImplicitDrive) -> Floats:
         """Return the joint forces of the first step, which has no predecessor, shape (J,)."""
@@ -112,23 +132,34 @@ class InertiaSplit:
         found: Floats = _accelerations(*parts, d.joint_force, acting)[1][0]
         return found
 
-    def _update(self, dynamics: Dynamics) -> None:
-        """Set the engine's masses when the isotropic part of the added inertia has changed."""
-        carried = [x for x in dynamics.found.inertias if not weightless(x[2])]
+    def _wanted(self, found: Evaluation) -> Floats | None:
+        """Return the isotropic part of the added inertias, shape (L, 2); None for nothing."""
+        carried = [x for x in found.inertias if not weightless(x[2])]
         if not carried and not self._raised:
-            return
+            return None
         wanted = np.zeros_like(self._iso)
         for b, rows, added, _ in carried:
             picked = slice(None) if rows is None else rows
             wanted[picked] += added.weight * self._unit(b.name, added.matrix, b.links)
+        return wanted
+
+    def update(self, wanted: Floats | None) -> bool:
+        """Set the engine's masses where the isotropic part has changed; return whether it has.
+
+        Args:
+            wanted: mass [kg] and moment [kg m^2] of every link, shape (L, 2); None for no change.
+        """
+        if wanted is None:
+            return False
         if self._robot.tree.fixed_base:
             wanted[0] = 0.0  # it does not move, and engines may let a base loose that has a mass
         far = np.abs(wanted - self._iso) > REFRESH * (self._scale + self._iso)
         if not far.any():
-            return
+            return False
         for link in np.flatnonzero(far.any(axis=1)):
             self._set(int(link), *wanted[link])
         self._raised = bool(self._iso.any())
+        return True
 
     def _unit(self, name: str, matrix: Floats, links: tuple[int, ...]) -> Floats:
         """Isotropic mass [kg] and moment [kg m^2] of an added inertia of weight one, shape (n, 2).
@@ -145,6 +176,34 @@ class InertiaSplit:
         self._units[name] = (matrix.tobytes(), np.array(table))
         return self._units[name][1]
 
+    def traced(self, found: Evaluation, isotropic: Array) -> tuple[Array, Array]:
+        """Return inertia of the links in the engine (L, 6, 6) and wanted isotropic part (L, 2).
+
+        Both are functions of what the engine has now and of the traced weights, for `law` and
+        `update`.
+
+        Args:
+            found: traced; matrices of added inertias are numbers.
+            isotropic: mass and moment that the engine holds besides the robot's, shape (L, 2).
+        """
+        xp, robot = namespace(isotropic), self._robot
+        none = np.zeros((3, 3))
+        mass = np.array([rigid_inertia(1.0, c, none) for c in robot.centre])
+        moment = np.diag((0.0, 0.0, 0.0, 1.0, 1.0, 1.0))
+        pair = isotropic[:, :, None, None]
+        engine = pair[:, 0] * xp.asarray(mass) + pair[:, 1] * xp.asarray(moment[None])
+        wanted, links = xp.zeros_like(isotropic), len(robot.links)
+        for b, rows, added, _ in found.inertias:
+            matrix = added.matrix.numbers
+            if matrix is None:
+                raise ConfigError(
+                    f"effects.{b.name}: an added inertia that is no constant times a weight is "
+                    "not known to this engine"
+                )
+            part = added.weight * xp.asarray(self._unit(b.name, matrix, b.links))
+            wanted = wanted + (part if rows is None else scatter(part, rows, links))
+        return engine + xp.asarray(robot.spatial_inertia), wanted
+
     def _set(self, link: int, mass: float, moment: float) -> None:
         """Put an isotropic part into the engine."""
         robot = self._robot
@@ -156,11 +215,11 @@ class InertiaSplit:
 
 
 def _accelerations(
-    matrix: Floats, right: Floats, joint_force: Floats, acting: ImplicitDrive | None
-) -> tuple[Floats, Floats]:
+    matrix: Array, right: Array, joint_force: Array, acting: ImplicitDrive | None
+) -> tuple[Array, Array]:
     """Generalised acceleration (1, n) and forces on the joints (1, J)."""
     if acting is None:
-        return solved(matrix[0], right[0])[None], joint_force
+        return solution(matrix, right), joint_force
     whole = heavier(matrix, acting.armature[None])
     change, pull = driven(whole, right, acting.drive, acting.gain)
     turned = acting.armature * change[:, -len(acting.armature) :]
@@ -174,28 +233,31 @@ def _isotropic(added: Floats, centre: Floats) -> tuple[float, float]:
     return mass, max(float(np.linalg.eigvalsh(about)[0]), 0.0)
 
 
-def _times(matrix: Floats, vectors: Floats) -> Floats:
+def _times(matrix: Array, vectors: Array) -> Array:
     """Matrices (..., 6, 6) times vectors (..., 6)."""
-    product: Floats = np.matmul(matrix, vectors[..., None])[..., 0]
-    return product
+    return namespace(vectors).matmul(matrix, vectors[..., None])[..., 0]
 
 
-def _turning(twists: Floats) -> Floats:
+def _turning(twists: Array) -> Array:
     """Matrices that give the Kirchhoff terms of momenta, shape (L, 6, 6); twists (L, 6)."""
     both = skew_last(twists.reshape(-1, 2, 3))
-    out = np.zeros((len(twists), 6, 6))
-    out[:, :3, :3] = out[:, 3:, 3:] = both[:, 1]
-    out[:, 3:, :3] = both[:, 0]
-    return out
+    if type(both) is np.ndarray:
+        out = np.zeros((len(twists), 6, 6))
+        out[:, :3, :3] = out[:, 3:, 3:] = both[:, 1]
+        out[:, 3:, :3] = both[:, 0]
+        return out
+    xp = namespace(both)
+    upper = xp.concat((both[:, 1], both[:, 1] * 0.0), axis=2)
+    return xp.concat((upper, xp.concat((both[:, 0], both[:, 1]), axis=2)), axis=1)
 
 
-def _terms(turning: Floats, inertia: Floats, twists: Floats) -> Floats:
+def _terms(turning: Array, inertia: Array, twists: Array) -> Array:
     """Velocity terms of inertias (L, 6, 6) at twists (L, 6), see `seals.multibody.spatial`."""
-    terms: Floats = np.matmul(turning, np.matmul(inertia, twists[:, :, None]))[:, :, 0]
-    return terms
+    xp = namespace(twists)
+    return xp.matmul(turning, xp.matmul(inertia, twists[:, :, None]))[:, :, 0]
 
 
 def at_rest(found: Evaluation) -> bool:
     """Return whether the media of all added inertias are at rest."""
     fields = {id(x): x for *_, m in found.inertias for x in (m.velocity, m.acceleration)}
-    return not any(np.count_nonzero(x) for x in fields.values())
+    return not any(some(x) for x in fields.values())

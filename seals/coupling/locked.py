@@ -2,15 +2,27 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from seals.arrays import Floats
+from seals.arrays import Array, Floats, namespace
 from seals.backend import Dynamics
 from seals.multibody.equations import Assembly
 from seals.multibody.linear import solved
 
 
-def locked_kick(assembly: Assembly, dynamics: Dynamics, kick: Floats) -> Floats:
+def base_inertia(assembly: Assembly, dynamics: Dynamics) -> Array:
+    """Return the rows of the base of the generalised inertia, added inertia included, (6, n).
+
+    Args:
+        assembly: of the robot's own inertia.
+        dynamics: of the robot; its base is free.
+    """
+    jacobian = dynamics.kinematics.jacobian[0]
+    total = assembly.total_inertia(dynamics.found, 1)[0]
+    size = jacobian.shape[2]
+    rows = namespace(jacobian).matmul(total, jacobian).reshape(-1, size)
+    return jacobian[:, :, :6].reshape(-1, 6).T @ rows
+
+
+def locked_kick(inertia: Floats, kick: Floats) -> Floats:
     """Return the change of velocity of the base as if all joints were locked, shape (6,).
 
     A stop acts between links: it changes neither the linear nor the angular momentum of the robot.
@@ -22,14 +34,8 @@ def locked_kick(assembly: Assembly, dynamics: Dynamics, kick: Floats) -> Floats:
         the base.
 
     Args:
-        assembly: of the robot's own inertia.
-        dynamics: of the robot where the step began; its base is free.
+        inertia: M_b where the step began, see `base_inertia`, shape (6, n).
         kick: change of the generalised velocity over the step, about the base origin, shape (n,).
     """
-    jacobian = dynamics.kinematics.jacobian[0]
-    total = assembly.total_inertia(dynamics.found, 1)[0]
-    size = jacobian.shape[2]
-    rows = np.matmul(total, jacobian).reshape(-1, size)
-    base = jacobian[:, :, :6].reshape(-1, 6).T @ rows
-    found: Floats = solved(base[:, :6], base @ kick)
+    found: Floats = solved(inertia[:, :6], inertia @ kick)
     return found

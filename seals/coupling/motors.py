@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from seals.arrays import Array, Floats, namespace
 from seals.backend import Dynamics
 from seals.coupling.engine import EngineBody
 
@@ -60,14 +61,23 @@ class StandingMotors:
             dynamics: of the robot at the current time; with a joint drive.
             step: h [s].
         """
+        self.set(*self.targets(dynamics, step))
+
+    def targets(self, dynamics: Dynamics, step: float) -> tuple[Array, Array]:
+        """Return speeds [rad/s or m/s] and largest forces [N m or N], shape (J,); pure."""
         drive = dynamics.joint_drive
         assert drive is not None
+        xp = namespace(drive.force)
         rates = dynamics.moving.speed[0, -drive.force.shape[1] :]
         force, fastest = drive.force[0], self._engine.joint_speed_limit
-        slope = np.maximum(drive.damping + step * drive.stiffness, 1e-12)
-        speed = np.ravel(rates + force / slope)
-        speed = np.minimum(np.maximum(speed, -fastest), fastest)
-        self._engine.set_motors(speed, np.ravel(np.minimum(np.abs(force), drive.limit)))
+        slope = xp.maximum(drive.damping + step * drive.stiffness, 1e-12)
+        speed = (rates + force / slope).reshape(-1)
+        speed = xp.minimum(xp.maximum(speed, -fastest), fastest)
+        return speed, xp.minimum(xp.abs(force), drive.limit).reshape(-1)
+
+    def set(self, speed: Floats, force: Floats) -> None:
+        """Set the motors of the next step, see `targets`."""
+        self._engine.set_motors(speed, force)
         self.running = True
 
     def measure(self) -> None:

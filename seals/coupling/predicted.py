@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats
 from seals.backend import Dynamics
 from seals.coupling.contacts import Contacts
 from seals.coupling.engine import EngineBody
+from seals.coupling.generalised import generalised
 from seals.coupling.implicit_drive import ImplicitDrive
 from seals.coupling.inertia_split import InertiaSplit
 from seals.coupling.motors import StandingMotors
@@ -27,6 +28,8 @@ class PredictedForces:
 
     def __init__(self, engine: EngineBody, robot: RobotModel) -> None:
         """Start at rest."""
+        self._engine: Any = engine
+        self._inertial = False
         joints = robot.tree.joints
         self._lead = 0 if robot.tree.fixed_base else 6
         self._split = InertiaSplit(engine, robot)
@@ -36,6 +39,14 @@ class PredictedForces:
         if not engine.contact_motors:
             self._feet = frozenset()
         self._given = np.zeros(joints)
+
+    def compile(self, *, inertial: bool) -> None:
+        """Prepare for `compiled_law`.
+
+        Args:
+            inertial: whether effects add inertia.
+        """
+        self._inertial = inertial
 
     @property
     def running(self) -> bool:
@@ -85,6 +96,63 @@ class PredictedForces:
         if joints.size and (not standing or joint_force.any()):
             engine.apply_joint_forces(joint_force)
 
+    def compiled_form(self, step: float, *, driven: bool, contacts: Contacts) -> str | None:
+        """Return how the loads of the next step are computed: ``stand``, ``full`` or ``plain``.
+
+        None for a robot without added inertia whose drives are predicted from the last step.
+        """
+        if self._feet and driven and self._touch(step, contacts):
+            return "stand"
+        if self._inertial:
+            return "full"
+        return None if driven else "plain"
+
+    def compiled_arguments(self, contacts: Contacts) -> tuple[Floats, ...]:
+        """Return contact wrenches, motor forces and the isotropic part in the engine's inertia."""
+        return contacts.wrenches(), self._motors.forces, self._split.isotropic
+
+    def compiled_law(  # noqa: PLR0917  in the order of `compiled_arguments`
+        self,
+        form: str,
+        dynamics: Dynamics,
+        step: float,
+        acting: ImplicitDrive | None,
+        contact: Array,
+        motors: Array,
+        isotropic: Array,
+    ) -> list[Array]:
+        """Return generalised force (n,), joint forces (J,), isotropic part, motors; pure."""
+        d = dynamics
+        wrench, joint_force = d.wrench[0], d.joint_force[0]
+        engine, wanted = self._split.traced(d.found, isotropic)
+        if form == "stand" and self._inertial:
+            known = d._replace(joint_force=(joint_force + motors)[None])
+            wrench = self._split.law(known, contact, None, engine)[0]
+        elif form == "full":
+            wrench, joint_force, _ = self._split.law(d, contact, acting, engine)
+        found = [generalised(d.kinematics.jacobian[0], wrench), joint_force, wanted]
+        return [*found, *self._motors.targets(d, step)] if form == "stand" else found
+
+    def give(self, form: str, results: list[Floats], origin: Floats) -> bool:
+        """Pass results of `compiled_law` on; false where the engine's inertia was set anew.
+
+        Args:
+            form: of the step.
+            results: of `compiled_law`.
+            origin: of the base [m], shape (3,).
+        """
+        force, joint_force, wanted, *motors = results
+        if self._inertial and self._split.update(wanted):
+            return False
+        if form == "stand":
+            self._servo.response = None
+            self._motors.set(*motors)
+        elif self._feet:
+            self._motors.rest()
+        self._given = joint_force
+        self._engine.apply_generalised(force, joint_force, origin)
+        return True
+
     def measure(self) -> None:
         """Record the motor forces after a step."""
         self._motors.measure()
@@ -125,6 +193,9 @@ class PredictedForces:
         """Return whether a leg of the robot is in contact, or was a moment ago."""
         if not self._feet or dynamics.joint_drive is None:
             return False
+        return self._touch(step, contacts)
+
+    def _touch(self, step: float, contacts: Contacts) -> bool:
         return self._motors.wanted(not self._feet.isdisjoint(contacts.links), step)
 
     def _pushed(self, dynamics: Dynamics, contacts: Contacts) -> tuple[Floats, Floats]:

@@ -6,11 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats, namespace
 from seals.backend import Dynamics
 from seals.coupling.contacts import Contacts
 from seals.coupling.engine import SolvingEngineBody
+from seals.coupling.generalised import generalised, generalised_inertia
 from seals.coupling.implicit_drive import ImplicitDrive
+from seals.frames import cross_last, skew_last
+from seals.motion import JointDrive
 from seals.multibody.equations import Assembly, weightless
 from seals.robot.model import RobotModel
 
@@ -32,7 +35,7 @@ class SolvedForces:
 
     def __init__(self, engine: SolvingEngineBody, robot: RobotModel) -> None:
         """Start at rest."""
-        self._engine = engine
+        self._engine: Any = engine
         self._centred = not np.any(engine.reference)
         self._added = Assembly(np.zeros((1, len(robot.links), 6, 6)))
         self._outer = np.zeros(robot.tree.joints)
@@ -66,20 +69,65 @@ class SolvedForces:
             contacts: of the last step.
             joints: positions [rad or m], shape (J,).
         """
-        d, inertia = dynamics, None
-        wrench: Floats = d.wrench[0]
-        if not all(weightless(added) for _, _, added, _ in d.found.inertias):
-            matrices = self._added.total_inertia(d.found, 1)[0]
-            terms = self._added.velocity_terms(d.motion, d.found)[0]
-            jacobian, bias = self._about_reference(d)
-            wrench = wrench - terms - np.matmul(matrices, bias[:, :, None])[:, :, 0]
-            inertia = _generalised(matrices, jacobian)
+        d = dynamics
+        wrench, _, inertia = self._loads(d)
         engine.apply_wrenches(wrench, d.kinematics.origins[0], d.kinematics.rotations[0])
         engine.add_inertia(inertia)
         self._outer = d.joint_force[0]
         if joints.size:
             engine.apply_joint_forces(self._outer)
             engine.drive_joints(acting)
+
+    def _loads(self, dynamics: Dynamics) -> tuple[Array, Array | None, Array | None]:
+        """Wrenches (L, 6); where inertia is added also the Jacobian, and added inertia (n, n)."""
+        d, jacobian, inertia = dynamics, None, None
+        wrench = d.wrench[0]
+        if not all(weightless(added) for _, _, added, _ in d.found.inertias):
+            matrices = self._added.total_inertia(d.found, 1)[0]
+            terms = self._added.velocity_terms(d.motion, d.found)[0]
+            jacobian, bias = self._about_reference(d)
+            wrench = wrench - terms - namespace(bias).matmul(matrices, bias[:, :, None])[:, :, 0]
+            inertia = generalised_inertia(matrices, jacobian)
+        return wrench, jacobian, inertia
+
+    def compile(self, *, inertial: bool) -> None:
+        """Do nothing: one law for all robots."""
+
+    def compiled_form(self, step: float, *, driven: bool, contacts: Contacts) -> str:
+        """Return how the loads of the next step are computed: with drives or without."""
+        return "driven" if driven else "plain"
+
+    def compiled_arguments(self, contacts: Contacts) -> tuple[Floats, ...]:
+        """Return nothing: all is known."""
+        return ()
+
+    def compiled_law(
+        self, form: str, dynamics: Dynamics, step: float, acting: ImplicitDrive | None
+    ) -> list[Array]:
+        """Return generalised force (n,), joint forces (J,), added inertia (n, n), drives; pure."""
+        wrench, jacobian, inertia = self._loads(dynamics)
+        if jacobian is None or inertia is None:
+            jacobian, size = self._about_reference(dynamics)[0], dynamics.moving.speed.shape[1]
+            inertia = namespace(jacobian).zeros((size, size))
+        found = [generalised(jacobian, wrench), dynamics.joint_force[0], inertia]
+        if acting is None:
+            return found
+        shape = acting.drive.force.shape
+        limit = namespace(jacobian).broadcast_to(acting.drive.limit, shape)
+        return [*found, acting.drive.force, limit, acting.gain, acting.armature]
+
+    def give(self, form: str, results: list[Floats], origin: Floats) -> bool:
+        """Pass results of `compiled_law` to the engine, and return true."""
+        force, self._outer, inertia, *drive = results
+        self._engine.apply_generalised(force, self._outer, origin)
+        self._engine.add_inertia(inertia if inertia.any() else None)
+        if self._outer.size:
+            acting = None
+            if drive:
+                pull, limit, gain, armature = drive
+                acting = ImplicitDrive(JointDrive(pull, gain, gain, limit), gain, armature)
+            self._engine.drive_joints(acting)
+        return True
 
     def _about_reference(self, dynamics: Dynamics) -> tuple[Floats, Floats]:
         """Jacobian (L, 6, n) and bias (L, 6) of the twists for the engine's velocity.
@@ -92,16 +140,14 @@ class SolvedForces:
         jacobian, bias = d.kinematics.jacobian[0], d.kinematics.bias(d.moving)[0]
         if self._centred:
             return jacobian, bias
-        a, b, c = (d.kinematics.rotations[0, 0] @ self._engine.reference).tolist()
-        lever = np.array([[0.0, -c, b], [c, 0.0, -a], [-b, a, 0.0]])
+        xp = namespace(bias)
+        lever = skew_last(d.kinematics.rotations[0, 0] @ self._engine.reference)
         spin = d.moving.speed[0, 3:6]
         # w x (w x r) = -w x (r x w)
-        x, y, z = spin.tolist()
-        u, v, w = (lever @ spin).tolist()
-        turning = np.array([y * w - z * v, z * u - x * w, x * v - y * u])
-        moved = jacobian.copy()
-        moved[:, :, 3:6] += jacobian[:, :, :3] @ lever
-        return moved, bias + jacobian[:, :, :3] @ turning
+        turning = cross_last(spin, lever @ spin)
+        linear, angular = jacobian[:, :, :3], jacobian[:, :, 3:6]
+        parts = (linear, angular + linear @ lever, jacobian[:, :, 6:])
+        return xp.concat(parts, axis=2), bias + linear @ turning
 
     def measure(self) -> None:
         """Record the drive forces after a step."""
@@ -119,11 +165,3 @@ class SolvedForces:
     def restore(self, kept: Any) -> None:
         """Restore a snapshot."""
         self._given = kept
-
-
-def _generalised(matrices: Floats, jacobian: Floats) -> Floats:
-    """Sum of J^T A J over the links: A (L, 6, 6), J (L, 6, n), result (n, n)."""
-    size = jacobian.shape[2]
-    rows = np.matmul(matrices, jacobian).reshape(-1, size)
-    total: Floats = jacobian.reshape(-1, size).T @ rows
-    return total

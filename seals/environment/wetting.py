@@ -51,24 +51,31 @@ class WettingExact:
 
     Args:
         hulls: one hull per link.
+
+    Attributes:
+        longest: reach of the longest hull from its link's origin [m].
     """
 
     def __init__(self, hulls: Sequence[Hull]) -> None:
         """Store the hulls and their fully submerged values."""
         self.hulls = tuple(hulls)
         self._reach = np.array([[h.reach] for h in hulls])
-        self._longest = float(self._reach.max())
+        self.longest = float(self._reach.max())
         self._volume = np.array([[h.volume] for h in hulls])
         self._centre = np.array([h.centroid for h in hulls])
         self._submerged = Wet(self._volume, self._centre, None, None)
         self._dry = Wet(self._volume * 0.0, self._centre * 0.0, None, None)
 
+    def whole(self, *, under: bool) -> Wet:
+        """Return the submerged parts of hulls that are all under water, or all above it."""
+        return self._submerged if under else self._dry
+
     def wet(self, normal: Array, level: Array) -> Wet:
         """Return the submerged part of every hull; dry and fully submerged ones are not clipped."""
         levels = level.ravel().tolist()
-        if max(levels) <= -self._longest:
+        if max(levels) <= -self.longest:
             return self._dry
-        if min(levels) >= self._longest:
+        if min(levels) >= self.longest:
             return self._submerged
         under = level >= self._reach
         if under.all():

@@ -51,30 +51,46 @@ class Kinematics:
     Attributes:
         jacobian: map from the generalised velocity to the twists of all links in link axes, shape
             (B, L, 6, n).
-        axes: joint axes, world [1], shape (B, J, 3).
         many: the same poses with the batch last, where there are many on NumPy; else None.
     """
 
     def __init__(self, tree: Tree, origins: Array, rotations: Array) -> None:
-        """Find axes and anchors of the joints; positions are kept relative to the base origin."""
-        xp = namespace(origins)
+        """Store the poses; positions are kept relative to the base origin."""
         self.tree, self.origins, self.rotations = tree, origins, rotations
         self._lead = 0 if tree.fixed_base else 6
         self._kept_bias: tuple[LinkVelocities, Array] | None = None
-        self._back = xp.permute_dims(rotations, (0, 1, 3, 2))
-        self._arm = origins - origins[:, :1, :]
         self._sliding = tree.sliding
-        self._single: Single | None = None
         self.many: Many | None = None
         if tree.joints and is_many(origins):
             self.many = Many.of(tree, origins, rotations)
-            self.axes = self.many.axes.transpose(2, 1, 0)
-        elif tree.joints:
-            turned = self._of_links(rotations, tree.children)
-            self.axes = xp.matmul(turned, as_like(tree.axis_columns, origins))[:, :, :, 0]
-            if type(origins) is np.ndarray and len(origins) == 1 and not self._sliding:
-                levers = self._arm[0].take(tree.levers, axis=0)
-                self._single = Single(tree, rotations[0], self.axes[0], levers)
+
+    @cached_property
+    def _back(self) -> Array:
+        """Rotations of the world in link axes, shape (B, L, 3, 3)."""
+        return namespace(self.rotations).permute_dims(self.rotations, (0, 1, 3, 2))
+
+    @cached_property
+    def _arm(self) -> Array:
+        """Link origins relative to the base origin, shape (B, L, 3)."""
+        return self.origins - self.origins[:, :1, :]
+
+    @cached_property
+    def axes(self) -> Array:
+        """Joint axes, world [1], shape (B, J, 3)."""
+        if self.many is not None:
+            return self.many.axes.transpose(2, 1, 0)
+        turned = self._of_links(self.rotations, self.tree.children)
+        columns = as_like(self.tree.axis_columns, self.origins)
+        return namespace(turned).matmul(turned, columns)[:, :, :, 0]
+
+    @cached_property
+    def _single(self) -> Single | None:
+        """The same poses of one robot with revolute joints on NumPy; else None."""
+        origins, tree = self.origins, self.tree
+        if type(origins) is not np.ndarray or len(origins) > 1 or self._sliding or not tree.joints:
+            return None
+        levers = self._arm[0].take(tree.levers, axis=0)
+        return Single(tree, self.rotations[0], self.axes[0], levers)
 
     @cached_property
     def _anchors(self) -> Array:

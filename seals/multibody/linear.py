@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.linalg.lapack import dgesv
 
-from seals.arrays import Array, Floats
+from seals.arrays import Array, Floats, namespace
 
 
 def solved(matrix: Floats, right: Floats) -> Floats:
@@ -29,6 +29,18 @@ def solved(matrix: Floats, right: Floats) -> Floats:
         raise np.linalg.LinAlgError("Singular matrix")
     result: Floats = found
     return result
+
+
+def solution(matrix: Array, right: Array) -> Array:
+    """Solve the systems M x = b of a batch, shapes (B, n, n) and (B, n), on any array library.
+
+    Example:
+        >>> solution(np.array([[[2.0, 0.0], [0.0, 4.0]]]), np.array([[2.0, 2.0]]))
+        array([[1. , 0.5]])
+    """
+    if type(matrix) is np.ndarray and len(matrix) == 1:
+        return solved(matrix[0], right[0])[None]
+    return namespace(matrix).linalg.solve(matrix, right[:, :, None])[:, :, 0]
 
 
 class Factors:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from seals.arrays import Array, namespace
+from seals.arrays import Array, namespace, some
 from seals.motion import JointDrive
 from seals.multibody.linear import solved
 
@@ -51,7 +51,7 @@ def driven(matrix: Array, right: Array, drive: JointDrive, gain: Array) -> tuple
     change = _solve(matrix, right, force, gain)
     wanted = force - gain * change[:, lead:]
     beyond = xp.abs(wanted) > limit
-    if not (np.count_nonzero(beyond) if type(beyond) is np.ndarray else xp.any(beyond)):
+    if not some(beyond):
         return change, wanted
     at_limit = xp.astype(beyond, wanted.dtype)
     held = at_limit * xp.sign(wanted) * limit + (1.0 - at_limit) * force

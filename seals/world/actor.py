@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from seals.arrays import Array, Floats
-from seals.backend import Backend, BodyOptions, Configuration, Dynamics
+from seals.backend import Backend, BackendOptions, BodyOptions, Configuration, Dynamics
 from seals.control import ActuatorCommand
 from seals.deprecation import add_former_names
 from seals.effects.binding import EffectSet
 from seals.effects.evaluation import Evaluator
 from seals.environment.build import build_surroundings, exact_of
+from seals.environment.sample import Sample
 from seals.environment.settings import EnvironmentSettings
 from seals.environment.waves import Waves
 from seals.errors import ConfigError
 from seals.fluid import BodyStates, Fluid, SeaOfFluid
-from seals.motion import Inputs, Joints, Wrench
+from seals.motion import Inputs, Joints, Motion, Wrench
 from seals.multibody.equations import Assembly
 from seals.multibody.kinematics import Kinematics, LinkVelocities
 from seals.multibody.rows import link_motion
@@ -28,11 +29,12 @@ from seals.sensors.onboard import OnboardState, spins
 from seals.sensors.protocol import Sensor
 from seals.sensors.rays import Shape, shapes_of_hull
 from seals.sensors.surroundings import Surroundings
+from seals.world.compiled import CompiledStep, Look
 from seals.world.drivetrain import Drivetrain
 from seals.world.immersion import Immersion
 from seals.world.ledger import Ledger
 from seals.world.pilot import ControlInput, Pilot
-from seals.world.sensor_suite import Instant, SensorSuite
+from seals.world.sensor_suite import Instant, SensorSuite, felt_by_links
 from seals.world.servos import Servoing
 
 _COMMANDS = ("joint_torque", "joint_command", "command", "drive", "voltage")
@@ -64,6 +66,7 @@ class Actor:
         drive_at_start: what ``drive`` is after a reset, None for standstill.
         voltage: of the battery [V], shape (1, 1); None when not known.
         sensor_suite: its sensors, their memory and readings.
+        compiled: its laws as machine code, or None.
         pilot: guide and controller that set ``command`` and ``joint_command``, or None.
     """
 
@@ -83,8 +86,7 @@ class Actor:
         self.robot, self.effects, self.sensors = robot, effects, dict(sensors)
         self.gravity = environment.gravity
         self.body = backend.add(robot)
-        if fluid is not None:
-            waves = SeaOfFluid(fluid)
+        waves = waves if fluid is None else SeaOfFluid(fluid)
         surroundings = build_surroundings(
             robot, environment, waves, exact_of(robot, environment), like=np.zeros(1)
         )
@@ -122,12 +124,13 @@ class Actor:
             board=OnboardState(self.body.joint_positions, self._rotor_speeds, self.battery_state),
             gravity=environment.gravity,
         )
-        self._before: LinkVelocities | None = None
-        self._now: tuple[Kinematics, LinkVelocities] | None = None
+        self._start_over()
         self._tips = [(t, robot.links[t]) for g in robot.grippers.values() for t in g.tips]
         self.immersion = None if fluid is None else Immersion(robot)
         self._assembly = Assembly(robot.spatial_inertia[None], self.servos.armature)
-        self._due: tuple[Dynamics, Floats] | None = None
+        compiles = fluid is None and options_of(backend, BackendOptions).compiled
+        parts = robot, environment, waves, self.servos, self.body
+        self.compiled = CompiledStep(*parts) if compiles else None
 
     @property
     def readings(self) -> Mapping[str, Any]:
@@ -147,22 +150,39 @@ class Actor:
         self._speeds = {}
         self.ledger.rewind(0)
         self.sensor_suite.reset(rng)
-        self._before, self._now, self._due = None, None, None
+        self._start_over()
+
+    def _start_over(self) -> None:
+        """Forget the last step."""
+        self._time = 0.0
+        self._before: LinkVelocities | None = None
+        self._now: tuple[Kinematics, LinkVelocities] | None = None
+        self._look: Look | None = None
+        self._due: tuple[Dynamics, Floats] | None = None
 
     def load(self, time: float, step: float) -> None:
         """Evaluate the effects into the ledger, and pass the sum to the backend."""
+        self._time = time
         kinematics, moving = self._now or self.look()
-        motion = link_motion(kinematics, moving, np.array([[time]]), self._bodies)
         joints = _NO_JOINTS
         if self.robot.tree.joints:
             lead = 0 if self.robot.tree.fixed_base else 6
             joints = Joints(self.body.joint_positions()[None], moving.speed[:, lead:])
-        sample = self.evaluator.surroundings.sample(motion)
+        motion: Motion | None = None
+        sample: Sample | None = None
         if self.pilot is not None:
-            felt = self._contacts() if self.pilot.due else {}
-            seen = ControlInput(time, kinematics, moving, motion, joints, sample, felt)
-            self._obey(self.pilot.command(seen))
+            if self.pilot.due or self.compiled is None:
+                motion, sample = self._sampled(time, kinematics, moving)
+                felt = self._contacts() if self.pilot.due else {}
+                seen = ControlInput(time, kinematics, moving, motion, joints, sample, felt)
+                self._obey(self.pilot.command(seen))
+            else:
+                self.pilot.wait()
         inputs = self._inputs(time, step, joints)
+        if self._look is not None and self._load_compiled(time, joints, inputs):
+            return
+        if motion is None or sample is None:
+            motion, sample = self._sampled(time, kinematics, moving)
         found = self.evaluator.evaluate(motion, joints, inputs, self.memory, sample)
         row = self.ledger.open_row(time)
         for b, rows, wrench in found.loads:
@@ -177,6 +197,27 @@ class Actor:
         self.memory = found.memory
         self._speeds = {b.name: drives.speed for b, drives in found.drives}
         self._before, self._now = moving, None
+
+    def _sampled(
+        self, time: float, kinematics: Kinematics, moving: LinkVelocities
+    ) -> tuple[Motion, Sample]:
+        """Motion of the links and their surroundings."""
+        motion = link_motion(kinematics, moving, np.array([[time]]), self._bodies)
+        if self.compiled is not None and self._look is not None:
+            return motion, self.compiled.sample(self._look, time)
+        return motion, self.evaluator.surroundings.sample(motion)
+
+    def _load_compiled(self, time: float, joints: Joints, inputs: Inputs) -> bool:
+        """Do the same by machine code; return false where this step has none."""
+        assert self.compiled is not None
+        assert self._look is not None
+        found = self.compiled.loads(self._look, time, joints, inputs, self.memory)
+        if found is None:
+            return False
+        self.ledger.open_row(time)[...] = found.row
+        self.memory, self._speeds = found.memory, found.speeds
+        self._before, self._now, self._look = self._look.moving, None, None
+        return True
 
     def immersed(self, step: float) -> BodyStates:
         """Return the states of the robot's bodies for the fluid, after `load` and before `push`."""
@@ -238,19 +279,45 @@ class Actor:
 
     def look(self) -> tuple[Kinematics, LinkVelocities]:
         """Return poses and velocities at the current time; cached until the next step."""
-        poses = self.body.poses()
-        kinematics = Kinematics(self.robot.tree, poses.origins, poses.rotations)
-        self._now = (kinematics, kinematics.move(poses.speed))
+        if self.compiled is None:
+            poses = self.body.poses()
+            kinematics = Kinematics(self.robot.tree, poses.origins, poses.rotations)
+            self._now = (kinematics, kinematics.move(poses.speed))
+        else:
+            self._look = self.compiled.look(self._time)
+            self._now = self._look.kinematics, self._look.moving
         return self._now
 
     def sense(self, time: float, step: float, rng: np.random.Generator) -> None:
         """Sample the sensors that are due, and pass arriving readings to the controller."""
+        self._time = time
         if not self.sensors:
             return
-        self.sensor_suite.take(Instant(time, step, *self.look(), self._before), rng)
+        now = Instant(time, step, *self.look(), self._before, self._felt_over(step))
+        self.sensor_suite.take(now, rng)
         if self.pilot is not None:
             for taken, readings in self.sensor_suite.heard().items():
                 self.pilot.hear(taken, readings)
+
+    def _felt_over(self, step: float) -> Callable[[], Sequence[Floats]]:
+        """Return what gives mean accelerations of the links over the last step [s]."""
+        assert self._now is not None
+        (kinematics, moving), before = self._now, self._before
+        given = kinematics.rotations[0], moving.linear[0], moving.angular[0]
+        earlier = None if before is None else (before.linear[0], before.angular[0])
+
+        known: list[Sequence[Floats]] = []
+
+        def felt() -> Sequence[Floats]:
+            if known:
+                return known[0]
+            if self.compiled is not None and earlier is not None:
+                known.append(self.compiled.felt((*given, *earlier), self.gravity, step))
+            else:
+                known.append(felt_by_links(*given, earlier, self.gravity, step))
+            return known[0]
+
+        return felt
 
     def shapes(self) -> list[Shape]:
         """Return the hulls of the links at their present poses, for the sensors of other bodies."""
@@ -286,7 +353,7 @@ class Actor:
         self.drivetrain.restore(train[0])
         if self.pilot is not None:
             self.pilot.restore(train[1])
-        self._now = None
+        self._now = self._look = None
         self.ledger.rewind(rows)
 
 

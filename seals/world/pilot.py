@@ -136,7 +136,7 @@ class Pilot:
         """Return the command for the next step; called once per step, after `hear`."""
         kept = self._kept
         if not self.due and kept.order is not None:
-            self._kept = PilotState(kept.calls + 1, *kept[1:])
+            self.wait()
             return kept.order
         guide, controller, aim = kept.guide, kept.controller, kept.aim
         fresh = controller is None
@@ -150,6 +150,10 @@ class Pilot:
         heard = kept.readings, kept.estimate
         self._kept = PilotState(kept.calls + 1, guide, controller, aim, order, *heard)
         return order
+
+    def wait(self) -> None:
+        """Let a step go by in which the controller is not due."""
+        self._kept = PilotState(self._kept.calls + 1, *self._kept[1:])
 
     def hear(self, time: float, readings: Mapping[str, Mapping[str, Floats] | None]) -> None:
         """Receive readings that were sampled at ``time`` [s]."""

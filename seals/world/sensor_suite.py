@@ -7,11 +7,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats, namespace
 from seals.backend import RigidBody
 from seals.deprecation import add_former_names
 from seals.effects.binding import EffectSet
 from seals.errors import ConfigError, suggestion
+from seals.frames import cross, unrotate
 from seals.multibody.kinematics import Kinematics, LinkVelocities
 from seals.plugin_options import options_of
 from seals.rendering.camera_view import CameraView, SceneView
@@ -36,6 +37,8 @@ class Instant(NamedTuple):
         kinematics: of the links.
         moving: velocities of the links.
         before: velocities one step earlier, None at the start.
+        felt: gives mean specific forces and angular accelerations of all links over the step, see
+            `felt_by_links`.
     """
 
     time: float
@@ -43,6 +46,7 @@ class Instant(NamedTuple):
     kinematics: Kinematics
     moving: LinkVelocities
     before: LinkVelocities | None
+    felt: Callable[[], Sequence[Floats]]
 
 
 class SensorSuite:
@@ -176,18 +180,12 @@ class SensorSuite:
 
     def _felt(self, name: str, now: Instant, outside: tuple[Floats, Floats]) -> SensorInput:
         """Motion of one link, for inertial sensors with its mean acceleration over the step."""
-        time, step, kinematics, moving, before = now
-        link, inertial = self._carriers[name], self._inertial[name]
+        time, step, kinematics, moving, _, felt = now
+        link = self._carriers[name]
         turn, twist = kinematics.rotations[0, link], moving.twists[0, link]
         force = rate = _STILL
-        if inertial:
-            force = self.gravity * turn[2]
-        if inertial and before is not None and step > 0.0:
-            force = ((moving.linear[0, link] - before.linear[0, link]) / step) @ turn + force
-            rate = ((moving.angular[0, link] - before.angular[0, link]) / step) @ turn
-            # a mean over the step is told in the axes of its middle, half a step's turn ago
-            force = _turned(force, twist[3:], 0.5 * step)
-            rate = _turned(rate, twist[3:], 0.5 * step)
+        if self._inertial[name]:
+            force, rate = felt()[0][link], felt()[1][link]
         # in the order of the fields: keywords cost as much as the arithmetic
         return SensorInput(
             time,
@@ -225,17 +223,39 @@ class SensorSuite:
 add_former_names(SensorSuite, {"eyes": "cameras"})
 
 
-def _turned(vector: Floats, spin: Floats, time: float) -> Floats:
-    """Return a vector in the axes of a turning body a short time before, to second order."""
-    (a, b, c), (p, q, r) = vector.tolist(), (spin * time).tolist()
-    x, y, z = q * c - r * b, r * a - p * c, p * b - q * a
-    return np.array(
-        (
-            a + x + 0.5 * (q * z - r * y),
-            b + y + 0.5 * (r * x - p * z),
-            c + z + 0.5 * (p * y - q * x),
-        )
-    )
+def felt_by_links(  # noqa: PLR0917  one instant
+    rotations: Array,
+    linear: Array,
+    angular: Array,
+    before: Sequence[Array] | None,
+    gravity: float,
+    step: float,
+) -> tuple[Array, Array]:
+    """Return specific force and angular acceleration of all links, shape (L, 3) each.
+
+    They are means over the last step, link axes [m/s^2, rad/s^2]; at the start, without a step, the
+    specific force of a body at rest.
+
+    Args:
+        rotations: R_WL, shape (L, 3, 3).
+        linear: velocities of the link origins, world axes [m/s], shape (L, 3).
+        angular: world axes [rad/s], shape (L, 3).
+        before: the same velocities one step earlier; None at the start.
+        gravity: [m/s^2].
+        step: since then [s].
+    """
+    force = gravity * rotations[:, 2]
+    if before is None or step <= 0.0:
+        return force, 0.0 * force
+    force = unrotate(rotations, (linear - before[0]) / step) + force
+    rate = unrotate(rotations, (angular - before[1]) / step)
+    # a mean over the step is told in the axes of its middle, half a step's turn ago
+    half = unrotate(rotations, angular) * (0.5 * step)
+    both = namespace(force).concat((force, rate), axis=0)
+    twice = namespace(force).concat((half, half), axis=0)
+    first = cross(twice, both)
+    both = both + first + 0.5 * cross(twice, first)
+    return both[: len(force)], both[len(force) :]
 
 
 def carrier_of(name: str, sensor: Sensor, robot: RobotModel) -> int:

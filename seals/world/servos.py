@@ -35,8 +35,12 @@ class Servoing:
 
     def __init__(self, effects: EffectSet, robot: RobotModel, *, implicit: bool) -> None:
         """Find the drives and their inertia."""
-        self.armature = armature_of(effects, robot)
+        self.effects, self.armature = effects, armature_of(effects, robot)
         self.implicit = implicit and bool(effects.joint_drives and robot.tree.joints)
+
+    def drives(self, inputs: Inputs) -> bool:
+        """Return whether drives act that the body takes implicitly."""
+        return self.implicit and (inputs.joint_command is not None or self.armature is not None)
 
     def push(
         self, found: Evaluation, inputs: Inputs
@@ -45,7 +49,7 @@ class Servoing:
         force = inputs.joint_torque
         for _, more in found.joint_loads:
             force = force + more
-        if not self.implicit or (inputs.joint_command is None and self.armature is None):
+        if not self.drives(inputs):
             return force, None, None
         return force, summed([drive for _, drive in found.joint_drives]), self.armature
 

@@ -29,6 +29,7 @@ class BackendMujoco:
     Args:
         solver_iterations: most iterations of the contact solver.
         second_order: whether to use half-step velocities.
+        compiled: whether to compile the laws of all robots to machine code; needs llvmlite.
 
     Assumptions:
         Rigid links, meshes as convex hulls, Coulomb contacts; links of one robot do not touch each
@@ -49,6 +50,7 @@ class BackendMujoco:
 
     solver_iterations: int = 100
     second_order: bool = True
+    compiled: bool = False
 
     def __post_init__(self) -> None:
         """Keep the engine closed until `open`."""

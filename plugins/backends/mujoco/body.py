@@ -13,6 +13,9 @@ from seals.plugins.backends.mujoco.contacts import MujocoContacts
 from seals.plugins.backends.mujoco.scene import Scene
 from seals.robot.model import RobotModel
 
+_XYZW = np.array([1, 2, 3, 0])
+"""Order of a quaternion's parts in SEALS, by their places in the engine."""
+
 
 class MujocoBody:
     """A robot in the scene, see `seals.coupling.SolvingEngineBody`.
@@ -27,6 +30,7 @@ class MujocoBody:
     """
 
     top_speed = np.inf
+    base_turn = np.array([[0.0, 0.0, 0.0, 1.0]])
 
     def __init__(self, scene: Scene, robot: RobotModel, number: int) -> None:
         """Describe the robot to the engine."""
@@ -38,8 +42,9 @@ class MujocoBody:
         self._inertia: Floats | None = None
         self._force = np.zeros(robot.tree.joints)
         self._drive: ImplicitDrive | None = None
-        self._held = np.zeros(robot.tree.joints, dtype=bool)
+        self._held, self._bound = np.zeros(robot.tree.joints, dtype=bool), False
         self._pull = np.zeros(robot.tree.joints)
+        self._push, self._wrenched = np.zeros(6), True
 
     def bind(self) -> None:
         """Look up indices in the compiled model, and views of its arrays."""
@@ -55,6 +60,7 @@ class MujocoBody:
             at, first = int(m.jnt_qposadr[base]), int(m.jnt_dofadr[base])
             self._place, self._turn = d.qpos[at : at + 3], d.qpos[at + 3 : at + 7]
             self._linear, self._spin = d.qvel[first : first + 3], d.qvel[first + 3 : first + 6]
+            self._push = d.qfrc_applied[first : first + 6]
             every = [*range(first, first + 6), *turning]
         else:
             row = m.body_mocapid[self._rows[0]]
@@ -106,6 +112,10 @@ class MujocoBody:
         w, x, y, z = self._turn
         return self._place - self._arm(), np.array([x, y, z, w])
 
+    def native_pose(self) -> tuple[Floats, Floats]:
+        """Return the reference point of the base, and its attitude."""
+        return self._place, self._turn.take(_XYZW)
+
     def link_poses(self) -> tuple[Floats, Floats]:
         """Return origins and rotations of all links."""
         self._scene.posed()
@@ -154,6 +164,19 @@ class MujocoBody:
         both = np.matmul(wrenches.reshape(-1, 2, 3), rotations.transpose(0, 2, 1))
         both[:, 1] += cross(origins - self._centres.take(self._rows, axis=0), both[:, 0])
         self._pushed[self._rows] = both.reshape(-1, 6)
+        if not self._wrenched:
+            self._push[:] = 0.0
+            self._wrenched = True
+
+    def apply_generalised(self, force: Floats, joint_forces: Floats, origin: Floats) -> None:
+        """Apply a generalised force over the next step."""
+        if self._wrenched:
+            self._pushed[self._rows] = 0.0
+            self._wrenched = False
+        if self._free:
+            self._push[:3] = force[:3]
+            self._push[3:] = self._in_base(force[3:6])
+        self._force = joint_forces + force[self._lead :]
 
     def apply_joint_forces(self, forces: Floats) -> None:
         """Apply forces on the joints over the next step."""
@@ -183,7 +206,7 @@ class MujocoBody:
         if self._drive is not None:
             self._mass[self._diagonal] += self._drive.armature + self._drive.gain[0]
             force = force + self._drive.drive.force[0]
-            self._held[:] = False
+            self._held[:] = self._bound = False
         self._applied[self._dofs] = force
 
     def _in_coordinates(self, inertia: Floats) -> Floats:
@@ -200,16 +223,19 @@ class MujocoBody:
             return False
         drive, gain = self._drive.drive, self._drive.gain[0]
         change = self._qacc.take(self._dofs)
-        wanted = np.where(self._held, self._pull, drive.force[0] - gain * change)
-        limit = np.broadcast_to(drive.limit, drive.force.shape)[0]
+        wanted = drive.force[0] - gain * change
+        if self._bound:
+            wanted = np.where(self._held, self._pull, wanted)
+        limit = drive.limit[0] + np.zeros_like(wanted)
         beyond = (np.abs(wanted) > limit) & ~self._held
-        if not beyond.any():
+        if not np.count_nonzero(beyond):
             self._pull = wanted
             return False
         wanted[beyond] = np.copysign(limit[beyond], wanted[beyond])
         self._mass[self._diagonal[beyond]] -= gain[beyond]
         self._applied[self._dofs[beyond]] = (self._force + wanted)[beyond]
         self._held |= beyond
+        self._bound = True
         self._pull = wanted
         return True
 

@@ -33,6 +33,7 @@ class BackendPybullet:
     Args:
         solver_iterations: iterations of the contact solver.
         second_order: whether to use half-step velocities.
+        compiled: whether to compile the laws of all robots to machine code; needs llvmlite.
 
     Assumptions:
         Rigid links, Coulomb contacts with the default friction cone.
@@ -54,6 +55,7 @@ class BackendPybullet:
 
     solver_iterations: int = 50
     second_order: bool = True
+    compiled: bool = False
 
     def __post_init__(self) -> None:
         """Keep the engine closed until `open`."""

@@ -49,7 +49,7 @@ class PybulletBody:
         self._posing = Posing(engine, client, robot.tree, loaded)
         back = np.argsort(loaded.order)
         self._order, self._back = loaded.order.tolist(), back.tolist()
-        self._com_turn = loaded.base_turn
+        self.base_turn = loaded.base_turn
         self._turned = bool(np.any(loaded.base_turn[0, :3]))
         self._base = 0 if robot.tree.fixed_base else 6
         self._straight = self._order == list(range(len(self._order)))
@@ -64,7 +64,7 @@ class PybulletBody:
     def place(self, position: Floats, quaternion: Floats) -> None:
         """Set the pose of the base link."""
         rotation = matrix_of(quaternion[None])[0]
-        turn = multiply(quaternion[None], conjugate(self._com_turn))[0]
+        turn = multiply(quaternion[None], conjugate(self.base_turn))[0]
         self._p.resetBasePositionAndOrientation(
             self.body,
             (position + rotation @ self.reference).tolist(),
@@ -82,8 +82,15 @@ class PybulletBody:
         )
         quaternion = np.array(turn)
         if self._turned:
-            quaternion = multiply(quaternion[None], self._com_turn)[0]
+            quaternion = multiply(quaternion[None], self.base_turn)[0]
         return np.array(position) - matrix_of(quaternion[None])[0] @ self.reference, quaternion
+
+    def native_pose(self) -> tuple[Floats, Floats]:
+        """Return centre of mass and principal axes of the base."""
+        found: tuple[Floats, Floats] = self._p.getBasePositionAndOrientation(
+            self.body, physicsClientId=self._client
+        )
+        return found
 
     def link_poses(self) -> tuple[Floats, Floats]:
         """Return origins and rotations of all links."""
@@ -165,6 +172,16 @@ class PybulletBody:
                 push(self.body, link, force, points[k], frame, physicsClientId=client)
             if torque != _NOTHING:
                 twist(self.body, link, torque, frame, physicsClientId=client)
+
+    def apply_generalised(self, force: Floats, joint_forces: Floats, origin: Floats) -> None:
+        """Apply a generalised force over the next step."""
+        p, client, given = self._p, self._client, force.tolist()
+        if self._base:
+            place, frame = origin.tolist(), p.WORLD_FRAME
+            p.applyExternalForce(self.body, -1, given[:3], place, frame, physicsClientId=client)
+            p.applyExternalTorque(self.body, -1, given[3:6], frame, physicsClientId=client)
+        if self._joints:
+            self.apply_joint_forces(force[self._base :] + joint_forces)
 
     def apply_joint_forces(self, forces: Floats) -> None:
         """Apply forces on the joints over the next step."""

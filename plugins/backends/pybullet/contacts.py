@@ -27,7 +27,6 @@ class PybulletContacts:
         """Return points, forces and normal forces."""
         # positions, normal, its force, and two directions of friction with theirs
         table = np.array([(*q[5], *q[7], q[9], *q[11], q[10], *q[13], q[12]) for q in self._points])
-        force: Floats = sum(
-            (table[:, [c + 3]] * table[:, c : c + 3] for c in (3, 7, 11)), np.zeros(())
-        )
+        parts = table[:, 3:].reshape(-1, 3, 4)
+        force: Floats = np.matmul(parts[:, None, :, 3], parts[:, :, :3])[:, 0]
         return table[:, :3], force, table[:, 6]

@@ -1,0 +1,10 @@
+"""Compiler of laws for one robot: traced entry by entry, then machine code of plain arithmetic.
+
+A robot is so small that a call of NumPy costs more than its arithmetic. A law on the array API runs
+once on `Traced` arrays, whose entries are nodes of a graph; LLVM makes one function of the graph.
+"""
+
+from seals.world.scalar_compiler.kernel import Kernel, compiled
+from seals.world.scalar_compiler.traced import Traced, constant
+
+__all__ = ["Kernel", "Traced", "compiled", "constant"]

@@ -1,0 +1,147 @@
+"""The functions of the array API that laws use, on traced arrays: their namespace."""
+
+from __future__ import annotations
+
+import functools
+import operator
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from seals.multibody.linear import solve_symmetric
+from seals.world.scalar_compiler.graph import ELEMENTWISE, Node
+from seals.world.scalar_compiler.traced import Traced, constant, elementwise
+
+float64, int64 = np.dtype(np.float64), np.dtype(np.int64)
+
+globals().update({name: elementwise(name) for name in ELEMENTWISE})
+globals()["abs"] = globals()["absolute"]
+_apply: dict[str, Any] = {name: globals()[name] for name in ELEMENTWISE}
+
+
+def asarray(value: Any, *, dtype: Any = None, device: Any = None, copy: Any = None) -> Traced:
+    """Return numbers as an array."""
+    return constant(value)
+
+
+def astype(x: Traced, dtype: Any, *, copy: bool = True) -> Traced:
+    """Return conditions as numbers; numbers as they are."""
+    if x.dtype == np.bool_ and dtype == np.float64:
+        return _where(x, 1.0, 0.0)
+    return x
+
+
+def _where(*args: Any) -> Traced:
+    found: Traced = _apply["where"](*args)
+    return found
+
+
+def clip(x: Any, low: Any = None, high: Any = None, **more: Any) -> Traced:
+    """Return values within bounds."""
+    low, high = more.get("min", low), more.get("max", high)
+    found = x if low is None else _apply["maximum"](x, low)
+    return constant(found if high is None else _apply["minimum"](found, high))
+
+
+def _moving(name: str, *, several: bool = False) -> Any:
+    """Return NumPy's function, which moves entries without looking at them."""
+    law = getattr(np, name)
+
+    def apply(x: Any, *args: Any, **more: Any) -> Traced:
+        given = [constant(part).entries for part in x] if several else constant(x).entries
+        return Traced(law(given, *args, **more))
+
+    return apply
+
+
+concat, stack = _moving("concatenate", several=True), _moving("stack", several=True)
+permute_dims, reshape, squeeze = (_moving(n) for n in ("transpose", "reshape", "squeeze"))
+expand_dims, broadcast_to, repeat = (_moving(n) for n in ("expand_dims", "broadcast_to", "repeat"))
+
+
+def take(x: Any, index: Any, *, axis: int) -> Traced:
+    """Return entries along an axis, by an index of numbers."""
+    places = index.entries.astype(np.int64) if isinstance(index, Traced) else np.asarray(index)
+    return Traced(constant(x).entries.take(places, axis=axis))
+
+
+def zeros(shape: Any, *, dtype: Any = None, device: Any = None) -> Traced:
+    """Return zeros."""
+    return constant(np.zeros(shape))
+
+
+def zeros_like(x: Any, **more: Any) -> Traced:
+    """Return zeros."""
+    return constant(np.zeros(x.shape))
+
+
+def ones_like(x: Any, **more: Any) -> Traced:
+    """Return ones."""
+    return constant(np.ones(x.shape))
+
+
+def eye(size: int, *, dtype: Any = None, device: Any = None) -> Traced:
+    """Return the identity."""
+    return constant(np.eye(size))
+
+
+def _reduced(x: Any, name: str, axis: Any, keepdims: bool, empty: Any) -> Traced:
+    """Combine the entries along some axes in their order."""
+    entries, law = constant(x).entries, ELEMENTWISE[name]
+    chosen = range(entries.ndim) if axis is None else np.atleast_1d(axis)
+    for k in sorted((int(a) % entries.ndim for a in chosen), reverse=True):
+        parts = list(np.moveaxis(entries, k, 0))
+        whole = functools.reduce(np.frompyfunc(law, 2, 1), parts) if parts else empty
+        entries = np.asarray(whole, dtype=object)
+        entries = np.expand_dims(entries, k) if keepdims else entries
+    return Traced(entries)
+
+
+def _reduction(name: str, empty: Any) -> Any:
+    def apply(x: Any, axis: Any = None, *, keepdims: bool = False, dtype: Any = None) -> Traced:
+        return _reduced(x, name, axis, keepdims, empty)
+
+    return apply
+
+
+sum = _reduction("add", 0.0)
+any, all = _reduction("logical_or", False), _reduction("logical_and", True)
+max, min = _reduction("maximum", None), _reduction("minimum", None)
+
+
+def matmul(a: Any, b: Any) -> Traced:
+    """Return products of matrices; sums are taken in the order of the entries."""
+    x, y = constant(a).entries, constant(b).entries
+    if y.ndim == 1:
+        return matmul(a, Traced(y[:, None]))[..., 0]
+    if x.ndim == 1:
+        return matmul(Traced(x[None]), b)[..., 0, :]
+    products = _apply["multiply"](Traced(x[..., :, :, None]), Traced(y[..., None, :, :]))
+    found: Traced = sum(products, axis=-2)
+    return found
+
+
+def _solve(matrix: Any, right: Any) -> Traced:
+    """Solve symmetric positive definite systems, shapes (B, n, n) and (B, n, k)."""
+    m, b = constant(matrix).entries, constant(right).entries
+    out = np.empty(b.shape, dtype=object)
+    for k in np.ndindex(b.shape[:-2]):
+        own = m[k if len(m) > 1 else 0]
+        rows = [[None if _nothing(x) else _scalar(x) for x in row] for row in own]
+        for column in range(b.shape[-1]):
+            place = (*k, slice(None), column)
+            found = solve_symmetric(rows, [_scalar(x) for x in b[place]])
+            out[place] = [x.entries.item() for x in found]
+    return Traced(out)
+
+
+def _scalar(entry: Any) -> Traced:
+    return Traced(np.array(entry, dtype=object))
+
+
+def _nothing(entry: Any) -> bool:
+    return not isinstance(entry, Node) and operator.eq(entry, 0.0)
+
+
+linalg = SimpleNamespace(solve=_solve)

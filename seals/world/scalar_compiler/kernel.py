@@ -1,0 +1,159 @@
+"""Machine code of a law for one robot, kept on disk."""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import hashlib
+import itertools
+import os
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats, undecided
+from seals.caches import cache_folder
+from seals.errors import ConfigError, optional_import
+from seals.world.scalar_compiler.graph import Node, given
+from seals.world.scalar_compiler.llvm import text_of
+from seals.world.scalar_compiler.traced import Traced, constant
+
+
+class Kernel:
+    """Law as machine code: arrays of fixed shapes in, arrays out.
+
+    Args:
+        code: the engine that holds it, and the address of the function.
+        shapes: of the arguments.
+        results: of the law, numbers and nodes.
+        work: numbers that it keeps meanwhile.
+    """
+
+    def __init__(
+        self,
+        code: tuple[Any, int],
+        shapes: Sequence[tuple[int, ...]],
+        results: Sequence[Traced],
+        work: int,
+    ) -> None:
+        """Lay out the memory of arguments and results."""
+        self._engine, address = code
+        call = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 3)(address)
+        self._given, self._out = (
+            np.zeros(max(1, sum(_size(s) for s in part)))
+            for part in (shapes, [x.shape for x in results])
+        )
+        self._work = np.zeros(max(1, work))
+        self._places = [
+            v.reshape(s) for v, s in zip(_cut(self._given, shapes), shapes, strict=True)
+        ]
+        self._results = [(part, x.shape) for part, x in zip(_spans(results), results, strict=True)]
+        for view, x in zip(_cut(self._out, [r.shape for r in results]), results, strict=True):
+            view[:] = [0.0 if isinstance(e, Node) else e for e in x.entries.flat]
+        addresses = [x.ctypes.data for x in (self._given, self._out, self._work)]
+        self._run = functools.partial(call, *addresses)
+
+    def __call__(self, *values: Any) -> list[Floats]:
+        """Return the results for arguments of the traced shapes."""
+        for place, value in zip(self._places, values, strict=True):
+            place[...] = value
+        self._run()
+        out = self._out.copy()
+        return [out[part].reshape(shape) for part, shape in self._results]
+
+
+def compiled(law: Callable[..., Sequence[Any]], shapes: Sequence[tuple[int, ...]]) -> Kernel:
+    """Compile a law on the array API for arguments of some shapes.
+
+    The machine code is kept in the private cache folder, by its text. It does what the law does,
+    operation by operation, in double precision; products with a constant 0 are 0, and what the law
+    decides by numbers is decided as for an accelerator, see `seals.arrays.some`.
+
+    Args:
+        law: pure, of arrays; it returns arrays.
+        shapes: of its arguments.
+
+    Raises:
+        ConfigError: the law asks for a number to decide what it does, or llvmlite is not installed.
+    """
+    graph: dict[Any, Node] = {}
+    numbers = iter(range(sum(_size(s) for s in shapes)))
+    traced = [
+        Traced(np.array([given(next(numbers), graph) for _ in range(_size(s))], dtype=object))
+        for s in shapes
+    ]
+    try:
+        with undecided():
+            found = law(*(x.reshape(s) for x, s in zip(traced, shapes, strict=True)))
+    except ConfigError as problem:
+        raise ConfigError(
+            f"this robot cannot be compiled: {_place(problem)} {problem}.\nGive it one way for "
+            "all numbers, as seals.arrays.some says, or leave out backend.compiled"
+        ) from problem
+    results = [constant(x) for x in found]
+    text, work = text_of([entry for x in results for entry in x.entries.flat])
+    return Kernel(_machine_code(text), shapes, results, work)
+
+
+def _size(shape: tuple[int, ...]) -> int:
+    return int(np.prod(shape, dtype=int))
+
+
+def _spans(arrays: Sequence[Any]) -> list[slice]:
+    ends = np.cumsum([0, *(_size(x.shape) for x in arrays)]).tolist()
+    return [slice(a, b) for a, b in itertools.pairwise(ends)]
+
+
+def _cut(memory: Floats, shapes: Sequence[tuple[int, ...]]) -> list[Floats]:
+    ends = np.cumsum([0, *(_size(s) for s in shapes)]).tolist()
+    return [memory[a:b] for a, b in itertools.pairwise(ends)]
+
+
+def _place(problem: BaseException) -> str:
+    """Return file and line of a law that caused a problem."""
+    trace, place = problem.__traceback__, "a law"
+    while trace is not None:
+        name = trace.tb_frame.f_globals.get("__name__", "")
+        if not name.startswith(
+            ("numpy", "seals.world.scalar_compiler", "seals.arrays", "array_api")
+        ):
+            place = f"{name}, line {trace.tb_lineno}:"
+        trace = trace.tb_next
+    return place
+
+
+def _machine_code(text: str) -> tuple[Any, int]:
+    """Return an engine that holds the code, and the address of its function."""
+    llvm, machine = _target()
+    key = hashlib.sha256(f"{llvm.llvm_version_info} {machine.triple} {text}".encode()).hexdigest()
+    kept = cache_folder("kernels") / f"{key}.o"
+    if not kept.is_file():
+        module = llvm.parse_assembly(text)
+        module.verify()
+        _write(kept, machine.emit_object(module))
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
+    engine.add_object_file(llvm.object_file.ObjectFileRef.from_data(kept.read_bytes()))
+    engine.finalize_object()
+    return engine, engine.get_function_address("law")
+
+
+def _write(path: Path, data: bytes) -> None:
+    """Write a file that is whole or not there."""
+    number, name = tempfile.mkstemp(dir=path.parent)
+    with os.fdopen(number, "wb") as file:
+        file.write(data)
+    Path(name).replace(path)
+
+
+def _target() -> tuple[Any, Any]:
+    """Return LLVM and a fresh machine: an engine takes it over."""
+    with optional_import("backend.compiled needs the package llvmlite", "pip install llvmlite"):
+        from llvmlite import binding
+    binding.initialize_native_target()
+    binding.initialize_native_asmprinter()
+    target = binding.Target.from_default_triple()
+    # no features of this very processor: the same numbers on all of its kind
+    return binding, target.create_target_machine(opt=2, jit=True)

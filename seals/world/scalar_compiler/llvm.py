@@ -1,0 +1,141 @@
+"""Text of a graph in the language of LLVM: one function of pieces, double precision throughout."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from typing import Any
+
+from seals.world.scalar_compiler.graph import Node
+
+PIECE = 1500
+"""Operations of one function: the time to compile one grows faster than its length."""
+_PLAIN = {
+    **{"add": "fadd double", "subtract": "fsub double", "multiply": "fmul double"},
+    **{"divide": "fdiv double", "negative": "fneg double"},
+    **{"less": "fcmp olt double", "less_equal": "fcmp ole double"},
+    **{"equal": "fcmp oeq double", "not_equal": "fcmp une double"},
+    **{"and": "and i1", "or": "or i1", "not": "xor i1 1,"},
+}
+# a motion that is not a number stays one
+_EXTREME = {"maximum": "ugt", "minimum": "ult"}
+_INTRINSIC = {"sqrt": "llvm.sqrt.f64", "absolute": "llvm.fabs.f64", "floor": "llvm.floor.f64"}
+_LIBRARY = {"power": "pow", **{n: n for n in ("exp", "log", "sin", "cos", "tan", "tanh", "atan2")}}
+_LIBRARY |= {n: n for n in ("asin", "acos", "atan", "log1p", "expm1")}
+_TWO = frozenset({"pow", "atan2"})
+
+
+def text_of(outputs: Sequence[Any]) -> tuple[str, int]:
+    """Return the text of ``law(inputs, outputs, work)`` and the length of ``work``.
+
+    Args:
+        outputs: entries of the results; numbers are left out.
+    """
+    nodes = _needed([x for x in outputs if isinstance(x, Node)])
+    pieces = [nodes[k : k + PIECE] for k in range(0, len(nodes), PIECE)]
+    piece_of = {node: k for k, piece in enumerate(pieces) for node in piece}
+    shared: dict[Node, int] = {}
+    for node in nodes:
+        for x in node.args:
+            if isinstance(x, Node) and x.op != "input" and piece_of[x] != piece_of[node]:
+                shared.setdefault(x, len(shared))
+    wanted: dict[int, list[int]] = {}
+    for place, x in enumerate(outputs):
+        if isinstance(x, Node):
+            wanted.setdefault(piece_of[x], []).append(place)
+    lines = []
+    for k, piece in enumerate(pieces):
+        lines += _Function(k, piece, shared).written([(p, outputs[p]) for p in wanted.get(k, [])])
+    calls = [f"  call void @piece{k}(ptr %given, ptr %out, ptr %work)" for k in range(len(pieces))]
+    head = [f"declare double @{name}(double)" for name in _INTRINSIC.values()]
+    head += [
+        f"declare double @{n}(double{', double' if n in _TWO else ''})" for n in _LIBRARY.values()
+    ]
+    last = ["define void @law(ptr %given, ptr %out, ptr %work) {", *calls, "  ret void", "}"]
+    return "\n".join([*head, *lines, *last, ""]), len(shared)
+
+
+def _needed(outputs: Sequence[Node]) -> list[Node]:
+    """Return the nodes that some results are made of, each after its arguments."""
+    found, waiting = set(outputs), list(set(outputs))
+    while waiting:
+        new = [x for x in waiting.pop().args if isinstance(x, Node) and x not in found]
+        found.update(new)
+        waiting += new
+    return sorted(found, key=lambda node: node.number)
+
+
+class _Function:
+    """Text of one piece."""
+
+    def __init__(self, number: int, piece: list[Node], shared: dict[Node, int]) -> None:
+        self._head = f"define internal void @piece{number}(ptr noalias %given, ptr noalias %out, "
+        self._head += "ptr noalias %work) noinline {"
+        self._piece, self._shared = piece, shared
+        self._names: dict[Any, str] = {}
+        self.lines: list[str] = []
+
+    def written(self, outputs: list[tuple[int, Node]]) -> list[str]:
+        """Return the lines of the function.
+
+        Args:
+            outputs: places of results, and their nodes.
+        """
+        for node in self._piece:
+            name = self._names[node] = self._operation(node)
+            if node in self._shared:
+                self._store(self._number(node, name), "work", self._shared[node])
+        for place, node in outputs:
+            self._store(self._number(node, self._names[node]), "out", place)
+        return [self._head, *self.lines, "  ret void", "}"]
+
+    def _add(self, text: str) -> str:
+        name = f"%v{len(self.lines)}"
+        self.lines.append(f"  {name} = {text}")
+        return name
+
+    def _load(self, memory: str, place: int) -> str:
+        return self._add(f"load double, ptr {self._address(memory, place)}")
+
+    def _address(self, memory: str, place: int) -> str:
+        return self._add(f"getelementptr double, ptr %{memory}, i64 {place}")
+
+    def _store(self, name: str, memory: str, place: int) -> None:
+        self.lines.append(f"  store double {name}, ptr {self._address(memory, place)}")
+
+    def _number(self, node: Node, name: str) -> str:
+        """Return a condition as 0 or 1; a number as it is."""
+        return self._add(f"uitofp i1 {name} to double") if node.logical else name
+
+    def _given(self, x: Any) -> str:
+        """Return an argument as it stands in the text."""
+        if not isinstance(x, Node):
+            return str(int(x)) if isinstance(x, bool) else f"0x{_bits(x):016X}"
+        if x not in self._names:
+            if x.op == "input":
+                self._names[x] = self._load("given", x.args[0])
+            else:
+                name = self._load("work", self._shared[x])
+                self._names[x] = self._add(f"fcmp une double {name}, 0.0") if x.logical else name
+        return self._names[x]
+
+    def _operation(self, node: Node) -> str:
+        op = node.op
+        if op == "input":
+            return self._load("given", node.args[0])
+        given = [self._given(x) for x in node.args]
+        if op in _PLAIN:
+            return self._add(f"{_PLAIN[op]} {', '.join(given)}")
+        if op in _EXTREME:
+            which = self._add(f"fcmp {_EXTREME[op]} double {given[0]}, {given[1]}")
+            return self._add(f"select i1 {which}, double {given[0]}, double {given[1]}")
+        if op == "where":
+            kind = "i1" if node.logical else "double"
+            return self._add(f"select i1 {given[0]}, {kind} {given[1]}, {kind} {given[2]}")
+        law = _INTRINSIC.get(op) or _LIBRARY[op]
+        return self._add(f"call double @{law}({', '.join(f'double {x}' for x in given)})")
+
+
+def _bits(number: float) -> int:
+    found: int = struct.unpack("<Q", struct.pack("<d", number))[0]
+    return found
