@@ -43,6 +43,7 @@ GROUPS: Mapping[str, str] = MappingProxyType(
         "task": "seals.tasks",
         "reader": "seals.readers",
         "viewer": "seals.viewers",
+        "live": "seals.live",
         "conf": "seals.conf",
     }
 )

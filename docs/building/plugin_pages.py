@@ -29,6 +29,7 @@ TITLES = {
     "learner": "Learners",
     "reader": "Readers of logs",
     "viewer": "Viewers and renderers",
+    "live": "Live outputs to other programs",
     "robot": "Robots",
     "animal": "Animals",
 }

@@ -11,7 +11,7 @@ from seals.schema import later_defaults
 
 FREE = (
     *("name", "seed", "repeat", "resume", "checkpoint", "force", "viewer", "surface", "particles"),
-    "hide",
+    *("hide", "live"),
 )
 """Keys of a run that leave its world as it is."""
 

@@ -19,6 +19,7 @@ from seals.run.conflicting_settings import find_conflicts
 from seals.run.folder import write_config, write_cut, write_end, write_log, write_start
 from seals.run.goals import missed
 from seals.run.left_out import find_left_out
+from seals.run.live_output import opened
 from seals.run.particle_snapshots import Thinned
 from seals.run.provenance import provenance
 from seals.run.recorder import Recorder
@@ -154,9 +155,16 @@ def _run_into(
         facts.update({RUN_ID: id_of_log(folder) or new_id(), **found})
         write_start(folder, facts)
 
-    record = simulate(
-        settings, label=settings.name, started=begin, recorders=watching, kept=kept, folder=folder
-    )
+    with opened(settings.live, settings, folder) as outputs:
+        watching += outputs
+        record = simulate(
+            settings,
+            label=settings.name,
+            started=begin,
+            recorders=watching,
+            kept=kept,
+            folder=folder,
+        )
     record.log.meta["simulated"][RUN_ID] = facts[RUN_ID]
     write_log(folder, record, settings)
     remarks = missed(record) + find_unused(settings, overrides) + find_conflicts(settings)

@@ -21,7 +21,7 @@ from seals.run.settings import RunSettings
 from seals.schema import check_fields, check_tree
 
 PLAIN = ("environment", "initial", "time", "robot", "optics", "sight")
-SINGLE = ("backend", "wave", "fluid", "controller", "guide", "viewer")
+SINGLE = ("backend", "wave", "fluid", "controller", "guide", "viewer", "live")
 SEVERAL = ("effects", "sensors", "actuators")
 
 

@@ -104,6 +104,7 @@ class RunSettings:
         force: whether to take a model that was withdrawn.
         hide: effects that act in the run and that its log's nominal model does not hold: names of
             instances or of effects, ``waves`` for the waves.
+        live: output to other programs while the run goes on, or None.
     """
 
     name: str = "run"
@@ -137,3 +138,4 @@ class RunSettings:
     model: Any = None
     force: bool = False
     hide: list[str] = field(default_factory=list)
+    live: Any = None

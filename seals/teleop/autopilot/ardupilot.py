@@ -11,8 +11,9 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
+from seals.run.live_output import Pace
 from seals.teleop.autopilot.flight_state import FlightState
-from seals.teleop.autopilot.link import Pace, Range, Refusals, listen, silent
+from seals.teleop.autopilot.link import Range, Refusals, listen, silent
 
 PORT = 9002
 HEAD = struct.Struct("<HHI")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import socket
 import sys
-import time
 from typing import ClassVar, Protocol
 
 from seals.arrays import Floats
@@ -66,29 +65,6 @@ class Refusals:
         if reason not in self._said:
             self._said.add(reason)
             print(printable(f"refused: {reason} {details}".rstrip()), file=sys.stderr, flush=True)
-
-
-class Pace:
-    """Limit of the speed of a simulation against the clock.
-
-    Args:
-        speed: simulated seconds in one second of the clock, 0 for no limit.
-    """
-
-    def __init__(self, speed: float) -> None:
-        """Start at the first call of `wait`."""
-        self._speed = speed
-        self._began: float | None = None
-
-    def wait(self, now: float) -> None:
-        """Sleep until the clock has reached the simulated time ``now`` [s]."""
-        if self._speed <= 0.0:
-            return
-        clock = time.perf_counter() - now / self._speed
-        if self._began is None or now == 0.0:
-            self._began = clock
-        if clock < self._began:
-            time.sleep(self._began - clock)
 
 
 def listen(kind: socket.SocketKind, host: str, port: int) -> socket.socket:

@@ -1,0 +1,1 @@
+"""Outputs of a run while it goes on, to other programs."""

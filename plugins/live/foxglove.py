@@ -1,0 +1,202 @@
+"""Live output to Foxglove by its WebSocket protocol."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.errors import ConfigError, optional_import
+from seals.frames import quaternion_of
+from seals.plugins.live.foxglove_shapes import arrows, solids
+from seals.run.live_output import Beat, Pace
+from seals.run.settings import RunSettings
+from seals.schema import param, parameters_of
+from seals.world import World
+
+ROBOT, WORLD = "robot", "world"
+SHAPES = 1.0
+"""How often all shapes are sent [Hz]."""
+
+
+def sdk() -> Any:
+    """Return the package of Foxglove.
+
+    Raises:
+        MissingExtra: it is not installed.
+    """
+    with optional_import(
+        "live=foxglove needs foxglove-sdk", "Install it: pip install 'aam-seals[foxglove]'"
+    ):
+        import foxglove
+    return foxglove
+
+
+@dataclass(kw_only=True)
+class LiveFoxglove:
+    """Serves a run to Foxglove: poses, shapes, forces, readings, plots, parameters.
+
+    Args:
+        rate: of poses, forces and plots [Hz]; readings come at the rates of their sensors.
+        speed: simulated seconds in one second of the clock, at most; 0 for no limit.
+        host: address to listen on; the default is open to this machine alone.
+        port: to listen on, 0 for any that is free.
+        force_scale: length of an arrow for a force [m/N].
+    """
+
+    rate: float = param(30.0, "Hz", bounds=(0.1, 1e3), tolerance=0.0, source="chosen", fit=False)
+    speed: float = param(1.0, "1", bounds=(0.0, 1e3), tolerance=0.0, source="chosen", fit=False)
+    host: str = "127.0.0.1"
+    port: int = 8765
+    force_scale: float = param(
+        0.02, "m/N", bounds=(0.0, 100.0), tolerance=0.0, source="chosen", fit=False
+    )
+
+    def open(self, settings: RunSettings, folder: Path) -> None:
+        """Listen.
+
+        Raises:
+            MissingExtra: foxglove-sdk is not installed.
+            ConfigError: the address cannot be had.
+        """
+        if not 0 <= self.port < 1 << 16:
+            raise ConfigError(
+                f"live.port={self.port} is not allowed.\nAllowed: 1024 to 65535, or 0 for any"
+            )
+        foxglove = sdk()
+        self._beat, self._pace, self._shapes = Beat(self.rate), Pace(self.speed), Beat(SHAPES)
+        self._settings = settings
+        self._context = foxglove.Context()
+        # before anyone connects: the server may not know a channel yet that it has advertised
+        topics = ("/state", *(f"/sensors/{name}" for name in settings.sensors))
+        self._channels: dict[str, Any] = {
+            **{topic: self._json(topic) for topic in topics},
+            "/tf": foxglove.channels.FrameTransformsChannel("/tf", context=self._context),
+            "/scene": foxglove.channels.SceneUpdateChannel("/scene", context=self._context),
+        }
+        try:
+            self._server = foxglove.start_server(
+                name=f"SEALS {settings.name}",
+                host=self.host,
+                port=self.port,
+                context=self._context,
+                capabilities=[foxglove.Capability.Parameters, foxglove.Capability.Time],
+                server_listener=_listener(foxglove, settings),
+            )
+        except RuntimeError as error:
+            raise ConfigError(
+                f"live.host={self.host} live.port={self.port} cannot be listened on: "
+                f"{str(error)[:80]}.\nEnd the other program there, or choose another: live.port=0"
+            ) from error
+        print(
+            f"Foxglove: open a connection to ws://{self.host}:{self._server.port}, "
+            "or https://app.foxglove.dev/?ds=foxglove-websocket&ds.url="
+            f"ws://{self.host}:{self._server.port}",
+            flush=True,
+        )
+
+    def _json(self, topic: str) -> Any:
+        return sdk().Channel(topic, message_encoding="json", context=self._context)
+
+    def tick(self, world: World) -> None:
+        """Send what is new, and wait for the clock."""
+        now = round(world.time * 1e9)
+        actor = world.actors[ROBOT]
+        for taken, name, values in actor.sensor_suite.arrived:
+            reading = {k: _plain(v) for k, v in values.items()}
+            self._channels[f"/sensors/{name}"].log(reading, log_time=round(taken * 1e9))
+        if self._beat.due(world.time):
+            self._server.broadcast_time(now)
+            self._poses(world, now)
+            self._plots(world, now)
+        self._pace.wait(world.time)
+
+    def _poses(self, world: World, now: int) -> None:
+        """Send frames, shapes and forces."""
+        messages = sdk().messages
+        stamp = messages.Timestamp(now // 10**9, now % 10**9)
+        frames, entities = [], list[Any]()
+        if self._shapes.due(world.time):
+            # again and again: who connects late sees them, too
+            entities += solids(messages, stamp, self._settings, world)
+        for name, actor in world.actors.items():
+            kinematics, _ = actor.look()
+            origins, turns = kinematics.origins[0], kinematics.rotations[0]
+            space = "" if name == ROBOT else f"{name}/"
+            for k, link in enumerate(actor.robot.links):
+                x, y, z, w = quaternion_of(turns[k]).tolist()
+                frames.append(
+                    messages.FrameTransform(
+                        timestamp=stamp,
+                        parent_frame_id=WORLD,
+                        child_frame_id=f"{space}{link}",
+                        translation=messages.Vector3(**_xyz(origins[k])),
+                        rotation=messages.Quaternion(x=x, y=y, z=z, w=w),
+                    )
+                )
+            entities += arrows(messages, stamp, space, actor, self.force_scale)
+        self._channels["/tf"].log(messages.FrameTransforms(transforms=frames), log_time=now)
+        self._channels["/scene"].log(messages.SceneUpdate(entities=entities), log_time=now)
+
+    def _plots(self, world: World, now: int) -> None:
+        """Send the robot's state and commands as numbers to be plotted."""
+        actor = world.actors[ROBOT]
+        kinematics, moving = actor.look()
+        state: dict[str, Any] = {
+            "time": world.time,
+            "position": _xyz(kinematics.origins[0, 0]),
+            "velocity": _xyz(moving.twists[0, 0, :3]),
+            "angular_velocity": _xyz(moving.twists[0, 0, 3:]),
+            "joints": actor.body.joint_positions().tolist(),
+            "command": [] if actor.command is None else actor.command[0].tolist(),
+            "stage": "" if actor.pilot is None else actor.pilot.stage,
+        }
+        self._channels["/state"].log(state, log_time=now)
+
+    def close(self) -> None:
+        """Stop the server."""
+        for channel in self._channels.values():
+            channel.close()
+        self._server.stop()
+
+
+def _xyz(values: Floats) -> dict[str, float]:
+    return dict(zip("xyz", np.asarray(values, dtype=float).tolist(), strict=True))
+
+
+def _plain(values: Floats) -> Any:
+    """Three numbers as x, y, z, one as itself; those that are not finite as None."""
+    flat = [float(v) if np.isfinite(v) else None for v in np.reshape(values, -1)]
+    if len(flat) == 3:
+        return dict(zip("xyz", flat, strict=True))
+    return flat[0] if len(flat) == 1 else flat
+
+
+def _listener(foxglove: Any, settings: RunSettings) -> Any:
+    """Return what answers questions for parameters; they cannot be set while a run goes on."""
+    values: dict[str, float] = {"time.step": settings.time.step}
+    for section in ("effects", "actuators", "sensors"):
+        for name, plugin in getattr(settings, section).items():
+            for field in dataclasses.fields(plugin):
+                value = getattr(plugin, field.name)
+                if field.name in parameters_of(plugin) and isinstance(value, float):
+                    values[f"{section}.{name}.{field.name}"] = value
+    made = {key: foxglove.websocket.Parameter(key, value=value) for key, value in values.items()}
+
+    class Answers(foxglove.websocket.ServerListener):  # type: ignore[misc]  # untyped base
+        def on_get_parameters(
+            self, client: Any, param_names: list[str], request_id: str | None = None
+        ) -> list[Any]:
+            wanted = param_names or list(made)
+            return [made[name] for name in wanted if name in made]
+
+        def on_set_parameters(
+            self, client: Any, parameters: list[Any], request_id: str | None = None
+        ) -> list[Any]:
+            return [made[p.name] for p in parameters if p.name in made]
+
+    return Answers()
