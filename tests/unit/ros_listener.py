@@ -146,7 +146,7 @@ def listen(port: int, seconds: float) -> dict[str, Any]:
             session.put(key, twist(0.4))
             time.sleep(0.05)
             clock = seen["last"].get("boat/clock", {}).get("clock", {"sec": 0, "nanosec": 0})
-            if clock["sec"] + clock["nanosec"] * 1e-9 > 2.9:
+            if clock["sec"] + clock["nanosec"] * 1e-9 > 1.9:
                 break
         time.sleep(0.2)
     seen["numbers"] = {

@@ -73,7 +73,7 @@ def fly(mission: dict[str, Any], folder: Path, words: list[str]) -> dict[str, An
 def test_an_autopilot_takes_off_flies_to_a_place_and_lands(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """Every frame is one step; places are reached in the autopilot's axes; the run repeats."""
+    """Every frame is one step; places are reached in the autopilot's axes."""
     words = ["robot=crazyflie", "environment.ground_level=0", "initial.position=[0,0,0.016]"]
     seen = fly(FLIGHT, tmp_path / "flight", words)
     frames = 1 + round(RATE * sum(leg["seconds"] for leg in FLIGHT["legs"]))
@@ -98,13 +98,11 @@ def test_an_autopilot_takes_off_flies_to_a_place_and_lands(
     assert "the autopilot was silent for 2 s" in out
     assert "6 messages were refused" in out
     assert "a frame of a second autopilot" in err
-    assert main(["run", f"repeat={tmp_path / 'flight'}", f"hydra.run.dir={tmp_path / 'two'}"]) == 0
-    assert "bit for bit" in capfd.readouterr().out
 
 
 def test_an_autopilot_holds_the_depth_of_a_vehicle_under_water(tmp_path: Path) -> None:
     """Thrusters that stand still at 1500 us push both ways; 32 channels arrive."""
-    legs = [{"seconds": 6.0, "place": [0, 0, 2.0]}, {"seconds": 1.0, "place": [0, 0, 2.0]}]
+    legs = [{"seconds": 5.0, "place": [0, 0, 2.0]}, {"seconds": 0.5, "place": [0, 0, 2.0]}]
     mission = {"vehicle": "diver", "rate": 100, "channels": 32, "legs": legs}
     words = ["robot=auv", "water=fossen", "controller=thruster_pulses"]
     seen = fly(mission, tmp_path / "dive", [*words, "initial.position=[0,0,-1.5]"])

@@ -86,7 +86,7 @@ def test_foxglove_sees_poses_forces_readings_and_parameters(tmp_path: Path) -> N
     listener = Listener(free_port())
     listener.start()
     words = ["robot=auv", "water=fossen", "guide=hover", "initial.position=[0,0,-2]"]
-    live = ["live=foxglove", f"live.port={listener.port}", "time.duration=2"]
+    live = ["live=foxglove", f"live.port={listener.port}", "time.duration=1"]
     assert main(["run", *words, *live, f"hydra.run.dir={tmp_path / 'run'}"]) == 0
     listener.join(timeout=10)
     assert listener.protocol in ("foxglove.sdk.v1", "foxglove.websocket.v1")
@@ -111,7 +111,7 @@ def test_foxglove_sees_poses_forces_readings_and_parameters(tmp_path: Path) -> N
     assert listener.parameters["effects.water_drag.coefficient_z"] == 37.0
 
 
-@pytest.mark.parametrize("word", ["live.port=99999", "live.host=203.0.113.1", "live.prt=1"])
+@pytest.mark.parametrize("word", ["live.host=203.0.113.1", "live.prt=1"])
 def test_an_address_that_cannot_be_had_is_refused(
     word: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

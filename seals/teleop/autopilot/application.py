@@ -11,10 +11,10 @@ from seals.run.build import build_run
 from seals.run.folder import write_config
 from seals.run.settings import RunSettings
 from seals.run.simulation import Ending, Record
-from seals.schema import check_fields
+from seals.schema import check_fields, check_tree
 from seals.teleop.autopilot.ardupilot import PORT, ArduPilot
 from seals.teleop.autopilot.link import Link
-from seals.teleop.autopilot.settings import OWN, AutopilotSettings
+from seals.teleop.autopilot.settings import OWN, AutopilotSettings, Protocol
 from seals.teleop.autopilot.track import OUTPUTS
 
 
@@ -58,14 +58,26 @@ def open_link(config: Any, step: float) -> Any:
 
     Raises:
         ConfigError: the address cannot be had.
+        MissingExtra: the protocol needs a package that is not installed.
     """
     host, port = str(config.host), config.port
     given = (float(config.timeout), float(config.speed), step)
+    if config.protocol is Protocol.px4:
+        from omegaconf import OmegaConf
+
+        from seals.teleop.autopilot import px4
+
+        hil: Any = OmegaConf.to_object(config.hil)
+        chosen = px4.PORT if port is None else int(port)
+        return px4.Px4(host, chosen, *given, hil=hil, seed=int(config.seed))
     return ArduPilot(host, PORT if port is None else int(port), *given)
 
 
 def _check(config: Any, settings: RunSettings) -> None:
+    from omegaconf import OmegaConf
+
     check_fields(AutopilotSettings, {k: config[k] for k in ("timeout", "speed")}, where="")
+    check_tree(OmegaConf.to_object(config.hil), where="hil")
     for kind, usual, needed in (
         ("controller", "channels", "recorded"),
         ("guide", "external", "use"),
