@@ -15,8 +15,9 @@ from seals.learn.environments.batch_cameras import with_ball
 from seals.learn.environments.build import build_learning
 from seals.learn.environments.episode_frame import EpisodeFrame
 from seals.learn.policy import Policy
+from seals.learn.task import Task
 from seals.rendering import NOTHING, Light, Poses, Renderer, Scene
-from seals.view.films.application import draw, photographer_of, shooting_of
+from seals.view.films.application import Shooting, draw, photographer_of, shooting_of
 from seals.view.films.files import Frames
 from seals.view.films.film import refuse_missing, write_film
 from seals.view.films.settings import RenderSettings
@@ -108,11 +109,7 @@ def film(environment: Any, policy: Policy, seed: int, *, config: Any, path: Path
     settings, task = build_learning(config)
     episode = Episode(build_stage(settings), episode_frames(environment, policy, seed))
     look = RenderSettings()
-    shooting = shooting_of(episode, look, way=episode.way)
-    if not task.object:
-        # an object that is the target shows where it is by itself
-        ball = with_ball(shooting.scene, BALL * task.success_distance)
-        shooting = shooting._replace(scene=ball)
+    shooting = episode_shooting(episode, task, look, way=episode.way)
     photographer = photographer_of(settings.viewer)
     path.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix="seals_film_") as folder:
@@ -123,6 +120,22 @@ def film(environment: Any, policy: Policy, seed: int, *, config: Any, path: Path
             photographer.close()
         write_film(path, [frames.path(k) for k in range(len(shooting.times))], look.fps)
     return f"film: {path} ({len(shooting.times) / look.fps:.1f} s, start {seed})"
+
+
+def episode_shooting(episode: Episode, task: Task, look: RenderSettings, *, way: Way) -> Shooting:
+    """Prepare pictures of an episode, with a ball at the target.
+
+    Args:
+        episode: what is drawn.
+        task: with the size of the target.
+        look: of the pictures.
+        way: what the camera is to see.
+    """
+    found = shooting_of(episode, look, way=way)
+    if task.object:
+        # an object that is the target shows where it is by itself
+        return found
+    return found._replace(scene=with_ball(found.scene, BALL * task.success_distance))
 
 
 def episode_frames(environment: Any, policy: Policy, seed: int) -> list[EpisodeFrame]:

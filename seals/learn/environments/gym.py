@@ -14,10 +14,14 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from seals import registry
+from seals.errors import ConfigError, suggestion
 from seals.learn.environments.build import batched_of
+from seals.learn.environments.episode_frame import EpisodeFrame
 from seals.learn.environments.episodes import FARTHEST
 from seals.learn.observations import each
 
+MODES = ("human", "rgb_array")
+"""Ways in which one environment is drawn."""
 Numbers = NDArray[np.float32]
 
 
@@ -44,17 +48,37 @@ class SealsEnv(gymnasium.Env[Numbers, Numbers]):
         env: recipe of the group ``env``.
         backend: ``pybullet``, ``mujoco``, ``free`` or ``twin``; empty for the installed engine.
         overrides: Hydra overrides, for instance ``["task.duration=4", "robot=hexacopter"]``.
+        render_mode: ``rgb_array`` for images by `render`, ``human`` for a window, None for neither;
+            the ``viewer`` draws, ``overrides=["viewer=raycast"]`` chooses one.
 
     Raises:
         SealsError: an override is wrong, or the robot cannot do the task.
     """
 
-    metadata = {"render_modes": []}  # noqa: RUF012  the interface has it so
+    metadata = {"render_modes": list(MODES)}  # noqa: RUF012  the interface has it so
 
-    def __init__(self, env: str, *, backend: str = "", overrides: Sequence[str] = ()) -> None:
+    def __init__(
+        self,
+        env: str,
+        *,
+        backend: str = "",
+        overrides: Sequence[str] = (),
+        render_mode: str | None = None,
+    ) -> None:
         """Build the world once; every episode resets it."""
-        engine = backend or registry.default_backend()
-        self._batched = batched_of(composed(env, engine, overrides), count=1)
+        if render_mode is not None and render_mode not in MODES:
+            raise ConfigError(f"render_mode={render_mode}\n{suggestion(str(render_mode), MODES)}")
+        config = composed(env, backend or registry.default_backend(), overrides)
+        self.render_mode = render_mode
+        self._picture: Any = None
+        self._frame: Any = None
+        if render_mode is not None:
+            from seals.learn.picture import Picture
+
+            self._picture = Picture(config)
+        self._batched: Any = batched_of(config, count=1)
+        self.metadata = {**type(self).metadata, "render_fps": float(config.task.rate)}
+        self.observation_space: Any
         self.observation_space, self.action_space = _spaces(self._batched)
 
     def reset(
@@ -63,13 +87,20 @@ class SealsEnv(gymnasium.Env[Numbers, Numbers]):
         """Reset the environment; the seed determines the initial state."""
         super().reset(seed=seed)
         start = int(self.np_random.integers(1_000_000_000)) if seed is None else seed
-        return _numbers(self._batched.reset([start]), 0), {}
+        found = _numbers(self._batched.reset([start]), 0)
+        if self._picture is not None:
+            # a callback is told at once what stands where
+            self._batched.set_frame_callback(self._see)
+            self._picture.begin(self._frame)
+            self._show()
+        return found, {}
 
     def step(self, action: Numbers) -> tuple[Numbers, float, bool, bool, dict[str, Any]]:
         """Step one control period; quantities not known yet are left out of ``info``."""
         import torch
 
         turn = self._batched.step(torch.as_tensor(np.asarray(action, dtype=np.float32))[None])
+        self._show()
         values = {name: float(x[0]) for name, x in turn.facts.items()}
         facts = {name: value for name, value in values.items() if not math.isnan(value)}
         ended = bool(turn.terminated[0]), bool(turn.truncated[0])
@@ -80,9 +111,28 @@ class SealsEnv(gymnasium.Env[Numbers, Numbers]):
         found: Numbers = self._batched.scripted_policy().numpy()[0]
         return found
 
+    def render(self) -> NDArray[np.uint8] | None:
+        """Return the image of what the last step reached, shape (height, width, 3).
+
+        None without ``render_mode="rgb_array"``: a window is drawn by every step.
+        """
+        if self.render_mode != "rgb_array" or self._frame is None:
+            return None
+        found: NDArray[np.uint8] = self._picture.image(self._frame)
+        return found
+
     def close(self) -> None:
-        """Release the world."""
+        """Release the world and the window."""
         self._batched.close()
+        if self._picture is not None:
+            self._picture.close()
+
+    def _see(self, frame: EpisodeFrame) -> None:
+        self._frame = frame
+
+    def _show(self) -> None:
+        if self.render_mode == "human":
+            self._picture.show(self._frame, self._batched.task.rate)
 
 
 class SealsVectorEnv(VectorEnv[Numbers, Numbers, Any]):
