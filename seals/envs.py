@@ -10,6 +10,7 @@ Example:
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 IDS: Mapping[str, str] = {
     "SEALS/Reach-v0": "reach",
@@ -20,6 +21,8 @@ IDS: Mapping[str, str] = {
     "SEALS/CrabWalk-v0": "crab_walk",
 }
 """Recipe of the group ``env`` behind each id."""
+GOAL_IDS: Mapping[str, str] = {"SEALS/ReachGoal-v0": "reach"}
+"""Recipe behind each id of an environment with goals."""
 ROOM = "seals.learn.environments.gym"
 
 
@@ -35,6 +38,44 @@ def register() -> None:
                 vector_entry_point=f"{ROOM}:SealsVectorEnv",
                 kwargs={"env": env},
             )
+    for name, env in GOAL_IDS.items():
+        if name not in gymnasium.registry:
+            where = "seals.learn.environments.goal:SealsGoalEnv"
+            gymnasium.register(id=name, entry_point=where, kwargs={"env": env})
+
+
+def vec_env(name: str, num_envs: int, **kwargs: Any) -> Any:
+    """Return a batch of environments for the learners of Stable-Baselines3.
+
+    Args:
+        name: id of the environment.
+        num_envs: how many of them.
+        kwargs: of `seals.learn.environments.gym.SealsVectorEnv`.
+
+    Raises:
+        MissingExtra: stable-baselines3 is not installed.
+    """
+    import gymnasium
+
+    from seals.learn.environments.stable_baselines import BatchVecEnv
+
+    mode = "vector_entry_point"
+    return BatchVecEnv(gymnasium.make_vec(name, num_envs, vectorization_mode=mode, **kwargs))
+
+
+def parallel_env(env: str = "catch", **kwargs: Any) -> Any:
+    """Return an environment of two agents by PettingZoo's parallel interface.
+
+    Args:
+        env: recipe of the group ``env``.
+        kwargs: of `seals.learn.environments.parallel.SealsParallelEnv`.
+
+    Raises:
+        MissingExtra: pettingzoo is not installed.
+    """
+    from seals.learn.environments.parallel import SealsParallelEnv
+
+    return SealsParallelEnv(env, **kwargs)
 
 
 register()

@@ -11,7 +11,7 @@ from seals.learn.batched import StepResult
 from seals.learn.environments.episode_frame import FrameCallback
 from seals.learn.environments.episodes import FARTHEST
 from seals.learn.environments.world import WorldEnvironment
-from seals.learn.task import Task
+from seals.learn.task import Instant, Task
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -24,6 +24,9 @@ class SequentialEnvironments:
         worlds: N of one kind.
         device: of the tensors.
         seed: of the starts that are not asked for by seed.
+
+    Attributes:
+        reached: what the last step reached in the first world, before its episode began anew.
     """
 
     pixels: tuple[int, int, int] | None = None
@@ -36,6 +39,12 @@ class SequentialEnvironments:
         self.observation_size = len(task.observation_names)
         self.action_size = len(task.action_names)
         self._rng = np.random.default_rng(seed)
+        self.reached: Instant = worlds[0].now
+
+    @property
+    def now(self) -> Instant:
+        """Present state of the first world."""
+        return self.worlds[0].now
 
     def reset(self, seeds: Sequence[int] | None = None) -> Tensor:
         """Reset all environments; see `seals.learn.batched.Batched`."""
@@ -49,6 +58,7 @@ class SequentialEnvironments:
 
         rows = action.detach().cpu().numpy()
         steps = [world.step(row) for world, row in zip(self.worlds, rows, strict=True)]
+        self.reached = self.worlds[0].now
         verdicts = [s.verdict for s in steps]
         ended = np.array([bool(v.terminated[0] | v.truncated[0]) for v in verdicts])
         final = self._tensor([s.observation for s in steps]).clamp(-FARTHEST, FARTHEST)
