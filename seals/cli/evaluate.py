@@ -1,4 +1,4 @@
-"""``seals evaluate`` and ``seals record``: score a policy, or record its episodes."""
+"""``seals evaluate``, ``record``, ``export``: score a policy, record its episodes, hand it on."""
 
 from __future__ import annotations
 
@@ -27,6 +27,11 @@ def record(arguments: list[str]) -> int:
     """Record the episodes of a policy as demonstrations."""
     _one_thread()
     return launch("record", with_card(arguments), _application("demonstrations"))
+
+
+def export(arguments: list[str]) -> int:
+    """Export a policy as a file for other programs."""
+    return launch("export", arguments, Application("seals.learn.export", tidy=True))
 
 
 def with_card(arguments: Sequence[str]) -> list[str]:

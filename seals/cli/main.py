@@ -215,6 +215,16 @@ VERBS = {
         "  first    seed of the first start; keep=successes|all; most: attempts per episode\n"
         "  minari   id of a Minari data set to write as well; needs the package minari",
     ),
+    "export": Verb(
+        target="seals.cli.evaluate:export",
+        summary="export a policy as an ONNX file, for programs without PyTorch",
+        usage="policy=FOLDER [format=onnx] [out=policy.onnx] [replace=true]\n"
+        "  seals export policy=runs/some_training/policy out=reach.onnx\n"
+        "  seals export policy=crab/walk out=walk.onnx\n\n"
+        "  The file normalises observations itself and is compared with the policy before it is\n"
+        "  written; needs aam-seals[learn,export]\n\n"
+        "exit code: 0 written, 2 refused",
+    ),
     "view": Verb(
         target="seals.cli.hydra_app:view",
         summary="show a run in the browser: replay a folder, or start a live run",

@@ -14,6 +14,7 @@ _AT = {
     "convert": "seals.cli.convert_settings:ConvertSettings",
     "diagnose": "seals.sysid.report.settings:DiagnoseSettings",
     "evaluate": "seals.learn.evaluation.settings:EvaluateSettings",
+    "export": "seals.learn.export:ExportSettings",
     "learn": "seals.learn.settings:LearnSettings",
     "plan": "seals.sysid.experiment_design.settings:PlanSettings",
     "record": "seals.learn.demonstrations.settings:RecordSettings",
