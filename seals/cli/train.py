@@ -12,7 +12,7 @@ from seals.errors import ConfigError
 from seals.untrusted_io import read_plain_yaml
 
 RESUME = "resume"
-FREE = ("course", "threads", "film")
+FREE = ("course", "threads", "film", "track")
 """Keys that a training taken up again may change."""
 _TASK = Application("seals.learn.training.application")
 
@@ -39,7 +39,7 @@ def _refuse_changes(folder: Path, words: list[str]) -> None:
         if word.startswith("-") or word.partition("=")[0].partition(".")[0] not in FREE:
             raise ConfigError(
                 f"resume={folder}: {word} would make another training of it.\n"
-                "Allowed beside resume: course.KEY=VALUE, threads=NUMBER, film=true"
+                "Allowed beside resume: course.KEY=VALUE, threads=NUMBER, film=true, track=NAME"
             )
 
 

@@ -19,12 +19,13 @@ from seals.learn.training.loop import POLICY, Outcome, Training
 from seals.learn.training.schedule import TrainingSchedule
 from seals.learn.training.settings import OWN
 from seals.learn.training.setup import agent_of, environments
+from seals.learn.training.tracking import tracker_of
 from seals.learn.world_hash import world_hash
 from seals.logs.atomic import write_json
 from seals.run.stopping import ending
 from seals.state_tree import conform
 
-FREE = ("course", "resume", "threads", "name", "film")
+FREE = ("course", "resume", "threads", "name", "film", "track")
 """Keys that do not make another training."""
 
 
@@ -79,12 +80,16 @@ def train_into(
         from seals.learn.film import refuse_unfilmed
 
         refuse_unfilmed(config)
-    with environments(config) as (environment, eval_env):
+    with contextlib.ExitStack() as stack:
+        environment, eval_env = stack.enter_context(environments(config))
         agent, remarks = agent_of(config, environment)
         if config.backend.get("fused"):
             remarks.append("the first step compiles the twins, which takes some minutes")
         total = course.steps if agent.interactive else max(1, agent.due())
         metrics = {"success": "-"}
+        tracker = tracker_of(config.track, folder, facts)
+        if tracker is not None:
+            stack.callback(tracker.close)
         with progress("training", total, lambda: f"success {metrics['success']}") as tell:
             training = Training(
                 environment,
@@ -96,6 +101,7 @@ def train_into(
                 seed=int(config.seed),
                 tell=tell,
                 heard=lambda success: metrics.update(success=f"{success:.0%}"),
+                tracker=tracker,
             )
             if resume:
                 remarks += _resume(training, folder, config)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -17,6 +18,7 @@ from seals.learn.training.episode_statistics import EpisodeStatistics
 from seals.learn.training.rows import Rows
 from seals.learn.training.schedule import TrainingSchedule
 from seals.learn.training.scoring import Scores, score
+from seals.learn.training.tracking import Tracker
 
 if TYPE_CHECKING:
     from seals.learn.batched import Batched
@@ -58,6 +60,7 @@ class Training:
         seed: of the first episodes.
         tell: takes the number of control steps made, or of updates where there are no steps.
         heard: takes the share of successes of each evaluation.
+        tracker: takes the figures of all rows, too.
     """
 
     def __init__(
@@ -72,6 +75,7 @@ class Training:
         seed: int = 0,
         tell: Callable[[int], None] = lambda _: None,
         heard: Callable[[float], None] = lambda _: None,
+        tracker: Tracker | None = None,
     ) -> None:
         """Set up the statistics; nothing is written yet."""
         self.environment, self.agent, self.course = environment, agent, course
@@ -90,7 +94,7 @@ class Training:
         self._statistics = EpisodeStatistics(environment.count, environment.device)
         self._observation: Any = None
         self._rows: dict[str, Rows] = {}
-        self._board: Any = None
+        self._tracker = tracker
 
     def run(self) -> Outcome:
         """Train until the step budget or the target score is reached."""
@@ -161,8 +165,6 @@ class Training:
         if self.eval_env is None:
             self._save()
         remove_checkpoint(self.folder)
-        if self._board is not None:
-            self._board.close()
         return Outcome(self.step, self.updates, self.seconds, self.success, early)
 
     @property
@@ -222,15 +224,10 @@ class Training:
         return self._rows[name]
 
     def _chart(self, table: str, figures: Mapping[str, Any]) -> None:
-        if not self.course.tensorboard:
-            return
-        if self._board is None:
-            from seals.learn.training.tensorboard import tensorboard_writer
-
-            self._board = tensorboard_writer(self.folder)
-        for name, value in figures.items():
-            if name != "step" and value is not None:
-                self._board.add_scalar(f"{table}/{name}", value, self.step)
+        if self._tracker is not None:
+            known = {k: float(v) for k, v in figures.items() if k != "step" and v is not None}
+            row = {f"{table}/{k}": v for k, v in known.items() if math.isfinite(v)}
+            self._tracker.add(row, self.step)
 
     # keeping
 

@@ -20,7 +20,6 @@ class TrainingSchedule:
         stop_at: share of successes at which the training ends early; 0 for never [1].
         in_a_row: evaluations in a row that must reach it.
         checkpoint: wall time between two checkpoints; 0 for none [s].
-        tensorboard: whether figures are also written for TensorBoard.
     """
 
     steps: int = 50_000
@@ -32,7 +31,6 @@ class TrainingSchedule:
     checkpoint: float = param(
         60.0, "s", bounds=(0.0, 1e6), tolerance=0.0, source="chosen", fit=False
     )
-    tensorboard: bool = False
 
     def __post_init__(self) -> None:
         """Refuse numbers out of range.

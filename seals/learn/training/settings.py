@@ -22,6 +22,7 @@ OWN = (
     "varied",
     "varied_from",
     "film",
+    "track",
 )
 """Keys of a training that its environment does not have."""
 
@@ -48,6 +49,7 @@ class TrainSettings(LearnSettings):
             posterior, all else from the tolerances by ``varied``; twins only.
         film: whether a film of the trained policy is left beside it, one episode from a start of
             the evaluations, drawn by ``viewer``.
+        track: ``tensorboard``, ``mlflow`` or ``wandb`` to write the figures there, too.
     """
 
     name: str = "train"
@@ -65,3 +67,4 @@ class TrainSettings(LearnSettings):
     )
     varied_from: str | None = None
     film: bool = False
+    track: str | None = None
