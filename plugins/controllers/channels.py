@@ -96,6 +96,10 @@ class Channels(ControllerOptions):
     sense: ClassVar[str] = "truth"
     needs_mass_properties: ClassVar[bool] = False
 
+    def __post_init__(self) -> None:
+        """Take no autopilot's outputs as yet."""
+        self._link: Link | None = None
+
     def use(self, link: Link, step: float) -> None:
         """Take outputs of an autopilot at each step [s] instead of the script, and keep them."""
         self._link, self.rate = link, 1.0 / step
@@ -107,7 +111,7 @@ class Channels(ControllerOptions):
         Raises:
             ConfigError: a list does not fit the robot, or a range is empty.
         """
-        link: Link | None = getattr(self, "_link", None)
+        link = self._link
         self._script = None if link or not self.script else read_track(Path(self.script))
         layout, robot = plant.layout, plant.robot
         rotors = np.array([kind == "rotor" for kind in layout.kind], dtype=bool)
@@ -160,7 +164,7 @@ class Channels(ControllerOptions):
 
     def _outputs(self, now: RobotState, memory: ChannelsState) -> Floats | None:
         """Outputs of the autopilot that answer the present state, or those of the script."""
-        link: Link | None = getattr(self, "_link", None)
+        link = self._link
         if link is None:
             return None if self._script is None else self._script.at(now.time)
         if link.ended:

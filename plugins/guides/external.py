@@ -26,6 +26,10 @@ class External:
         1.0, "Hz", bounds=(1e-3, 1e4), tolerance=0.0, source="chosen: nothing changes", fit=False
     )
 
+    def __post_init__(self) -> None:
+        """Have no autopilot as yet."""
+        self._link: Link | None = None
+
     def use(self, link: Link) -> None:
         """End with a connection to an autopilot."""
         self._link = link
@@ -43,8 +47,7 @@ class External:
 
     def finished(self, memory: Any) -> bool | None:
         """Return True once the autopilot has gone."""
-        link = getattr(self, "_link", None)
-        return True if link is not None and link.ended else None
+        return True if self._link is not None and self._link.ended else None
 
     def stage(self, memory: Any) -> str:
         """Return ``autopilot``, the only stage."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
@@ -11,8 +12,11 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import optional_import
 from seals.frames import quaternion_of
+from seals.plugin_options import options_of
 from seals.plugins.live.ros_camera import camera_messages
+from seals.rendering.camera_view import Shot
 from seals.sensors.mount import Mount
+from seals.sensors.options import SensorOptions
 from seals.world import World
 from seals.world.actor import Actor
 from seals.world.sensor_suite import carrier_of
@@ -189,7 +193,7 @@ class Messages:
             )
         elif "picture" in values:
             view = actor.sensor_suite.cameras.get(name)
-            if view is not None and view.shot is not None:
+            if view is not None and isinstance(view.shot, Shot):
                 for topic, kind, value in camera_messages(self.store, head, view.shot):
                     yield Message(f"{name}/{topic}", kind, value)
 
@@ -209,18 +213,25 @@ class Messages:
         return Message(name, kind, imu)
 
     def _range(self, actor: Actor, name: str, head: Any, value: float) -> Message:
-        kind, sensor = "sensor_msgs/msg/Range", actor.sensors[name]
+        kind, limits = "sensor_msgs/msg/Range", options_of(actor.sensors[name], _Limits)
         echo = self.make(
             kind,
             header=head,
             radiation_type=0,
             field_of_view=0.0,
-            min_range=float(getattr(sensor, "nearest", 0.0)),
-            max_range=float(getattr(sensor, "farthest", np.inf)),
+            min_range=float(limits.nearest),
+            max_range=float(limits.farthest),
             range=value,
             variance=0.0,
         )
         return Message(name, kind, echo)
+
+
+class _Limits:
+    """Distances between which a range finder measures [m], where it states them."""
+
+    nearest: float = 0.0
+    farthest: float = math.inf
 
 
 def _mounted(actor: Actor) -> Iterator[tuple[str, str, Floats, Floats]]:
@@ -228,7 +239,7 @@ def _mounted(actor: Actor) -> Iterator[tuple[str, str, Floats, Floats]]:
     from seals.rendering.camera import OPTICAL
 
     for name, sensor in actor.sensors.items():
-        place = getattr(sensor, "position", [0.0, 0.0, 0.0])
-        mount = Mount(name, place, getattr(sensor, "rpy", [0.0, 0.0, 0.0]))
+        own = options_of(sensor, SensorOptions)
+        mount = Mount(name, own.position or [0.0, 0.0, 0.0], own.rpy or [0.0, 0.0, 0.0])
         turn = mount.turn @ OPTICAL if name in actor.sensor_suite.cameras else mount.turn
         yield actor.robot.links[carrier_of(name, sensor, actor.robot)], name, mount.arm, turn

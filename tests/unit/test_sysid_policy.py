@@ -24,6 +24,12 @@ def test_every_threshold_is_used() -> None:
     """A threshold that no decision reads would be a promise that changes nothing."""
     paths = (path for path in SYSID.rglob("*.py") if path != POLICY)
     text = "\n".join(path.read_text(encoding="utf-8") for path in paths)
+    # rules that the policy makes of its own thresholds, and that a decision reads
+    own = POLICY.read_text(encoding="utf-8")
+    rules = re.findall(r"    def (\w+)\(self\) -> TieRule:", own)
+    assert rules
+    assert all(re.search(rf"policy\.{rule}\b", text) for rule in rules)
+    text += own.replace("self.", "policy.")
     names = [f.name for f in (*fields(DecisionPolicy), *fields(SearchBudget))]
     # these three are read through `DecisionPolicy.response`
     names = [n for n in names if not n.startswith("response_")] + ["response"]

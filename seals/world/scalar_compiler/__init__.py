@@ -4,6 +4,7 @@ A robot is so small that a call of NumPy costs more than its arithmetic. A law o
 once on `Traced` arrays, whose entries are nodes of a graph; LLVM makes one function of the graph.
 """
 
+from seals.world.scalar_compiler import functions as functions
 from seals.world.scalar_compiler.kernel import Kernel, compiled
 from seals.world.scalar_compiler.traced import Traced, constant
 

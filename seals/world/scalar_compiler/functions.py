@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import operator
+import sys
 from types import SimpleNamespace
 from typing import Any
 
@@ -145,3 +146,4 @@ def _nothing(entry: Any) -> bool:
 
 
 linalg = SimpleNamespace(solve=_solve)
+Traced.namespace = sys.modules[__name__]

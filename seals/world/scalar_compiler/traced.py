@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from types import ModuleType
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,14 +34,14 @@ class Traced:
 
     __slots__ = ("entries",)
     device = "cpu"
+    namespace: ClassVar[Any] = None
+    """Its functions, which `seals.world.scalar_compiler.functions` puts here."""
 
     def __init__(self, entries: Any) -> None:
         self.entries: Entries = np.asarray(entries, dtype=object)
 
-    def __array_namespace__(self, *, api_version: str | None = None) -> ModuleType:
-        from seals.world.scalar_compiler import functions
-
-        return functions
+    def __array_namespace__(self, *, api_version: str | None = None) -> Any:
+        return Traced.namespace
 
     def __array__(self, *args: Any, **kwargs: Any) -> Any:
         raise ConfigError("a law asks NumPy for the numbers of an array")
