@@ -77,18 +77,22 @@ class OctahedralTable:
         shares = np.clip(0.5 + 0.5 * bend, INSET, 1.0 - INSET)
         levels = low[:, None] + (high - low)[:, None] * shares
         step = max(1, CHUNK // (hull.grain * (depths + 1)))
-        parts = [
-            hull.cut(ups[k : k + step], levels[k : k + step]) for k in range(0, len(ups), step)
-        ]
-        nodes = np.concatenate(parts)
+        # upper octants and lower ones, written in place: a fine table is 70 MB
+        table = np.empty((2, len(ups), depths + 1, 8))
+        nodes, turned = table
+        for k in range(0, len(ups), step):
+            nodes[k : k + step] = hull.cut(ups[k : k + step], levels[k : k + step])
         stride = BEND / (np.sin(BEND) * depths) * np.cos(np.linspace(-BEND, BEND, depths + 1))
         nodes[..., 4:] *= ((high - low)[:, None] * stride)[..., None]
         whole = np.array((1.0, *hull.centroid)) * hull.volume
         nodes[:, 0, :4], nodes[:, -1, :4] = 0.0, whole
         # a surface seen from below: what was wet is dry
-        turned = nodes[:, ::-1].copy()
-        turned[..., :4] = whole - turned[..., :4]
-        self._rows: Vector = np.concatenate((nodes, _opposite(turned))).reshape(-1, 8)
+        quarter = len(ups) // 4
+        for k in range(4):
+            here, there = (slice(j * quarter, (j + 1) * quarter) for j in (k, 3 - k))
+            turned[there] = nodes[here, ::-1]
+        np.subtract(whole, turned[..., :4], out=turned[..., :4])
+        self._rows: Vector = table.reshape(-1, 8)
         bounds = np.stack((low, high), axis=-1) - (ups @ hull.centroid)[:, None]
         bounds /= np.sqrt(((ups @ stretch) ** 2).sum(axis=1))[:, None]
         self._bounds: Vector = np.concatenate((bounds, _opposite(-bounds[:, ::-1])))
