@@ -25,6 +25,10 @@ from seals.testing.scenes import ARM_SIZE, LIMITS, Case, companions, start_of
 FLOOR = 2e-5
 """Error below which halving the step need not help: interpolated hulls and the reference itself."""
 
+MOST_WITHOUT = 16
+"""Motions without the effect under test that are kept."""
+_WITHOUT: dict[str, Track] = {}
+
 QUANTITIES = ("position", "attitude", "joints")
 
 
@@ -95,9 +99,6 @@ class Agreement:
                     f"{', '.join(case.scenes)}.\n"
                     "Look for a sign that drives the body, or give smaller values=."
                 ) from cause
-            without = simulate(
-                robot, _bind(robot, others), starts, step=SAMPLE, backend=self.backend, **run
-            )
             effects = _bind(robot, others, effect)
             found = [
                 errors(
@@ -106,6 +107,7 @@ class Agreement:
                 )
                 for step in self.steps
             ]
+            without = self._without(robot, others, case, starts)
         moved = errors(without, reference).max(axis=1)
         return tuple(
             SceneReport(
@@ -117,6 +119,28 @@ class Agreement:
             )
             for k, scene in enumerate(case.scenes)
         )
+
+    def _without(
+        self,
+        robot: RobotModel,
+        others: dict[str, Effect],
+        case: Case,
+        starts: Sequence[Configuration],
+    ) -> Track:
+        """Return the motion without the effect: many effects have the same companions."""
+        key = repr((others, case, self.duration, self.backend))
+        if key not in _WITHOUT:
+            if len(_WITHOUT) >= MOST_WITHOUT:
+                _WITHOUT.clear()
+            _WITHOUT[key] = simulate(
+                robot,
+                _bind(robot, others),
+                starts,
+                step=SAMPLE,
+                backend=self.backend,
+                duration=self.duration,
+            )
+        return _WITHOUT[key]
 
     def judge(self, report: SceneReport, *, least: float = 1.0) -> None:
         """Refuse errors above the limits and steps that do not converge.

@@ -44,7 +44,10 @@ ALLOWED = {
 
 def guesses(file: Path) -> int:
     """Count the calls of getattr with a literal name and a default."""
-    calls = (n for n in ast.walk(ast.parse(file.read_text("utf-8"))) if isinstance(n, ast.Call))
+    text = file.read_text("utf-8")
+    if "getattr(" not in text:
+        return 0
+    calls = (n for n in ast.walk(ast.parse(text)) if isinstance(n, ast.Call))
     return sum(
         isinstance(call.func, ast.Name)
         and call.func.id == "getattr"

@@ -31,7 +31,7 @@ from seals.learn.evaluation.result import summarise
 from seals.learn.evaluation.variants import variants_of, world_of
 from seals.learn.evaluation.words import rows_of, sentences
 from seals.learn.statistics.interval import wilson
-from seals.learn.world_hash import world_hash
+from seals.learn.world_hash import _placeless, world_hash
 
 torch = pytest.importorskip("torch", reason="the extra learn is not installed")
 pytest.importorskip("torchrl", reason="the extra learn is not installed")
@@ -398,3 +398,13 @@ def test_mistyped_words_are_refused(
     assert said in err
     assert len(err.splitlines()) == 2
     assert not (tmp_path / "runs").exists()
+
+
+def test_later_fields_count_only_beside_their_defaults() -> None:
+    """A field that its class got later is left out at its default, and no other field is."""
+    law = {"_target_": "seals.plugins.effects.quadratic_drag.DragQuadratic", "coefficient_x": 0.0}
+    assert _placeless({**law, "form": "per_axis", "axis": "x", "size_y": 0.0}) == law
+    changed = {**law, "form": "faces", "size_y": 0.2}
+    assert _placeless({"a": changed, "folder": "/here"}) == {"a": changed}
+    mass = {"_target_": "seals.plugins.effects.added_mass.AddedMass", "coupling": []}
+    assert _placeless({**mass, "floating": [], "floating_fraction": 0.5}) == mass
