@@ -107,6 +107,21 @@ def param(
     return field
 
 
+def setting(default: float, unit: str, *, bounds: tuple[float, float], source: str) -> float:
+    """Declare a float field that somebody chose: exact, and no fit changes it.
+
+    Args:
+        default: value, in ``unit``.
+        unit: SI unit as text.
+        bounds: lowest and highest admissible value.
+        source: why this value.
+
+    Raises:
+        ConfigError: the bounds are empty, or exclude the default.
+    """
+    return param(default, unit, bounds=bounds, tolerance=0.0, source=source, fit=False)
+
+
 def later_defaults(plugin: type) -> dict[str, Any]:
     """Return the defaults of the fields that a class got later, by name; see `LATER`.
 

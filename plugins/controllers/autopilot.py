@@ -29,7 +29,7 @@ from seals.control.mass_properties import MassPropertyEstimator
 from seals.control.model_wrench import model_wrench
 from seals.control.plant import Layout
 from seals.plugins.controllers.vehicle import VehicleController
-from seals.schema import param
+from seals.schema import setting
 from seals.state_records import state_record
 
 STEERED = (SURGE, YAW, PITCH, ROLL)
@@ -111,65 +111,35 @@ class Autopilot(VehicleController):
         Fossen 2021, Handbook of Marine Craft Hydrodynamics and Motion Control, ch. 15.
     """
 
-    rate: float = param(
-        50.0, "Hz", bounds=(0.1, 1e4), tolerance=0.0, source="chosen: every step", fit=False
-    )
+    rate: float = setting(50.0, "Hz", bounds=(0.1, 1e4), source="chosen: every step")
     sense: str = "truth"
     saturation: Saturation = Saturation.priority
     priority: list[str] = field(default_factory=lambda: ["surge+heave+pitch+yaw", "roll"])
-    position_gain: float = param(
-        0.2,
-        "1/s",
-        bounds=(0.0, 100.0),
-        tolerance=0.0,
-        source="chosen: slower than pitch",
-        fit=False,
+    position_gain: float = setting(
+        0.2, "1/s", bounds=(0.0, 100.0), source="chosen: slower than pitch"
     )
-    speed_gain: float = param(
-        1.0, "1/s", bounds=(0.0, 100.0), tolerance=0.0, source="chosen: 1 s", fit=False
+    speed_gain: float = setting(1.0, "1/s", bounds=(0.0, 100.0), source="chosen: 1 s")
+    speed_sum_gain: float = setting(0.2, "1/s^2", bounds=(0.0, 100.0), source="chosen: 5 s")
+    speed_sum_limit: float = setting(1.0, "m/s^2", bounds=(0.0, 100.0), source="chosen: drag")
+    heave_gain: float = setting(2.5, "1/s", bounds=(0.0, 100.0), source="chosen: as the station")
+    heave_sum_gain: float = setting(
+        1.0, "1/s^2", bounds=(0.0, 100.0), source="chosen: as the station"
     )
-    speed_sum_gain: float = param(
-        0.2, "1/s^2", bounds=(0.0, 100.0), tolerance=0.0, source="chosen: 5 s", fit=False
+    climb_gain: float = setting(0.5, "1", bounds=(0.0, 10.0), source="chosen: mostly fed forward")
+    climb_sum_gain: float = setting(0.3, "1/s", bounds=(0.0, 10.0), source="chosen: trim in 5 s")
+    pitch_limit: float = setting(0.5, "rad", bounds=(0.0, 1.2), source="chosen: 29 degrees")
+    turn_gain: float = setting(2.0, "1/s^2", bounds=(0.0, 1e4), source="chosen: 1.4 rad/s")
+    spin_gain: float = setting(2.2, "1/s", bounds=(0.0, 1e3), source="chosen: damping ratio 0.8")
+    turn_sum_gain: float = setting(0.05, "1/s^3", bounds=(0.0, 1e3), source="chosen: slow trim")
+    turn_sum_limit: float = setting(
+        0.3, "rad/s^2", bounds=(0.0, 1e3), source="chosen: half of fins"
     )
-    speed_sum_limit: float = param(
-        1.0, "m/s^2", bounds=(0.0, 100.0), tolerance=0.0, source="chosen: drag", fit=False
-    )
-    heave_gain: float = param(
-        2.5, "1/s", bounds=(0.0, 100.0), tolerance=0.0, source="chosen: as the station", fit=False
-    )
-    heave_sum_gain: float = param(
-        1.0, "1/s^2", bounds=(0.0, 100.0), tolerance=0.0, source="chosen: as the station", fit=False
-    )
-    climb_gain: float = param(
-        0.5, "1", bounds=(0.0, 10.0), tolerance=0.0, source="chosen: mostly fed forward", fit=False
-    )
-    climb_sum_gain: float = param(
-        0.3, "1/s", bounds=(0.0, 10.0), tolerance=0.0, source="chosen: trim in 5 s", fit=False
-    )
-    pitch_limit: float = param(
-        0.5, "rad", bounds=(0.0, 1.2), tolerance=0.0, source="chosen: 29 degrees", fit=False
-    )
-    turn_gain: float = param(
-        2.0, "1/s^2", bounds=(0.0, 1e4), tolerance=0.0, source="chosen: 1.4 rad/s", fit=False
-    )
-    spin_gain: float = param(
-        2.2, "1/s", bounds=(0.0, 1e3), tolerance=0.0, source="chosen: damping ratio 0.8", fit=False
-    )
-    turn_sum_gain: float = param(
-        0.05, "1/s^3", bounds=(0.0, 1e3), tolerance=0.0, source="chosen: slow trim", fit=False
-    )
-    turn_sum_limit: float = param(
-        0.3, "rad/s^2", bounds=(0.0, 1e3), tolerance=0.0, source="chosen: half of fins", fit=False
-    )
-    turn_limit: float = param(
-        0.25, "rad/s", bounds=(1e-3, 100.0), tolerance=0.0, source="chosen: fins stop it", fit=False
-    )
-    least_speed: float = param(
-        0.3, "m/s", bounds=(1e-3, 50.0), tolerance=0.0, source="chosen: no steerage way", fit=False
-    )
-    quicker: float = param(
-        1.0, "1", bounds=(1.0, 20.0), tolerance=0.0, source="chosen: as they are", fit=False
-    )
+    turn_limit: float = setting(0.25, "rad/s", bounds=(1e-3, 100.0), source="chosen: fins stop it")
+    least_speed: float = setting(0.3, "m/s", bounds=(1e-3, 50.0), source="chosen: no steerage way")
+    quicker: float = setting(1.0, "1", bounds=(1.0, 20.0), source="chosen: as they are")
+    turn_limit: float = setting(0.25, "rad/s", bounds=(1e-3, 100.0), source="chosen: fins stop it")
+    least_speed: float = setting(0.3, "m/s", bounds=(1e-3, 50.0), source="chosen: no steerage way")
+    quicker: float = setting(1.0, "1", bounds=(1.0, 20.0), source="chosen: as they are")
 
     def bind(self, plant: Plant) -> None:
         """Find fins, commanded axes and allocation of the robot.

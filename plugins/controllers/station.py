@@ -17,7 +17,7 @@ from seals.control.limbs import joint_targets
 from seals.control.model_wrench import model_wrench
 from seals.control.plant import Layout
 from seals.plugins.controllers.vehicle import VehicleController
-from seals.schema import param
+from seals.schema import setting
 from seals.state_records import state_record
 
 NEEDED = (SURGE, HEAVE, YAW)
@@ -84,56 +84,25 @@ class Station(VehicleController):
         Fossen 2011, Handbook of Marine Craft Hydrodynamics, ch. 12.
     """
 
-    rate: float = param(
-        250.0, "Hz", bounds=(1.0, 1e4), tolerance=0.0, source="chosen: every step", fit=False
-    )
+    rate: float = setting(250.0, "Hz", bounds=(1.0, 1e4), source="chosen: every step")
     sense: str = "truth"
     saturation: Saturation = Saturation.priority
     priority: list[str] = field(
         default_factory=lambda: ["roll+pitch", "yaw", "heave", "surge+sway"]
     )
-    position_gain: float = param(
-        0.8,
-        "1/s",
-        bounds=(0.0, 100.0),
-        tolerance=0.0,
-        source="chosen: below the speed's",
-        fit=False,
+    position_gain: float = setting(
+        0.8, "1/s", bounds=(0.0, 100.0), source="chosen: below the speed's"
     )
-    speed_gain: float = param(
-        2.5,
-        "1/s",
-        bounds=(0.0, 100.0),
-        tolerance=0.0,
-        source="chosen: thrusters lag 0.1 s",
-        fit=False,
+    speed_gain: float = setting(
+        2.5, "1/s", bounds=(0.0, 100.0), source="chosen: thrusters lag 0.1 s"
     )
-    sum_gain: float = param(
-        1.0,
-        "1/s^2",
-        bounds=(0.0, 100.0),
-        tolerance=0.0,
-        source="chosen: 2.5 s to settle",
-        fit=False,
-    )
-    sum_limit: float = param(
-        2.0, "m/s^2", bounds=(0.0, 100.0), tolerance=0.0, source="chosen: drag at 1 m/s", fit=False
-    )
-    turn_gain: float = param(
-        9.0, "1/s^2", bounds=(0.0, 1e4), tolerance=0.0, source="chosen: 3 rad/s", fit=False
-    )
-    spin_gain: float = param(
-        5.0, "1/s", bounds=(0.0, 1e3), tolerance=0.0, source="chosen: damping ratio 0.83", fit=False
-    )
-    turn_sum_gain: float = param(
-        3.0, "1/s^3", bounds=(0.0, 1e3), tolerance=0.0, source="chosen: 3 s to settle", fit=False
-    )
-    turn_sum_limit: float = param(
-        3.0, "rad/s^2", bounds=(0.0, 1e3), tolerance=0.0, source="chosen", fit=False
-    )
-    quicker: float = param(
-        2.0, "1", bounds=(1.0, 20.0), tolerance=0.0, source="chosen: noise grows with it", fit=False
-    )
+    sum_gain: float = setting(1.0, "1/s^2", bounds=(0.0, 100.0), source="chosen: 2.5 s to settle")
+    sum_limit: float = setting(2.0, "m/s^2", bounds=(0.0, 100.0), source="chosen: drag at 1 m/s")
+    turn_gain: float = setting(9.0, "1/s^2", bounds=(0.0, 1e4), source="chosen: 3 rad/s")
+    spin_gain: float = setting(5.0, "1/s", bounds=(0.0, 1e3), source="chosen: damping ratio 0.83")
+    turn_sum_gain: float = setting(3.0, "1/s^3", bounds=(0.0, 1e3), source="chosen: 3 s to settle")
+    turn_sum_limit: float = setting(3.0, "rad/s^2", bounds=(0.0, 1e3), source="chosen")
+    quicker: float = setting(2.0, "1", bounds=(1.0, 20.0), source="chosen: noise grows with it")
 
     def bind(self, plant: Plant) -> None:
         """Find the commanded axes, allocation, added mass and rest pose of the robot.

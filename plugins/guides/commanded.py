@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from seals.control import Plant, Reference, RobotState
-from seals.schema import param
+from seals.schema import setting
 
 
 @dataclass(kw_only=True)
@@ -23,9 +23,7 @@ class Commanded:
         0.5
     """
 
-    rate: float = param(
-        250.0, "Hz", bounds=(1.0, 1e4), tolerance=0.0, source="chosen: every step", fit=False
-    )
+    rate: float = setting(250.0, "Hz", bounds=(1.0, 1e4), source="chosen: every step")
 
     def __post_init__(self) -> None:
         """Start without a reference."""

@@ -16,7 +16,7 @@ from seals.control.tracking import Place, pursued
 from seals.errors import ConfigError
 from seals.robot.limbs import Arm
 from seals.robot.model import RobotModel
-from seals.schema import param, vector
+from seals.schema import setting, vector
 from seals.state_records import state_record
 
 WAVES = 4
@@ -62,29 +62,19 @@ class Hover:
         0.5
     """
 
-    rate: float = param(
-        250.0, "Hz", bounds=(1.0, 1e4), tolerance=0.0, source="chosen: every step", fit=False
-    )
+    rate: float = setting(250.0, "Hz", bounds=(1.0, 1e4), source="chosen: every step")
     position: list[float] = vector((), "m", bounds=(-1e5, 1e5), source="chosen: the start")
     yaw: list[float] = vector((), "rad", bounds=(-6.3, 6.3), source="chosen: the start")
     arm: ArmMotion = ArmMotion.stowed
-    frequency: float = param(
-        0.5, "Hz", bounds=(0.01, 10.0), tolerance=0.0, source="task 1 of the paper", fit=False
-    )
-    share: float = param(
-        1.0, "1", bounds=(0.0, 1.0), tolerance=0.0, source="chosen: the whole range", fit=False
-    )
-    delay: float = param(
-        3.0, "s", bounds=(0.0, 1e4), tolerance=0.0, source="chosen: rotors spin up", fit=False
-    )
+    frequency: float = setting(0.5, "Hz", bounds=(0.01, 10.0), source="task 1 of the paper")
+    share: float = setting(1.0, "1", bounds=(0.0, 1.0), source="chosen: the whole range")
+    delay: float = setting(3.0, "s", bounds=(0.0, 1e4), source="chosen: rotors spin up")
     seed: int = 1
-    position_gain: float = param(
-        1.8, "1/s", bounds=(0.0, 50.0), tolerance=0.0, source="chosen: below the speed's", fit=False
+    position_gain: float = setting(
+        1.8, "1/s", bounds=(0.0, 50.0), source="chosen: below the speed's"
     )
-    speed: float = param(1.0, "m/s", bounds=(0.0, 50.0), tolerance=0.0, source="chosen", fit=False)
-    tolerance: float = param(
-        0.05, "m", bounds=(0.0, 1e4), tolerance=0.0, source="chosen: 5 cm", fit=False
-    )
+    speed: float = setting(1.0, "m/s", bounds=(0.0, 50.0), source="chosen")
+    tolerance: float = setting(0.05, "m", bounds=(0.0, 1e4), source="chosen: 5 cm")
 
     def __post_init__(self) -> None:
         """Refuse lists of wrong length."""

@@ -13,7 +13,7 @@ from seals.control import Plant, Reference, RobotState
 from seals.control.line_of_sight import integral_rate, leg_position, los_angle
 from seals.control.protocols import Goal
 from seals.errors import ConfigError
-from seals.schema import param
+from seals.schema import setting
 from seals.state_records import state_record
 
 SHORT = 1e-3
@@ -68,26 +68,14 @@ class Los:
         6.0
     """
 
-    rate: float = param(
-        50.0, "Hz", bounds=(0.1, 1e4), tolerance=0.0, source="chosen: every step", fit=False
-    )
+    rate: float = setting(50.0, "Hz", bounds=(0.1, 1e4), source="chosen: every step")
     places: list[list[float]] = field(default_factory=lambda: [[20.0, 0.0, 0.0]])
-    speed: float = param(1.0, "m/s", bounds=(1e-3, 50.0), tolerance=0.0, source="chosen", fit=False)
-    lookahead: float = param(
-        6.0, "m", bounds=(0.01, 1e4), tolerance=0.0, source="chosen: 4 U / (1.4 rad/s)", fit=False
-    )
-    climb_lookahead: float = param(
-        6.0, "m", bounds=(0.01, 1e4), tolerance=0.0, source="chosen: see lookahead", fit=False
-    )
-    climb_limit: float = param(
-        0.4, "rad", bounds=(0.0, 1.5), tolerance=0.0, source="chosen: 23 degrees", fit=False
-    )
-    integral_gain: float = param(
-        0.0, "m/s", bounds=(0.0, 10.0), tolerance=0.0, source="chosen: no current", fit=False
-    )
-    acceptance: float = param(
-        2.0, "m", bounds=(0.0, 1e4), tolerance=0.0, source="chosen: two lengths", fit=False
-    )
+    speed: float = setting(1.0, "m/s", bounds=(1e-3, 50.0), source="chosen")
+    lookahead: float = setting(6.0, "m", bounds=(0.01, 1e4), source="chosen: 4 U / (1.4 rad/s)")
+    climb_lookahead: float = setting(6.0, "m", bounds=(0.01, 1e4), source="chosen: see lookahead")
+    climb_limit: float = setting(0.4, "rad", bounds=(0.0, 1.5), source="chosen: 23 degrees")
+    integral_gain: float = setting(0.0, "m/s", bounds=(0.0, 10.0), source="chosen: no current")
+    acceptance: float = setting(2.0, "m", bounds=(0.0, 1e4), source="chosen: two lengths")
     repeat: bool = False
 
     def __post_init__(self) -> None:

@@ -12,7 +12,7 @@ from seals.arrays import Floats
 from seals.control import Plant, Reference, RobotState
 from seals.control.tracking import Place, pursued
 from seals.errors import ConfigError
-from seals.schema import param, vector
+from seals.schema import setting, vector
 from seals.state_records import state_record
 
 
@@ -50,28 +50,18 @@ class Oval:
         20
     """
 
-    rate: float = param(
-        250.0, "Hz", bounds=(1.0, 1e4), tolerance=0.0, source="chosen: every step", fit=False
-    )
+    rate: float = setting(250.0, "Hz", bounds=(1.0, 1e4), source="chosen: every step")
     centre: list[float] = vector((0.0, 0.0, 0.0), "m", bounds=(-1e5, 1e5), source="the surface")
-    length: float = param(
-        2.0, "m", bounds=(0.0, 1e4), tolerance=0.0, source="chosen: four robots long", fit=False
-    )
-    height: float = param(
-        1.6, "m", bounds=(0.0, 1e4), tolerance=0.0, source="chosen: dry above, wet below", fit=False
-    )
-    direction: float = param(
-        0.0, "rad", bounds=(-6.3, 6.3), tolerance=0.0, source="world x", fit=False
-    )
-    period: float = param(20.0, "s", bounds=(0.1, 1e5), tolerance=0.0, source="chosen", fit=False)
+    length: float = setting(2.0, "m", bounds=(0.0, 1e4), source="chosen: four robots long")
+    height: float = setting(1.6, "m", bounds=(0.0, 1e4), source="chosen: dry above, wet below")
+    direction: float = setting(0.0, "rad", bounds=(-6.3, 6.3), source="world x")
+    period: float = setting(20.0, "s", bounds=(0.1, 1e5), source="chosen")
     laps: int = 20
-    start_time: float = param(
-        4.0, "s", bounds=(0.0, 1e4), tolerance=0.0, source="chosen: rotors spin up", fit=False
+    start_time: float = setting(4.0, "s", bounds=(0.0, 1e4), source="chosen: rotors spin up")
+    position_gain: float = setting(
+        1.5, "1/s", bounds=(0.0, 50.0), source="chosen: below the speed's"
     )
-    position_gain: float = param(
-        1.5, "1/s", bounds=(0.0, 50.0), tolerance=0.0, source="chosen: below the speed's", fit=False
-    )
-    speed: float = param(1.0, "m/s", bounds=(0.0, 50.0), tolerance=0.0, source="chosen", fit=False)
+    speed: float = setting(1.0, "m/s", bounds=(0.0, 50.0), source="chosen")
 
     def __post_init__(self) -> None:
         """Refuse a course without laps."""

@@ -15,7 +15,7 @@ from seals.control import Plant, Reference, RobotState
 from seals.control.key_events import held_after, read_track
 from seals.control.keymap import NEXT_ARM, stick_of
 from seals.control.tracking import Place, pursued
-from seals.schema import param
+from seals.schema import setting
 from seals.state_records import state_record
 from seals.teleop.device import Device, Script
 
@@ -70,26 +70,16 @@ class Stick:
         0.5
     """
 
-    rate: float = param(
-        50.0, "Hz", bounds=(1.0, 1e4), tolerance=0.0, source="chosen: a hand", fit=False
-    )
+    rate: float = setting(50.0, "Hz", bounds=(1.0, 1e4), source="chosen: a hand")
     script: str = ""
-    speed: float = param(0.8, "m/s", bounds=(0.0, 50.0), tolerance=0.0, source="chosen", fit=False)
-    climb: float = param(0.5, "m/s", bounds=(0.0, 50.0), tolerance=0.0, source="chosen", fit=False)
-    turn: float = param(0.8, "rad/s", bounds=(0.0, 20.0), tolerance=0.0, source="chosen", fit=False)
-    agility: float = param(
-        1.5, "m/s^2", bounds=(0.01, 100.0), tolerance=0.0, source="chosen", fit=False
-    )
-    joint_speed: float = param(
-        0.8, "rad/s", bounds=(0.0, 20.0), tolerance=0.0, source="chosen", fit=False
-    )
-    grip_speed: float = param(
-        1.5, "1/s", bounds=(0.0, 100.0), tolerance=0.0, source="chosen", fit=False
-    )
-    leash: float = param(0.5, "m", bounds=(0.01, 100.0), tolerance=0.0, source="chosen", fit=False)
-    position_gain: float = param(
-        1.8, "1/s", bounds=(0.0, 50.0), tolerance=0.0, source="chosen: as hover", fit=False
-    )
+    speed: float = setting(0.8, "m/s", bounds=(0.0, 50.0), source="chosen")
+    climb: float = setting(0.5, "m/s", bounds=(0.0, 50.0), source="chosen")
+    turn: float = setting(0.8, "rad/s", bounds=(0.0, 20.0), source="chosen")
+    agility: float = setting(1.5, "m/s^2", bounds=(0.01, 100.0), source="chosen")
+    joint_speed: float = setting(0.8, "rad/s", bounds=(0.0, 20.0), source="chosen")
+    grip_speed: float = setting(1.5, "1/s", bounds=(0.0, 100.0), source="chosen")
+    leash: float = setting(0.5, "m", bounds=(0.01, 100.0), source="chosen")
+    position_gain: float = setting(1.8, "1/s", bounds=(0.0, 50.0), source="chosen: as hover")
 
     def __post_init__(self) -> None:
         """Start without a device: the script leads."""

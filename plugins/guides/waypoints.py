@@ -14,7 +14,7 @@ from seals.control import Plant, Reference, RobotState
 from seals.control.protocols import Goal
 from seals.control.tracking import Place, minimum_jerk, pursued
 from seals.errors import ConfigError
-from seals.schema import param
+from seals.schema import setting
 from seals.state_records import state_record
 
 
@@ -57,21 +57,17 @@ class Waypoints:
         0.5
     """
 
-    rate: float = param(
-        250.0, "Hz", bounds=(1.0, 1e4), tolerance=0.0, source="chosen: every step", fit=False
-    )
+    rate: float = setting(250.0, "Hz", bounds=(1.0, 1e4), source="chosen: every step")
     places: list[list[float]] = field(default_factory=lambda: [[0.0, 0.0, 1.0]])
-    speed: float = param(0.5, "m/s", bounds=(1e-3, 50.0), tolerance=0.0, source="chosen", fit=False)
-    rest: float = param(1.0, "s", bounds=(0.0, 1e4), tolerance=0.0, source="chosen", fit=False)
-    delay: float = param(2.0, "s", bounds=(0.0, 1e4), tolerance=0.0, source="chosen", fit=False)
+    speed: float = setting(0.5, "m/s", bounds=(1e-3, 50.0), source="chosen")
+    rest: float = setting(1.0, "s", bounds=(0.0, 1e4), source="chosen")
+    delay: float = setting(2.0, "s", bounds=(0.0, 1e4), source="chosen")
     repeat: bool = False
     face_ahead: bool = False
-    position_gain: float = param(
-        1.8, "1/s", bounds=(0.0, 50.0), tolerance=0.0, source="chosen: below the speed's", fit=False
+    position_gain: float = setting(
+        1.8, "1/s", bounds=(0.0, 50.0), source="chosen: below the speed's"
     )
-    tolerance: float = param(
-        0.05, "m", bounds=(0.0, 1e4), tolerance=0.0, source="chosen: 5 cm", fit=False
-    )
+    tolerance: float = setting(0.05, "m", bounds=(0.0, 1e4), source="chosen: 5 cm")
 
     def __post_init__(self) -> None:
         """Refuse waypoints that are not finite positions."""

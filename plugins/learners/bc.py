@@ -12,7 +12,7 @@ from seals.learn.learner import Spaces, need_torch, whole
 from seals.learn.observations import tensors, vector
 from seals.learn.scaling import RunningNormaliser
 from seals.learn.seeding import first_weights, generator_of
-from seals.schema import param
+from seals.schema import setting
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -47,15 +47,11 @@ class BC:
     """
 
     hidden: list[int] = field(default_factory=lambda: [128, 128])
-    learning_rate: float = param(
-        1e-3, "1", bounds=(0.0, 1.0), tolerance=0.0, source="chosen", fit=False
-    )
-    weight_decay: float = param(
-        1e-4, "1", bounds=(0.0, 1.0), tolerance=0.0, source="chosen", fit=False
-    )
+    learning_rate: float = setting(1e-3, "1", bounds=(0.0, 1.0), source="chosen")
+    weight_decay: float = setting(1e-4, "1", bounds=(0.0, 1.0), source="chosen")
     batch: int = 256
     updates: int = 5000
-    held_out: float = param(0.1, "1", bounds=(0.0, 0.9), tolerance=0.0, source="chosen", fit=False)
+    held_out: float = setting(0.1, "1", bounds=(0.0, 0.9), source="chosen")
     look: int = 100
     normalise: bool = True
 

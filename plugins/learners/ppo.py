@@ -12,7 +12,7 @@ from seals.learn.observations import vector
 from seals.learn.replay.advantages import advantages
 from seals.learn.scaling import FORMS, RunningNormaliser, transform_reward
 from seals.learn.seeding import first_weights, generator_of
-from seals.schema import param
+from seals.schema import setting
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -56,24 +56,18 @@ class PPO:
     """
 
     hidden: list[int] = field(default_factory=lambda: [128, 128])
-    learning_rate: float = param(
-        3e-4, "1", bounds=(0.0, 1.0), tolerance=0.0, source=PROXIMAL, fit=False
-    )
-    gamma: float = param(0.99, "1", bounds=(0.0, 1.0), tolerance=0.0, source=PROXIMAL, fit=False)
-    decay: float = param(0.95, "1", bounds=(0.0, 1.0), tolerance=0.0, source=PROXIMAL, fit=False)
+    learning_rate: float = setting(3e-4, "1", bounds=(0.0, 1.0), source=PROXIMAL)
+    gamma: float = setting(0.99, "1", bounds=(0.0, 1.0), source=PROXIMAL)
+    decay: float = setting(0.95, "1", bounds=(0.0, 1.0), source=PROXIMAL)
     horizon: int = 64
     epochs: int = 5
     minibatches: int = 4
-    clip: float = param(0.2, "1", bounds=(0.0, 1.0), tolerance=0.0, source=PROXIMAL, fit=False)
-    deviation: float = param(
-        0.6, "1", bounds=(1e-3, 10.0), tolerance=0.0, source="chosen", fit=False
-    )
-    entropy: float = param(0.0, "1", bounds=(0.0, 1.0), tolerance=0.0, source="chosen", fit=False)
-    value: float = param(0.5, "1", bounds=(0.0, 10.0), tolerance=0.0, source="chosen", fit=False)
-    steepest: float = param(1.0, "1", bounds=(0.0, 1e3), tolerance=0.0, source="chosen", fit=False)
-    reward_scale: float = param(
-        1.0, "1", bounds=(1e-9, 1e9), tolerance=0.0, source="chosen", fit=False
-    )
+    clip: float = setting(0.2, "1", bounds=(0.0, 1.0), source=PROXIMAL)
+    deviation: float = setting(0.6, "1", bounds=(1e-3, 10.0), source="chosen")
+    entropy: float = setting(0.0, "1", bounds=(0.0, 1.0), source="chosen")
+    value: float = setting(0.5, "1", bounds=(0.0, 10.0), source="chosen")
+    steepest: float = setting(1.0, "1", bounds=(0.0, 1e3), source="chosen")
+    reward_scale: float = setting(1.0, "1", bounds=(1e-9, 1e9), source="chosen")
     reward_form: str = "plain"
 
     def __post_init__(self) -> None:

@@ -9,7 +9,7 @@ from seals.errors import ConfigError
 from seals.learn.learner import Spaces, need_torch, whole
 from seals.learn.replay.samplers import Uniform, as_torchrl_sampler
 from seals.plugins.learners.sac import SAC, SacAgent
-from seals.schema import param
+from seals.schema import setting
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -34,9 +34,7 @@ class RLPD(SAC):
 
     demonstrations: str = "buffer"
     layer_norm: bool = True
-    share: float = param(
-        0.5, "1", bounds=(0.0, 1.0), tolerance=0.0, source=f"{PRIOR}, section 4.1", fit=False
-    )
+    share: float = setting(0.5, "1", bounds=(0.0, 1.0), source=f"{PRIOR}, section 4.1")
     subset: int = 2
 
     def __post_init__(self) -> None:

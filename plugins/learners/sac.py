@@ -17,7 +17,7 @@ from seals.learn.replay.samplers import Uniform, as_torchrl_sampler
 from seals.learn.scaling import FORMS, RunningNormaliser, transform_reward
 from seals.learn.seeding import first_weights, generator_of
 from seals.learn.tanh_normal import TanhNormal
-from seals.schema import param
+from seals.schema import setting
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -67,33 +67,19 @@ class SAC:
     hidden: list[int] = field(default_factory=lambda: [128, 128])
     layer_norm: bool = False
     critics: int = 2
-    learning_rate: float = param(
-        3e-4, "1", bounds=(0.0, 1.0), tolerance=0.0, source=f"{PAPER}, table 1", fit=False
-    )
-    gamma: float = param(
-        0.99, "1", bounds=(0.0, 1.0), tolerance=0.0, source=f"{PAPER}, table 1", fit=False
-    )
-    tau: float = param(
-        0.005, "1", bounds=(0.0, 1.0), tolerance=0.0, source=f"{PAPER}, table 1", fit=False
-    )
+    learning_rate: float = setting(3e-4, "1", bounds=(0.0, 1.0), source=f"{PAPER}, table 1")
+    gamma: float = setting(0.99, "1", bounds=(0.0, 1.0), source=f"{PAPER}, table 1")
+    tau: float = setting(0.005, "1", bounds=(0.0, 1.0), source=f"{PAPER}, table 1")
     batch: int = 256
     capacity: int = 100_000
     random_steps: int = 1000
-    ratio: float = param(
-        0.5, "1", bounds=(0.0, 64.0), tolerance=0.0, source="chosen: one CPU core", fit=False
-    )
-    temperature: float = param(
-        0.1, "1", bounds=(1e-6, 100.0), tolerance=0.0, source="chosen", fit=False
-    )
-    entropy: float = param(
-        -1.0, "1", bounds=(-10.0, 1.0), tolerance=0.0, source=f"{PAPER}, section 5", fit=False
-    )
+    ratio: float = setting(0.5, "1", bounds=(0.0, 64.0), source="chosen: one CPU core")
+    temperature: float = setting(0.1, "1", bounds=(1e-6, 100.0), source="chosen")
+    entropy: float = setting(-1.0, "1", bounds=(-10.0, 1.0), source=f"{PAPER}, section 5")
     settle: int = 0
     steps: int = 1
     demonstrations: str = "none"
-    reward_scale: float = param(
-        1.0, "1", bounds=(1e-9, 1e9), tolerance=0.0, source="chosen", fit=False
-    )
+    reward_scale: float = setting(1.0, "1", bounds=(1e-9, 1e9), source="chosen")
     reward_form: str = "plain"
     normalise: bool = True
 

@@ -9,7 +9,7 @@ from seals.learn.learner import Spaces, need_torch, whole
 from seals.learn.replay.returns import Returns
 from seals.learn.replay.samplers import Prioritised, as_torchrl_sampler
 from seals.plugins.learners.sac import SAC, SacAgent
-from seals.schema import param
+from seals.schema import setting
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -49,20 +49,12 @@ class SACfD(SAC):
 
     demonstrations: str = "buffer"
     steps: int = 3
-    alpha: float = param(
-        0.6, "1", bounds=(0.0, 1.0), tolerance=0.0, source=f"{PRIORITY}, table 3", fit=False
-    )
-    beta: float = param(
-        0.4, "1", bounds=(0.0, 1.0), tolerance=0.0, source=f"{PRIORITY}, table 3", fit=False
-    )
+    alpha: float = setting(0.6, "1", bounds=(0.0, 1.0), source=f"{PRIORITY}, table 3")
+    beta: float = setting(0.4, "1", bounds=(0.0, 1.0), source=f"{PRIORITY}, table 3")
     anneal: int = 25_000
-    epsilon: float = param(
-        1e-3, "1", bounds=(0.0, 10.0), tolerance=0.0, source=f"{GIVEN}, section 4", fit=False
-    )
-    bonus: float = param(1.0, "1", bounds=(0.0, 100.0), tolerance=0.0, source="chosen", fit=False)
-    mix: float = param(
-        1.0, "1", bounds=(0.0, 10.0), tolerance=0.0, source=f"{GIVEN}, section 4", fit=False
-    )
+    epsilon: float = setting(1e-3, "1", bounds=(0.0, 10.0), source=f"{GIVEN}, section 4")
+    bonus: float = setting(1.0, "1", bounds=(0.0, 100.0), source="chosen")
+    mix: float = setting(1.0, "1", bounds=(0.0, 10.0), source=f"{GIVEN}, section 4")
     pretrain: int = 1000
 
     def __post_init__(self) -> None:

@@ -12,7 +12,7 @@ from seals.learn.augmentation import random_shift
 from seals.learn.learner import Spaces, need_torch, one_of, whole
 from seals.learn.replay.samplers import Uniform, as_torchrl_sampler
 from seals.plugins.learners.sac import SAC, SacAgent
-from seals.schema import param
+from seals.schema import setting
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -55,9 +55,7 @@ class VisualSAC(SAC):
     capacity: int = 20_000
     batch: int = 64
     steps: int = 3
-    ratio: float = param(
-        0.25, "1", bounds=(0.0, 64.0), tolerance=0.0, source="chosen: one CPU core", fit=False
-    )
+    ratio: float = setting(0.25, "1", bounds=(0.0, 64.0), source="chosen: one CPU core")
     channels: int = 32
     strides: list[int] = field(default_factory=lambda: [2, 2, 1, 1])
     features: int = 50

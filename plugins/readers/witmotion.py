@@ -14,7 +14,7 @@ from seals.arrays import Floats
 from seals.errors import LogError
 from seals.logs.log import Log
 from seals.logs.units import to_si
-from seals.schema import param
+from seals.schema import setting
 from seals.untrusted_io import read_bytes
 
 _MOST_BYTES = 1 << 26
@@ -60,7 +60,7 @@ class ReaderWitmotion:
 
     path: str = ""
     axes: list[str] = field(default_factory=lambda: ["x", "y", "z"])
-    rate: float = param(0.0, "Hz", bounds=(0.0, 1e5), tolerance=0.0, source="not set", fit=False)
+    rate: float = setting(0.0, "Hz", bounds=(0.0, 1e5), source="not set")
     meta: dict[str, Any] = field(default_factory=dict)
     name: str = ""
     licence: str = ""

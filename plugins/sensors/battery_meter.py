@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from seals.errors import ConfigError
-from seals.schema import param
+from seals.schema import param, setting
 from seals.sensors.instrument import Instrument, TrueValues
 from seals.sensors.noise import Noise
 from seals.sensors.onboard import RobotEquipment
@@ -51,18 +51,14 @@ class SensorBatteryMeter(Instrument):
         {'battery_voltage': 1, 'battery_current': 1}
     """
 
-    rate: float = param(10.0, "Hz", bounds=(0.01, 1e5), tolerance=0.0, source="chosen", fit=False)
+    rate: float = setting(10.0, "Hz", bounds=(0.01, 1e5), source="chosen")
     voltage_noise: float = param(0.01, "V", bounds=(0.0, 100.0), tolerance=0.01, source="chosen")
     voltage_bias: float = param(0.0, "V", bounds=(-100.0, 100.0), tolerance=0.05, source="chosen")
-    voltage_step: float = param(
-        0.0146, "V", bounds=(0.0, 100.0), tolerance=0.0, source="12 bit over 60 V", fit=False
-    )
+    voltage_step: float = setting(0.0146, "V", bounds=(0.0, 100.0), source="12 bit over 60 V")
     current_noise: float = param(0.05, "A", bounds=(0.0, 1e3), tolerance=0.05, source="chosen")
     current_bias: float = param(0.0, "A", bounds=(-1e3, 1e3), tolerance=0.1, source="chosen")
     current_error: float = param(0.0, "1", bounds=(-0.9, 0.9), tolerance=0.02, source="chosen")
-    current_step: float = param(
-        0.0293, "A", bounds=(0.0, 1e3), tolerance=0.0, source="12 bit over 120 A", fit=False
-    )
+    current_step: float = setting(0.0293, "A", bounds=(0.0, 1e3), source="12 bit over 120 A")
 
     def bind(self, outfit: RobotEquipment) -> None:
         """Refuse a robot without a battery.

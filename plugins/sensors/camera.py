@@ -14,7 +14,7 @@ from seals.rendering.camera import OPTICAL, Lens
 from seals.rendering.camera_view import Shot
 from seals.rendering.files import MILLIMETRE
 from seals.rendering.picture import Picture
-from seals.schema import optional, param
+from seals.schema import optional, param, setting
 from seals.sensors.mount import Mount
 from seals.sensors.mounted import MountedSensor
 from seals.sensors.protocol import SensorInput
@@ -68,13 +68,13 @@ class SensorCamera(MountedSensor):
 
     position: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
     rpy: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
-    rate: float = param(10.0, "Hz", bounds=(0.01, 1e4), tolerance=0.0, source="chosen", fit=False)
+    rate: float = setting(10.0, "Hz", bounds=(0.01, 1e4), source="chosen")
     width: int = 128
     height: int = 128
-    fov: float = param(1.22, "rad", bounds=(1e-3, 2.9), tolerance=0.0, source="chosen", fit=False)
+    fov: float = setting(1.22, "rad", bounds=(1e-3, 2.9), source="chosen")
     fov_vertical: float | None = optional("rad", bounds=(1e-3, 2.9), source="chosen")
-    near: float = param(0.02, "m", bounds=(1e-4, 1e4), tolerance=0.0, source="chosen", fit=False)
-    far: float = param(50.0, "m", bounds=(1e-3, 1e5), tolerance=0.0, source="chosen", fit=False)
+    near: float = setting(0.02, "m", bounds=(1e-4, 1e4), source="chosen")
+    far: float = setting(50.0, "m", bounds=(1e-3, 1e5), source="chosen")
     what: list[str] = field(default_factory=lambda: ["rgb", "depth"])
     depth_floor: float = param(0.0012, "m", bounds=(0.0, 1.0), tolerance=0.0005, source=_NGUYEN)
     depth_growth: float = param(0.0019, "1/m", bounds=(0.0, 1.0), tolerance=0.0005, source=_NGUYEN)

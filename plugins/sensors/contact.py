@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.schema import param
+from seals.schema import param, setting
 from seals.sensors.mounted import MountedSensor
 from seals.sensors.protocol import SensorInput
 
@@ -48,13 +48,13 @@ class SensorContact(MountedSensor):
         {'contact': 1, 'pressing': 1}
     """
 
-    rate: float = param(250.0, "Hz", bounds=(0.01, 1e5), tolerance=0.0, source="chosen", fit=False)
+    rate: float = setting(250.0, "Hz", bounds=(0.01, 1e5), source="chosen")
     threshold: float = param(
         0.05, "N", bounds=(1e-9, 1e4), tolerance=0.01, source="Jamali et al. 2015", fit=False
     )
     noise: float = param(0.02, "N", bounds=(0.0, 1e3), tolerance=0.01, source="chosen")
     gain_error: float = param(0.0, "1", bounds=(-0.9, 0.9), tolerance=0.05, source="chosen")
-    largest: float = param(50.0, "N", bounds=(1e-6, 1e6), tolerance=0.0, source="chosen", fit=False)
+    largest: float = setting(50.0, "N", bounds=(1e-6, 1e6), source="chosen")
 
     def channels(self) -> dict[str, int]:
         """Return the channels."""

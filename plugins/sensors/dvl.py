@@ -11,7 +11,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import ConfigError
-from seals.schema import param
+from seals.schema import param, setting
 from seals.sensors.instrument import Instrument, TrueValues
 from seals.sensors.mount import crossed
 from seals.sensors.noise import Noise
@@ -69,15 +69,9 @@ class SensorDvl(Instrument):
         3
     """
 
-    rate: float = param(
-        10.0, "Hz", bounds=(0.01, 1e3), tolerance=0.0, source="DVL-A50: 4 to 26 Hz", fit=False
-    )
-    beam_angle: float = param(
-        0.3927, "rad", bounds=(0.05, 1.4), tolerance=0.0, source="chosen: 22.5 deg", fit=False
-    )
-    azimuth: float = param(
-        0.7854, "rad", bounds=(-6.3, 6.3), tolerance=0.0, source="chosen: crosswise", fit=False
-    )
+    rate: float = setting(10.0, "Hz", bounds=(0.01, 1e3), source="DVL-A50: 4 to 26 Hz")
+    beam_angle: float = setting(0.3927, "rad", bounds=(0.05, 1.4), source="chosen: 22.5 deg")
+    azimuth: float = setting(0.7854, "rad", bounds=(-6.3, 6.3), source="chosen: crosswise")
     noise: float = param(
         0.01, "m/s", bounds=(0.0, 10.0), tolerance=0.005, source="chosen: 1 cm/s a ping"
     )
@@ -89,16 +83,10 @@ class SensorDvl(Instrument):
         0.001, "1", bounds=(0.0, 1.0), tolerance=0.001, source="chosen: 5 cm of 50 m"
     )
     spin_noise: float = param(0.005, "rad/s", bounds=(0.0, 1.0), tolerance=0.002, source="chosen")
-    nearest: float = param(0.05, "m", bounds=(0.0, 1e4), tolerance=0.0, source="DVL-A50", fit=False)
-    farthest: float = param(
-        50.0, "m", bounds=(1e-3, 1e4), tolerance=0.0, source="DVL-A50", fit=False
-    )
-    largest_tilt: float = param(
-        0.5236, "rad", bounds=(0.0, 1.5), tolerance=0.0, source="chosen: 30 deg", fit=False
-    )
-    fastest: float = param(
-        2.0, "m/s", bounds=(1e-3, 1e3), tolerance=0.0, source="DVL-A50: 2 m/s", fit=False
-    )
+    nearest: float = setting(0.05, "m", bounds=(0.0, 1e4), source="DVL-A50")
+    farthest: float = setting(50.0, "m", bounds=(1e-3, 1e4), source="DVL-A50")
+    largest_tilt: float = setting(0.5236, "rad", bounds=(0.0, 1.5), source="chosen: 30 deg")
+    fastest: float = setting(2.0, "m/s", bounds=(1e-3, 1e3), source="DVL-A50: 2 m/s")
     at_origin: bool = True
 
     def __post_init__(self) -> None:

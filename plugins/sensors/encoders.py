@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from seals.errors import ConfigError, suggestion
-from seals.schema import param
+from seals.schema import param, setting
 from seals.sensors.instrument import Instrument, TrueValues
 from seals.sensors.noise import Noise
 from seals.sensors.onboard import RobotEquipment
@@ -50,14 +50,9 @@ class SensorEncoders(Instrument):
     """
 
     joints: list[str] = field(default_factory=list)
-    rate: float = param(100.0, "Hz", bounds=(0.01, 1e5), tolerance=0.0, source="chosen", fit=False)
-    resolution: float = param(
-        0.001534,
-        "rad or m",
-        bounds=(0.0, 10.0),
-        tolerance=0.0,
-        source="AS5600: 4096 counts a turn",
-        fit=False,
+    rate: float = setting(100.0, "Hz", bounds=(0.01, 1e5), source="chosen")
+    resolution: float = setting(
+        0.001534, "rad or m", bounds=(0.0, 10.0), source="AS5600: 4096 counts a turn"
     )
     noise: float = param(0.0, "rad or m", bounds=(0.0, 10.0), tolerance=0.001, source="chosen")
     bias: float = param(0.0, "rad or m", bounds=(-10.0, 10.0), tolerance=0.005, source="chosen")

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from seals.errors import ConfigError
-from seals.schema import param
+from seals.schema import param, setting
 from seals.sensors.instrument import Instrument, TrueValues
 from seals.sensors.noise import Noise
 from seals.sensors.protocol import SensorInput
@@ -57,9 +57,7 @@ class SensorGps(Instrument):
         {'gps_position': 3, 'gps_velocity': 3}
     """
 
-    rate: float = param(
-        5.0, "Hz", bounds=(0.01, 1e3), tolerance=0.0, source="chosen: M8 goes to 10 Hz", fit=False
-    )
+    rate: float = setting(5.0, "Hz", bounds=(0.01, 1e3), source="chosen: M8 goes to 10 Hz")
     noise: float = param(0.3, "m", bounds=(0.0, 1e3), tolerance=0.2, source="chosen")
     noise_up: float = param(0.6, "m", bounds=(0.0, 1e3), tolerance=0.4, source="chosen: twice")
     drift: float = param(2.1, "m", bounds=(0.0, 1e3), tolerance=0.5, source=_CEP)
@@ -71,9 +69,7 @@ class SensorGps(Instrument):
         0.05, "m/s", bounds=(0.0, 100.0), tolerance=0.02, source="u-blox M8 data sheet"
     )
     bias: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
-    acquire: float = param(
-        1.0, "s", bounds=(0.0, 1e4), tolerance=0.0, source="u-blox M8: hot start", fit=False
-    )
+    acquire: float = setting(1.0, "s", bounds=(0.0, 1e4), source="u-blox M8: hot start")
 
     def __post_init__(self) -> None:
         """Check the bias."""

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.schema import param
+from seals.schema import param, setting
 from seals.sensors.mount import Mount
 from seals.sensors.mounted import MountedSensor
 from seals.sensors.protocol import SensorInput
@@ -67,7 +67,7 @@ class SensorImu(MountedSensor):
 
     position: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
     rpy: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
-    rate: float = param(250.0, "Hz", bounds=(0.01, 1e5), tolerance=0.0, source="chosen", fit=False)
+    rate: float = setting(250.0, "Hz", bounds=(0.01, 1e5), source="chosen")
     accelerometer_noise: float = param(
         2e-3,
         "m/s^2/sqrt(Hz)",
@@ -88,31 +88,19 @@ class SensorImu(MountedSensor):
     gyroscope_walk: float = param(
         1e-5, "rad/s/sqrt(s)", bounds=(0.0, 1.0), tolerance=1e-5, source="chosen"
     )
-    accelerometer_range: float = param(
-        156.9, "m/s^2", bounds=(1.0, 1e5), tolerance=0.0, source="16 g, datasheet", fit=False
+    accelerometer_range: float = setting(
+        156.9, "m/s^2", bounds=(1.0, 1e5), source="16 g, datasheet"
     )
-    gyroscope_range: float = param(
-        34.9, "rad/s", bounds=(0.1, 1e4), tolerance=0.0, source="2000 deg/s, datasheet", fit=False
+    gyroscope_range: float = setting(
+        34.9, "rad/s", bounds=(0.1, 1e4), source="2000 deg/s, datasheet"
     )
-    accelerometer_step: float = param(
-        4.79e-3,
-        "m/s^2",
-        bounds=(0.0, 10.0),
-        tolerance=0.0,
-        source="16 bit over 16 g, datasheet",
-        fit=False,
+    accelerometer_step: float = setting(
+        4.79e-3, "m/s^2", bounds=(0.0, 10.0), source="16 bit over 16 g, datasheet"
     )
-    gyroscope_step: float = param(
-        1.065e-3,
-        "rad/s",
-        bounds=(0.0, 1.0),
-        tolerance=0.0,
-        source="16 bit over 2000 deg/s, datasheet",
-        fit=False,
+    gyroscope_step: float = setting(
+        1.065e-3, "rad/s", bounds=(0.0, 1.0), source="16 bit over 2000 deg/s, datasheet"
     )
-    bandwidth: float = param(
-        0.0, "Hz", bounds=(0.0, 1e5), tolerance=0.0, source="chosen: none", fit=False
-    )
+    bandwidth: float = setting(0.0, "Hz", bounds=(0.0, 1e5), source="chosen: none")
 
     def __post_init__(self) -> None:
         """Turn mounting and errors into arrays."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import ConfigError, suggestion
-from seals.schema import param
+from seals.schema import param, setting
 from seals.sensors.mounted import MountedSensor
 from seals.sensors.protocol import SensorInput
 
@@ -48,12 +48,10 @@ class SensorLocator(MountedSensor):
     """
 
     target: str = ""
-    rate: float = param(50.0, "Hz", bounds=(0.01, 1e5), tolerance=0.0, source="chosen", fit=False)
+    rate: float = setting(50.0, "Hz", bounds=(0.01, 1e5), source="chosen")
     noise: float = param(0.01, "1", bounds=(0.0, 1.0), tolerance=0.005, source="chosen: 1 %")
     floor: float = param(0.001, "m", bounds=(0.0, 1.0), tolerance=0.001, source="chosen")
-    farthest: float = param(
-        20.0, "m", bounds=(1e-3, 1e5), tolerance=0.0, source="chosen", fit=False
-    )
+    farthest: float = setting(20.0, "m", bounds=(1e-3, 1e5), source="chosen")
 
     idles: ClassVar[bool] = True
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from seals.errors import ConfigError
-from seals.schema import param
+from seals.schema import param, setting
 from seals.sensors.instrument import Instrument, TrueValues
 from seals.sensors.noise import Noise
 from seals.sensors.protocol import SensorInput
@@ -50,16 +50,14 @@ class SensorMagnetometer(Instrument):
         {'magnetic_field': 3}
     """
 
-    rate: float = param(50.0, "Hz", bounds=(0.01, 1e4), tolerance=0.0, source="chosen", fit=False)
+    rate: float = setting(50.0, "Hz", bounds=(0.01, 1e4), source="chosen")
     east: float = param(1.2e-6, "T", bounds=(-1e-3, 1e-3), tolerance=1e-6, source="IGRF-13")
     north: float = param(2.0e-5, "T", bounds=(-1e-3, 1e-3), tolerance=1e-6, source="IGRF-13")
     up: float = param(-4.5e-5, "T", bounds=(-1e-3, 1e-3), tolerance=1e-6, source="IGRF-13")
     noise: float = param(3.5e-7, "T", bounds=(0.0, 1e-3), tolerance=1e-7, source="chosen")
     gain_error: float = param(0.0, "1", bounds=(-0.9, 0.9), tolerance=0.02, source="chosen")
     hard_iron: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
-    resolution: float = param(
-        1.46e-8, "T", bounds=(0.0, 1e-3), tolerance=0.0, source="LIS3MDL at 4 gauss", fit=False
-    )
+    resolution: float = setting(1.46e-8, "T", bounds=(0.0, 1e-3), source="LIS3MDL at 4 gauss")
 
     def __post_init__(self) -> None:
         """Check the hard-iron offset, and store the field as a vector."""

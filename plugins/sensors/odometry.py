@@ -11,7 +11,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.control.estimate import ORIENTATION, POSITION, SPIN, VELOCITY
 from seals.frames import exponential, multiply, quaternion_of
-from seals.schema import param
+from seals.schema import param, setting
 from seals.sensors.mounted import MountedSensor
 from seals.sensors.protocol import SensorInput
 
@@ -51,7 +51,7 @@ class SensorOdometry(MountedSensor):
         100.0
     """
 
-    rate: float = param(250.0, "Hz", bounds=(0.01, 1e5), tolerance=0.0, source="chosen", fit=False)
+    rate: float = setting(250.0, "Hz", bounds=(0.01, 1e5), source="chosen")
     position_noise: float = param(0.001, "m", bounds=(0.0, 10.0), source="chosen", **_SIGMA)
     velocity_noise: float = param(0.01, "m/s", bounds=(0.0, 10.0), source="chosen", **_SIGMA)
     attitude_noise: float = param(0.002, "rad", bounds=(0.0, 1.0), source="chosen", **_SIGMA)

@@ -10,7 +10,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.environment.seawater import FRESH_WATER
-from seals.schema import param
+from seals.schema import param, setting
 from seals.sensors.instrument import Instrument, TrueValues
 from seals.sensors.noise import Noise
 from seals.sensors.protocol import SensorInput
@@ -58,7 +58,7 @@ class SensorPressure(Instrument):
         {'pressure': 1, 'depth': 1}
     """
 
-    rate: float = param(50.0, "Hz", bounds=(0.01, 1e5), tolerance=0.0, source="chosen", fit=False)
+    rate: float = setting(50.0, "Hz", bounds=(0.01, 1e5), source="chosen")
     noise: float = param(20.0, "Pa", bounds=(0.0, 1e6), tolerance=10.0, source="MS5837: 0.2 mbar")
     bias: float = param(
         0.0, "Pa", bounds=(-1e6, 1e6), tolerance=100.0, source="zero: the offset is taken in air"
@@ -68,12 +68,8 @@ class SensorPressure(Instrument):
     drift_time: float = param(
         600.0, "s", bounds=(1e-3, 1e7), tolerance=300.0, source="chosen: slower than a dive"
     )
-    resolution: float = param(
-        20.0, "Pa", bounds=(0.0, 1e6), tolerance=0.0, source="MS5837: 0.2 mbar", fit=False
-    )
-    largest: float = param(
-        2.9e6, "Pa", bounds=(1.0, 2e8), tolerance=0.0, source="MS5837: 30 bar absolute", fit=False
-    )
+    resolution: float = setting(20.0, "Pa", bounds=(0.0, 1e6), source="MS5837: 0.2 mbar")
+    largest: float = setting(2.9e6, "Pa", bounds=(1.0, 2e8), source="MS5837: 30 bar absolute")
     density: float = param(
         round(FRESH_WATER, 1),
         "kg/m^3",
@@ -84,9 +80,7 @@ class SensorPressure(Instrument):
     gravity: float = param(
         9.81, "m/s^2", bounds=(0.1, 30.0), tolerance=0.02, source="standard gravity, rounded"
     )
-    shallowest: float = param(
-        0.02, "m", bounds=(-100.0, 100.0), tolerance=0.0, source="chosen: ten sigmas", fit=False
-    )
+    shallowest: float = setting(0.02, "m", bounds=(-100.0, 100.0), source="chosen: ten sigmas")
 
     def channels(self) -> dict[str, int]:
         """Return the channels."""

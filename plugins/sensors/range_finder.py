@@ -12,7 +12,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.effects.effect import MediumKind
 from seals.errors import ConfigError
-from seals.schema import param
+from seals.schema import param, setting
 from seals.sensors.instrument import Instrument, TrueValues
 from seals.sensors.noise import Noise
 from seals.sensors.protocol import SensorInput
@@ -64,21 +64,15 @@ class SensorRangeFinder(Instrument):
         {'range': 1, 'range_valid': 1}
     """
 
-    rate: float = param(20.0, "Hz", bounds=(0.01, 1e4), tolerance=0.0, source="chosen", fit=False)
-    nearest: float = param(0.1, "m", bounds=(0.0, 1e4), tolerance=0.0, source="TFmini", fit=False)
-    farthest: float = param(
-        12.0, "m", bounds=(1e-3, 1e4), tolerance=0.0, source="TFmini", fit=False
-    )
-    beam_width: float = param(
-        0.0, "rad", bounds=(0.0, 3.0), tolerance=0.0, source="chosen: one ray", fit=False
-    )
+    rate: float = setting(20.0, "Hz", bounds=(0.01, 1e4), source="chosen")
+    nearest: float = setting(0.1, "m", bounds=(0.0, 1e4), source="TFmini")
+    farthest: float = setting(12.0, "m", bounds=(1e-3, 1e4), source="TFmini")
+    beam_width: float = setting(0.0, "rad", bounds=(0.0, 3.0), source="chosen: one ray")
     noise: float = param(0.01, "m", bounds=(0.0, 100.0), tolerance=0.01, source="chosen")
     noise_share: float = param(0.005, "1", bounds=(0.0, 1.0), tolerance=0.005, source="chosen")
     bias: float = param(0.0, "m", bounds=(-100.0, 100.0), tolerance=0.02, source="chosen")
     gain_error: float = param(0.0, "1", bounds=(-0.5, 0.5), tolerance=0.01, source="chosen")
-    resolution: float = param(
-        0.005, "m", bounds=(0.0, 100.0), tolerance=0.0, source="TFmini: 5 mm", fit=False
-    )
+    resolution: float = setting(0.005, "m", bounds=(0.0, 100.0), source="TFmini: 5 mm")
     medium: MediumKind = MediumKind.any
     meets_surface: bool = True
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from seals.errors import ConfigError
-from seals.schema import param
+from seals.schema import param, setting
 from seals.sensors.instrument import Instrument, TrueValues
 from seals.sensors.noise import Noise
 from seals.sensors.onboard import RobotEquipment
@@ -50,18 +50,11 @@ class SensorRotorSpeed(Instrument):
         {'rotor_speed': 4}
     """
 
-    rate: float = param(50.0, "Hz", bounds=(0.01, 1e5), tolerance=0.0, source="chosen", fit=False)
+    rate: float = setting(50.0, "Hz", bounds=(0.01, 1e5), source="chosen")
     noise: float = param(1.0, "rad/s", bounds=(0.0, 1e4), tolerance=1.0, source="chosen")
     bias: float = param(0.0, "rad/s", bounds=(-1e4, 1e4), tolerance=1.0, source="chosen")
     gain_error: float = param(0.0, "1", bounds=(-0.9, 0.9), tolerance=0.001, source="chosen")
-    resolution: float = param(
-        1.496,
-        "rad/s",
-        bounds=(0.0, 1e4),
-        tolerance=0.0,
-        source="BLHeli_32, 7 pole pairs",
-        fit=False,
-    )
+    resolution: float = setting(1.496, "rad/s", bounds=(0.0, 1e4), source="BLHeli_32, 7 pole pairs")
 
     _rotors = 1
 

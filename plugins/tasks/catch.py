@@ -18,7 +18,7 @@ from seals.plugins.tasks.observation import ObservationKind, level_hand_offset
 from seals.plugins.tasks.reach import TaskReach
 from seals.plugins.tasks.rewards import Reward, near, unshaped
 from seals.robot.model import RobotModel
-from seals.schema import param, vector
+from seals.schema import setting, vector
 
 _BOX = (-1e4, 1e4)
 _OWN = ("x", "y", "height", "velocity_x", "velocity_y", "velocity_z", "spin_x", "spin_y", "spin_z")
@@ -26,9 +26,7 @@ _AWAY = ("target_x", "target_y", "target_z", "drift_x", "drift_y", "drift_z", "s
 
 
 def _number(default: float, unit: str, low: float, high: float, why: str) -> float:
-    return param(
-        default, unit, bounds=(low, high), tolerance=0.0, source=f"chosen: {why}", fit=False
-    )
+    return setting(default, unit, bounds=(low, high), source=f"chosen: {why}")
 
 
 @dataclass(kw_only=True)

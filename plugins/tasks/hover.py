@@ -9,7 +9,7 @@ import numpy as np
 from seals.arrays import Array
 from seals.learn.task import Draw, Instant
 from seals.plugins.tasks.reach import TaskReach
-from seals.schema import param, vector
+from seals.schema import setting, vector
 
 _BOX = (-1e4, 1e4)
 
@@ -32,9 +32,7 @@ class TaskHover(TaskReach):
         2.0
     """
 
-    hold: float = param(
-        2.0, "s", bounds=(0.0, 60.0), tolerance=0.0, source="chosen: a quarter", fit=False
-    )
+    hold: float = setting(2.0, "s", bounds=(0.0, 60.0), source="chosen: a quarter")
     start_low: list[float] = vector((-0.5, -0.5, 0.7), "m", bounds=_BOX, source="chosen: in air")
     start_high: list[float] = vector((0.5, 0.5, 1.7), "m", bounds=_BOX, source="chosen")
     target_low: list[float] = vector((0.0, 0.0, 1.2), "m", bounds=_BOX, source="chosen: in air")
@@ -64,12 +62,8 @@ class TaskStation(TaskHover):
         15.0
     """
 
-    duration: float = param(
-        15.0, "s", bounds=(0.1, 1e4), tolerance=0.0, source="chosen: 1.5 m, then 8 s", fit=False
-    )
-    speed: float = param(
-        0.5, "m/s", bounds=(0.01, 20.0), tolerance=0.0, source="chosen: half of its most", fit=False
-    )
+    duration: float = setting(15.0, "s", bounds=(0.1, 1e4), source="chosen: 1.5 m, then 8 s")
+    speed: float = setting(0.5, "m/s", bounds=(0.01, 20.0), source="chosen: half of its most")
     start_low: list[float] = vector((-0.7, -0.7, -2.7), "m", bounds=_BOX, source="chosen: wet")
     start_high: list[float] = vector((0.7, 0.7, -1.3), "m", bounds=_BOX, source="chosen: wet")
     target_low: list[float] = vector((0.0, 0.0, -2.0), "m", bounds=_BOX, source="chosen: wet")

@@ -10,7 +10,7 @@ import numpy as np
 from seals.arrays import Array, namespace
 from seals.learn.task import Draw, Instant
 from seals.plugins.tasks.hover import TaskHover
-from seals.schema import param
+from seals.schema import setting
 
 
 @dataclass(kw_only=True)
@@ -36,24 +36,12 @@ class TaskOval(TaskHover):
         20.0
     """
 
-    duration: float = param(
-        20.0, "s", bounds=(0.1, 1e4), tolerance=0.0, source="chosen: a lap", fit=False
-    )
-    success_distance: float = param(
-        0.1, "m", bounds=(1e-4, 10.0), tolerance=0.0, source="chosen", fit=False
-    )
-    hold: float = param(
-        15.0, "s", bounds=(0.0, 60.0), tolerance=0.0, source="chosen: most of a lap", fit=False
-    )
-    length: float = param(
-        2.0, "m", bounds=(0.0, 1e4), tolerance=0.0, source="as the guide oval", fit=False
-    )
-    height: float = param(
-        1.6, "m", bounds=(0.0, 1e4), tolerance=0.0, source="as the guide oval", fit=False
-    )
-    period: float = param(
-        20.0, "s", bounds=(0.1, 1e5), tolerance=0.0, source="as the guide oval", fit=False
-    )
+    duration: float = setting(20.0, "s", bounds=(0.1, 1e4), source="chosen: a lap")
+    success_distance: float = setting(0.1, "m", bounds=(1e-4, 10.0), source="chosen")
+    hold: float = setting(15.0, "s", bounds=(0.0, 60.0), source="chosen: most of a lap")
+    length: float = setting(2.0, "m", bounds=(0.0, 1e4), source="as the guide oval")
+    height: float = setting(1.6, "m", bounds=(0.0, 1e4), source="as the guide oval")
+    period: float = setting(20.0, "s", bounds=(0.1, 1e5), source="as the guide oval")
 
     def draw(self, rng: np.random.Generator, count: int) -> Draw:
         """Return random starts within 0.2 m of the topmost point."""

@@ -18,7 +18,7 @@ from seals.plugins.tasks.observation import (
 )
 from seals.plugins.tasks.rewards import Reward, length, near, unshaped
 from seals.robot.model import RobotModel
-from seals.schema import param, vector
+from seals.schema import setting, vector
 
 EXPERT_GAIN = 1.5
 """Of the expert's velocity against the distance [1/s]."""
@@ -60,21 +60,13 @@ class TaskReach(Task):
         0.05
     """
 
-    rate: float = param(
-        25.0, "Hz", bounds=(1.0, 250.0), tolerance=0.0, source="chosen: ten steps", fit=False
-    )
-    duration: float = param(
-        8.0, "s", bounds=(0.1, 1e4), tolerance=0.0, source="chosen: 3 m at half speed", fit=False
-    )
-    speed: float = param(1.0, "m/s", bounds=(0.01, 20.0), tolerance=0.0, source="chosen", fit=False)
+    rate: float = setting(25.0, "Hz", bounds=(1.0, 250.0), source="chosen: ten steps")
+    duration: float = setting(8.0, "s", bounds=(0.1, 1e4), source="chosen: 3 m at half speed")
+    speed: float = setting(1.0, "m/s", bounds=(0.01, 20.0), source="chosen")
     sight: ObservationKind = ObservationKind.full
     reward_form: Reward = Reward.shaped
-    success_distance: float = param(
-        0.05, "m", bounds=(1e-4, 10.0), tolerance=0.0, source="opening of the hand", fit=False
-    )
-    hold: float = param(
-        0.2, "s", bounds=(0.0, 60.0), tolerance=0.0, source="chosen: the hand closes", fit=False
-    )
+    success_distance: float = setting(0.05, "m", bounds=(1e-4, 10.0), source="opening of the hand")
+    hold: float = setting(0.2, "s", bounds=(0.0, 60.0), source="chosen: the hand closes")
     ends: bool = False
     shuffled: bool = False
     arm: list[float] = vector((), "rad or m", bounds=(-1e3, 1e3), source="chosen: straight down")
@@ -84,26 +76,11 @@ class TaskReach(Task):
         (-0.7, -0.7, -1.0), "m", bounds=_BOX, source="chosen: in water"
     )
     target_high: list[float] = vector((0.7, 0.7, 0.6), "m", bounds=_BOX, source="chosen: in air")
-    clearance: float = param(
-        0.0, "m", bounds=(0.0, 10.0), tolerance=0.0, source="chosen: none", fit=False
-    )
-    overspeed: float = param(
-        1.5, "m/s", bounds=(0.0, 100.0), tolerance=0.0, source="chosen: paper gives none", fit=False
-    )
-    width: float = param(
-        0.1, "m", bounds=(1e-4, 10.0), tolerance=0.0, source="chosen: twice the success", fit=False
-    )
-    bonus: float = param(
-        1.0, "m", bounds=(0.0, 100.0), tolerance=0.0, source="chosen: of the way's size", fit=False
-    )
-    smooth: float = param(
-        0.1,
-        "m",
-        bounds=(0.0, 10.0),
-        tolerance=0.0,
-        source="chosen: of 0.02, 0.1 and 0.3",
-        fit=False,
-    )
+    clearance: float = setting(0.0, "m", bounds=(0.0, 10.0), source="chosen: none")
+    overspeed: float = setting(1.5, "m/s", bounds=(0.0, 100.0), source="chosen: paper gives none")
+    width: float = setting(0.1, "m", bounds=(1e-4, 10.0), source="chosen: twice the success")
+    bonus: float = setting(1.0, "m", bounds=(0.0, 100.0), source="chosen: of the way's size")
+    smooth: float = setting(0.1, "m", bounds=(0.0, 10.0), source="chosen: of 0.02, 0.1 and 0.3")
 
     def __post_init__(self) -> None:
         """Refuse empty boxes."""

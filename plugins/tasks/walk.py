@@ -16,7 +16,7 @@ from seals.learn.task import Draw, Instant, Task
 from seals.plugins.tasks.rewards import Reward, near, unshaped
 from seals.plugins.tasks.stepping import Steps, over_ground, scripted, yaw_of
 from seals.robot.model import RobotModel
-from seals.schema import param, vector
+from seals.schema import setting, vector
 
 GRAVITY = 9.81
 """By which the cost of transport is counted [m/s^2]."""
@@ -25,9 +25,7 @@ _TURN = ("spin_x", "spin_y", "spin_z", "up_x", "up_y")
 
 
 def _number(default: float, unit: str, low: float, high: float, why: str) -> float:
-    return param(
-        default, unit, bounds=(low, high), tolerance=0.0, source=f"chosen: {why}", fit=False
-    )
+    return setting(default, unit, bounds=(low, high), source=f"chosen: {why}")
 
 
 def _manners() -> dict[str, Any]:

@@ -6,7 +6,7 @@ import enum
 from dataclasses import dataclass
 
 from seals.errors import ConfigError
-from seals.schema import optional, param, vector
+from seals.schema import optional, setting, vector
 
 _CHOSEN = "chosen"
 
@@ -52,11 +52,11 @@ class ShoreSettings:
         land: length of the level land behind the slope [m].
     """
 
-    waterline: float = param(0.0, "m", bounds=(-1e5, 1e5), tolerance=0.0, source=_CHOSEN, fit=False)
+    waterline: float = setting(0.0, "m", bounds=(-1e5, 1e5), source=_CHOSEN)
     slope: float | None = optional("rad", bounds=(0.01, 1.5), source=_CHOSEN)
-    heading: float = param(0.0, "rad", bounds=(-6.3, 6.3), tolerance=0.0, source=_CHOSEN, fit=False)
-    width: float = param(20.0, "m", bounds=(0.1, 1e4), tolerance=0.0, source=_CHOSEN, fit=False)
-    land: float = param(10.0, "m", bounds=(0.1, 1e4), tolerance=0.0, source=_CHOSEN, fit=False)
+    heading: float = setting(0.0, "rad", bounds=(-6.3, 6.3), source=_CHOSEN)
+    width: float = setting(20.0, "m", bounds=(0.1, 1e4), source=_CHOSEN)
+    land: float = setting(10.0, "m", bounds=(0.1, 1e4), source=_CHOSEN)
 
 
 SIZES = {SolidType.box: 3, SolidType.cylinder: 2, SolidType.sphere: 1}

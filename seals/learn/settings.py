@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from seals.run.settings import RunSettings
-from seals.schema import param
+from seals.schema import setting
 
 
 @dataclass(kw_only=True)
@@ -21,11 +21,4 @@ class LearnSettings(RunSettings):
 
     task: Any = None
     frames: int = 3
-    ball: float = param(
-        0.05,
-        "m",
-        bounds=(1e-3, 10.0),
-        tolerance=0.0,
-        source="chosen: opening of the hand",
-        fit=False,
-    )
+    ball: float = setting(0.05, "m", bounds=(1e-3, 10.0), source="chosen: opening of the hand")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from seals.rendering.scene import TILE, Detail
-from seals.schema import param
+from seals.schema import setting
 
 
 @dataclass(kw_only=True)
@@ -21,7 +21,5 @@ class SightSettings:
     """
 
     detail: Detail = Detail.visual
-    tile: float = param(TILE, "m", bounds=(0.0, 1e3), tolerance=0.0, source="chosen", fit=False)
-    ripples: float = param(
-        0.0, "m/s", bounds=(0.0, 15.0), tolerance=0.0, source="chosen: none", fit=False
-    )
+    tile: float = setting(TILE, "m", bounds=(0.0, 1e3), source="chosen")
+    ripples: float = setting(0.0, "m/s", bounds=(0.0, 15.0), source="chosen: none")

@@ -10,7 +10,7 @@ from seals.environment.settings import EnvironmentSettings
 from seals.rendering.optics import Optics
 from seals.rendering.settings import SightSettings
 from seals.robot.settings import RobotSettings
-from seals.schema import optional, param, vector
+from seals.schema import optional, setting, vector
 
 
 class DriveStart(enum.Enum):
@@ -56,15 +56,8 @@ class TimeSettings:
         duration: simulated time [s].
     """
 
-    step: float = param(
-        0.004,
-        "s",
-        bounds=(1e-5, 0.1),
-        tolerance=0.0,
-        source="chosen: 250 steps a second",
-        fit=False,
-    )
-    duration: float = param(2.0, "s", bounds=(1e-4, 1e6), tolerance=0.0, source="chosen", fit=False)
+    step: float = setting(0.004, "s", bounds=(1e-5, 0.1), source="chosen: 250 steps a second")
+    duration: float = setting(2.0, "s", bounds=(1e-4, 1e6), source="chosen")
 
 
 @dataclass(kw_only=True)
@@ -124,12 +117,8 @@ class RunSettings:
     time: TimeSettings = field(default_factory=TimeSettings)
     repeat: str | None = None
     resume: str | None = None
-    surface: float = param(
-        0.0, "s", bounds=(0.0, 1e6), tolerance=0.0, source="chosen: none", fit=False
-    )
-    particles: float = param(
-        0.0, "s", bounds=(0.0, 1e6), tolerance=0.0, source="chosen: none", fit=False
-    )
+    surface: float = setting(0.0, "s", bounds=(0.0, 1e6), source="chosen: none")
+    particles: float = setting(0.0, "s", bounds=(0.0, 1e6), source="chosen: none")
     checkpoint: float | None = optional("s", bounds=(0.0, 1e6), source="chosen")
     viewer: Any = None
     optics: Optics = field(default_factory=Optics)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from seals.schema import param
+from seals.schema import setting
 from seals.sensors.options import SensorOptions
 
 
@@ -24,15 +24,9 @@ class MountedSensor(SensorOptions):
     """
 
     link: str = "root"
-    latency: float = param(
-        0.0, "s", bounds=(0.0, 60.0), tolerance=0.0, source="chosen: none", fit=False
-    )
-    dropout: float = param(
-        0.0, "1", bounds=(0.0, 1.0), tolerance=0.0, source="chosen: none", fit=False
-    )
-    outage: float = param(
-        0.0, "s", bounds=(0.0, 1e4), tolerance=0.0, source="chosen: none", fit=False
-    )
+    latency: float = setting(0.0, "s", bounds=(0.0, 60.0), source="chosen: none")
+    dropout: float = setting(0.0, "1", bounds=(0.0, 1.0), source="chosen: none")
+    outage: float = setting(0.0, "s", bounds=(0.0, 1e4), source="chosen: none")
 
     inertial: ClassVar[bool] = False
     """Whether it reads ``specific_force`` or ``angular_acceleration``; else these are zero."""

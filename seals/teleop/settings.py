@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from seals.run.settings import RunSettings
-from seals.schema import param
+from seals.schema import setting
 
 
 class DeviceKind(Enum):
@@ -35,5 +35,5 @@ class TeleopSettings(RunSettings):
 
     device: DeviceKind = DeviceKind.keyboard
     script: str = ""
-    speed: float = param(1.0, "1", bounds=(0.01, 100.0), tolerance=0.0, source="chosen", fit=False)
+    speed: float = setting(1.0, "1", bounds=(0.01, 100.0), source="chosen")
     export: list[Export] = field(default_factory=list)

@@ -18,7 +18,7 @@ HEADINGS = (
     "References",
     "Example",
 )
-DECLARES = {"param", "optional", "vector"}
+DECLARES = {"param", "setting", "optional", "vector"}
 
 
 def plugin_classes(folder: Path) -> list[tuple[str, ast.ClassDef]]:

@@ -10,7 +10,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.control.allocation import Saturation
 from seals.control.protocols import ControllerOptions
-from seals.schema import param, vector
+from seals.schema import setting, vector
 
 _RANGE = (0.0, 1e4)
 
@@ -91,9 +91,7 @@ class CascadeSettings(ControllerOptions):
         torque_lead: how far ahead the rate of the joints' momentum is taken [s].
     """
 
-    rate: float = param(
-        250.0, "Hz", bounds=(1.0, 1e4), tolerance=0.0, source="chosen: every step", fit=False
-    )
+    rate: float = setting(250.0, "Hz", bounds=(1.0, 1e4), source="chosen: every step")
     sense: str = "truth"
     cog_compensation: bool = True
     saturation: Saturation = Saturation.priority
@@ -133,27 +131,15 @@ class CascadeSettings(ControllerOptions):
     tilt: list[float] = vector(
         (0.6, 0.9), "rad", bounds=(0.01, 1.5), source="chosen: 35 degrees; more where drag rules"
     )
-    acceleration: float = param(
-        6.0, "m/s^2", bounds=(0.1, 100.0), tolerance=0.0, source="chosen: half of g", fit=False
-    )
+    acceleration: float = setting(6.0, "m/s^2", bounds=(0.1, 100.0), source="chosen: half of g")
     least: list[float] = vector(
         (0.3, 0.04), "1", bounds=_RANGE, source="chosen: below it the lean would flutter"
     )
-    quicker: float = param(
-        3.0, "1", bounds=(1.0, 20.0), tolerance=0.0, source="chosen: noise grows with it", fit=False
-    )
-    smoothing: float = param(
-        0.015, "s", bounds=(0.0, 1.0), tolerance=0.0, source="chosen: four steps", fit=False
-    )
-    joint_speed: float = param(
-        6.0, "rad/s", bounds=(0.0, 100.0), tolerance=0.0, source="hobby servos", fit=False
-    )
-    lean_lead: float = param(
-        0.0, "s", bounds=(0.0, 0.5), tolerance=0.0, source="zero: servos lag as leans do", fit=False
-    )
-    torque_lead: float = param(
-        0.02, "s", bounds=(0.0, 0.5), tolerance=0.0, source="chosen: lag left to rotors", fit=False
-    )
+    quicker: float = setting(3.0, "1", bounds=(1.0, 20.0), source="chosen: noise grows with it")
+    smoothing: float = setting(0.015, "s", bounds=(0.0, 1.0), source="chosen: four steps")
+    joint_speed: float = setting(6.0, "rad/s", bounds=(0.0, 100.0), source="hobby servos")
+    lean_lead: float = setting(0.0, "s", bounds=(0.0, 0.5), source="zero: servos lag as leans do")
+    torque_lead: float = setting(0.02, "s", bounds=(0.0, 0.5), source="chosen: lag left to rotors")
 
     def gains(self, medium: int) -> Gains:
         """Return the gains in air (0) or in water (1)."""

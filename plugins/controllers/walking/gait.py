@@ -9,7 +9,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.plugins.controllers.walking.pattern import Pattern, duty_of, phases_of
 from seals.plugins.controllers.walking.walker import Manner, Pace, Walker
-from seals.schema import param
+from seals.schema import setting
 
 
 @dataclass(kw_only=True)
@@ -55,9 +55,7 @@ class Gait(Walker):
     """
 
     pattern: Pattern = Pattern.tripod
-    duty: float = param(
-        0.0, "1", bounds=(0.0, 0.95), tolerance=0.0, source="chosen: the pattern's", fit=False
-    )
+    duty: float = setting(0.0, "1", bounds=(0.0, 0.95), source="chosen: the pattern's")
 
     def rhythm(self) -> dict[str, float]:
         """Return the duty factor."""

@@ -9,7 +9,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.plugins.controllers.walking.pattern import lagged
 from seals.plugins.controllers.walking.walker import Manner, Pace, Walker
-from seals.schema import param
+from seals.schema import setting
 
 
 @dataclass(kw_only=True)
@@ -56,16 +56,10 @@ class Oscillators(Walker):
         8.0
     """
 
-    duty: float = param(0.55, "1", bounds=(0.05, 0.95), tolerance=0.0, source="chosen", fit=False)
-    along: float = param(
-        0.5, "cycles", bounds=(-1.0, 1.0), tolerance=0.0, source="chosen: tripod", fit=False
-    )
-    across: float = param(
-        0.5, "cycles", bounds=(-1.0, 1.0), tolerance=0.0, source="chosen: tripod", fit=False
-    )
-    coupling: float = param(
-        8.0, "1/s", bounds=(0.0, 1e3), tolerance=0.0, source="chosen: some steps", fit=False
-    )
+    duty: float = setting(0.55, "1", bounds=(0.05, 0.95), source="chosen")
+    along: float = setting(0.5, "cycles", bounds=(-1.0, 1.0), source="chosen: tripod")
+    across: float = setting(0.5, "cycles", bounds=(-1.0, 1.0), source="chosen: tripod")
+    coupling: float = setting(8.0, "1/s", bounds=(0.0, 1e3), source="chosen: some steps")
 
     def rhythm(self) -> dict[str, float]:
         """Return the duty factor and the phase lags."""

@@ -17,7 +17,7 @@ from seals.control.protocols import NO_LEGS, ControllerOptions
 from seals.errors import ConfigError, suggestion
 from seals.plugins.controllers.walking.anatomy import Anatomy, anatomy_of
 from seals.plugins.controllers.walking.stride import Walk, cadence, toes_of
-from seals.schema import param
+from seals.schema import setting
 from seals.state_records import state_record
 
 STILL = 0.02
@@ -96,34 +96,18 @@ class Walker(ControllerOptions, ABC):
         smooth: time in which a change of walk is taken up [s].
     """
 
-    rate: float = param(
-        125.0, "Hz", bounds=(1.0, 1e4), tolerance=0.0, source="chosen: 30 a cycle", fit=False
-    )
+    rate: float = setting(125.0, "Hz", bounds=(1.0, 1e4), source="chosen: 30 a cycle")
     sense: str = "truth"
     facing: Facing = Facing.aim
-    stroke: float = param(0.03, "m", bounds=(1e-4, 10.0), tolerance=0.0, source="chosen", fit=False)
-    lift: float = param(0.01, "m", bounds=(0.0, 10.0), tolerance=0.0, source="chosen", fit=False)
-    lowest: float = param(
-        1.0, "Hz", bounds=(0.01, 100.0), tolerance=0.0, source="chosen", fit=False
-    )
-    highest: float = param(
-        4.0, "Hz", bounds=(0.01, 100.0), tolerance=0.0, source="chosen", fit=False
-    )
-    spread: float = param(
-        0.0, "m", bounds=(-10.0, 10.0), tolerance=0.0, source="chosen: the stance", fit=False
-    )
-    crouch: float = param(
-        0.0, "m", bounds=(-10.0, 10.0), tolerance=0.0, source="chosen: the stance", fit=False
-    )
-    turn_gain: float = param(
-        3.0, "1/s", bounds=(0.0, 100.0), tolerance=0.0, source="chosen", fit=False
-    )
-    turn_limit: float = param(
-        2.0, "rad/s", bounds=(0.0, 100.0), tolerance=0.0, source="chosen", fit=False
-    )
-    smooth: float = param(
-        0.12, "s", bounds=(1e-3, 10.0), tolerance=0.0, source="chosen: a step", fit=False
-    )
+    stroke: float = setting(0.03, "m", bounds=(1e-4, 10.0), source="chosen")
+    lift: float = setting(0.01, "m", bounds=(0.0, 10.0), source="chosen")
+    lowest: float = setting(1.0, "Hz", bounds=(0.01, 100.0), source="chosen")
+    highest: float = setting(4.0, "Hz", bounds=(0.01, 100.0), source="chosen")
+    spread: float = setting(0.0, "m", bounds=(-10.0, 10.0), source="chosen: the stance")
+    crouch: float = setting(0.0, "m", bounds=(-10.0, 10.0), source="chosen: the stance")
+    turn_gain: float = setting(3.0, "1/s", bounds=(0.0, 100.0), source="chosen")
+    turn_limit: float = setting(2.0, "rad/s", bounds=(0.0, 100.0), source="chosen")
+    smooth: float = setting(0.12, "s", bounds=(1e-3, 10.0), source="chosen: a step")
 
     needs_mass_properties: ClassVar[bool] = False
 

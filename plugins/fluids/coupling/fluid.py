@@ -19,7 +19,7 @@ from seals.fluid import BodyStates, MomentumBalance
 from seals.plugins.fluids.coupling.simulation import Simulation
 from seals.plugins.fluids.sampling import Thin
 from seals.plugins.fluids.solver import SolverSettings
-from seals.schema import param, vector
+from seals.schema import setting, vector
 
 _CHOSEN = "chosen"
 
@@ -48,16 +48,16 @@ class ParticleFluid:
         look: time between two updates of the surface [s].
     """
 
-    spacing: float = param(0.05, "m", bounds=(1e-3, 5.0), tolerance=0.0, source=_CHOSEN, fit=False)
+    spacing: float = setting(0.05, "m", bounds=(1e-3, 5.0), source=_CHOSEN)
     size: list[float] = vector((1.2, 1.2, 0.8), "m", bounds=(0.01, 1e3), source=_CHOSEN)
-    freeboard: float = param(0.6, "m", bounds=(0.0, 1e3), tolerance=0.0, source=_CHOSEN, fit=False)
+    freeboard: float = setting(0.6, "m", bounds=(0.0, 1e3), source=_CHOSEN)
     substeps: int = 0
     physics: SolverSettings
     device: Device = Device.cpu
     threads: int = 0
     most: int = 2_000_000
     thin: Thin = Thin.volume
-    look: float = param(0.02, "s", bounds=(0.0, 10.0), tolerance=0.0, source=_CHOSEN, fit=False)
+    look: float = setting(0.02, "s", bounds=(0.0, 10.0), source=_CHOSEN)
 
     name: ClassVar[str]
     accounts_for: ClassVar[tuple[str, ...]] = (

@@ -19,7 +19,7 @@ from seals.plugins.fluids.moving_domain.outer_sea import OuterSea
 from seals.plugins.fluids.moving_domain.refusals import refuse_box, refuse_ground, refuse_sea
 from seals.plugins.fluids.moving_domain.simulation import MovingDomain
 from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
-from seals.schema import param, vector
+from seals.schema import setting, vector
 
 _CHOSEN = "chosen"
 MACH = 10.0
@@ -80,14 +80,12 @@ class FluidWindow(ParticleFluid):
     """
 
     size: list[float] = vector((2.0, 1.6, 0.8), "m", bounds=(0.01, 1e3), source=_CHOSEN)
-    freeboard: float = param(0.3, "m", bounds=(0.0, 1e3), tolerance=0.0, source=_CHOSEN, fit=False)
+    freeboard: float = setting(0.3, "m", bounds=(0.0, 1e3), source=_CHOSEN)
     physics: PbfSettings = field(default_factory=PbfSettings)
     ring: int = 5
     cell: int = 1
-    rate: float = param(
-        300.0, "1/s", bounds=(0.0, 1e4), tolerance=0.0, source="measured on shifts", fit=False
-    )
-    lag: float = param(0.1, "s", bounds=(1e-3, 1e3), tolerance=0.0, source=_CHOSEN, fit=False)
+    rate: float = setting(300.0, "1/s", bounds=(0.0, 1e4), source="measured on shifts")
+    lag: float = setting(0.1, "s", bounds=(1e-3, 1e3), source=_CHOSEN)
     current: list[float] = vector((0.0, 0.0), "m/s", bounds=(-10.0, 10.0), source=_CHOSEN)
 
     name: ClassVar[str] = "window"

@@ -22,7 +22,7 @@ from seals.plugins.fluids.tank.settings import (
     WindSettings,
 )
 from seals.plugins.fluids.tank.simulation import TankSimulation, paddle_of
-from seals.schema import param, vector
+from seals.schema import setting, vector
 
 _CHOSEN = "chosen"
 
@@ -81,7 +81,7 @@ class FluidParticles(ParticleFluid):
         'particles'
     """
 
-    spacing: float = param(0.04, "m", bounds=(1e-3, 5.0), tolerance=0.0, source=_CHOSEN, fit=False)
+    spacing: float = setting(0.04, "m", bounds=(1e-3, 5.0), source=_CHOSEN)
     physics: PbfSettings = field(default_factory=PbfSettings)
     centre: list[float] = vector((0.0, 0.0), "m", bounds=(-1e5, 1e5), source=_CHOSEN)
     open_sides: list[str] = field(default_factory=list)
@@ -90,7 +90,7 @@ class FluidParticles(ParticleFluid):
     tide: TideSettings = field(default_factory=TideSettings)
     wind: WindSettings = field(default_factory=WindSettings)
     gauges: dict[str, list[float]] = field(default_factory=dict)
-    settle: float = param(0.0, "s", bounds=(0.0, 60.0), tolerance=0.0, source=_CHOSEN, fit=False)
+    settle: float = setting(0.0, "s", bounds=(0.0, 60.0), source=_CHOSEN)
 
     name: ClassVar[str] = "particles"
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from seals.errors import ConfigError
-from seals.schema import param
+from seals.schema import param, setting
 
 _CHOSEN = "chosen"
 
@@ -53,8 +53,8 @@ class MakerSettings:
         0.05, "m", bounds=(0.0, 30.0), tolerance=0.1, relative=True, source=_CHOSEN
     )
     period: float = param(1.2, "s", bounds=(0.05, 60.0), tolerance=0.01, source=_CHOSEN)
-    start: float = param(0.0, "s", bounds=(0.0, 1e6), tolerance=0.0, source=_CHOSEN, fit=False)
-    ramp: float = param(1.0, "1", bounds=(0.0, 20.0), tolerance=0.0, source=_CHOSEN, fit=False)
+    start: float = setting(0.0, "s", bounds=(0.0, 1e6), source=_CHOSEN)
+    ramp: float = setting(1.0, "1", bounds=(0.0, 20.0), source=_CHOSEN)
     peakedness: float = param(
         3.3, "1", bounds=(1.0, 10.0), tolerance=0.5, source="Hasselmann et al. 1973", fit=False
     )
@@ -85,10 +85,8 @@ class BeachSettings:
         rate: at the wall [1/s].
     """
 
-    length: float = param(0.0, "m", bounds=(0.0, 1e3), tolerance=0.0, source=_CHOSEN, fit=False)
-    rate: float = param(
-        12.0, "1/s", bounds=(0.0, 1e3), tolerance=0.0, source="measured on a flume", fit=False
-    )
+    length: float = setting(0.0, "m", bounds=(0.0, 1e3), source=_CHOSEN)
+    rate: float = setting(12.0, "1/s", bounds=(0.0, 1e3), source="measured on a flume")
 
 
 @dataclass(kw_only=True)
@@ -103,8 +101,8 @@ class TideSettings:
         period: [s].
     """
 
-    amplitude: float = param(0.0, "m", bounds=(0.0, 20.0), tolerance=0.0, source=_CHOSEN, fit=False)
-    period: float = param(60.0, "s", bounds=(1.0, 1e6), tolerance=0.0, source=_CHOSEN, fit=False)
+    amplitude: float = setting(0.0, "m", bounds=(0.0, 20.0), source=_CHOSEN)
+    period: float = setting(60.0, "s", bounds=(1.0, 1e6), source=_CHOSEN)
 
 
 @dataclass(kw_only=True)

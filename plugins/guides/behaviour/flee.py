@@ -10,7 +10,7 @@ import numpy as np
 from seals.control import Reference, RobotState
 from seals.errors import ConfigError
 from seals.plugins.guides.behaviour.over_ground import Behaviour, apart, heading_for, place_of
-from seals.schema import param
+from seals.schema import setting
 from seals.state_records import state_record
 
 
@@ -41,11 +41,11 @@ class Flee(Behaviour):
         0.6
     """
 
-    rate: float = param(10.0, "Hz", bounds=(0.1, 1e4), tolerance=0.0, source="chosen", fit=False)
+    rate: float = setting(10.0, "Hz", bounds=(0.1, 1e4), source="chosen")
     enemy: str = "robot"
-    speed: float = param(0.3, "m/s", bounds=(0.0, 50.0), tolerance=0.0, source="chosen", fit=False)
-    alarm: float = param(0.6, "m", bounds=(0.0, 1e3), tolerance=0.0, source="chosen", fit=False)
-    calm: float = param(1.0, "m", bounds=(0.0, 1e3), tolerance=0.0, source="chosen", fit=False)
+    speed: float = setting(0.3, "m/s", bounds=(0.0, 50.0), source="chosen")
+    alarm: float = setting(0.6, "m", bounds=(0.0, 1e3), source="chosen")
+    calm: float = setting(1.0, "m", bounds=(0.0, 1e3), source="chosen")
 
     def __post_init__(self) -> None:
         """Refuse a distance of calm below the distance of alarm."""

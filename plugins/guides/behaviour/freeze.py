@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from seals.control import Reference, RobotState
 from seals.plugins.guides.behaviour.over_ground import Behaviour
-from seals.schema import param
+from seals.schema import setting
 
 
 @dataclass(kw_only=True)
@@ -21,7 +21,7 @@ class Freeze(Behaviour):
         5.0
     """
 
-    rate: float = param(5.0, "Hz", bounds=(0.1, 1e4), tolerance=0.0, source="chosen", fit=False)
+    rate: float = setting(5.0, "Hz", bounds=(0.1, 1e4), source="chosen")
 
     def start(self, situation: RobotState) -> float:
         """Return the initial state: the heading [rad]."""

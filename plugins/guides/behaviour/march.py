@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from seals.control import Reference, RobotState
 from seals.plugins.guides.behaviour.over_ground import Behaviour, heading_for
-from seals.schema import param
+from seals.schema import setting
 from seals.state_records import state_record
 
 
@@ -37,20 +37,11 @@ class March(Behaviour):
         0.0
     """
 
-    rate: float = param(5.0, "Hz", bounds=(0.1, 1e4), tolerance=0.0, source="chosen", fit=False)
-    speed: float = param(0.1, "m/s", bounds=(0.0, 50.0), tolerance=0.0, source="chosen", fit=False)
-    way: float = param(
-        0.0,
-        "rad",
-        bounds=(-2.0 * math.pi, 2.0 * math.pi),
-        tolerance=0.0,
-        source="chosen",
-        fit=False,
-    )
-    delay: float = param(0.5, "s", bounds=(0.0, 1e4), tolerance=0.0, source="chosen", fit=False)
-    duration: float = param(
-        1e4, "s", bounds=(0.0, 1e6), tolerance=0.0, source="chosen: for good", fit=False
-    )
+    rate: float = setting(5.0, "Hz", bounds=(0.1, 1e4), source="chosen")
+    speed: float = setting(0.1, "m/s", bounds=(0.0, 50.0), source="chosen")
+    way: float = setting(0.0, "rad", bounds=(-2.0 * math.pi, 2.0 * math.pi), source="chosen")
+    delay: float = setting(0.5, "s", bounds=(0.0, 1e4), source="chosen")
+    duration: float = setting(1e4, "s", bounds=(0.0, 1e6), source="chosen: for good")
 
     def start(self, situation: RobotState) -> MarchState:
         """Return the initial state: time and heading."""

@@ -11,7 +11,7 @@ from seals.arrays import Floats
 from seals.control import Reference, RobotState
 from seals.errors import ConfigError
 from seals.plugins.guides.behaviour.over_ground import Behaviour, apart, heading_for, place_of
-from seals.schema import param
+from seals.schema import setting
 from seals.state_records import state_record
 
 
@@ -40,12 +40,12 @@ class Seek(Behaviour):
         0.02
     """
 
-    rate: float = param(10.0, "Hz", bounds=(0.1, 1e4), tolerance=0.0, source="chosen", fit=False)
+    rate: float = setting(10.0, "Hz", bounds=(0.1, 1e4), source="chosen")
     place: list[float] = field(default_factory=lambda: [0.0, 0.0])
     target: str = ""
-    speed: float = param(0.1, "m/s", bounds=(1e-3, 50.0), tolerance=0.0, source="chosen", fit=False)
-    near: float = param(0.02, "m", bounds=(1e-4, 100.0), tolerance=0.0, source="chosen", fit=False)
-    slow: float = param(0.05, "m", bounds=(1e-4, 100.0), tolerance=0.0, source="chosen", fit=False)
+    speed: float = setting(0.1, "m/s", bounds=(1e-3, 50.0), source="chosen")
+    near: float = setting(0.02, "m", bounds=(1e-4, 100.0), source="chosen")
+    slow: float = setting(0.05, "m", bounds=(1e-4, 100.0), source="chosen")
 
     def __post_init__(self) -> None:
         """Refuse a target that is not a finite position."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from seals.control import Reference, RobotState
 from seals.plugins.guides.behaviour.over_ground import Behaviour, apart, heading_for
-from seals.schema import param
+from seals.schema import setting
 from seals.state_records import state_record
 
 
@@ -50,17 +50,11 @@ class Wander(Behaviour):
         11.2
     """
 
-    rate: float = param(5.0, "Hz", bounds=(0.1, 1e4), tolerance=0.0, source="chosen", fit=False)
-    speed: float = param(
-        0.08, "m/s", bounds=(0.0, 50.0), tolerance=0.0, source="Weinstein 1995", fit=False
-    )
-    walk: float = param(
-        11.2, "s", bounds=(0.1, 1e4), tolerance=0.0, source="Weinstein 1995", fit=False
-    )
-    pause: float = param(
-        23.4, "s", bounds=(0.0, 1e4), tolerance=0.0, source="Weinstein 1995", fit=False
-    )
-    radius: float = param(1.0, "m", bounds=(0.0, 1e4), tolerance=0.0, source="chosen", fit=False)
+    rate: float = setting(5.0, "Hz", bounds=(0.1, 1e4), source="chosen")
+    speed: float = setting(0.08, "m/s", bounds=(0.0, 50.0), source="Weinstein 1995")
+    walk: float = setting(11.2, "s", bounds=(0.1, 1e4), source="Weinstein 1995")
+    pause: float = setting(23.4, "s", bounds=(0.0, 1e4), source="Weinstein 1995")
+    radius: float = setting(1.0, "m", bounds=(0.0, 1e4), source="chosen")
     seed: int = 0
 
     def start(self, situation: RobotState) -> WanderState:

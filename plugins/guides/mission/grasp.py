@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from seals.plugins.guides.mission.guide import Mission
-from seals.schema import param, vector
+from seals.schema import setting, vector
 
 
 @dataclass(kw_only=True)
@@ -25,9 +25,7 @@ class Grasp(Mission):
     """
 
     goal: list[float] = vector((0.0, 0.0, 1.0), "m", bounds=(-1e5, 1e5), source="chosen")
-    clearance: float = param(
-        0.25, "m", bounds=(0.0, 100.0), tolerance=0.0, source="chosen", fit=False
-    )
+    clearance: float = setting(0.25, "m", bounds=(0.0, 100.0), source="chosen")
     unfolded: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
 
     def listed(self) -> list[Any]:

@@ -14,7 +14,7 @@ from seals.errors import ConfigError, suggestion
 from seals.plugins.guides.mission.parse import stages_of
 from seals.plugins.guides.mission.scene import Hand, MissionState, Move, Outcome, Scene
 from seals.plugins.guides.mission.stages import ReachStage, Stage
-from seals.schema import param
+from seals.schema import setting
 
 
 @dataclass(kw_only=True)
@@ -41,20 +41,18 @@ class Mission:
         3
     """
 
-    rate: float = param(125.0, "Hz", bounds=(1.0, 1e4), tolerance=0.0, source="chosen", fit=False)
+    rate: float = setting(125.0, "Hz", bounds=(1.0, 1e4), source="chosen")
     stages: list[Any] = field(default_factory=list)
     arm: str = ""
     gripper: str = ""
     locator: str = "locator"
     pads: list[str] = field(default_factory=list)
     tries: int = 3
-    smoothing: float = param(
-        0.25, "s", bounds=(0.0, 100.0), tolerance=0.0, source="chosen: a dozen readings", fit=False
+    smoothing: float = setting(0.25, "s", bounds=(0.0, 100.0), source="chosen: a dozen readings")
+    position_gain: float = setting(
+        1.5, "1/s", bounds=(0.0, 50.0), source="chosen: below the speed's"
     )
-    position_gain: float = param(
-        1.5, "1/s", bounds=(0.0, 50.0), tolerance=0.0, source="chosen: below the speed's", fit=False
-    )
-    speed: float = param(0.5, "m/s", bounds=(0.0, 50.0), tolerance=0.0, source="chosen", fit=False)
+    speed: float = setting(0.5, "m/s", bounds=(0.0, 50.0), source="chosen")
 
     def __post_init__(self) -> None:
         """Read the stages."""

@@ -11,22 +11,22 @@ import numpy as np
 from seals.arrays import Floats
 from seals.control.tracking import Place, minimum_jerk
 from seals.plugins.guides.mission.scene import Move, Outcome, Scene
-from seals.schema import param
+from seals.schema import setting
 
 PEAK = 1.875
 """Largest speed of a minimum-jerk way over its mean."""
 
 
 def _speed(default: float) -> float:
-    return param(default, "m/s", bounds=(1e-3, 50.0), tolerance=0.0, source="chosen", fit=False)
+    return setting(default, "m/s", bounds=(1e-3, 50.0), source="chosen")
 
 
 def _seconds(default: float) -> float:
-    return param(default, "s", bounds=(0.0, 1e4), tolerance=0.0, source="chosen", fit=False)
+    return setting(default, "s", bounds=(0.0, 1e4), source="chosen")
 
 
 def _metres(default: float, low: float = -1e4) -> float:
-    return param(default, "m", bounds=(low, 1e4), tolerance=0.0, source="chosen", fit=False)
+    return setting(default, "m", bounds=(low, 1e4), source="chosen")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -168,9 +168,7 @@ class Close(Stage):
     """
 
     time: float = _seconds(1.0)
-    force: float = param(
-        0.3, "N", bounds=(1e-6, 1e3), tolerance=0.0, source="chosen: above splashes", fit=False
-    )
+    force: float = setting(0.3, "N", bounds=(1e-6, 1e3), source="chosen: above splashes")
     pads: int = 2
     settle: float = _seconds(0.6)
     patience: float = _seconds(2.0)

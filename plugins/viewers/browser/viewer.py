@@ -18,7 +18,7 @@ from seals.plugins.viewers.browser.server import open_server
 from seals.plugins.viewers.browser.solids import Solids
 from seals.plugins.viewers.browser.surroundings import Extent, extent_of, look_at, set_sky
 from seals.rendering.scene import Poses
-from seals.schema import param
+from seals.schema import setting
 from seals.view.session import Session
 
 REST = 0.5
@@ -34,12 +34,8 @@ class ViewerBrowser:
         opacity: of the water surface.
     """
 
-    rate: float = param(
-        20.0, "Hz", bounds=(1.0, 60.0), tolerance=0.0, source="chosen: a forwarded port", fit=False
-    )
-    opacity: float = param(
-        0.55, "1", bounds=(0.05, 1.0), tolerance=0.0, source="chosen: robots show below", fit=False
-    )
+    rate: float = setting(20.0, "Hz", bounds=(1.0, 60.0), source="chosen: a forwarded port")
+    opacity: float = setting(0.55, "1", bounds=(0.05, 1.0), source="chosen: robots show below")
 
     def show(self, session: Session, *, host: str, port: int) -> None:
         """Show a session until it is interrupted."""

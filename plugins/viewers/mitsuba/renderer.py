@@ -18,7 +18,7 @@ from seals.plugins.viewers.mitsuba.variant import Variant, mitsuba
 from seals.rendering import Cameras, Lens, Light, Picture, Poses, Scene
 from seals.rendering.optics import Optics
 from seals.rendering.scene import check_scene
-from seals.schema import param
+from seals.schema import setting
 from seals.view.films import Frame
 from seals.view.films.settings import Quality
 
@@ -66,9 +66,7 @@ class RendererMitsuba:
 
     variant: Variant = Variant.scalar_rgb
     samples: int = 0
-    sun_radius: float = param(
-        0.15, "rad", bounds=(0.0047, 0.6), tolerance=0.0, source="chosen", fit=False
-    )
+    sun_radius: float = setting(0.15, "rad", bounds=(0.0047, 0.6), source="chosen")
     denoise: bool = True
 
     def __post_init__(self) -> None:

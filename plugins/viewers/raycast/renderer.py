@@ -17,7 +17,7 @@ from seals.rendering.camera import Cameras, Lens
 from seals.rendering.light import Light
 from seals.rendering.picture import Picture
 from seals.rendering.scene import Poses, Scene, check_scene
-from seals.schema import param
+from seals.schema import setting
 
 Tensor = Any
 DEVICES = ("cpu", "cuda")
@@ -60,7 +60,7 @@ class RendererRaycast:
 
     device: str = "cpu"
     fused: bool = False
-    block: float = param(0.0, "MB", bounds=(0.0, 1e5), tolerance=0.0, source="chosen", fit=False)
+    block: float = setting(0.0, "MB", bounds=(0.0, 1e5), source="chosen")
 
     def __post_init__(self) -> None:
         """Refuse an unknown device; torch waits until `open`."""

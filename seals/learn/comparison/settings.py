@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from seals.schema import param
+from seals.schema import setting
 
 
 @dataclass(kw_only=True)
@@ -34,10 +34,10 @@ class ArmsSettings:
     study: str | None = None
     value: str = "success"
     over: str = "step"
-    budget: float = param(0.0, "1", bounds=(0.0, 1e12), tolerance=0.0, source="chosen", fit=False)
+    budget: float = setting(0.0, "1", bounds=(0.0, 1e12), source="chosen")
     reference: str | None = None
     hold: bool = False
-    level: float = param(0.95, "1", bounds=(0.5, 0.999), tolerance=0.0, source="usual", fit=False)
+    level: float = setting(0.95, "1", bounds=(0.5, 0.999), source="usual")
     resamples: int = 10_000
     seed: int = 0
     out: str | None = None

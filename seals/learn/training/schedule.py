@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from seals.errors import ConfigError
-from seals.schema import param
+from seals.schema import setting
 
 
 @dataclass(kw_only=True)
@@ -26,11 +26,9 @@ class TrainingSchedule:
     look_every: int = 5_000
     episodes: int = 20
     log_every: int = 1_000
-    stop_at: float = param(0.0, "1", bounds=(0.0, 1.0), tolerance=0.0, source="chosen", fit=False)
+    stop_at: float = setting(0.0, "1", bounds=(0.0, 1.0), source="chosen")
     in_a_row: int = 2
-    checkpoint: float = param(
-        60.0, "s", bounds=(0.0, 1e6), tolerance=0.0, source="chosen", fit=False
-    )
+    checkpoint: float = setting(60.0, "s", bounds=(0.0, 1e6), source="chosen")
 
     def __post_init__(self) -> None:
         """Refuse numbers out of range.

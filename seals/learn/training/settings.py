@@ -7,7 +7,7 @@ from typing import Any
 
 from seals.learn.settings import LearnSettings
 from seals.learn.training.schedule import TrainingSchedule
-from seals.schema import param
+from seals.schema import setting
 
 OWN = (
     "learner",
@@ -62,9 +62,7 @@ class TrainSettings(LearnSettings):
     demonstrations: str | None = None
     shown: int = 0
     shuffled: bool = False
-    varied: float = param(
-        0.0, "1", bounds=(0.0, 10.0), tolerance=0.0, source="chosen: alike", fit=False
-    )
+    varied: float = setting(0.0, "1", bounds=(0.0, 10.0), source="chosen: alike")
     varied_from: str | None = None
     film: bool = False
     track: str | None = None

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
-from seals.schema import optional, param, vector
+from seals.schema import optional, setting, vector
 
 _CHOSEN = "chosen"
 
@@ -57,16 +57,16 @@ class RenderSettings:
     camera: Any = "three_quarter"
     look_at: list[float] = vector((), "m", bounds=(-1e5, 1e5), source="the robot's way")
     follow: bool = False
-    fov: float = param(0.9, "rad", bounds=(0.05, 2.5), tolerance=0.0, source=_CHOSEN, fit=False)
-    port: float = param(0.08, "m", bounds=(0.001, 1.0), tolerance=0.0, source=_CHOSEN, fit=False)
+    fov: float = setting(0.9, "rad", bounds=(0.05, 2.5), source=_CHOSEN)
+    port: float = setting(0.08, "m", bounds=(0.001, 1.0), source=_CHOSEN)
     width: int = 0
     height: int = 0
-    fps: float = param(25.0, "Hz", bounds=(0.1, 240.0), tolerance=0.0, source=_CHOSEN, fit=False)
-    speed: float = param(1.0, "1", bounds=(1e-3, 1e3), tolerance=0.0, source=_CHOSEN, fit=False)
-    start: float = param(0.0, "s", bounds=(0.0, 1e6), tolerance=0.0, source=_CHOSEN, fit=False)
+    fps: float = setting(25.0, "Hz", bounds=(0.1, 240.0), source=_CHOSEN)
+    speed: float = setting(1.0, "1", bounds=(1e-3, 1e3), source=_CHOSEN)
+    start: float = setting(0.0, "s", bounds=(0.0, 1e6), source=_CHOSEN)
     end: float | None = optional("s", bounds=(0.0, 1e6), source="the end of the run")
     water_type: str | None = None
-    exposure: float = param(1.0, "1", bounds=(1e-3, 1e3), tolerance=0.0, source=_CHOSEN, fit=False)
+    exposure: float = setting(1.0, "1", bounds=(1e-3, 1e3), source=_CHOSEN)
     ripples: float | None = optional("m/s", bounds=(0.0, 15.0), source="the run's")
     film: bool = True
     replace: bool = False

@@ -8,7 +8,7 @@ from seals.environment.seawater import FRESH_WATER
 from seals.errors import ConfigError
 from seals.plugins.fluids.solver import Domain, ParticleSolver
 from seals.plugins.fluids.solvers.pbf.choices import Kernel, Search
-from seals.schema import param
+from seals.schema import param, setting
 
 
 @dataclass(kw_only=True)
@@ -54,26 +54,16 @@ class PbfSettings:
     density: float = param(
         FRESH_WATER, "kg/m^3", bounds=(1.0, 2e4), tolerance=0.003, relative=True, source="fresh"
     )
-    gravity: float = param(
-        9.81, "m/s^2", bounds=(0.0, 30.0), tolerance=0.0, source="standard", fit=False
-    )
-    sound_speed: float = param(
-        0.0, "m/s", bounds=(0.0, 2000.0), tolerance=0.0, source="chosen", fit=False
-    )
+    gravity: float = setting(9.81, "m/s^2", bounds=(0.0, 30.0), source="standard")
+    sound_speed: float = setting(0.0, "m/s", bounds=(0.0, 2000.0), source="chosen")
     iterations: int = 4
-    tolerance: float = param(0.0, "1", bounds=(0.0, 0.1), tolerance=0.0, source="chosen", fit=False)
-    warm_start: float = param(
-        0.0, "1", bounds=(0.0, 1.0), tolerance=0.0, source="chosen", fit=False
-    )
-    solid_scale: float = param(
-        1.0, "1", bounds=(0.1, 4.0), tolerance=0.0, source="Macklin et al. 2014", fit=False
-    )
-    stress_correction: float = param(
-        0.95, "1", bounds=(0.0, 1.0), tolerance=0.0, source="measured on waves", fit=False
-    )
+    tolerance: float = setting(0.0, "1", bounds=(0.0, 0.1), source="chosen")
+    warm_start: float = setting(0.0, "1", bounds=(0.0, 1.0), source="chosen")
+    solid_scale: float = setting(1.0, "1", bounds=(0.1, 4.0), source="Macklin et al. 2014")
+    stress_correction: float = setting(0.95, "1", bounds=(0.0, 1.0), source="measured on waves")
     viscosity: float = param(0.0, "1/s", bounds=(0.0, 1e4), tolerance=1.0, source="off")
-    artificial_viscosity: float = param(
-        400.0, "1/s", bounds=(0.0, 1e4), tolerance=0.0, source="measured on waves", fit=False
+    artificial_viscosity: float = setting(
+        400.0, "1/s", bounds=(0.0, 1e4), source="measured on waves"
     )
     wall_friction: float = param(
         0.0, "1", bounds=(0.0, 1.0), tolerance=0.002, source="off; flat plate about 0.004"
@@ -81,7 +71,7 @@ class PbfSettings:
     cohesion: float = param(0.0, "N/m", bounds=(0.0, 10.0), tolerance=0.0, source="off")
     vorticity: float = param(0.0, "1", bounds=(0.0, 10.0), tolerance=0.0, source="off")
     kernel: Kernel = Kernel.spline
-    support: float = param(2.0, "1", bounds=(1.8, 3.5), tolerance=0.0, source="chosen", fit=False)
+    support: float = setting(2.0, "1", bounds=(1.8, 3.5), source="chosen")
     search: Search = Search.auto
     neighbours: int = 80
     deterministic: bool = False
