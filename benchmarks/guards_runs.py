@@ -122,6 +122,9 @@ RUN_FOLDERS: dict[str, Guard] = {
     "links in a run folder": Guard(
         _FOLDER, "    _refuse_links(folder)\n", "", FOLDERS, "links_in_a_run"
     ),
+    "notes without room": Guard(
+        "seals.sweep.rows", " and path.stat().st_size > 0", "", LOCKS, "without_room"
+    ),
     "second names of a lock": Guard(
         _FOLDER, " or found.st_nlink > 1", "", FOLDERS, "ordinary_ones and second"
     ),
@@ -227,7 +230,7 @@ RUN_FOLDERS: dict[str, Guard] = {
         "with stoppable() if arguments is None else contextlib.nullcontext():",
         "if True:",
         SIGNALS,
-        "convert",
+        "every_verb",
     ),
     "signals before the start": Guard(
         "seals.cli.__main__",

@@ -125,7 +125,8 @@ def _words(place: Path, facts: Mapping[str, Any]) -> list[str]:
     import yaml
 
     path, found = place / _OVERRIDES, facts.get("overrides")
-    if path.is_file():
+    # Hydra's note is empty where there was no room for it: that run never began
+    if path.is_file() and path.stat().st_size > 0:
         try:
             found = plain_yaml(read_bytes(path, most=_MOST).decode("utf-8", "replace"))
         except yaml.YAMLError as cause:

@@ -251,6 +251,14 @@ def test_rows_tell_the_living_from_the_dead(elsewhere: Path) -> None:
     assert row.values["state"] == "interrupted"
 
 
+def test_a_run_without_room_for_its_notes_never_began(elsewhere: Path) -> None:
+    """A full disk leaves the name of Hydra's note and nothing in it: that is no damage."""
+    (elsewhere / "a" / ".hydra").mkdir(parents=True)
+    (elsewhere / "a" / ".hydra" / "overrides.yaml").touch()
+    (row,) = find_rows(elsewhere / "a")
+    assert (row.damage, row.values["state"], row.words) == ("", "begun", {})
+
+
 def test_products_are_names_in_the_folder() -> None:
     """Nothing outside of a folder is ever moved or removed."""
     assert all(set(name).isdisjoint("/\\") and name not in ("", ".", "..") for name in PRODUCTS)

@@ -19,6 +19,7 @@ import pytest
 
 from seals.child_process import SAFE
 from seals.cli import __main__ as entry
+from seals.cli import listing
 from seals.cli.main import main
 from seals.logs import atomic
 from seals.logs.run_folder import alive
@@ -93,14 +94,11 @@ def test_what_is_ignored_stays_ignored(number: int) -> None:
 PLACES = {
     "at the start": (simulation, "build_world"),
     "in a step": (World, "step"),
-    "before the log": (application, "write_log"),
     "in the first file": (atomic, "_sync"),
-    "in the report": (application, "write_report"),
-    "at the end": (application, "write_end"),
 }
 
 
-@pytest.mark.parametrize(("place", "number"), list(zip(PLACES, SIGNALS * 2, strict=True)))
+@pytest.mark.parametrize(("place", "number"), list(zip(PLACES, SIGNALS, strict=True)))
 def test_a_run_is_interrupted(
     elsewhere: Path, send: Callable[..., None], place: str, number: int,
     capsys: pytest.CaptureFixture[str],
@@ -123,15 +121,11 @@ def _is_interrupted(folder: Path) -> None:
     assert not (folder / ".log").exists()
 
 
-@pytest.mark.parametrize("second", [(application, "write_log"), (application, "write_cut")])
-def test_two_signals_quickly(
-    elsewhere: Path, send: Callable[..., None], second: tuple[Any, str]
-) -> None:
-    """The second one ends the writing, too: the lock tells, where the file has no time to."""
+def test_three_signals_quickly(elsewhere: Path, send: Callable[..., None]) -> None:
+    """The later ones end the writing, too: the lock tells, where the file has no time to."""
     send(World, "step", signal.SIGTERM)
-    send(*second, signal.SIGINT)
-    if second[1] == "write_cut":
-        send(application, "write_report", signal.SIGHUP)
+    send(application, "write_log", signal.SIGINT)
+    send(application, "write_cut", signal.SIGHUP)
     assert main([*LINE, "hydra.run.dir=a"]) == 130
     _is_interrupted(elsewhere / "a")
 
@@ -191,6 +185,19 @@ def test_other_commands_leave_nothing_half(
     assert left == (["render.json"] if verb == "render" else [])
     assert not list(elsewhere.glob(".*-*"))
     shutil.rmtree(elsewhere / "runs", ignore_errors=True)
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_every_verb_is_interrupted(
+    number: int, send: Callable[..., None], monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    """Those that write nothing, too, when they are those of the process itself."""
+    send(listing, "list_installed", number)
+    monkeypatch.setattr(sys, "argv", ["seals", "list"])
+    monkeypatch.setenv(SAFE, "1")
+    assert main() == 130
+    assert capsys.readouterr().err == "Interrupted.\n"
 
 
 @pytest.mark.parametrize("number", SIGNALS)
