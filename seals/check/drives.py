@@ -17,7 +17,9 @@ from seals.check.lift import (
     hover_share,
 )
 from seals.control.axes import wrench_matrix
+from seals.control.fins import with_fins
 from seals.control.plant import ROTOR, Layout, layout_of
+from seals.control.tilts import tilts_of
 from seals.effects.binding import bind_effects
 from seals.effects.effect import Effect
 from seals.robot.model import RobotModel
@@ -49,18 +51,26 @@ def look_at_drives(
     body = FloatingBody(robot)
     if layout.drives == 0 or robot.tree.fixed_base or body.mass <= 0.0:
         return
-    matrix = wrench_matrix(layout, body.gravity_centre)
     rotor = np.array([kind == ROTOR for kind in layout.kind])
+    tilts = tilts_of(robot, layout, body.mass * GRAVITY / max(int(rotor.sum()), 1))
+    whole = with_fins(layout, tilts)
+    matrix = wrench_matrix(whole, body.gravity_centre)
+    count = layout.drives
+    # a servo turns both ways
+    flying = np.hstack((matrix[:, :count][:, rotor], matrix[:, count:], -matrix[:, count:]))
+    if tilts.joints:
+        # what a tilt pushes aside, the lean takes back
+        flying[:2], matrix[:2] = 0.0, 0.0
     if rotor.any():
-        yield from _hover(matrix[:, rotor], body.mass)
-    yield from _allocation(layout, matrix, body, steers)
+        yield from _hover(flying, body.mass, int(rotor.sum()))
+    yield from _allocation(layout, whole, matrix, body, steers)
     if rotor.any():
-        yield from _authority(robot, matrix[:, rotor], body.mass)
+        yield from _authority(robot, flying, body.mass)
 
 
-def _hover(matrix: Floats, mass: float) -> Iterator[RobotFinding]:
+def _hover(matrix: Floats, mass: float, count: int) -> Iterator[RobotFinding]:
     """Check that the rotors carry the robot level in air, and their thrust margin."""
-    weight, count = mass * GRAVITY, matrix.shape[1]
+    weight = mass * GRAVITY
     share = hover_share(matrix, weight)
     subject = "hover in air"
     if share is None:
@@ -90,11 +100,13 @@ def _hover(matrix: Floats, mass: float) -> Iterator[RobotFinding]:
 
 
 def _allocation(
-    layout: Layout, matrix: Floats, body: FloatingBody, steers: bool
+    layout: Layout, whole: Layout, matrix: Floats, body: FloatingBody, steers: bool
 ) -> Iterator[RobotFinding]:
     """Rank and condition number of the map from drives to force and moments."""
-    reach: CommandedDirections = commanded_directions(matrix, body.gravity_centre, layout.position)
-    found = f"{layout.drives} drive(s), rank {reach.rank} of {reach.wanted}"
+    reach: CommandedDirections = commanded_directions(matrix, body.gravity_centre, whole.position)
+    tilts = whole.drives - layout.drives
+    words = f", {tilts} tilted by a servo" if tilts else ""
+    found = f"{layout.drives} drive(s){words}, rank {reach.rank} of {reach.wanted}"
     if reach.rank < reach.wanted and steers:
         yield passed("allocation", f"{found}: the rest is passive")
     elif reach.rank < reach.wanted:

@@ -29,6 +29,7 @@ from seals.control.axes import (
 )
 from seals.control.fins import fins_of, with_fins
 from seals.control.plant import ROTOR, Layout, Plant, build_plant
+from seals.control.tilts import tilts_of
 from seals.effects.binding import bind_effects
 from seals.effects.effect import Effect
 from seals.environment.sample import Sample
@@ -151,17 +152,19 @@ def reach_of(
         up=level_force(matrix * gain, low, held, 1.0),
         down=level_force(matrix * gain, low, held, -1.0),
         fins=len(fins.joints),
-        hovers=_hovers(layout, centre),
+        hovers=_hovers(robot, layout, centre),
     )
 
 
-def _hovers(layout: Layout, centre: Floats) -> bool:
-    """Return whether rotors alone, which all push upward, command lift and all three torques."""
+def _hovers(robot: RobotModel, layout: Layout, centre: Floats) -> bool:
+    """Return whether upright rotors, and servos that tilt some, command lift and all torques."""
     if any(kind != ROTOR for kind in layout.kind) or layout.axis[:, 2].min() < UPWARD:
         return False
-    level = wrench_matrix(layout, centre)
+    share = GRAVITY * float(robot.mass.sum()) / layout.drives
+    whole = with_fins(layout, tilts_of(robot, layout, share))
+    level = wrench_matrix(whole, centre)
     level[:HEAVE] = 0.0
-    return commanded_directions(level, centre, layout.position).rank == len(level) - HEAVE
+    return commanded_directions(level, centre, whole.position).rank == len(level) - HEAVE
 
 
 def level_force(matrix: Floats, low: Floats, held: list[int], sign: float) -> float:

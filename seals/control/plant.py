@@ -87,11 +87,11 @@ def build_plant(robot: RobotModel, effects: EffectSet, environment: EnvironmentS
 
 
 def layout_of(robot: RobotModel, effects: EffectSet) -> Layout:
-    """Return all drives of a robot in body axes.
+    """Return all drives of a robot in body axes, joints at zero.
 
     Raises:
-        ConfigError: a drive sits on a link that moves against the base, or a column has no drive
-            or two.
+        ConfigError: a drive sits on a link that moves against the base and is no rotor on one
+            hinge, or a column has no drive or two.
     """
     bound = effects.actuators
     count = max((b.hooks.first + b.hooks.count for b in bound), default=0)
@@ -102,9 +102,8 @@ def layout_of(robot: RobotModel, effects: EffectSet) -> Layout:
     for b in bound:
         carrier = b.links[0]
         if robot.tree.joints and np.any(robot.tree.moves[carrier]):
-            raise ConfigError(
-                f"actuators.{b.name}.links: link '{robot.links[carrier]}' moves against the base.\n"
-                "Drives must sit on the base or on links fixed to it."
+            _refuse_arms(
+                robot, carrier, b.name, rotor="reaction_coefficient" in b.effect.constants()
             )
         columns = slice(b.hooks.first, b.hooks.first + b.hooks.count)
         if any(kind[columns]):
@@ -142,6 +141,16 @@ def layout_of(robot: RobotModel, effects: EffectSet) -> Layout:
         kind=tuple(kind),
         link=tuple(link),
     )
+
+
+def _refuse_arms(robot: RobotModel, carrier: int, name: str, *, rotor: bool) -> None:
+    """Refuse a drive on a moving link, but for a rotor that one hinge tilts."""
+    moving = np.flatnonzero(robot.tree.moves[carrier])
+    if not rotor or len(moving) > 1 or robot.tree.slides[moving[0]]:
+        raise ConfigError(
+            f"actuators.{name}.links: link '{robot.links[carrier]}' moves against the base.\n"
+            "Drives must sit on the base or on links fixed to it; rotors also on one hinge."
+        )
 
 
 def _rest(robot: RobotModel) -> tuple[Floats, Floats]:

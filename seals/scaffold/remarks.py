@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from seals.control.plant import ROTOR
+from seals.robot.model import RobotModel
 from seals.scaffold.effects import RobotMedium
-from seals.scaffold.rotors import Drives
+from seals.scaffold.rotors import Drives, by_carrier
 from seals.scaffold.takeover import Takeover
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ def remarks_of(made: NewRobot, source: Takeover, *, chosen: bool) -> list[str]:
             "write them under actuators: in robot.yaml"
         )
     for drives in made.drives:
-        out += _of_rotors(drives) if drives.kind == ROTOR else _of_thrusters(drives, source)
+        out += _of_rotors(drives, robot) if drives.kind == ROTOR else _of_thrusters(drives, source)
     bare = [n for n, m in zip(robot.links, robot.mass, strict=True) if m <= 0.0 and n in made.hulls]
     if bare:
         out.append(
@@ -56,7 +57,7 @@ def remarks_of(made: NewRobot, source: Takeover, *, chosen: bool) -> list[str]:
     return [*out, *_left_out(made, chosen=chosen)]
 
 
-def _of_rotors(drives: Drives) -> Iterator[str]:
+def _of_rotors(drives: Drives, robot: RobotModel) -> Iterator[str]:
     if "thrust" not in drives.sources:
         yield "rotors: thrust is chosen so that it hovers at half of full thrust"
     elif "max_speed" not in drives.sources:
@@ -65,7 +66,8 @@ def _of_rotors(drives: Drives) -> Iterator[str]:
         yield "rotors: some do not point up; check axis"
     if "direction" not in drives.sources:
         yield "rotors: directions of rotation alternate; check direction"
-    yield from _of_tilting(drives)
+    followed = [link for link, _ in by_carrier(drives, robot) if link]
+    yield from _of_tilting(drives, followed)
 
 
 def _of_thrusters(drives: Drives, source: Takeover) -> Iterator[str]:
@@ -86,8 +88,11 @@ def _of_thrusters(drives: Drives, source: Takeover) -> Iterator[str]:
     yield from _of_tilting(drives)
 
 
-def _of_tilting(drives: Drives) -> Iterator[str]:
+def _of_tilting(drives: Drives, followed: Sequence[str] = ()) -> Iterator[str]:
     for link, joint in drives.tilting.items():
+        if link in followed:
+            yield f"{link} is tilted by the joint {joint}; the cascade commands both"
+            continue
         yield f"{link} turns with the joint {joint}; its thrust keeps the direction of joint zero"
 
 

@@ -21,7 +21,7 @@ from seals.scaffold.legs import gait_of, leg_servos, with_feet
 from seals.scaffold.limbs import Limbs, limbs_of
 from seals.scaffold.naming import free_name
 from seals.scaffold.remarks import remarks_of
-from seals.scaffold.rotors import Drives, drives_of
+from seals.scaffold.rotors import Drives, by_carrier, drives_of
 from seals.scaffold.shapes import LinkHull, extents_of, hulls_of, rounded, with_volumes
 from seals.scaffold.takeover import Takeover
 from seals.scaffold.wings import add_wing_frames, lift_effects
@@ -158,7 +158,7 @@ def _built(settings: RobotSettings, source: Takeover) -> RobotModel:
 
 def _facts(name: str, made: NewRobot, source: Takeover) -> dict[str, Any]:
     """Return the variables of the templates."""
-    robot, drives = made.robot, made.drives
+    robot = made.robot
     volume = sum(hull.volume for hull in made.hulls.values())
     mass = float(robot.mass.sum())
     imu = next((link for link in robot.links if "imu" in link.lower()), robot.links[0])
@@ -173,7 +173,7 @@ def _facts(name: str, made: NewRobot, source: Takeover) -> dict[str, Any]:
         "links": masses,
         "joints": list(robot.joints),
         "hulls": {link: [flow(s) for s in h.shapes] for link, h in made.hulls.items()},
-        "drives": [_drive_facts(each, made, k) for k, each in enumerate(drives)],
+        "drives": _drive_facts(made),
         "fixed_base": str(source.fixed_base).lower(),
         "medium": made.medium.value,
         "source_of": SOURCE_OF,
@@ -223,16 +223,24 @@ def _effect_lines(made: NewRobot, source: Takeover) -> list[tuple[str, list[tupl
     return list(lines.items())
 
 
-def _drive_facts(drives: Drives, made: NewRobot, number: int) -> dict[str, Any]:
-    """One actuator of ``robot.yaml``: its name, fields as YAML text, and their sources."""
-    first = sum(len(each.links) for each in made.drives[:number])
-    return {
-        "kind": drives.kind,
-        "links": drives.links,
-        "first": first,
-        "lines": _drive_lines(drives, reverses=made.reverses),
-        "sources": drives.sources,
-    }
+def _drive_facts(made: NewRobot) -> list[dict[str, Any]]:
+    """Actuators of ``robot.yaml``: names, fields as YAML text, and their sources."""
+    found: list[dict[str, Any]] = []
+    first = 0
+    for whole in made.drives:
+        for carrier, drives in by_carrier(whole, made.robot):
+            facts = {
+                "kind": drives.kind,
+                "name": f"{carrier}_{drives.kind}s" if carrier else f"{drives.kind}s",
+                "carrier": carrier,
+                "links": drives.links,
+                "first": first,
+                "lines": _drive_lines(drives, reverses=made.reverses),
+                "sources": drives.sources,
+            }
+            found.append(facts)
+            first += len(drives.links)
+    return found
 
 
 def _drive_lines(drives: Drives, *, reverses: bool) -> dict[str, str]:

@@ -152,11 +152,25 @@ def test_tilted_rotors_keep_their_tilt(tmp_path: Path) -> None:
     assert failures(made) == []
 
 
-def test_a_servo_that_tilts_a_rotor_is_remarked(tmp_path: Path) -> None:
-    """The tail servo of a tricopter stays a joint; it is said that its rotor does not follow."""
-    made, _ = taken(tmp_path, "tricopter.urdf")
+def test_a_rotor_that_a_servo_tilts_sits_on_its_link(tmp_path: Path) -> None:
+    """The tail servo of a tricopter stays a joint, and its rotor an actuator on that side of it."""
+    made, data = taken(tmp_path, "tricopter.urdf")
     assert made.robot.joints == ("tail_servo",)
-    assert any("prop_tail turns with the joint tail_servo" in remark for remark in made.remarks)
+    tail = data["actuators"]["prop_tail_rotors"]
+    assert (tail["links"], tail["first"], tail["position"]) == (["prop_tail"], 2, [[0.0, 0.0, 0.0]])
+    assert len(data["actuators"]["rotors"]["position"]) == 2
+    assert any("prop_tail is tilted by the joint tail_servo" in remark for remark in made.remarks)
+    assert failures(made) == []
+
+
+def test_shapes_of_propellers_are_no_hulls(tmp_path: Path) -> None:
+    """The disc of a screw displaces nothing and has no drag, and that is said."""
+    made, data = taken(tmp_path, "survey_auv.sdf")
+    assert "propeller" not in data["hulls"]
+    assert "propeller" not in {
+        link for e in data["effects"].values() for link in e.get("links", ())
+    }
+    assert "shapes of propellers are no hulls and have no drag: propeller" in made.changes
 
 
 def test_a_boat_and_its_plug_ins(tmp_path: Path) -> None:

@@ -156,6 +156,7 @@ COURSES: dict[str, Course] = {
     "bluerov2_heavy": Course("bluerov2_heavy.urdf", "URDF", ROV, **DIVED),
     "octocopter": Course("octocopter.urdf", "URDF", AIR, **FLOWN),
     "tilted_hexacopter": Course("tilted_hexacopter.urdf", "URDF", AIR, **FLOWN),
+    "tricopter": Course("tricopter.urdf", "URDF", AIR, **FLOWN),
     "iris": Course("iris.sdf", "SDF", AIR, **FLOWN),
     "x500": Course("x500/model.sdf", "SDF", AIR, **FLOWN),
     "quadrotor": Course("quadrotor.xml", "MJCF", AIR, **FLOWN),
@@ -180,10 +181,16 @@ COURSES: dict[str, Course] = {
     "quadruped": Course(
         "quadruped.xml",
         "MJCF",
-        (*WALK, "initial.position=[0,0,0.34]", "guide.place=[0.6,0.2]", "time.duration=16"),
-        "0.63 m over land to a place aside",
-        at_end(0.6, 0.2),
-        0.1,
+        (
+            "guide=march",
+            "guide.speed=0",
+            "environment.ground_level=0",
+            "initial.position=[0,0,0.34]",
+            "time.duration=4",
+        ),
+        "stands on land, its height against that of its servos; it does not walk",
+        at_height(0.34 - 14.3 * 9.81 / 4.0 * 0.14**2 / 100.0),
+        0.002,
     ),
     "crab": Course(
         "crab_description/urdf/crab.urdf.xacro",

@@ -14,9 +14,11 @@ from seals.control.added import added_inertia, water_drag
 from seals.control.allocation import LIFT_ROWS, Allocation
 from seals.control.attitude import attitude_error, cross3, lean_for
 from seals.control.filters import Lag, Rate, Trend, summed
+from seals.control.fins import Fins, with_fins
 from seals.control.limbs import Reckoned, joint_targets, servo_lag, stowed, way_of
 from seals.control.mass_properties import MassPropertyEstimator
 from seals.control.plant import ROTOR
+from seals.control.tilts import tilted_drives, tilts_of
 from seals.errors import ConfigError
 from seals.plugins.controllers.cascade.batched import CascadeBatch
 from seals.plugins.controllers.cascade.gains import CascadeSettings, Gains
@@ -28,6 +30,10 @@ NEARLY = 1.0 - 1e-9
 """Share of a limit from which a drive counts as being at it: roots of squares round."""
 SERVO_LAG = 0.05
 """Lag of joints that no servo drives [s]."""
+
+
+LEAST_PULL = 0.2
+"""Thrust of a tilted rotor, by its share of the weight, that a tilt counts on [1]."""
 
 
 @state_record
@@ -84,7 +90,8 @@ class Cascade(CascadeSettings):
         rate: calls a second [Hz]; the other fields are those of `CascadeSettings`.
 
     Assumptions:
-        All drives push along body z; the model of the robot is known, its load is not.
+        All drives push upward; a joint may tilt one rotor each, and its angle then serves as a
+        drive. The model of the robot is known, its load is not.
 
     Valid range:
         Leans below a right angle; under water, thrusts above those that point nowhere.
@@ -104,11 +111,15 @@ class Cascade(CascadeSettings):
             ConfigError: the robot has fewer than four rotors, or one that does not push upward.
         """
         layout = plant.layout
-        refuse_unfit(plant)
+        self._tilts = refuse_unfit(plant)
+        self._tilted = tilted_drives(plant.robot, layout, self._tilts)
         self._plant = plant
         self._g = plant.gravity
         self._allocation = Allocation(
-            layout, rows=LIFT_ROWS, saturation=self.saturation, weights=WEIGHTS
+            with_fins(layout, self._tilts) if self._tilted else layout,
+            rows=LIFT_ROWS,
+            saturation=self.saturation,
+            weights=WEIGHTS,
         )
         self._lag = Lag(layout.lag, layout.fall)
         self._added, self._drag = added_inertia(plant), water_drag(plant)
@@ -129,7 +140,11 @@ class Cascade(CascadeSettings):
         Raises:
             ConfigError: see `bind`; or the cascade has a gain on the rate of the velocity.
         """
-        refuse_unfit(plant)
+        if refuse_unfit(plant).joints:
+            raise ConfigError(
+                f"a batch holds the joints of robot '{plant.robot.name}', and one tilts a rotor.\n"
+                "Run it in a world: backend=pybullet"
+            )
         return CascadeBatch(self, plant, joints, like, WEIGHTS)
 
     def start(self) -> CascadeState:
@@ -165,13 +180,11 @@ class Cascade(CascadeSettings):
         turning = self._turning(s, lean[:, 2], known, aim.yaw_rate)
         want = turning[1] - gains.turn * turn_error - gains.spin * (s.angular_velocity - turning[0])
         torque = self._torque(s, want - gains.turn_sum * gains.shape * memory.turn_sum, inner)
-        wanted = self._allocation.commands(
-            np.concatenate(((force @ s.rotation[:, 2],), torque)),
-            s.centre,
-            gain=s.gain,
-            limit=s.limit,
-            low=s.low,
-        )
+        asked = np.concatenate(((force @ s.rotation[:, 2],), torque))
+        wanted, tilts = self._allocated(s, asked, memory.drive)
+        # tilts are no motion to feed forward: what they do is in the allocation
+        targets = joints.copy()
+        targets[list(self._tilts.joints)] = tilts
         drive = wanted if memory.drive is None else memory.drive
         order = self._lag.quickened(wanted, drive, self.quicker, (s.low, s.limit))
         total, turn_total = memory.sum, memory.turn_sum
@@ -181,7 +194,24 @@ class Cascade(CascadeSettings):
             turn_total = summed(turn_total, turn_error, s.step, gains.turn_sum_limit)
         after = self._lag.followed(drive, order, s.step)
         kept = CascadeState(total, turn_total, velocity, inner, known, after, joints)
-        return ActuatorCommand(order, joints), kept
+        return ActuatorCommand(order, targets), kept
+
+    def _allocated(
+        self, s: RobotState, asked: Floats, drive: Floats | None
+    ) -> tuple[Floats, Floats]:
+        """Return commands of the rotors, and angles of the servos that tilt some of them."""
+        bounds = {"gain": s.gain, "limit": s.limit, "low": s.low}
+        count = len(s.limit)
+        if self._tilted:
+            k, most = list(self._tilted), self._tilts.limit
+            # a tilt turns the thrust that its rotor has now
+            now = np.zeros(count) if drive is None else drive
+            pull = (s.gain * self._plant.layout.thrust_coefficient * now * np.abs(now))[k]
+            bite = np.maximum(pull / self._tilts.slope, LEAST_PULL)
+            more = {"gain": bite, "limit": most, "low": -most}
+            bounds = {key: np.concatenate((row, more[key])) for key, row in bounds.items()}
+        found = self._allocation.commands(asked, s.centre, **bounds)
+        return found[:count], found[count:]
 
     def _unaware(self, s: RobotState) -> RobotState:
         """Return the situation of a robot that takes its arms to be stowed."""
@@ -266,17 +296,20 @@ def shortened(vector: Floats, longest: float) -> Floats:
     return vector if length <= longest else vector * (longest / length)
 
 
-def refuse_unfit(plant: Plant) -> None:
-    """Refuse robots without four rotors that push upward.
+def refuse_unfit(plant: Plant) -> Fins:
+    """Return the servos that tilt rotors; refuse robots without four rotors and servos.
 
     Raises:
         ConfigError: the robot has fewer, others, or one that does not push upward.
     """
     layout = plant.layout
-    if layout.drives < 4 or any(kind != ROTOR for kind in layout.kind):
+    share = plant.gravity * float(plant.robot.mass.sum()) / max(layout.drives, 1)
+    tilts = tilts_of(plant.robot, layout, share)
+    columns = layout.drives + len(tilts.joints)
+    if columns < 4 or any(kind != ROTOR for kind in layout.kind):
         raise ConfigError(
-            f"controller=cascade needs four rotors or more; robot '{plant.robot.name}' has "
-            f"{layout.kind.count(ROTOR) or 'no'} rotors and "
+            "controller=cascade needs four rotors, or fewer with servos that tilt them; robot "
+            f"'{plant.robot.name}' has {layout.kind.count(ROTOR) or 'no'} rotors and "
             f"{layout.drives - layout.kind.count(ROTOR) or 'no'} thrusters.\n"
             "For thrusters in all directions: controller=station"
         )
@@ -285,3 +318,4 @@ def refuse_unfit(plant: Plant) -> None:
             f"controller=cascade: a rotor of robot '{plant.robot.name}' does not push upward.\n"
             "Allowed: axes within 60 degrees of body z."
         )
+    return tilts
