@@ -186,6 +186,27 @@ _TABLE = (
         unit="m",
         meaning="nearest return in a part of a lidar's sector, or its largest range",
     ),
+    Channel(
+        stem="acoustic_range", aside=True, unit="m", meaning="range of a transponder, by sound"
+    ),
+    Channel(
+        stem="acoustic_bearing",
+        aside=True,
+        unit="rad",
+        meaning="bearing of a transponder, left positive",
+    ),
+    Channel(
+        stem="acoustic_elevation",
+        aside=True,
+        unit="rad",
+        meaning="elevation of a transponder, up positive",
+    ),
+    Channel(
+        stem="acoustic_valid",
+        aside=True,
+        unit="1",
+        meaning="whether a transponder is heard, 1 or 0",
+    ),
     Channel(stem="range_valid", aside=True, unit="1", meaning="whether a beam returned, 1 or 0"),
     Channel(stem="contact", aside=True, unit="1", meaning="whether a pad is touched, 1 or 0"),
     Channel(stem="pressing", aside=True, unit="N", meaning="normal force on a pad"),

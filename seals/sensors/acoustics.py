@@ -61,6 +61,34 @@ def absorption(
     return 1e-3 * float(total)
 
 
+def sound_speed(*, temperature: float, salinity: float, depth: float = 0.0) -> float:
+    """Return the speed of sound in water [m/s].
+
+    Equation:
+        The nine terms of Mackenzie 1981.
+
+    Args:
+        temperature: [degC].
+        salinity: [g/kg].
+        depth: [m].
+
+    Valid range:
+        2 to 30 degC, 25 to 40 g/kg, to 8000 m: 0.07 m/s. Fresh water at 20 degC comes out 0.6 m/s
+        low.
+
+    References:
+        Mackenzie 1981, J. Acoust. Soc. Am. 70, 807.
+
+    Example:
+        >>> round(sound_speed(temperature=25.0, salinity=35.0, depth=1000.0), 3)
+        1550.744
+    """
+    t, s, z = temperature, salinity - 35.0, depth
+    warm = 1448.96 + 4.591 * t - 5.304e-2 * t**2 + 2.374e-4 * t**3
+    salt = 1.340 * s - 1.025e-2 * t * s
+    return warm + salt + 1.630e-2 * z + 1.675e-7 * z**2 - 7.139e-13 * t * z**3
+
+
 def line_pattern(angles: Floats, width: float) -> Floats:
     """Return the one-way power pattern of a uniform line array.
 
