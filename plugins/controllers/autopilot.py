@@ -137,9 +137,6 @@ class Autopilot(VehicleController):
     turn_limit: float = setting(0.25, "rad/s", bounds=(1e-3, 100.0), source="chosen: fins stop it")
     least_speed: float = setting(0.3, "m/s", bounds=(1e-3, 50.0), source="chosen: no steerage way")
     quicker: float = setting(1.0, "1", bounds=(1.0, 20.0), source="chosen: as they are")
-    turn_limit: float = setting(0.25, "rad/s", bounds=(1e-3, 100.0), source="chosen: fins stop it")
-    least_speed: float = setting(0.3, "m/s", bounds=(1e-3, 50.0), source="chosen: no steerage way")
-    quicker: float = setting(1.0, "1", bounds=(1.0, 20.0), source="chosen: as they are")
 
     def bind(self, plant: Plant) -> None:
         """Find fins, commanded axes and allocation of the robot.
