@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -107,10 +108,10 @@ def by_carrier(drives: Drives, robot: RobotModel) -> list[tuple[str, Drives]]:
     Returns:
         Names of the links, empty for the base, with their drives.
     """
-    tilted = {}
+    tilted: dict[int, int] = {}
     for k, name in enumerate(drives.links):
         link = robot.links.index(name)
-        moving = np.flatnonzero(robot.tree.moves[link]) if robot.tree.joints else []
+        moving = np.flatnonzero(robot.tree.moves[link]) if robot.tree.joints else np.zeros(0, int)
         if drives.kind == ROTOR and len(moving) == 1 and not robot.tree.slides[moving[0]]:
             tilted[k] = link
     base = [k for k in range(len(drives.links)) if k not in tilted]
@@ -126,7 +127,7 @@ def by_carrier(drives: Drives, robot: RobotModel) -> list[tuple[str, Drives]]:
 
 def _rows(drives: Drives, rows: list[int]) -> Drives:
     """Return some of the drives."""
-    arrays = {
+    arrays: dict[str, Any] = {
         key: value[rows] for key, value in vars(drives).items() if isinstance(value, np.ndarray)
     }
     return replace(drives, links=[drives.links[k] for k in rows], **arrays)

@@ -181,9 +181,9 @@ def test_the_oval_s_velocity_is_the_slope_of_its_place() -> None:
     ("overrides", "words"),
     [
         (("robot=ball", "guide=hover"), "no controller that follows it"),
-        (("robot=ball", "guide=hover", "controller=cascade"), "four rotors or more"),
+        (("robot=ball", "guide=hover", "controller=cascade"), "needs four rotors"),
         (("robot=aam", "guide=hover", "controller=station"), "do not command surge"),
-        (("robot=auv", "guide=hover", "controller=cascade"), "four rotors or more"),
+        (("robot=auv", "guide=hover", "controller=cascade"), "needs four rotors"),
         ((*QUAD, "controller.sense=odometri"), "no such sensor of pose"),
         ((*QUAD, "guide.yaw=[0,1]"), "wrong numbers of values"),
     ],

@@ -203,7 +203,7 @@ def test_drag_is_that_of_the_box(tmp_path: Path) -> None:
     """1/2 rho times the shadow along each axis, for a straight and for a turned box."""
     effects = yaml_of(made(tmp_path, link("body", 1.0, BOX.format("0.3 0.2 0.1"))))["effects"]
     drag = [effects["hull_drag"][f"coefficient_{axis}"] for axis in "xyz"]
-    assert drag == [10.0, 15.0, 30.0]
+    assert drag == [9.98, 15.0, 29.9]
     sides = [effects["hull_drag"][f"size_{axis}"] for axis in "xyz"]
     assert (effects["hull_drag"]["form"], sides) == ("faces", [0.3, 0.2, 0.1])
     # the faces hold the drag of turning
@@ -214,19 +214,21 @@ def test_drag_is_that_of_the_box(tmp_path: Path) -> None:
     assert box.areas == pytest.approx([half * 0.05, half * 0.05, 0.06])
 
 
+WATER = 998.206
+"""Density of fresh water at 20 degC and 1 atm (IAPWS) [kg/m^3]."""
 SHAPES = {
     # 1/2 rho 0.47 pi r^2; skin friction 0.01 rho r^5
     "sphere": (
         '<sphere radius="0.1"/>',
-        {"form": "isotropic", "coefficient_x": 7.38, "coefficient_z": 7.38},
-        {"quadratic_x": 1e-4, "quadratic_z": 1e-4},
+        {"form": "isotropic", "coefficient_x": 7.37, "coefficient_z": 7.37},
+        {"quadratic_x": 9.98e-5, "quadratic_z": 9.98e-5},
     ),
     # 1/2 rho d L across, 1/2 rho pi r^2 along; friction 0.01 pi rho r^4 L about the axis
     "cylinder": (
         '<cylinder radius="0.05" length="1.0"/>',
         {
             **{"form": "cross_flow", "axis": "z", "size_z": 1.0},
-            **{"coefficient_x": 50.0, "coefficient_y": 50.0, "coefficient_z": 3.93},
+            **{"coefficient_x": 49.9, "coefficient_y": 49.9, "coefficient_z": 3.92},
         },
         {"quadratic_x": 0.0, "quadratic_z": 1.96e-4},
     ),
@@ -249,7 +251,7 @@ def test_links_of_several_shapes_have_drag_per_axis(tmp_path: Path) -> None:
     body = link("body", 1.0, shape.format(-0.1) + shape.format(0.1))
     effects = yaml_of(made(tmp_path, body))["effects"]
     assert "form" not in effects["hull_drag"]
-    assert effects["hull_drag"]["coefficient_x"] == 10.0
+    assert effects["hull_drag"]["coefficient_x"] == 9.98
     assert effects["hull_turning"]["quadratic_z"] > 0.0
 
 
@@ -266,7 +268,7 @@ def test_added_mass_is_that_of_an_ellipsoid(tmp_path: Path) -> None:
         return float(integral / (2.0 - integral))
 
     found = [effects["hull_added_mass"][f"mass_{axis}"] for axis in "xyz"]
-    assert found == pytest.approx([6.0 * factor(k) for k in range(3)], rel=1e-4)
+    assert found == pytest.approx([0.006 * WATER * factor(k) for k in range(3)], rel=1e-4)
     assert "coupling" not in effects["hull_added_mass"]
 
 
@@ -359,7 +361,7 @@ def test_a_ball_beside_the_origin_has_an_added_mass_that_is_taken(
     robot = build_robot(run.robot)
     bind_effects({**run.effects, **run.actuators}, robot.links)
     entry = yaml.safe_load((made.folder / "robot.yaml").read_text("utf-8"))["effects"]
-    half = 0.5 * 1000.0 * 4.0 / 3.0 * np.pi * 0.3**3
+    half = 0.5 * WATER * 4.0 / 3.0 * np.pi * 0.3**3
     assert entry["hull_added_mass"]["mass_x"] == pytest.approx(half, rel=1e-6)
 
 
