@@ -212,7 +212,7 @@ RUN_FOLDERS: dict[str, Guard] = {
         "        os.chdir(os.path.dirname(__file__))\n",
         "        pass\n",
         CHILDREN,
-        "none_of_its_settings",
+        "out_of_reach",
         "matplotlib",
     ),
     "terminals that are closed": Guard(

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +15,13 @@ import pytest
 import yaml
 
 from seals.logs.table import read_parquet
+
+ROOT = Path(__file__).parents[2]
+# at the end: the installed package comes before the checkout
+sys.path.append(str(ROOT))
+from benchmarks.fault_cases import CASES  # noqa: E402  no part of the installed package
+
+sys.path.remove(str(ROOT))
 
 if TYPE_CHECKING:
     from tests.killed.conftest import Killer
@@ -35,7 +44,23 @@ COMMANDS: dict[str, list[str]] = {
     "evaluate": ["evaluate", "env=reach", "policy=scripted", "episodes=2", "out={}/a"],
     "convert": ["convert", "log=long.csv", "reader=csv", "out={}/a"],
     "compare": ["compare", "experiment=falling_balls", "only=[bowling_ball]", "out={}/a"],
+    "add": ["add", "diagnosis=diagnosis.json", "name=other", "folder={}/a"],
+    "verify": ["verify", "log=hidden_effect/flight_b", "model=models/found.yaml", "out={}/a"],
+    "sweep": [
+        *("run", "-m", "robot=ball", "time.step=0.01", "initial.position=[0,0,1]"),
+        *("time.duration=0.5", "seed=1,2,3", "hydra.sweep.dir={}/a"),
+    ],
+    "render": [
+        *("render", "run=flown", "viewer@renderer=raycast", "width=64", "height=48"),
+        *("film=false", "fps=200", "out={}/a"),
+    ],
+    "calibrate": [
+        *("calibrate", "log=swum", "robot=auv", "plan=false", "report=false", "apply=true"),
+        *("parameters=[effects.water_drag.coefficient_x]", "out={}/a"),
+    ],
 }
+ROOM = {"add": "0", "verify": "16k", "sweep": "48k", "render": "16k", "calibrate": "32k"}
+"""Room of those that write less; none at all where a single file is written."""
 
 
 @pytest.fixture
@@ -52,8 +77,14 @@ def disk(tmp_path: Path) -> Iterator[Path]:
 
 @pytest.mark.killed
 @pytest.mark.parametrize("name", COMMANDS)
-def test_a_command_on_a_full_disk(name: str, killer: Killer, disk: Path) -> None:
+def test_a_command_on_a_full_disk(
+    name: str, killer: Killer, disk: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """It ends in two lines; every file in sight is whole; with room it comes to its end."""
+    monkeypatch.chdir(killer.folder)
+    if name in ROOM:
+        CASES[name].prepare(killer.folder)
+        _leave(disk, ROOM[name])
     noise = np.random.default_rng(1).normal(size=40_000)
     lines = "\n".join(f"{k / 1000},{depth}" for k, depth in enumerate(noise))
     (killer.folder / "long.csv").write_text(f"t,depth\n{lines}\n")
@@ -67,10 +98,22 @@ def test_a_command_on_a_full_disk(name: str, killer: Killer, disk: Path) -> None
             _read(path)
     subprocess.run(["mount", "-o", f"remount,size={LARGE}", str(disk)], check=True)
     again = [word.replace("=first", "=second") for word in words]
-    if (disk / "a" / "checkpoint").exists():
+    if name == "sweep":
+        again = ["run", f"resume={disk}/a"]
+    elif (disk / "a" / "checkpoint").exists():
         again = ["run", f"resume={disk}/a", f"hydra.run.dir={disk}/b"]
     code, said = killer.finish(again)
     assert code == 0, said
+
+
+def _leave(disk: Path, room: str) -> None:
+    """Leave so much room on a disk."""
+    if room != "0":
+        subprocess.run(["mount", "-o", f"remount,size={room}", str(disk)], check=True)
+        return
+    with contextlib.suppress(OSError), (disk / ".filler").open("wb", buffering=0) as file:
+        while file.write(bytes(4096)):
+            pass
 
 
 def _read(path: Path) -> Any:

@@ -15,6 +15,7 @@ import seals
 from seals.child_process import SAFE, command, environment
 from seals.cli.main import main
 from seals.errors import MissingExtra
+from seals.report.pictures import _elsewhere
 from seals.run import provenance
 from seals.view.live import Live
 
@@ -124,6 +125,18 @@ def test_pictures_know_none_of_its_settings(mark: Path, tmp_path: Path, kind: st
     )
     assert done.stdout == "False 1.5\n"
     assert not mark.exists()
+
+
+def test_settings_are_out_of_reach_of_the_import(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Matplotlib looks for settings where it is imported, which is elsewhere then."""
+    monkeypatch.delitem(sys.modules, "matplotlib", raising=False)
+    here = Path.cwd()
+    with _elsewhere():
+        assert not Path("matplotlibrc").exists()
+    assert Path.cwd() == here
+    Path("matplotlibrc").unlink()
+    with _elsewhere():
+        assert Path.cwd() == here
 
 
 def test_a_followed_run_runs_none_of_it(mark: Path) -> None:
