@@ -108,10 +108,11 @@ def by_carrier(drives: Drives, robot: RobotModel) -> list[tuple[str, Drives]]:
     Returns:
         Names of the links, empty for the base, with their drives.
     """
-    tilted: dict[int, int] = {}
+    tilted = {}
     for k, name in enumerate(drives.links):
         link = robot.links.index(name)
-        moving = np.flatnonzero(robot.tree.moves[link]) if robot.tree.joints else np.zeros(0, int)
+        moves = robot.tree.moves[link] if robot.tree.joints else np.zeros(0)
+        moving = np.flatnonzero(moves)
         if drives.kind == ROTOR and len(moving) == 1 and not robot.tree.slides[moving[0]]:
             tilted[k] = link
     base = [k for k in range(len(drives.links)) if k not in tilted]
