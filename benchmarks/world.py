@@ -3,15 +3,17 @@
 Case ``chain``: eight links, eight effects on all of them (seven without added mass), ledger and a
 noisy IMU. Case ``aam``: the aerial-aquatic manipulator with its rotors, servos, battery, Fossen
 water, IMU, contact sensors at the finger-tips, and the controller that holds it. Steps of 4 ms.
+``--paired`` takes NumPy and compiled laws in turn, block by block, and adds a crab on the bottom.
 The time is that of the processor; other programs still slow it down, so compare the highest.
 """
 
 from __future__ import annotations
 
 import argparse
+import statistics
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -50,8 +52,16 @@ def aam_settings(*, added_mass: bool, height: float, piloted: bool = True) -> An
     return build_run(compose([*words, *(() if added_mass else ADDED)]))
 
 
-def steps_a_second(settings: Any, repeats: int) -> tuple[float, float, float]:
-    """Return median, lowest and highest steps a second over blocks of steps."""
+def crab_settings() -> Any:
+    """Return the crab that walks on the bottom of a tank."""
+    from seals.config.compose import compose
+    from seals.run.build import build_run
+
+    return build_run(compose(["experiment=crab_seabed"]))
+
+
+def blocks_of(settings: Any, warm: int = 1) -> tuple[Any, Callable[[], float]]:
+    """Return a world, and what measures its steps a second over a block, after some steps."""
     from seals.run import build_world, initial_configuration
 
     world = build_world(settings)
@@ -59,16 +69,48 @@ def steps_a_second(settings: Any, repeats: int) -> tuple[float, float, float]:
 
     def block() -> float:
         world.reset(start)
-        world.step()
+        for _ in range(warm):
+            world.step()
         begin = time.process_time()
         for _ in range(BLOCK):
             world.step()
         return BLOCK / (time.process_time() - begin)
 
     block()
+    return world, block
+
+
+def steps_a_second(settings: Any, repeats: int) -> tuple[float, float, float]:
+    """Return median, lowest and highest steps a second over blocks of steps."""
+    world, block = blocks_of(settings)
     found = machine.median(block, repeats)
     world.close()
     return found
+
+
+def paired(folder: Path, backend: str, repeats: int) -> Iterator[str]:
+    """Yield lines: medians of steps a second with NumPy and compiled laws, and of their ratios."""
+    from seals import registry
+
+    engine = registry.get("backend", backend).load()
+    made: dict[str, Callable[[], Any]] = {
+        "aam, in air": lambda: aam_settings(added_mass=True, height=HEIGHTS["in air"]),
+        "aam, crossing": lambda: aam_settings(added_mass=True, height=HEIGHTS["crossing"]),
+        "crab on the bottom": crab_settings,
+        "chain, crossing": lambda: chain_settings(folder, added_mass=True, height=0.0),
+    }
+    for name, settings_of in made.items():
+        both = []
+        for compiled in (False, True):
+            settings = settings_of()
+            settings.backend = engine(compiled=compiled)
+            both.append(blocks_of(settings, warm=60 if "crab" in name else 1))
+        rows = [[block() for _, block in both] for _ in range(repeats)]
+        plain, fast = (statistics.median(column) for column in zip(*rows, strict=True))
+        ratio = statistics.median(b / a for a, b in rows)
+        yield f"{name + ', ' + backend:40} {plain:9.0f} {fast:9.0f} {ratio:9.2f}"
+        for world, _ in both:
+            world.close()
 
 
 def main() -> None:
@@ -76,8 +118,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--repeats", type=int, default=11, help="blocks of 100 steps of each case")
     parser.add_argument("--case", choices=("chain", "aam", "all"), default="all")
+    parser.add_argument("--paired", action="store_true", help="NumPy and compiled laws in turn")
+    parser.add_argument("--backend", choices=("pybullet", "mujoco"), default="pybullet")
     given = parser.parse_args()
     print(machine.describe())
+    if given.paired:
+        print(f"{'world, 4 ms, steps/s':40} {'NumPy':>9} {'compiled':>9} {'ratio':>9}")
+        with tempfile.TemporaryDirectory() as folder:
+            for line in paired(Path(folder), given.backend, given.repeats):
+                print(line, flush=True)
+        return
     print(f"{'world, 4 ms':40} {'steps/s':>9} {'lowest':>9} {'highest':>9} {'x real time':>12}")
     with tempfile.TemporaryDirectory() as folder:
         for case, settings in cases(Path(folder), given.case):

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import Any, ClassVar, cast
 
 import numpy as np
 
 from seals.arrays import Array, Floats, namespace
 from seals.backend import BodyOptions, Configuration, Dynamics, LinkPoses
 from seals.coupling.contacts import Contacts
-from seals.coupling.engine import EngineBody, SolvingEngineBody
+from seals.coupling.engine import CompiledEngineBody, EngineBody, SolvingEngineBody
 from seals.coupling.implicit_drive import ImplicitDrives
 from seals.coupling.leapfrog import HalfStep
 from seals.coupling.locked import base_inertia, locked_kick
@@ -167,11 +167,12 @@ class CoupledBody(BodyOptions):
 
     def coordinates(self) -> tuple[Floats, Floats, Floats, Floats]:
         """Return position, attitude, joints and velocity as the engine keeps them."""
-        return *self.engine.native_pose(), self._joints, self._speed.now
+        engine: Any = self.engine
+        return *engine.native_pose(), self._joints, self._speed.now
 
     def at_origin(self, place: Array, turn: Array, native: Array) -> tuple[Array, Array, Array]:
         """Return place and rotation of the base link, and the generalised velocity; pure."""
-        xp, engine = namespace(place), self.engine
+        xp, engine = namespace(place), cast("CompiledEngineBody", self.engine)
         rotation = matrix_of(multiply(turn, xp.asarray(engine.base_turn)))
         arm = rotation @ engine.reference
         if self._base:

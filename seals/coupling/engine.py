@@ -61,12 +61,10 @@ class EngineMotion(Protocol):
     Args:
         reference: point of the base whose velocity the engine keeps, base axes [m], shape (3,):
             the centre of mass in PyBullet, zero for an engine that takes the link origin.
-        base_turn: q_xyzw of the base link in the engine's axes of the base, shape (1, 4).
         top_speed: speed that the engine can follow [m/s, rad/s]; infinite for any.
     """
 
     reference: Floats
-    base_turn: Floats
     top_speed: float
 
     def place(self, position: Floats, quaternion: Floats) -> None:
@@ -75,13 +73,6 @@ class EngineMotion(Protocol):
 
     def base_pose(self) -> tuple[Floats, Floats]:
         """Return origin [m], shape (3,), and attitude q_WB_xyzw, shape (4,), of the base link."""
-        ...
-
-    def native_pose(self) -> tuple[Floats, Floats]:
-        """Return position of ``reference`` [m], (3,), and attitude of the engine's axes, (4,).
-
-        With ``base_turn`` they make `base_pose`.
-        """
         ...
 
     def link_poses(self) -> tuple[Floats, Floats]:
@@ -115,19 +106,6 @@ class EngineMotion(Protocol):
             wrenches: about the link origins, link axes [N, N m], shape (L, 6).
             origins: of the links now [m], shape (L, 3).
             rotations: R_WL now, shape (L, 3, 3).
-        """
-        ...
-
-    def apply_generalised(self, force: Floats, joint_forces: Floats, origin: Floats) -> None:
-        """Apply a generalised force and forces on the joints over the next step.
-
-        One call in place of `apply_wrenches` and `apply_joint_forces`, where laws are compiled.
-
-        Args:
-            force: of the velocity as `set_velocity` takes it, but about ``origin`` for an engine
-                with scalar link masses [N, N m], shape (n,).
-            joint_forces: added to it on the joints [N m or N], shape (J,).
-            origin: of the base [m], shape (3,).
         """
         ...
 
@@ -216,5 +194,35 @@ class SolvingEngineBody(EngineMotion, Protocol):
         """Return the drive forces over the last step [N m or N], shape (J,).
 
         Their forces less what turns their own armature; zero without drives. Called after `state`.
+        """
+        ...
+
+
+class CompiledEngineBody(EngineMotion, Protocol):
+    """Interface of an engine whose backend offers ``compiled``, see `seals.backend.CompiledBody`.
+
+    Args:
+        base_turn: q_xyzw of the base link in the engine's axes of the base, shape (1, 4).
+    """
+
+    base_turn: Floats
+
+    def native_pose(self) -> tuple[Floats, Floats]:
+        """Return position of ``reference`` [m], (3,), and attitude of the engine's axes, (4,).
+
+        With ``base_turn`` they make `base_pose`.
+        """
+        ...
+
+    def apply_generalised(self, force: Floats, joint_forces: Floats, origin: Floats) -> None:
+        """Apply a generalised force and forces on the joints over the next step.
+
+        One call in place of `apply_wrenches` and `apply_joint_forces`.
+
+        Args:
+            force: of the velocity as `set_velocity` takes it, but about ``origin`` for an engine
+                with scalar link masses [N, N m], shape (n,).
+            joint_forces: added to it on the joints [N m or N], shape (J,).
+            origin: of the base [m], shape (3,).
         """
         ...

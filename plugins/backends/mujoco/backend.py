@@ -29,7 +29,8 @@ class BackendMujoco:
     Args:
         solver_iterations: most iterations of the contact solver.
         second_order: whether to use half-step velocities.
-        compiled: whether to compile the laws of all robots to machine code; needs llvmlite.
+        compiled: whether to compile the laws of all robots to machine code, once for each robot and
+            its effects, in seconds; needs llvmlite. Robots in a simulated fluid go without.
 
     Assumptions:
         Rigid links, meshes as convex hulls, Coulomb contacts; links of one robot do not touch each

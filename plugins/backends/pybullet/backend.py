@@ -33,7 +33,8 @@ class BackendPybullet:
     Args:
         solver_iterations: iterations of the contact solver.
         second_order: whether to use half-step velocities.
-        compiled: whether to compile the laws of all robots to machine code; needs llvmlite.
+        compiled: whether to compile the laws of all robots to machine code, once for each robot and
+            its effects, in seconds; needs llvmlite. Robots in a simulated fluid go without.
 
     Assumptions:
         Rigid links, Coulomb contacts with the default friction cone.

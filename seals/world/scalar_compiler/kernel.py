@@ -50,7 +50,8 @@ class Kernel:
         self._places = [
             v.reshape(s) for v, s in zip(_cut(self._given, shapes), shapes, strict=True)
         ]
-        self._results = [(part, x.shape) for part, x in zip(_spans(results), results, strict=True)]
+        starts = np.cumsum([0, *(x.entries.size for x in results)]).tolist()
+        self._results = [(x.shape, 8 * k) for x, k in zip(results, starts, strict=False)]
         for view, x in zip(_cut(self._out, [r.shape for r in results]), results, strict=True):
             view[:] = [0.0 if isinstance(e, Node) else e for e in x.entries.flat]
         addresses = [x.ctypes.data for x in (self._given, self._out, self._work)]
@@ -62,7 +63,8 @@ class Kernel:
             place[...] = value
         self._run()
         out = self._out.copy()
-        return [out[part].reshape(shape) for part, shape in self._results]
+        # a fraction of the time of cutting and reshaping
+        return [np.ndarray(shape, np.float64, out, place) for shape, place in self._results]
 
 
 def compiled(law: Callable[..., Sequence[Any]], shapes: Sequence[tuple[int, ...]]) -> Kernel:
@@ -100,11 +102,6 @@ def compiled(law: Callable[..., Sequence[Any]], shapes: Sequence[tuple[int, ...]
 
 def _size(shape: tuple[int, ...]) -> int:
     return int(np.prod(shape, dtype=int))
-
-
-def _spans(arrays: Sequence[Any]) -> list[slice]:
-    ends = np.cumsum([0, *(_size(x.shape) for x in arrays)]).tolist()
-    return [slice(a, b) for a, b in itertools.pairwise(ends)]
 
 
 def _cut(memory: Floats, shapes: Sequence[tuple[int, ...]]) -> list[Floats]:
@@ -150,7 +147,10 @@ def _write(path: Path, data: bytes) -> None:
 
 def _target() -> tuple[Any, Any]:
     """Return LLVM and a fresh machine: an engine takes it over."""
-    with optional_import("backend.compiled needs the package llvmlite", "pip install llvmlite"):
+    with optional_import(
+        "backend.compiled=true needs the package llvmlite",
+        "Install it: pip install 'aam-seals[fast]', or leave out backend.compiled",
+    ):
         from llvmlite import binding
     binding.initialize_native_target()
     binding.initialize_native_asmprinter()
