@@ -170,7 +170,7 @@ VERBS = {
         summary="let ArduPilot or PX4 fly a robot in lockstep; write a log like any run's",
         usage="robot=NAME [protocol=ardupilot|px4] [host=HOST] [port=PORT] [KEY=VALUE ...]\n"
         "  seals autopilot robot=crazyflie environment.ground_level=0\n"
-        "  seals autopilot robot=auv water=fossen controller=auv_ardusub\n\n"
+        "  seals autopilot robot=auv water=fossen controller=thruster_pulses\n\n"
         "  protocol  ardupilot: sim_vehicle.py -f JSON:127.0.0.1 (UDP 9002), the default;\n"
         "            px4: MAVLink HIL (TCP 4560), needs aam-seals[autopilot]\n"
         "  controller.channel, low, high, reverse   channel and range of each drive and servo\n"
