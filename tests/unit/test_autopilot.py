@@ -322,7 +322,8 @@ def test_a_weak_rotor_of_an_autopilots_flight_is_named(tmp_path: Path) -> None:
         "report=false",
     ]
     command = [sys.executable, "-m", "seals.cli", "diagnose", *words]
-    assert subprocess.run(command, check=False).returncode == 10
+    # from elsewhere: the clone itself is no installed package
+    assert subprocess.run(command, check=False, cwd=tmp_path).returncode == 10
     found = json.loads((tmp_path / "answer" / "diagnosis.json").read_text())["effects"]
     assert [effect["name"] for effect in found] == ["weak_rotor"]
     assert found[0]["parameters"]["rotor"]["value"] == 2
