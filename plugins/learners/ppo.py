@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 from seals.learn import networks
 from seals.learn.learner import Spaces, need_torch, one_of, whole
 from seals.learn.observations import vector
-from seals.learn.replay.advantages import advantages
 from seals.learn.scaling import FORMS, RunningNormaliser, transform_reward
 from seals.learn.seeding import first_weights, generator_of
 from seals.schema import setting
@@ -195,27 +194,31 @@ class PpoAgent:
     def _begin_round(self) -> None:
         """Compute log-probabilities, advantages and value targets of the rollout."""
         import torch
+        from torchrl.objectives.value.functional import generalized_advantage_estimate
 
         steps = {key: torch.stack([step[key] for step in self.rollout]) for key in self.rollout[0]}
         with torch.no_grad():
             mean, value = self._both(steps["observation"].flatten(0, 1))
             _, later = self._both(steps["final"].flatten(0, 1))
-            gain = advantages(
-                reward=steps["reward"],
-                value=value.reshape(steps["reward"].shape),
-                later=later.reshape(steps["reward"].shape),
-                terminated=steps["terminated"],
-                truncated=steps["truncated"],
-                gamma=self.learner.gamma,
-                decay=self.learner.decay,
-            ).flatten()
+            ended = steps["terminated"] | steps["truncated"]
+            column = (*ended.shape, 1)
+            gain, wanted = generalized_advantage_estimate(
+                self.learner.gamma,
+                self.learner.decay,
+                value.reshape(column),
+                later.reshape(column),
+                steps["reward"].reshape(column),
+                ended.reshape(column),
+                steps["terminated"].reshape(column),
+                time_dim=0,
+            )
             action = steps["action"].flatten(0, 1)
             self.round = {
                 "observation": steps["observation"].flatten(0, 1),
                 "action": action,
                 "log_prob": self._log_prob(mean, action),
-                "advantage": gain,
-                "wanted": gain + value,
+                "advantage": gain.flatten(),
+                "wanted": wanted.flatten(),
             }
 
     def _minibatch(self) -> Tensor:

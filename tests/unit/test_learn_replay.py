@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from seals.errors import ConfigError
-from seals.learn.replay.advantages import advantages
 from seals.learn.replay.memory import Memory
 from seals.learn.replay.returns import Returns, of_episodes
 from seals.learn.replay.samplers import Uniform, as_torchrl_sampler
@@ -110,6 +109,36 @@ def test_returns_of_whole_episodes() -> None:
     assert found["next_observation"][:, 0].tolist() == [2.0, 3.0, 3.0, 5.0, 5.0]
 
 
+def advantages(
+    reward: Any, value: Any, later: Any, terminated: Any, truncated: Any, decay: float
+) -> Any:
+    """Advantages and value targets that PPO learns a rollout from, shape (T, N) each; gamma is 0.5.
+
+    Observations are the values of the critic.
+    """
+    from seals.learn.learner import Spaces
+    from seals.plugins.learners.ppo import PPO
+
+    count = reward.shape[1]
+    spaces = Spaces(observation_size=1, action_size=1, count=count, pixels=None, names=("v",))
+    agent: Any = PPO(gamma=0.5, decay=decay).start(spaces, device="cpu", seed=0)
+    agent._both = lambda seen: (torch.zeros(len(seen), 1), seen[:, 0])
+    rows = zip(reward, value, later, terminated, truncated, strict=True)
+    agent.rollout = [
+        {
+            "observation": v[:, None],
+            "action": torch.zeros(count, 1),
+            "reward": r,
+            "terminated": ended,
+            "truncated": cut,
+            "final": after[:, None],
+        }
+        for r, v, after, ended, cut in rows
+    ]
+    agent._begin_round()
+    return tuple(agent.round[key].reshape(reward.shape) for key in ("advantage", "wanted"))
+
+
 def test_advantages_by_hand() -> None:
     """Three steps, gamma 0.5, decay 0.5; the second ends the first environment's episode.
 
@@ -118,31 +147,18 @@ def test_advantages_by_hand() -> None:
     shape = (3, 2)
     terminated = torch.zeros(shape, dtype=torch.bool)
     terminated[1, 0] = True
-    found = advantages(
-        reward=torch.ones(shape),
-        value=torch.ones(shape),
-        later=2.0 * torch.ones(shape),
-        terminated=terminated,
-        truncated=torch.zeros(shape, dtype=torch.bool),
-        gamma=0.5,
-        decay=0.5,
-    )
+    one, never = torch.ones(shape), torch.zeros(shape, dtype=torch.bool)
+    found, wanted = advantages(one, one, 2.0 * one, terminated, never, 0.5)
     assert found[:, 0].tolist() == [1.0, 0.0, 1.0]
     assert found[:, 1].tolist() == [1.0 + 0.25 * 1.25, 1.25, 1.0]
+    assert torch.equal(wanted, found + 1.0)
 
 
 def test_advantages_know_cutting_off_from_ending() -> None:
     """A cut-off step is followed by the value it reached, and by nothing of the next episode."""
     cut = torch.tensor([[True], [False]])
-    found = advantages(
-        reward=torch.tensor([[1.0], [100.0]]),
-        value=torch.zeros(2, 1),
-        later=torch.tensor([[4.0], [0.0]]),
-        terminated=torch.zeros(2, 1, dtype=torch.bool),
-        truncated=cut,
-        gamma=0.5,
-        decay=1.0,
-    )
+    reward, later = torch.tensor([[1.0], [100.0]]), torch.tensor([[4.0], [0.0]])
+    found, _ = advantages(reward, torch.zeros(2, 1), later, torch.zeros_like(cut), cut, 1.0)
     assert found[:, 0].tolist() == [3.0, 100.0]
 
 
