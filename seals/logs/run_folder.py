@@ -34,7 +34,7 @@ PRODUCTS = (
     *("log.parquet", "log.csv", "meta.yaml", "vehicle.urdf", "ledger.parquet", "fluid.parquet"),
     *("report.html", "report.json", "plots", "pictures", "surface", "particles", "keys.csv"),
     *("checkpoint", ".checkpoint.before", "checkpoint.bin", "checkpoint.pt"),
-    *("training.csv", "evaluation.csv", "policy", "tensorboard", "wandb", "mlruns", "film.mp4"),
+    *("training.csv", "evaluation.csv", "policy", "tensorboard", "wandb", "mlflow.db", "film.mp4"),
     *("demonstration", "render"),
     *("comparison.json", "diagnosis.json"),
     *(FACTS, NOTES),

@@ -58,7 +58,7 @@ def test_mlflow_holds_the_evaluations(tmp_path: Path, monkeypatch: pytest.Monkey
     tracking: Any = pytest.importorskip("mlflow.tracking", reason="needs pip install mlflow")
     monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
     rows = trained(tmp_path / "run", "mlflow")
-    client = tracking.MlflowClient(tracking_uri=(tmp_path / "run" / "mlruns").as_uri())
+    client = tracking.MlflowClient(tracking_uri=f"sqlite:///{tmp_path / 'run' / 'mlflow.db'}")
     found = client.get_experiment_by_name("seals")
     (run,) = client.search_runs([found.experiment_id])
     curve = client.get_metric_history(run.info.run_id, "evaluation/return")

@@ -66,10 +66,15 @@ class _Mlflow:
     def __init__(self, folder: Path, facts: Mapping[str, Any]) -> None:
         from mlflow.tracking import MlflowClient
 
-        place = os.environ.get("MLFLOW_TRACKING_URI") or (folder / "mlruns").resolve().as_uri()
+        whole = folder.resolve()
+        place = os.environ.get("MLFLOW_TRACKING_URI") or f"sqlite:///{whole / 'mlflow.db'}"
         self._client: Any = MlflowClient(tracking_uri=place)
         found = self._client.get_experiment_by_name(PROJECT)
-        number = found.experiment_id if found else self._client.create_experiment(PROJECT)
+        if found is None:
+            files = (whole / "mlruns").as_uri() if place.startswith("sqlite") else None
+            number = self._client.create_experiment(PROJECT, artifact_location=files)
+        else:
+            number = found.experiment_id
         self._id = self._client.create_run(number).info.run_id
         self._client.set_tag(self._id, "mlflow.runName", folder.name)
         for name, value in facts.items():
