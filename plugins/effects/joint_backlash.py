@@ -16,6 +16,8 @@ from seals.schema import param
 _HALF_BLEND = 1e-3
 """Half of the width over which the corners of the dead zone are rounded [rad]; play narrower than
 the whole of it is not resolved."""
+_NOISES = 4.0
+"""Play in units of the encoder's noise below which it is that noise [1]."""
 
 
 @dataclass(kw_only=True)
@@ -77,11 +79,13 @@ class JointBacklash(Effect):
         if not subject.servo:
             return []
         kp, kd = subject.servo["kp"], subject.servo["kd"]
+        # a smaller play follows the noise of the readings that show it
+        least = max(2.0 * _HALF_BLEND, _NOISES * subject.noise.get("joint_position", 0.0))
         return [
             Addition(
                 instance=f"{name}_{k}",
                 effect=cls(joint=k, kp=float(kp[k - 1]), kd=float(kd[k - 1])),
-                parameters={"width": Freed(scale=0.04, bounds=(0.0, 1.0), least=2.0 * _HALF_BLEND)},
+                parameters={"width": Freed(scale=0.04, bounds=(0.0, 1.0), least=least)},
                 variant={"joint": k},
                 starts=[(0.02,), (0.06,)],
                 order=(Stage.joints, k, 2),

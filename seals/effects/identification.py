@@ -229,6 +229,7 @@ class Subject:
         servo: gains of the joint servos, shape (J,) each; empty without an arm.
         speeds: typical speeds along the body axes [m/s], shape (3,).
         media: in which the vehicle moves, water first.
+        noise: 1-sigma of each measured channel, in its unit.
     """
 
     robot: RobotModel
@@ -242,6 +243,7 @@ class Subject:
     servo: Mapping[str, Floats]
     speeds: Floats
     media: tuple[MediumKind, ...]
+    noise: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def mass(self) -> float:

@@ -122,6 +122,7 @@ def subject_of(vehicle: Vehicle, speeds: Floats) -> Subject:
         servo=vehicle.servo,
         speeds=speeds,
         media=media,
+        noise=vehicle.sigma,
     )
 
 
