@@ -123,7 +123,7 @@ RUN_FOLDERS: dict[str, Guard] = {
         _FOLDER, "    _refuse_links(folder)\n", "", FOLDERS, "links_in_a_run"
     ),
     "notes without room": Guard(
-        "seals.sweep.rows", " and path.stat().st_size > 0", "", LOCKS, "without_room"
+        "seals.sweep.rows", " and (facts or path.stat().st_size > 0)", "", LOCKS, "without_room"
     ),
     "second names of a lock": Guard(
         _FOLDER, " or found.st_nlink > 1", "", FOLDERS, "ordinary_ones and second"

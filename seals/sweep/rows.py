@@ -126,7 +126,7 @@ def _words(place: Path, facts: Mapping[str, Any]) -> list[str]:
 
     path, found = place / _OVERRIDES, facts.get("overrides")
     # Hydra's note is empty where there was no room for it: that run never began
-    if path.is_file() and path.stat().st_size > 0:
+    if path.is_file() and (facts or path.stat().st_size > 0):
         try:
             found = plain_yaml(read_bytes(path, most=_MOST).decode("utf-8", "replace"))
         except yaml.YAMLError as cause:
