@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 
 from seals.logs.native import read_native
 from seals.logs.shipped import shipped_logs
-from seals.sysid.predictors.problem import prepare
+from seals.sysid.predictors.problem import _parts, prepare
 from seals.sysid.selection.window_models import estimate_disturbance, linear_screen
 
 
@@ -21,3 +24,15 @@ def test_what_starts_elsewhere_is_always_fitted() -> None:
     assert elsewhere <= {c.label for c, _ in kept}
     # of the others the screen leaves out some
     assert len(kept) < len(every)
+
+
+def test_rotors_that_are_reversed_are_integrated_in_finer_steps() -> None:
+    """Thrust that is quadratic in a lagging speed bends within a row."""
+
+    def parts(*speeds: float, commands: str = "rotor_speed_cmd") -> int:
+        vehicle: Any = SimpleNamespace(has_water=True, commands=commands)
+        samples: Any = SimpleNamespace(step=0.01, command=np.array([speeds]).T)
+        return _parts(vehicle, samples)
+
+    assert parts(300.0, 20.0, -300.0) == 4 * parts(300.0, 20.0, 100.0)
+    assert parts(3.0, -3.0, commands="thruster_cmd") == parts(300.0, 20.0, 100.0)

@@ -104,9 +104,7 @@ def prepare(
     log = contact_free(log)
     vehicle = read_vehicle(log.meta, robot, still=still_joints(log, robot))
     samples = read_samples(log, vehicle)
-    parts = max(1, round(samples.step / 0.01))
-    if vehicle.has_water and not vehicle.commands:
-        parts *= 2
+    parts = _parts(vehicle, samples)
     if samples.posed:
         trajectory = measured_trajectory(samples, vehicle)
     else:
@@ -128,6 +126,21 @@ def prepare(
     else:
         fitter = follow_measurements(fitter, ())
     return Problem(vehicle=vehicle, samples=samples, plant=plant, fitter=fitter)
+
+
+def _parts(vehicle: Vehicle, samples: Samples) -> int:
+    """Return the equal parts of a row in which the model is integrated.
+
+    Twice as many of a body that falls into water, four times of rotors that are reversed: their
+    thrust, quadratic in a speed with a lag, bends within ten milliseconds.
+    """
+    parts = max(1, round(samples.step / 0.01))
+    if vehicle.has_water and not vehicle.commands:
+        parts *= 2
+    speeds = samples.command if vehicle.commands == "rotor_speed_cmd" else np.zeros((1, 1))
+    if np.any((speeds.min(axis=0) < 0.0) & (speeds.max(axis=0) > 0.0)):
+        parts *= 4
+    return parts
 
 
 def linearise_model(
