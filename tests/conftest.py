@@ -7,6 +7,7 @@ import gc
 import importlib.util
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import textwrap
@@ -56,6 +57,11 @@ def resident() -> float:
     if not STATM.exists():
         return 0.0
     return float(STATM.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+# a shell ignores Ctrl-C for what it starts in the background, and so would every process from here
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture

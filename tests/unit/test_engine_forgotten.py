@@ -30,7 +30,7 @@ def test_a_refused_world_leaves_no_scene() -> None:
     """Every refusal after the scene was opened would cost 30 MB."""
     before = scenes()
     for _ in range(3):
-        with pytest.raises(SealsError, match="four rotors or more"):
+        with pytest.raises(SealsError, match="needs four rotors"):
             build_world(settings("guide=hover", "controller=cascade"))
     assert scenes() == before
 

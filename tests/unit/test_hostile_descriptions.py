@@ -203,7 +203,7 @@ ANSWERS: dict[str, Any] = {
     "effect as text": {"effects": ["payload"]},
     "name as number": {"effects": [{"name": 5}]},
     "medium as list": {"effects": [{**EFFECT, "medium": [1]}]},
-    "link as text": {"effects": [{**EFFECT, "link": "base"}]},
+    "link as list": {"effects": [{**EFFECT, "link": ["base"]}]},
     "variant as list": {"effects": [{**EFFECT, "variant": [1]}]},
     "parameters as list": {"effects": [{"name": "payload", "parameters": [1]}]},
     "parameter as number": {"effects": [{"name": "payload", "parameters": {"mass": 0.3}}]},

@@ -18,7 +18,7 @@ import pytest
 from seals.cli.main import main
 from seals.errors import ConfigError
 from seals.logs.run_folder import LOCK, MOVING, alive, held, open_own, set_aside
-from seals.run.particle_snapshots import MOST_BYTES, carry_over
+from seals.run.particle_snapshots import FOLDER, MOST_BYTES, Thinned
 from seals.sweep.book import LOCK as JOBS_LOCK
 from seals.sweep.book import TABLE, Job, claimed, opened, read_jobs
 from seals.view.films.application import _folder as folder_of_frames
@@ -141,15 +141,19 @@ def test_a_strangers_sweep_is_resumed_in_its_folder(
 
 def _carried(folder: Path) -> list[str]:
     world: Any = SimpleNamespace(time=1.0, step_size=0.01)
-    carry_over(folder / "cut", folder / "on", world)
-    return sorted(p.name for p in (folder / "on").iterdir()) if (folder / "on").exists() else []
+    water: Any = object()
+    recorder = Thinned(0.05, water)
+    recorder.restore(None, 0, folder / "cut")
+    recorder.start(world, folder / "on")
+    on = folder / "on" / FOLDER
+    return sorted(p.name for p in on.iterdir()) if on.exists() else []
 
 
 @pytest.mark.parametrize("kind", [*list(STRANGE)[:3], "a pipe", "a folder", "a loop"])
 def test_instants_are_taken_over_from_the_run_alone(elsewhere: Path, home: Path, kind: str) -> None:
     """A link to a device would fill the disk, one to a file would publish it."""
-    (elsewhere / "cut").mkdir()
-    STRANGE[kind](elsewhere / "cut" / "t_000.0500.npy", home)
+    (elsewhere / "cut" / FOLDER).mkdir(parents=True)
+    STRANGE[kind](elsewhere / "cut" / FOLDER / "t_000.0500.npy", home)
     with pytest.raises(ConfigError, match="is not taken over"):
         _carried(elsewhere)
     assert _carried_files(elsewhere) == []
@@ -161,11 +165,11 @@ def _carried_files(folder: Path) -> list[Path]:
 
 def test_instants_of_any_name_or_size_are_not_taken_over(elsewhere: Path) -> None:
     """A name that is no time is passed by; a file of holes is not copied to the full."""
-    (elsewhere / "cut").mkdir()
+    (elsewhere / "cut" / FOLDER).mkdir(parents=True)
     for name in ("t_x.npy", "t_nan.npy", "t_1e400.npy", "t_000.0500.npy"):
-        (elsewhere / "cut" / name).write_bytes(b"rows")
+        (elsewhere / "cut" / FOLDER / name).write_bytes(b"rows")
     assert _carried(elsewhere) == ["t_000.0500.npy"]
-    os.truncate(elsewhere / "cut" / "t_000.0500.npy", MOST_BYTES + 1)
+    os.truncate(elsewhere / "cut" / FOLDER / "t_000.0500.npy", MOST_BYTES + 1)
     with pytest.raises(ConfigError, match="more than 67,108,864 bytes"):
         _carried(elsewhere)
 

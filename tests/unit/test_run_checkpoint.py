@@ -238,7 +238,7 @@ def test_pictures_come_from_the_run_alone(tmp_path: Path) -> None:
     index = {name: np.zeros(1) for name in COLUMNS}
     pictures, world = Pictures(actor), actor
     pictures.restore({"eye": index}, 1, tmp_path / "cut")
-    with pytest.raises(ConfigError, match="is no ordinary file"):
+    with pytest.raises(ConfigError, match="is not taken over"):
         pictures.start(world, tmp_path / "on")
     for wrong in ({**index, "number": np.array([1e30])}, {"number": np.zeros(1)}):
         with pytest.raises(ValueError, match=r"not numbered|other columns"):
