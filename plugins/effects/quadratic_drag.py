@@ -89,7 +89,7 @@ class DragQuadratic(Effect):
         No drag crisis, no lift, no memory of the wake. ``per_axis`` depends on the attitude: a
         sphere falls 2^(1/4) times as fast when turned by 45 degrees. A cube has the same ``faces``
         drag edge on as face on; measured it is 8 % more (C_d 0.80 on the projected area, and 1.05;
-        Hoerner, ch. 3). Force and moment of a box that turns fast about a skew axis are within 2 %
+        Hoerner, ch. 3). Force and moment of a box turning fast about a skew axis are within 0.1 %
         of the integral over its faces. A body that is partly submerged is braked in proportion, not
         where it is wet. ``cross_flow`` and ``faces`` hold the quadratic drag of turning: do not
         state it again as ``angular_drag``.
