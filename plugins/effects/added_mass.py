@@ -123,8 +123,8 @@ class AddedMass(Effect):
         hull = subject.hull
         if not subject.has_water or hull is None:
             return []
-        mass = subject.nominal(f"{name}_water", "mass")
-        turn = subject.nominal(f"{name}_water", "inertia")
+        mass = subject.nominal(name, "mass", MediumKind.water)
+        turn = subject.nominal(name, "inertia", MediumKind.water)
         share, displaced = subject.spread(name), FRESH_WATER * hull.volume
         length = (hull.volume) ** (1.0 / 3.0)
         linear = np.maximum(0.5 * mass, 0.3 * displaced)

@@ -134,8 +134,8 @@ class DragAngular(Effect):
 
     @classmethod
     def _addition(cls, name: str, subject: Subject, medium: MediumKind) -> Addition:
-        nominal = subject.nominal(f"{name}_{medium.value}", "coefficient")
-        squared = subject.nominal(f"{name}_{medium.value}", "quadratic")
+        nominal = subject.nominal(name, "coefficient", medium)
+        squared = subject.nominal(name, "quadratic", medium)
         spread, inertia = subject.spread(f"{name}_coefficient"), np.diag(subject.robot.inertia[0])
         size = np.maximum(0.5 * nominal, 2.0 * inertia)
         linear = along_axes("coefficient", spread * nominal, size, low=-nominal)

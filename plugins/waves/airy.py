@@ -11,7 +11,7 @@ import numpy as np
 
 from seals.arrays import Array, Floats, columns, namespace
 from seals.effects.discrepancy import WaveMoment
-from seals.effects.effect import Effect
+from seals.effects.effect import Effect, MediumKind
 from seals.effects.identification import (
     Addition,
     Freed,
@@ -261,7 +261,7 @@ class _RegularPush:
         hull, density = subject.hull, environment.water_density or FRESH_WATER
         volume = hull.volume if hull is not None else 0.0
         area = hull.plan_area if hull is not None else 0.0
-        added = float(subject.nominal("added_mass_water", "mass")[2])
+        added = float(subject.nominal("added_mass", "mass", MediumKind.water)[2])
         self.mass, self.gravity = density * volume + added, environment.gravity
         self.position, self.force = residual.position[rows], residual.force[rows]
         self.time = residual.time[rows]

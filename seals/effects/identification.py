@@ -15,9 +15,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from seals.motion import MediumKind
+
 if TYPE_CHECKING:
     from seals.arrays import Floats
-    from seals.effects.effect import Effect, MediumKind
+    from seals.effects.effect import Effect
     from seals.environment.settings import EnvironmentSettings
     from seals.hydrostatics import Hull
     from seals.robot.model import RobotModel
@@ -277,10 +279,20 @@ class Subject:
         """Return the stated tolerance of a property, 0 where none is stated."""
         return float(self.tolerance.get(name, 0.0))
 
-    def nominal(self, instance: str, stem: str) -> Floats:
-        """Return three parameters of a nominal effect, zeros without it, shape (3,)."""
-        effect = self.effects.get(instance)
-        return np.array([float(getattr(effect, f"{stem}_{a}", 0.0)) for a in AXES])
+    def nominal(self, name: str, stem: str, medium: MediumKind) -> Floats:
+        """Return three parameters of a nominal effect in a medium, shape (3,).
+
+        An instance of the nominal model is called after its effect and medium, such as
+        ``linear_drag_water``; one that acts in any medium counts in each. Zeros without one.
+
+        Args:
+            name: under which the effect is installed.
+            stem: of the parameters ``stem_x``, ``stem_y`` and ``stem_z``.
+            medium: in which it acts.
+        """
+        there = (self.effects.get(f"{name}_{kind.value}") for kind in (medium, MediumKind.any))
+        given = [[float(vars(e)[f"{stem}_{a}"]) for a in AXES] for e in there if e is not None]
+        return np.sum([np.zeros(3), *given], axis=0)
 
 
 @dataclass(frozen=True, kw_only=True)

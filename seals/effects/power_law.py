@@ -32,7 +32,7 @@ def power_law_additions(
     for index, medium in enumerate(subject.media):
         water = medium is MediumKind.water
         size = share[medium] * (subject.mass * subject.environment.gravity)
-        nominal = subject.nominal(f"{name}_{medium.value}", "coefficient")
+        nominal = subject.nominal(name, "coefficient", medium)
         least = 0.25 * size if power == 1 and water else 0.3 * size
         scale = np.maximum(0.5 * nominal, least)
         drawn = subject.spread("drag_coefficient") * nominal

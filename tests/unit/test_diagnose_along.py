@@ -257,6 +257,14 @@ def test_a_finished_fit_stands_on_exact_steps(fitter: Fitter) -> None:
     assert exact < float(seen.product(seen).sum()) + coarse.penalty + 1.0
 
 
+def test_a_fit_starts_inside_its_bounds(fitter: Fitter) -> None:
+    """A start from a linear guess may ask for a negative mass."""
+    key = "payload_second.mass"
+    low, high = fitter.candidate_set.parameters[key].bounds
+    fit = fitter.fit((key,), start={key: low - 1.0}, iterations=0, coarse=True)
+    assert low <= fit.values[key] <= high
+
+
 def test_slopes_in_the_state_keep_what_the_place_cannot_change(cache: TrajectoryCache) -> None:
     """In still water the accelerations know the height, and no other place."""
     slope = dynamics_along(cache.plant, cache.trajectory, {}, cache=cache).state_matrix

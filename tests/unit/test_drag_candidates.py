@@ -46,6 +46,18 @@ def test_a_missing_part_of_the_drag_has_its_form(tmp_path: Path, own_robot: bool
     assert (change.form, change.coefficient_x) == (DragForm.isotropic, 0.0)
 
 
+def test_a_drag_in_any_medium_has_its_tolerance(tmp_path: Path) -> None:
+    """A stated drag that acts in air and water may be off by its tolerance in each."""
+    meta = read_native(ran(tmp_path / "run", *BALL)).meta
+    stated = {"coefficient_x": 0.2, "coefficient_y": 0.3, "coefficient_z": 0.4}
+    own = [e for e in meta["baseline"] if e["name"] != "angular_drag"]
+    meta["baseline"] = [*own, {"name": "angular_drag", "medium": "any", "parameters": stated}]
+    meta["tolerance"] = {"angular_drag_coefficient": {"sigma": 0.15, "meaning": "relative"}}
+    found = candidate_set_of(read_vehicle(meta, None), speeds=np.ones(3)).parameters
+    z = found["angular_drag_water_change.coefficient_z"]
+    assert (z.tolerance, z.bounds[0]) == pytest.approx((0.06, -0.4))
+
+
 def test_a_drag_that_is_missing_altogether_has_the_form_of_the_hull(tmp_path: Path) -> None:
     """The model of a box without its drag may lack that of its faces."""
     change = change_of(ran(tmp_path / "run", *BOX, "hide=[water_drag]"), own_robot=True)

@@ -11,6 +11,7 @@ import numpy as np
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.decision.answer import Answer, Claim, Rival, claim_against, reported, verdict_of
 from seals.sysid.decision.data_sheet import with_data_sheet
+from seals.sysid.decision.general_law import better_general_law
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.predictors.problem import Problem
 from seals.sysid.scores.disturbance_level import DisturbanceLevel, disturbance_level
@@ -52,6 +53,7 @@ def decide(
         return _quiet(search, left, blind=[c.name for c in best.candidates])
     if not refusal and _between_powers(best):
         refusal = "a drag that grows neither with the first nor with the second power of the speed"
+    refusal = refusal or better_general_law(problem, best)
     if refusal:
         return EvidenceAnswer(
             verdict=Verdict.none_of_these,

@@ -267,6 +267,9 @@ class DecisionPolicy:
     force_misfit: float = threshold(
         1.03, "1", "misfit over the noise floor from which a force is missing"
     )
+    general_law: float = threshold(
+        50.0, "chi2", "by which a central force must beat an effect of the place to refuse it"
+    )
     term_share: float = threshold(
         0.05, "1", "share of the excess that a further term of a formula must explain"
     )

@@ -218,7 +218,7 @@ class Fitter:
 
         Args:
             free: keys.
-            start: starting values of the free parameters.
+            start: starting values of the free parameters; the bound where one lies outside.
             iterations: at most, in each of the two stages.
             coarse: leave out `refined`, which follows for the best fits.
         """
@@ -226,7 +226,7 @@ class Fitter:
         keys = (*self.tolerances, *more)
         precision = self.precision(keys, free)
         first = {k: float(self.at.get(k, 0.0)) for k in keys}
-        first |= {k: float(v) for k, v in (start or {}).items() if k in free}
+        first |= {k: self._allowed(k, v) for k, v in (start or {}).items() if k in free}
         late = self.candidate_set.sensor_delay
         if self.windows.delay and late in first:
             first[late] = self.windows.delay
@@ -310,11 +310,14 @@ class Fitter:
 
     def moved(self, fit: Fit, step: Floats, share: float) -> dict[str, float]:
         """Return the values after a fraction of a step, inside the bounds."""
-        out = {}
-        for i, key in enumerate(fit.keys):
-            low, high = self.candidate_set.parameters[key].bounds
-            out[key] = float(min(max(fit.values[key] + share * step[i], low), high))
-        return out
+        return {
+            k: self._allowed(k, fit.values[k] + share * step[i]) for i, k in enumerate(fit.keys)
+        }
+
+    def _allowed(self, key: str, value: float) -> float:
+        """Return a value, or the bound of the parameter that it passes."""
+        low, high = self.candidate_set.parameters[key].bounds
+        return float(min(max(value, low), high))
 
     def _linear(
         self,
