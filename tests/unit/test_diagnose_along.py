@@ -265,6 +265,16 @@ def test_a_fit_starts_inside_its_bounds(fitter: Fitter) -> None:
     assert low <= fit.values[key] <= high
 
 
+def test_a_delay_that_the_windows_follow_is_free_only_where_it_is_fitted() -> None:
+    """A model without a late sensor pays for a delay beyond its tolerance."""
+    meta = described(None)
+    meta["tolerance"]["sensor_delay"] = {"sigma": 5e-4}
+    late = linearise_model(*waving(read_vehicle(meta)), {}, window=0.5)
+    late, key = rewindowed(late, delay=0.02), late.candidate_set.sensor_delay
+    without, fitted = (late.fit(free, iterations=0, coarse=True) for free in ((), (key,)))
+    assert without.cost - fitted.cost == pytest.approx((0.02 / 5e-4) ** 2, rel=1e-6)
+
+
 def test_slopes_in_the_state_keep_what_the_place_cannot_change(cache: TrajectoryCache) -> None:
     """In still water the accelerations know the height, and no other place."""
     slope = dynamics_along(cache.plant, cache.trajectory, {}, cache=cache).state_matrix

@@ -106,7 +106,7 @@ def test_a_force_outside_the_library_gets_no_name(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_magnet_is_not_taken_for_a_cable(tmp_path: Path) -> None:
-    """A cable's law bends to a force that fades with the distance, and a general law fits better."""
+    """A cable's law bends to a force that fades with the distance; a general law fits better."""
     words = ("--level", "out_of_library", "--vehicle", "drop", "--seed", "7103")
     found, _ = answered(tmp_path, *words)
     assert found.answer.verdict.value == "none_of_these"

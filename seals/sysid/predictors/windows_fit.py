@@ -208,6 +208,7 @@ class Fitter:
         free: Sequence[str],
         *,
         start: Mapping[str, float] | None = None,
+        around: Mapping[str, float] | None = None,
         iterations: int = 6,
         coarse: bool = False,
     ) -> Fit:
@@ -219,13 +220,15 @@ class Fitter:
         Args:
             free: keys.
             start: starting values of the free parameters; the bound where one lies outside.
+            around: starting values of all others; where the responses were taken when left out.
             iterations: at most, in each of the two stages.
             coarse: leave out `refined`, which follows for the best fits.
         """
         more = [k for k in free if k not in self.tolerances]
         keys = (*self.tolerances, *more)
         precision = self.precision(keys, free)
-        first = {k: float(self.at.get(k, 0.0)) for k in keys}
+        begin = self.at if around is None else around
+        first = {k: float(begin.get(k, 0.0)) for k in keys}
         first |= {k: self._allowed(k, v) for k, v in (start or {}).items() if k in free}
         late = self.candidate_set.sensor_delay
         if self.windows.delay and late in first:
@@ -353,7 +356,8 @@ class Fitter:
             # these windows follow a late sensor: its delay is theirs, and held
             held = list(keys).index(late)
             _silence(normal, right, held)
-            centre[held] = self.windows.delay
+            # a delay that is not fitted is still one beyond its tolerance
+            centre[held] = self.windows.delay if late in free else 0.0
         penalty = float(np.sum(precision * (at_values - centre) ** 2))
         cost = float(level.sum()) + penalty
         fit = Fit(

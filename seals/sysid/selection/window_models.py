@@ -318,7 +318,12 @@ def extensions(
     def work(job: tuple[Candidate, Mapping[str, float]]) -> Fit:
         keys = candidate_keys((*base.candidates, job[0]))
         fitter = _shifted(base.fitter, job[1]).acting((*base.candidates, job[0]))
-        return fitter.fit(keys, start=job[1], coarse=True)
+        fit = fitter.fit(keys, start=job[1], coarse=True)
+        if fit.cost <= base.fit.cost:
+            return fit
+        # a model with one more effect holds the one without it: the fit was caught on its way
+        again = fitter.fit(keys, around=base.fit.values, coarse=True)
+        return again if again.cost < fit.cost else fit
 
     fits = spread(work, jobs, processes)
     chosen: dict[str, tuple[Candidate, Fit, Fitter]] = {}
