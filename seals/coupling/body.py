@@ -8,7 +8,7 @@ from typing import Any, ClassVar, cast
 import numpy as np
 
 from seals.arrays import Array, Floats, namespace
-from seals.backend import BodyOptions, Configuration, Dynamics, LinkPoses
+from seals.backend import BodyOptions, Configuration, Dynamics, Follow, LinkPoses
 from seals.coupling.contacts import Contacts
 from seals.coupling.engine import CompiledEngineBody, EngineBody, SolvingEngineBody
 from seals.coupling.implicit_drive import ImplicitDrives
@@ -17,8 +17,9 @@ from seals.coupling.locked import base_inertia, locked_kick
 from seals.coupling.predicted import PredictedForces
 from seals.coupling.solved import SolvedForces
 from seals.errors import PhysicsError
-from seals.frames import cross, matrix_of, multiply
+from seals.frames import cross, exponential, matrix_of, multiply
 from seals.multibody.equations import Assembly
+from seals.multibody.kinematics import Kinematics
 from seals.robot.model import RobotModel
 
 
@@ -58,10 +59,12 @@ class CoupledBody(BodyOptions):
         self._contacts = Contacts(len(robot.links))
         lower, upper = (robot.lower + 1e-6).tolist(), (robot.upper - 1e-6).tolist()
         self._stops = list(zip(lower, upper, strict=True))
-        self._began = np.zeros((len(robot.links), 3)), np.tile(np.eye(3), (len(robot.links), 1, 1))
+        self._began: Kinematics | None = None
         self._speed = HalfStep(np.zeros(robot.degrees))
         self._joints = np.zeros(joints)
         self._centred = not np.any(engine.reference)
+        self._follow: Follow | None = None
+        self.followed: Floats | None = None
 
     def reset(self, configuration: Configuration) -> None:
         """Set the state of the robot."""
@@ -76,6 +79,7 @@ class CoupledBody(BodyOptions):
         self.engine.place(np.asarray(c.position, dtype=float), quaternion)
         self.engine.set_velocity(native, c.joints)
         self._speed, self._joints = HalfStep(native), c.joints
+        self.followed = None
         self._contacts.forget()
         self._forces.forget()
 
@@ -138,7 +142,7 @@ class CoupledBody(BodyOptions):
 
     def snapshot(self) -> Any:
         """Return the state outside the engine, for the backend's snapshot."""
-        motion = self._speed, self._joints
+        motion = self._speed, self._joints, self.followed
         return motion, self._contacts.snapshot(), self._forces.snapshot()
 
     def restore(self, kept: Any) -> None:
@@ -146,7 +150,7 @@ class CoupledBody(BodyOptions):
 
         It sets masses and motors of the engine where they differ.
         """
-        (self._speed, self._joints), contacts, forces = kept
+        (self._speed, self._joints, self.followed), contacts, forces = kept
         self._contacts.restore(contacts)
         self._forces.restore(forces)
 
@@ -156,14 +160,44 @@ class CoupledBody(BodyOptions):
         last = None if smooth is None else smooth[self._base :]
         acting = self._drives.over_step(dynamics, step, last)
         self._base_inertia = lambda: base_inertia(self._assembly, dynamics)
-        self._began = dynamics.kinematics.origins[0], dynamics.kinematics.rotations[0]
+        self._began = dynamics.kinematics
         self._forces.apply(
             self.engine, dynamics, step, acting=acting, contacts=self._contacts, joints=self._joints
         )
 
-    def compile(self, *, inertial: bool) -> None:
-        """Prepare for `compiled_law`; ``inertial``: whether effects add inertia."""
+    def compile(self, *, inertial: bool, follow: Follow) -> None:
+        """Prepare for `compiled_law`; see `seals.backend.CompiledBody.compile`."""
+        self._follow = follow
         self._forces.compile(inertial=inertial)
+
+    def leapt(  # noqa: PLR0917  one robot after a step of the engine
+        self,
+        place: Array,
+        turn: Array,
+        raw: Array,
+        joints: Array,
+        now: Array,
+        before: Array,
+        middle: Array | None,
+        step: float,
+    ) -> list[Array]:
+        """Return place, attitude, joints, velocities and whether a stop was met; pure.
+
+        One step of leapfrog, see `after_step`; arguments as in `Follow`.
+        """
+        half = 0.5 * (raw - now)
+        middle = now + half if middle is None else middle + 2.0 * half
+        base, xp = self._base, namespace(raw)
+        shift = step * (middle - raw)
+        if base:
+            place, turn = place + shift[:, :3], multiply(exponential(shift[:, 3:6]), turn)
+        stopped = raw[:, :1] * 0.0
+        if self._limits:
+            both = xp.concat((joints, before), axis=0)
+            lower, upper = (np.array([column]) for column in zip(*self._stops, strict=True))
+            met = xp.astype((both <= lower) | (both >= upper), raw.dtype)
+            stopped = stopped + xp.max(met)
+        return [place, turn, joints + shift[:, base:], middle + half, middle, stopped]
 
     def coordinates(self) -> tuple[Floats, Floats, Floats, Floats]:
         """Return position, attitude, joints and velocity as the engine keeps them."""
@@ -187,9 +221,10 @@ class CoupledBody(BodyOptions):
             step: h [s].
             driven: whether drives act on the joints.
         """
-        late = self._speed.middle is None
         form = self._forces.compiled_form(step, driven=driven, contacts=self._contacts)
-        return None if form is None else (form, "late" if late and driven else "")
+        if form is None:
+            return None
+        return form, "" if not driven else "late" if self._speed.middle is None else "smooth"
 
     def compiled_law(
         self, form: tuple[str, ...], dynamics: Dynamics, step: float, *own: Array
@@ -202,20 +237,23 @@ class CoupledBody(BodyOptions):
             step: h [s].
             own: from `compiled_arguments`.
         """
-        last = None if form[1] else own[0]
+        last, *own = own if form[1] == "smooth" else (None, *own)
         acting = ImplicitDrives(self._base).over_step(dynamics, step, last)
         rows = base_inertia(self._assembly, dynamics) if self._limits and self._base else None
-        found = self._forces.compiled_law(form[0], dynamics, step, acting, *own[1:])
+        found = self._forces.compiled_law(form[0], dynamics, step, acting, *own)
         return found if rows is None else [*found, rows]
 
-    def compiled_arguments(self, step: float) -> tuple[Floats, ...]:
+    def compiled_arguments(self, form: tuple[str, ...], step: float) -> tuple[Floats, ...]:
         """Return the arguments of `compiled_law` for the next step [s]."""
+        own = self._forces.compiled_arguments(self._contacts)
+        if form[1] != "smooth":
+            return own
         smooth = self._speed.acceleration(step)
-        last = np.zeros(self.robot.tree.joints) if smooth is None else smooth[self._base :]
-        return last, *self._forces.compiled_arguments(self._contacts)
+        assert smooth is not None
+        return smooth[self._base :], *own
 
     def give(
-        self, form: tuple[str, ...], results: list[Floats], origins: Floats, rotations: Floats
+        self, form: tuple[str, ...], results: list[Floats], kinematics: Kinematics
     ) -> bool:
         """Pass the results of `compiled_law` to the engine, in place of `apply`.
 
@@ -225,14 +263,13 @@ class CoupledBody(BodyOptions):
         Args:
             form: from `compiled_form`.
             results: of `compiled_law`.
-            origins: of the links [m], shape (L, 3).
-            rotations: R_WL, shape (L, 3, 3).
+            kinematics: of the links.
         """
         if self._limits and self._base:
             *results, rows = results
             self._base_inertia = lambda: rows
-        self._began = origins, rotations
-        return self._forces.give(form[0], results, origins[0])
+        self._began = kinematics
+        return self._forces.give(form[0], results, kinematics.origins[0, 0])
 
     def after_step(self, step: float) -> None:
         """Compute the velocity at the new time, and correct the pose by the half-step velocity.
@@ -250,15 +287,18 @@ class CoupledBody(BodyOptions):
             PhysicsError: the motion is faster than the engine can follow, or not finite.
         """
         raw, joints = self.engine.state()
+        self.followed = None
         self._forces.measure()
         # written so that a motion that is not a number is looked at as well
         if not raw @ raw <= self.engine.top_speed**2:
             self._refuse_speed(float(np.abs(raw).max()))
         kick = raw - self._speed.now
-        self._forces.moved(kick[self._base :] / step)
+        self._forces.moved(kick, step)
         self._contacts.note(self.engine.contacts(), self._began)
         if not self._second_order or self._contacts.any or self._forces.running:
             self._speed, self._joints = HalfStep(raw), joints
+            return
+        if self._follow is not None and self._followed(raw, joints, step):
             return
         if self._at_stop(joints) or self._at_stop(self._joints):
             self._speed, self._joints = HalfStep(raw), joints
@@ -274,12 +314,27 @@ class CoupledBody(BodyOptions):
             self.engine.shift_base(shift[:6])
         self.engine.set_velocity(self._speed.now, self._joints)
 
+    def _followed(self, raw: Floats, joints: Floats, step: float) -> bool:
+        """Step by machine code; return false at a joint stop."""
+        assert self._follow is not None
+        engine: Any = self.engine
+        now, middle = self._speed
+        given = (*engine.native_pose(), raw, joints, now, self._joints)
+        found = self._follow(given if middle is None else (*given, middle), step)
+        if found is None:
+            return False
+        place, turn, self._joints, fresh, later, self.followed = found
+        self._speed = HalfStep(fresh, later)
+        engine.put(place, turn, fresh, self._joints)
+        return True
+
     def _move_back(self, inertia: Floats, kick: Floats, step: float) -> None:
         """Correct the pose of a robot at a joint stop to second order, without the stop's impulse.
 
         Without it the robot would go h^2 a / 2 too far in every step at the stop.
         """
-        turn = self._began[1][0]
+        assert self._began is not None
+        turn = self._began.rotations[0, 0]
         shift = -0.5 * step * locked_kick(inertia, self._at_origin(kick, turn))
         shift[:3] += np.cross(shift[3:], turn @ self.engine.reference)
         self.engine.shift_base(shift)

@@ -9,6 +9,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.coupling.engine import ContactPoints
 from seals.frames import cross
+from seals.multibody.kinematics import Kinematics
 
 
 class Contacts:
@@ -32,17 +33,16 @@ class Contacts:
     def forget(self) -> None:
         """Clear all contacts."""
         self._points: ContactPoints | None = None
-        self._began: tuple[Floats, Floats] | None = None
+        self._began: Kinematics | None = None
         self._sums: tuple[Floats, Floats] | None = self._none
         self.any, self.links = False, frozenset[int]()
 
-    def note(self, points: ContactPoints | None, began: tuple[Floats, Floats]) -> None:
+    def note(self, points: ContactPoints | None, began: Kinematics | None) -> None:
         """Store the engine's contact points of a step.
 
         Args:
             points: as the engine gives them; None for nothing.
-            began: origins (L, 3) and rotations (L, 3, 3) of the links where the step began: there
-                the engine found the contacts.
+            began: poses of the links where the step began: there the engine found the contacts.
         """
         if points is None:
             if self.any:
@@ -73,7 +73,7 @@ class Contacts:
             return self._sums
         assert self._began is not None
         assert self._points is not None
-        origins, rotations = self._began
+        origins, rotations = self._began.origins[0], self._began.rotations[0]
         out, pressing = np.zeros_like(self._none[0]), np.zeros_like(self._none[1])
         links = self._points.links
         points, force, normal = self._points.forces()

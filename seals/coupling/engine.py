@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from typing import Protocol, runtime_checkable
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats
 from seals.coupling.implicit_drive import ImplicitDrive
 
 
@@ -214,15 +214,51 @@ class CompiledEngineBody(EngineMotion, Protocol):
         """
         ...
 
+    def put(self, place: Floats, turn: Floats, velocity: Floats, joints: Floats) -> None:
+        """Set pose as in `native_pose`, velocity (n,) and joint positions (J,)."""
+        ...
+
+
+
+class CompiledMasses(CompiledEngineBody, Protocol):
+    """The same of an engine with scalar link masses and joint motors, see `EngineBody`."""
+
     def apply_generalised(self, force: Floats, joint_forces: Floats, origin: Floats) -> None:
         """Apply a generalised force and forces on the joints over the next step.
 
         One call in place of `apply_wrenches` and `apply_joint_forces`.
 
         Args:
-            force: of the velocity as `set_velocity` takes it, but about ``origin`` for an engine
-                with scalar link masses [N, N m], shape (n,).
+            force: of the velocity as `set_velocity` takes it, but about ``origin`` [N, N m], shape
+                (n,).
             joint_forces: added to it on the joints [N m or N], shape (J,).
             origin: of the base [m], shape (3,).
         """
+        ...
+
+
+class CompiledSolving(CompiledEngineBody, Protocol):
+    """The same of an engine that solves added inertia and joint drives, see `SolvingEngineBody`."""
+
+    def compiled_law(
+        self,
+        rotation: Array,
+        force: Array,
+        joint_forces: Array,
+        inertia: Array | None,
+        acting: ImplicitDrive | None,
+    ) -> list[Array]:
+        """Return what `give` takes; pure.
+
+        Args:
+            rotation: R_WB of the base, shape (3, 3).
+            force: generalised, of the velocity as `set_velocity` takes it [N, N m], shape (n,).
+            joint_forces: added to it on the joints [N m or N], shape (J,).
+            inertia: added to the robot's own, shape (n, n); None for none.
+            acting: joint drives of the step; None for none.
+        """
+        ...
+
+    def give(self, results: list[Floats]) -> None:
+        """Set the loads of the next step from the results of `compiled_law`."""
         ...

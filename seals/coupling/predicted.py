@@ -157,10 +157,10 @@ class PredictedForces:
         """Record the motor forces after a step."""
         self._motors.measure()
 
-    def moved(self, change: Floats) -> None:
-        """Record the joint acceleration of a step, shape (J,)."""
-        if change.size and not self._motors.running:
-            self._servo.response = JointResponse(change, self._given)
+    def moved(self, kick: Floats, step: float) -> None:
+        """Record the joint acceleration of a step [s] with a change of velocity, shape (n,)."""
+        if len(kick) > self._lead and not self._motors.running:
+            self._servo.response = JointResponse(kick[self._lead :] / step, self._given)
 
     def snapshot(self) -> Any:
         """Return the state outside the engine."""

@@ -13,7 +13,6 @@ from seals.coupling.engine import SolvingEngineBody
 from seals.coupling.generalised import generalised, generalised_inertia
 from seals.coupling.implicit_drive import ImplicitDrive
 from seals.frames import cross_last, skew_last
-from seals.motion import JointDrive
 from seals.multibody.equations import Assembly, weightless
 from seals.robot.model import RobotModel
 
@@ -104,29 +103,18 @@ class SolvedForces:
     def compiled_law(
         self, form: str, dynamics: Dynamics, step: float, acting: ImplicitDrive | None
     ) -> list[Array]:
-        """Return generalised force (n,), joint forces (J,), added inertia (n, n), drives; pure."""
+        """Return joint forces (J,), and what the engine's `compiled_law` returns; pure."""
         wrench, jacobian, inertia = self._loads(dynamics)
-        if jacobian is None or inertia is None:
-            jacobian, size = self._about_reference(dynamics)[0], dynamics.moving.speed.shape[1]
-            inertia = namespace(jacobian).zeros((size, size))
-        found = [generalised(jacobian, wrench), dynamics.joint_force[0], inertia]
-        if acting is None:
-            return found
-        shape = acting.drive.force.shape
-        limit = namespace(jacobian).broadcast_to(acting.drive.limit, shape)
-        return [*found, acting.drive.force, limit, acting.gain, acting.armature]
+        if jacobian is None:
+            jacobian = self._about_reference(dynamics)[0]
+        force, outer = generalised(jacobian, wrench), dynamics.joint_force[0]
+        rotation = dynamics.kinematics.rotations[0, 0]
+        return [outer, *self._engine.compiled_law(rotation, force, outer, inertia, acting)]
 
     def give(self, form: str, results: list[Floats], origin: Floats) -> bool:
         """Pass results of `compiled_law` to the engine, and return true."""
-        force, self._outer, inertia, *drive = results
-        self._engine.apply_generalised(force, self._outer, origin)
-        self._engine.add_inertia(inertia if inertia.any() else None)
-        if self._outer.size:
-            acting = None
-            if drive:
-                pull, limit, gain, armature = drive
-                acting = ImplicitDrive(JointDrive(pull, gain, gain, limit), gain, armature)
-            self._engine.drive_joints(acting)
+        self._outer, *own = results
+        self._engine.give(own)
         return True
 
     def _about_reference(self, dynamics: Dynamics) -> tuple[Floats, Floats]:
@@ -155,7 +143,7 @@ class SolvedForces:
         if self._outer.size:
             self._given = self._outer + self._engine.drive_forces()
 
-    def moved(self, change: Floats) -> None:
+    def moved(self, kick: Floats, step: float) -> None:
         """Do nothing: no prediction from the last step is needed."""
 
     def snapshot(self) -> Any:

@@ -29,7 +29,8 @@ from seals.sensors.onboard import OnboardState, spins
 from seals.sensors.protocol import Sensor
 from seals.sensors.rays import Shape, shapes_of_hull
 from seals.sensors.surroundings import Surroundings
-from seals.world.compiled import CompiledStep, Look
+from seals.world.compiled import CompiledStep
+from seals.world.compiled_links import Look
 from seals.world.drivetrain import Drivetrain
 from seals.world.immersion import Immersion
 from seals.world.ledger import Ledger
@@ -158,31 +159,44 @@ class Actor:
         self._before: LinkVelocities | None = None
         self._now: tuple[Kinematics, LinkVelocities] | None = None
         self._look: Look | None = None
+        self._supply: Floats | None = None
         self._due: tuple[Dynamics, Floats] | None = None
 
     def load(self, time: float, step: float) -> None:
         """Evaluate the effects into the ledger, and pass the sum to the backend."""
         self._time = time
-        kinematics, moving = self._now or self.look()
-        joints = _NO_JOINTS
-        if self.robot.tree.joints:
-            lead = 0 if self.robot.tree.fixed_base else 6
-            joints = Joints(self.body.joint_positions()[None], moving.speed[:, lead:])
-        motion: Motion | None = None
-        sample: Sample | None = None
-        if self.pilot is not None:
-            if self.pilot.due or self.compiled is None:
-                motion, sample = self._sampled(time, kinematics, moving)
-                felt = self._contacts() if self.pilot.due else {}
-                seen = ControlInput(time, kinematics, moving, motion, joints, sample, felt)
-                self._obey(self.pilot.command(seen))
-            else:
-                self.pilot.wait()
-        inputs = self._inputs(time, step, joints)
-        if self._look is not None and self._load_compiled(time, joints, inputs):
+        if self.compiled is not None:
+            self._load_compiled(self.compiled, time, step)
             return
-        if motion is None or sample is None:
-            motion, sample = self._sampled(time, kinematics, moving)
+        kinematics, moving = self._now or self.look()
+        joints = self._joints(moving)
+        motion, sample = self._sampled(time, kinematics, moving)
+        if self.pilot is not None:
+            self._fly(self.pilot, ControlInput(time, kinematics, moving, motion, joints, sample, {}))
+        inputs = self._inputs(time, step, joints.position)
+        self._evaluate(ControlInput(time, kinematics, moving, motion, joints, sample, {}), inputs)
+
+    def _joints(self, moving: LinkVelocities) -> Joints:
+        """Positions and rates of the joints."""
+        if not self.robot.tree.joints:
+            return _NO_JOINTS
+        lead = 0 if self.robot.tree.fixed_base else 6
+        return Joints(self.body.joint_positions()[None], moving.speed[:, lead:])
+
+    def _fly(self, pilot: Pilot, seen: ControlInput) -> None:
+        """Ask guide and controller for the commands of the next step."""
+        if pilot.due:
+            seen = seen._replace(contacts=self._contacts())
+        order = pilot.command(seen)
+        if order.drive.size:
+            self.command = order.drive[None]
+        if order.joints.size:
+            self.joint_command = order.joints[None]
+
+    def _evaluate(self, seen: ControlInput, inputs: Inputs) -> None:
+        """Evaluate the effects into the ledger, and pass the sum to the backend."""
+        time, kinematics, moving, motion, joints, sample, _ = seen
+        step = inputs.step
         found = self.evaluator.evaluate(motion, joints, inputs, self.memory, sample)
         row = self.ledger.open_row(time)
         for b, rows, wrench in found.loads:
@@ -195,7 +209,7 @@ class Actor:
         else:
             self._due = due, row
         self.memory = found.memory
-        self._speeds = {b.name: drives.speed for b, drives in found.drives}
+        self._speeds, self._supply = {b.name: drives.speed for b, drives in found.drives}, None
         self._before, self._now = moving, None
 
     def _sampled(
@@ -207,17 +221,28 @@ class Actor:
             return motion, self.compiled.sample(self._look, time)
         return motion, self.evaluator.surroundings.sample(motion)
 
-    def _load_compiled(self, time: float, joints: Joints, inputs: Inputs) -> bool:
-        """Do the same by machine code; return false where this step has none."""
-        assert self.compiled is not None
-        assert self._look is not None
-        found = self.compiled.loads(self._look, time, joints, inputs, self.memory)
+    def _load_compiled(self, laws: CompiledStep, time: float, step: float) -> None:
+        """Do the same by machine code."""
+        look = self._look or self._looked(step)
+        if self.pilot is not None:
+            if self.pilot.due:
+                self._fly(self.pilot, self._seen(look, time))
+            else:
+                self.pilot.wait()
+        inputs = self._inputs(time, step, look.joints)
+        found = laws.loads(look, time, inputs, self.memory)
         if found is None:
-            return False
-        self.ledger.open_row(time)[...] = found.row
-        self.memory, self._speeds = found.memory, found.speeds
-        self._before, self._now, self._look = self._look.moving, None, None
-        return True
+            self._evaluate(self._seen(look, time), inputs)
+        else:
+            self.ledger.open_row(time)[...] = found.row
+            self.memory, self._speeds, self._supply = found.memory, found.speeds, found.voltage
+        self._before, self._now, self._look = look.moving, None, None
+
+    def _seen(self, look: Look, time: float) -> ControlInput:
+        """What guide and controller are given."""
+        kinematics, moving = look.kinematics, look.moving
+        motion, sample = self._sampled(time, kinematics, moving)
+        return ControlInput(time, kinematics, moving, motion, self._joints(moving), sample, {})
 
     def immersed(self, step: float) -> BodyStates:
         """Return the states of the robot's bodies for the fluid, after `load` and before `push`."""
@@ -237,13 +262,6 @@ class Actor:
         self.ledger.write(row, self.ledger.effects[-1], None, Wrench(wrench[:, :3], wrench[:, 3:]))
         whole = due._replace(wrench=due.wrench + wrench[None], discontinuous=True)
         self.body.apply(whole, step)
-
-    def _obey(self, order: ActuatorCommand) -> None:
-        """Apply a command to the robot's drives and servos."""
-        if order.drive.size:
-            self.command = order.drive[None]
-        if order.joints.size:
-            self.joint_command = order.joints[None]
 
     def _contacts(self) -> dict[str, float]:
         """Normal force of the last step on every gripper's tips [N]."""
@@ -265,16 +283,18 @@ class Actor:
             f"robot '{self.robot.name}' has no battery.\nAdd one: +effect@effects.battery=battery"
         )
 
-    def _inputs(self, time: float, step: float, joints: Joints) -> Inputs:
+    def _inputs(self, time: float, step: float, joints: Floats) -> Inputs:
         """Return the inputs of the effects after delays and lags."""
         train, share = self.drivetrain, 1.0
         if self.battery is not None:
-            voltage: Any = self.evaluator.supplied(self.memory)
+            voltage: Any = self._supply
+            if voltage is None:
+                voltage = self.evaluator.supplied(self.memory)
             share = float(voltage[0, 0]) / self.battery.full_voltage
             self.voltage, self.evaluator.fed = voltage, True
         self.drive = train.drive(time, self.command, self.drive, share)
         torque = train.torque(time, self.joint_torque)
-        position = train.position(time, self.joint_command, joints.position, step)
+        position = train.position(time, self.joint_command, joints, step)
         return Inputs(step, torque, self.drive, self.voltage, position)
 
     def look(self) -> tuple[Kinematics, LinkVelocities]:
@@ -283,18 +303,29 @@ class Actor:
             poses = self.body.poses()
             kinematics = Kinematics(self.robot.tree, poses.origins, poses.rotations)
             self._now = (kinematics, kinematics.move(poses.speed))
-        else:
-            self._look = self.compiled.look(self._time)
-            self._now = self._look.kinematics, self._look.moving
-        return self._now
+            return self._now
+        look = self._looked(0.0)
+        return look.kinematics, look.moving
+
+    def _looked(self, step: float) -> Look:
+        """Return the links at the current time; ``step`` since the last look [s]."""
+        assert self.compiled is not None
+        if self._look is None:
+            self._look = self.compiled.links.look(self._time, self._before, step)
+        return self._look
 
     def sense(self, time: float, step: float, rng: np.random.Generator) -> None:
         """Sample the sensors that are due, and pass arriving readings to the controller."""
         self._time = time
         if not self.sensors:
             return
-        now = Instant(time, step, *self.look(), self._before, self._felt_over(step))
-        self.sensor_suite.take(now, rng)
+        if self.compiled is None:
+            kinematics, moving = self.look()
+            felt = self._felt_over(step)
+        else:
+            look = self._looked(step)
+            kinematics, moving, felt = look.kinematics, look.moving, look.felt
+        self.sensor_suite.take(Instant(time, step, kinematics, moving, self._before, felt), rng)
         if self.pilot is not None:
             for taken, readings in self.sensor_suite.heard().items():
                 self.pilot.hear(taken, readings)
@@ -309,11 +340,7 @@ class Actor:
         known: list[Sequence[Floats]] = []
 
         def felt() -> Sequence[Floats]:
-            if known:
-                return known[0]
-            if self.compiled is not None and earlier is not None:
-                known.append(self.compiled.felt((*given, *earlier), self.gravity, step))
-            else:
+            if not known:
                 known.append(felt_by_links(*given, earlier, self.gravity, step))
             return known[0]
 
@@ -338,7 +365,7 @@ class Actor:
     def snapshot(self) -> Any:
         """Return memory of effects and sensors, commands, and the length of the ledger."""
         commands = [_copy(getattr(self, name)) for name in _COMMANDS]
-        memory = (self.memory, self.sensor_suite.snapshot(), self._speeds)
+        memory = (self.memory, self.sensor_suite.snapshot(), self._speeds, self._supply)
         pilot = None if self.pilot is None else self.pilot.snapshot()
         train = (self.drivetrain.snapshot(), pilot)
         return memory, commands, train, self.ledger.rows, self._before
@@ -346,7 +373,7 @@ class Actor:
     def restore(self, kept: Any) -> None:
         """Restore a snapshot; later rows of the ledger are discarded."""
         memory, commands, train, rows, self._before = kept
-        self.memory, sensing, self._speeds = memory
+        self.memory, sensing, self._speeds, self._supply = memory
         self.sensor_suite.restore(sensing)
         for name, value in zip(_COMMANDS, commands, strict=True):
             setattr(self, name, _copy(value))

@@ -96,7 +96,8 @@ class SensorSuite:
         self._idles = {n: o.idles for n, o in options.items()}
         self.cameras = {n: CameraView(None) for n, o in options.items() if o.records}
         faults = Faults(effects, self.sensors)
-        self._chains, self._askew = faults.chains, faults.turns
+        self._askew = faults.turns
+        self._chains = {n: c for n, c in faults.chains.items() if c.errors or c.delay}
         self._ways = {n: Delivery(s, delay=faults.delays[n]) for n, s in self.sensors.items()}
         self._forget()
 
@@ -137,16 +138,18 @@ class SensorSuite:
     def take(self, now: Instant, rng: np.random.Generator) -> None:
         """Take the readings that are due."""
         self.readings, self.arrived = dict.fromkeys(self.sensors), []
-        time, outside = now.time, None
+        time, seen = now.time, None
         for name, sensor in self.sensors.items():
             due = time >= self._next[name] - 1e-9
             if not due and self._idles[name] and self._ways[name].plain:
                 continue
             reading = None
             if due or not self._idles[name]:
-                if outside is None:
+                if seen is None:
                     outside = self.body.contact_wrenches(), self.body.contact_normals()
-                felt = self._felt(name, now, outside)
+                    poses = now.kinematics.origins[0], now.kinematics.rotations[0]
+                    seen = *poses, now.moving.twists[0], *outside
+                felt = self._felt(name, now, seen)
                 reading, self._memory[name] = sensor.sense(felt, self._memory[name], rng, due=due)
             if reading is not None and name in self._chains:
                 past = self._past.get(name, ())
@@ -174,30 +177,38 @@ class SensorSuite:
     def heard(self) -> dict[float, dict[str, Values]]:
         """Return the readings that arrived last, by sample time [s], oldest first."""
         out: dict[float, dict[str, Values]] = {}
+        if len(self.arrived) < 2:
+            return {taken: {name: values} for taken, name, values in self.arrived}
         for taken, name, values in sorted(self.arrived, key=lambda entry: entry[0]):
             out.setdefault(taken, {})[name] = values
         return out
 
-    def _felt(self, name: str, now: Instant, outside: tuple[Floats, Floats]) -> SensorInput:
-        """Motion of one link, for inertial sensors with its mean acceleration over the step."""
-        time, step, kinematics, moving, _, felt = now
+    def _felt(self, name: str, now: Instant, seen: Sequence[Floats]) -> SensorInput:
+        """Motion of one link, for inertial sensors with its mean acceleration over the step.
+
+        Args:
+            name: of the sensor.
+            now: the instant.
+            seen: origins, rotations, twists, contact wrenches and normal forces of all links.
+        """
+        origins, rotations, twists, contact, pressing = seen
         link = self._carriers[name]
-        turn, twist = kinematics.rotations[0, link], moving.twists[0, link]
-        force = rate = _STILL
+        twist, force, rate = twists[link], _STILL, _STILL
         if self._inertial[name]:
-            force, rate = felt()[0][link], felt()[1][link]
+            forces, rates = now.felt()
+            force, rate = forces[link], rates[link]
         # in the order of the fields: keywords cost as much as the arithmetic
         return SensorInput(
-            time,
-            step,
-            kinematics.origins[0, link],
-            turn,
+            now.time,
+            now.step,
+            origins[link],
+            rotations[link],
             twist[:3],
             twist[3:],
             force,
             rate,
-            outside[0][link],
-            float(outside[1][link]),
+            contact[link],
+            pressing.item(link),
             self.others,
             self.around,
             self.board,

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats, namespace
 from seals.coupling import ImplicitDrive
 from seals.frames import cross
 from seals.plugins.backends.mujoco.contacts import MujocoContacts
 from seals.plugins.backends.mujoco.scene import Scene
 from seals.robot.model import RobotModel
 
-_XYZW = np.array([1, 2, 3, 0])
-"""Order of a quaternion's parts in SEALS, by their places in the engine."""
+class _Drive(NamedTuple):
+    """Joint drives over a step: force less gain times acceleration, limited; shape (J,) each."""
+
+    force: Floats
+    limit: Floats
+    gain: Floats
+    armature: Floats
 
 
 class MujocoBody:
@@ -41,9 +46,10 @@ class MujocoBody:
         self._description = scene.add(robot, self)
         self._inertia: Floats | None = None
         self._force = np.zeros(robot.tree.joints)
-        self._drive: ImplicitDrive | None = None
+        self._drive: _Drive | None = None
+        self._loads: tuple[Floats, Floats] | None = None
         self._held, self._bound = np.zeros(robot.tree.joints, dtype=bool), False
-        self._pull = np.zeros(robot.tree.joints)
+        self._pull = self._none = np.zeros(robot.tree.joints)
         self._push, self._wrenched = np.zeros(6), True
 
     def bind(self) -> None:
@@ -51,9 +57,10 @@ class MujocoBody:
         m, d, names = self._scene.model, self._scene.data, self._description
         self._rows = np.array([m.body(name).id for name in names.bodies])
         joints = [m.joint(name).id for name in names.joints]
-        self._q = np.array([m.jnt_qposadr[j] for j in joints], dtype=int)
-        turning = [m.jnt_dofadr[j] for j in joints]
-        self._dofs = np.array(turning, dtype=int)
+        turning = [int(m.jnt_dofadr[j]) for j in joints]
+        self._joints = len(joints)
+        self._q = _span([int(m.jnt_qposadr[j]) for j in joints])
+        self._dofs = _span(turning)
         every = turning
         if self._free:
             base = m.joint(f"{self._number}/").id
@@ -87,10 +94,12 @@ class MujocoBody:
                 m.M_colind[m.M_rowadr[dof] : m.M_rowadr[dof] + m.M_rownnz[dof]]
             )
         ]
-        self._at, self._row, self._column = np.array(table, dtype=int).reshape(-1, 3).T
-        diagonal = {row: at for at, row, column in table if row == column}
+        at, self._row, self._column = np.array(table, dtype=int).reshape(-1, 3).T
+        self._at = _span(at.tolist())
+        diagonal = {row: k for k, (_, row, column) in enumerate(table) if row == column}
         lead = self._lead
-        self._diagonal = np.array([diagonal[lead + j] for j in range(len(every) - lead)], dtype=int)
+        self._entry = np.array([diagonal[lead + j] for j in range(len(every) - lead)], dtype=int)
+        self._diagonal = at[self._entry]
 
     def place(self, position: Floats, quaternion: Floats) -> None:
         """Set the pose of the base link."""
@@ -114,7 +123,8 @@ class MujocoBody:
 
     def native_pose(self) -> tuple[Floats, Floats]:
         """Return the reference point of the base, and its attitude."""
-        return self._place, self._turn.take(_XYZW)
+        w, x, y, z = self._turn.tolist()
+        return self._place, np.array((x, y, z, w))
 
     def link_poses(self) -> tuple[Floats, Floats]:
         """Return origins and rotations of all links."""
@@ -128,10 +138,18 @@ class MujocoBody:
         if self._free:
             self._linear[:] = velocity[:3]
             self._spin[:] = self._in_base(velocity[3:6])
-        if self._dofs.size:
+        if self._joints:
             self._qvel[self._dofs] = velocity[self._lead :]
             self._qpos[self._q] = joints
         self._scene.stale = True
+
+    def put(self, place: Floats, turn: Floats, velocity: Floats, joints: Floats) -> None:
+        """Set pose, velocity and joint positions."""
+        if self._free:
+            self._place[:] = place
+            x, y, z, w = turn.tolist()
+            self._turn[:] = w, x, y, z
+        self.set_velocity(velocity, joints)
 
     def _in_base(self, vector: Floats) -> Floats:
         """World vector in axes of the base."""
@@ -147,14 +165,13 @@ class MujocoBody:
 
     def state(self) -> tuple[Floats, Floats]:
         """Return the velocity and the joint positions."""
-        joints = self._qpos.take(self._q)
+        joints = self._qpos[self._q].copy()
         if not self._free:
-            return self._qvel.take(self._dofs), joints
-        velocity = np.empty(6 + self._dofs.size)
+            return self._qvel[self._dofs].copy(), joints
+        velocity = np.empty(6 + self._joints)
         velocity[:3] = self._linear
-        self._engine.mju_rotVecQuat(self._out, self._spin, self._turn)
-        velocity[3:6] = self._out
-        velocity[6:] = self._qvel.take(self._dofs)
+        self._engine.mju_rotVecQuat(velocity[3:6], self._spin, self._turn)
+        velocity[6:] = self._qvel[self._dofs]
         return velocity, joints
 
     def apply_wrenches(self, wrenches: Floats, origins: Floats, rotations: Floats) -> None:
@@ -168,16 +185,6 @@ class MujocoBody:
             self._push[:] = 0.0
             self._wrenched = True
 
-    def apply_generalised(self, force: Floats, joint_forces: Floats, origin: Floats) -> None:
-        """Apply a generalised force over the next step."""
-        if self._wrenched:
-            self._pushed[self._rows] = 0.0
-            self._wrenched = False
-        if self._free:
-            self._push[:3] = force[:3]
-            self._push[3:] = self._in_base(force[3:6])
-        self._force = joint_forces + force[self._lead :]
-
     def apply_joint_forces(self, forces: Floats) -> None:
         """Apply forces on the joints over the next step."""
         self._force = forces
@@ -188,25 +195,74 @@ class MujocoBody:
 
     def drive_joints(self, drive: ImplicitDrive | None) -> None:
         """Set the joint drives that act over the next step."""
-        self._drive = drive
+        self._loads = self._drive = None
+        if drive is not None:
+            force, gain = drive.drive.force[0], drive.gain[0]
+            limit = np.broadcast_to(drive.drive.limit, drive.drive.force.shape)[0]
+            self._drive = _Drive(force, limit, gain, drive.armature)
+
+    def compiled_law(
+        self,
+        rotation: Array,
+        force: Array,
+        joint_forces: Array,
+        inertia: Array | None,
+        acting: ImplicitDrive | None,
+    ) -> list[Array]:
+        """Return force on the base, forces on the joints without and with drives, inertia, drives.
+
+        The inertia as what is added to the robot's entries of the engine's.
+        """
+        xp, lead = namespace(force), self._lead
+        push, outer = force[:lead], force[lead:] + joint_forces
+        added = xp.zeros((len(self._row),))
+        if lead:
+            push = xp.concat((force[:3], force[3:6] @ rotation), axis=0)
+        if inertia is not None:
+            if lead:
+                inertia = _turned(_turned(inertia, rotation).T, rotation).T
+            added = added + inertia[self._row, self._column]
+        if acting is None:
+            return [push, outer, outer, added]
+        pull, gain = acting.drive.force[0], acting.gain[0]
+        limit = xp.broadcast_to(acting.drive.limit, acting.drive.force.shape)[0]
+        where = np.zeros((len(self._row), self._joints))
+        where[self._entry, np.arange(self._joints)] = 1.0
+        added = added + xp.asarray(where) @ (gain + acting.armature)
+        return [push, outer, outer + pull, added, pull, limit, gain, acting.armature + pull * 0.0]
+
+    def give(self, results: list[Floats]) -> None:
+        """Set the loads of the next step from the results of `compiled_law`."""
+        push, self._force, force, added, *drive = results
+        if self._wrenched:
+            self._pushed[self._rows] = 0.0
+            self._wrenched = False
+        if self._free:
+            self._push[:] = push
+        self._loads = force, added
+        self._drive = _Drive(*drive) if drive else None
 
     def drive_forces(self) -> Floats:
         """Return the drive forces on the joints over the last step, less those on the armature."""
         if self._drive is None:
-            return np.zeros_like(self._pull)
-        forces: Floats = self._pull - self._drive.armature * self._qacc.take(self._dofs)
+            return self._none
+        forces: Floats = self._pull - self._drive.armature * self._qacc[self._dofs]
         return forces
 
     def load(self) -> None:
         """Write added inertia and generalised forces into the engine's data."""
+        self._bound = False
+        if self._loads is not None:
+            self._applied[self._dofs], added = self._loads
+            self._mass[self._at] += added
+            return
         if self._inertia is not None:
             added = self._in_coordinates(self._inertia) if self._free else self._inertia
             self._mass[self._at] += added[self._row, self._column]
         force = self._force
         if self._drive is not None:
-            self._mass[self._diagonal] += self._drive.armature + self._drive.gain[0]
-            force = force + self._drive.drive.force[0]
-            self._held[:] = self._bound = False
+            self._mass[self._diagonal] += self._drive.armature + self._drive.gain
+            force = force + self._drive.force
         self._applied[self._dofs] = force
 
     def _in_coordinates(self, inertia: Floats) -> Floats:
@@ -221,22 +277,21 @@ class MujocoBody:
         """Limit drives that exceed their largest force; return whether any did."""
         if self._drive is None:
             return False
-        drive, gain = self._drive.drive, self._drive.gain[0]
-        change = self._qacc.take(self._dofs)
-        wanted = drive.force[0] - gain * change
-        if self._bound:
-            wanted = np.where(self._held, self._pull, wanted)
-        limit = drive.limit[0] + np.zeros_like(wanted)
-        beyond = (np.abs(wanted) > limit) & ~self._held
+        drive, change = self._drive, self._qacc[self._dofs]
+        wanted = drive.force - drive.gain * change
+        if not self._bound:
+            self._held[:] = False
+        wanted = np.where(self._held, self._pull, wanted) if self._bound else wanted
+        beyond = (np.abs(wanted) > drive.limit) & ~self._held
+        self._pull = wanted
         if not np.count_nonzero(beyond):
-            self._pull = wanted
             return False
-        wanted[beyond] = np.copysign(limit[beyond], wanted[beyond])
-        self._mass[self._diagonal[beyond]] -= gain[beyond]
-        self._applied[self._dofs[beyond]] = (self._force + wanted)[beyond]
+        wanted[beyond] = np.copysign(drive.limit[beyond], wanted[beyond])
+        self._mass[self._diagonal[beyond]] -= drive.gain[beyond]
+        force = self._force + np.where(self._held | beyond, wanted, drive.force)
+        self._applied[self._dofs] = force
         self._held |= beyond
         self._bound = True
-        self._pull = wanted
         return True
 
     def contacts(self) -> MujocoContacts | None:
@@ -246,3 +301,16 @@ class MujocoBody:
             return None
         touched = self._mine[d.contact.geom]
         return MujocoContacts(d, touched, self._link) if touched.any() else None
+
+
+def _span(places: list[int]) -> Any:
+    """Places as a slice where they follow each other: views in place of copies."""
+    if places and places == list(range(places[0], places[0] + len(places))):
+        return slice(places[0], places[0] + len(places))
+    return np.array(places, dtype=int)
+
+
+def _turned(columns: Array, rotation: Array) -> Array:
+    """Columns 3 to 6 times a rotation, the others as they are."""
+    parts = (columns[:, :3], columns[:, 3:6] @ rotation, columns[:, 6:])
+    return namespace(columns).concat(parts, axis=1)

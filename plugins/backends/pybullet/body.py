@@ -114,6 +114,14 @@ class PybulletBody:
                 physicsClientId=self._client,
             )
 
+    def put(self, place: Floats, turn: Floats, velocity: Floats, joints: Floats) -> None:
+        """Set pose, velocity and joint positions."""
+        if self._base:
+            self._p.resetBasePositionAndOrientation(
+                self.body, place.tolist(), turn.tolist(), physicsClientId=self._client
+            )
+        self.set_velocity(velocity, joints)
+
     def shift_base(self, displacement: Floats) -> None:
         """Move the base by a small displacement, world axes [m, rad], shape (6,)."""
         p, client, given = self._p, self._client, displacement.tolist()

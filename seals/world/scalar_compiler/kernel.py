@@ -21,6 +21,8 @@ from seals.world.scalar_compiler.graph import Node, given
 from seals.world.scalar_compiler.llvm import text_of
 from seals.world.scalar_compiler.traced import Traced, constant
 
+_FLOAT = np.dtype(np.float64)
+
 
 class Kernel:
     """Law as machine code: arrays of fixed shapes in, arrays out.
@@ -64,7 +66,7 @@ class Kernel:
         self._run()
         out = self._out.copy()
         # a fraction of the time of cutting and reshaping
-        return [np.ndarray(shape, np.float64, out, place) for shape, place in self._results]
+        return [np.ndarray(shape, _FLOAT, out, place) for shape, place in self._results]
 
 
 def compiled(law: Callable[..., Sequence[Any]], shapes: Sequence[tuple[int, ...]]) -> Kernel:

@@ -1,0 +1,296 @@
+"""Poses, velocities and accelerations of a robot's links as machine code, in one block of numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Array, Floats, namespace
+from seals.backend import CompiledBody
+from seals.environment.sampler import EnvironmentSampler
+from seals.environment.settings import EnvironmentSettings
+from seals.environment.wetting import Wet, Wetting, WettingExact
+from seals.hydrostatics import Hull, HullCompound, HullTable
+from seals.hydrostatics.placed import HullPlaced
+from seals.motion import Body
+from seals.multibody.kinematics import Kinematics, LinkVelocities
+from seals.multibody.rows import link_motion
+from seals.multibody.tree import forward
+from seals.robot.model import RobotModel
+from seals.world.scalar_compiler import Kernel, compiled, constant
+from seals.world.sensor_suite import felt_by_links
+
+_FLOAT = np.dtype(np.float64)
+
+
+class Layout:
+    """Places of arrays in a block of numbers.
+
+    Args:
+        shapes: of the arrays, by name.
+    """
+
+    def __init__(self, shapes: dict[str, tuple[int, ...]]) -> None:
+        """Lay the arrays out one after the other."""
+        sizes = [int(np.prod(shape, dtype=int)) for shape in shapes.values()]
+        starts = np.cumsum([0, *sizes]).tolist()
+        self._places = dict(zip(shapes, zip(shapes.values(), starts, sizes, strict=False)))
+        self._memory = {name: (shape, 8 * k) for name, (shape, k, _) in self._places.items()}
+
+    def of(self, block: Floats, name: str) -> Floats:
+        """Return an array in a block of numbers; it shares the memory."""
+        shape, place = self._memory[name]
+        return np.ndarray(shape, _FLOAT, block, place)
+
+    def traced(self, block: Array, name: str) -> Array:
+        """Return an array in a block on any array library."""
+        shape, start, size = self._places[name]
+        return namespace(block).reshape(block[start : start + size], shape)
+
+
+class Look:
+    """The links at one instant.
+
+    Args:
+        tree: of the robot.
+        block: of numbers.
+        layout: of the block.
+        wet: how the hulls are wetted: ``none`` without water, ``dry``, ``submerged``, ``cut``; or
+            their wetted parts where no closed form is known.
+    """
+
+    __slots__ = ("_kinematics", "_moving", "_tree", "block", "layout", "wet")
+
+    def __init__(self, tree: Any, block: Floats, layout: Layout, wet: str | Wet) -> None:
+        """Keep the numbers."""
+        self._tree, self.block, self.layout, self.wet = tree, block, layout, wet
+        self._kinematics: Kinematics | None = None
+        self._moving: LinkVelocities | None = None
+
+    @property
+    def kinematics(self) -> Kinematics:
+        """Poses of the links."""
+        if self._kinematics is None:
+            of, block = self.layout.of, self.block
+            self._kinematics = Kinematics(
+                self._tree, of(block, "origins"), of(block, "rotations")
+            )
+        return self._kinematics
+
+    @property
+    def moving(self) -> LinkVelocities:
+        """Velocities of the links."""
+        if self._moving is None:
+            of, block = self.layout.of, self.block
+            self._moving = LinkVelocities(*[of(block, name) for name in LinkVelocities._fields])
+        return self._moving
+
+    @property
+    def joints(self) -> Floats:
+        """Positions of the joints [rad or m], shape (1, J)."""
+        return self.layout.of(self.block, "joints")
+
+    def felt(self) -> tuple[Floats, Floats]:
+        """Mean accelerations over the last step, see `seals.world.sensor_suite.felt_by_links`."""
+        return self.layout.of(self.block, "force"), self.layout.of(self.block, "rate")
+
+    @property
+    def state(self) -> str:
+        """How the hulls are wetted, in a word."""
+        return self.wet if isinstance(self.wet, str) else "given"
+
+    @property
+    def parts(self) -> tuple[Any, ...]:
+        """Wetted parts of the hulls as arguments of a kernel."""
+        return () if isinstance(self.wet, str) else self.wet
+
+
+class CompiledLinks:
+    """Kinematics of one robot as machine code.
+
+    Args:
+        robot: the robot.
+        environment: air, water, ground.
+        body: of the robot.
+        hulls: of the links.
+    """
+
+    def __init__(
+        self,
+        robot: RobotModel,
+        environment: EnvironmentSettings,
+        body: CompiledBody,
+        hulls: Sequence[Hull],
+    ) -> None:
+        """Lay out the block."""
+        links, joints = len(robot.links), robot.tree.joints
+        self.wetting, self.hulls = Known(), hulls
+        self._robot, self._gravity, self._body = robot, environment.gravity, body
+        self._exact = None if environment.water_level is None else WettingExact(hulls)
+        self._closed = all(_closed(hull) for hull in hulls)
+        three = (1, links, 3)
+        self.layout = Layout(
+            {"origins": three, "rotations": (1, links, 3, 3), "speed": (1, robot.degrees)}
+            | {"linear": three, "angular": three, "twists": (1, links, 6), "joints": (1, joints)}
+            | {"force": (links, 3), "rate": (links, 3)}
+            | {"normal": (links, 3), "level": (links, 1), "least": (1,), "most": (1,)}
+        )
+        self._sampler: EnvironmentSampler | None = None
+        self._kernels: dict[Any, Kernel] = {}
+        self._before: LinkVelocities | None = None
+        self._time = 0.0
+        self._shapes = [(1, 3), (1, 4), (1, joints), (1, robot.degrees)]
+
+    def bind(self, sampler: EnvironmentSampler, bodies: Body) -> None:
+        """Take the sampler of the surroundings, made with ``wetting``, and the links' bodies."""
+        self._sampler, self._bodies = sampler, bodies
+
+    def look(self, time: float, before: LinkVelocities | None, step: float) -> Look:
+        """Return the links as they are now.
+
+        Args:
+            time: [s].
+            before: velocities one step earlier; None at the start.
+            step: since then [s].
+        """
+        block = self._body.followed
+        if block is None:
+            key = ("look", before is not None, step)
+            kernel = self._kernels.get(key) or self._compiled(key)
+            block = kernel(*self._body.coordinates(), time, *_earlier(before))[0]
+        return Look(self._robot.tree, block, self.layout, self._wet(block))
+
+    def expect(self, look: Look, time: float) -> None:
+        """Note the links at the start of a step, and the time of its end [s], for `follow`."""
+        self._before, self._time = look.moving, time
+
+    def follow(self, given: tuple[Floats, ...], step: float) -> tuple[Floats, ...] | None:
+        """Return the state after a step, see `seals.backend.Follow`."""
+        key = ("leap", len(given) > 6, step)
+        kernel = self._kernels.get(key) or self._compiled(key)
+        found = kernel(*given, self._time, *_earlier(self._before))
+        if found[-1].item() > 0.0:
+            return None
+        block, place, turn, joints, now, middle, _ = found
+        return place, turn, joints, now, middle, block
+
+    def _compiled(self, key: Any) -> Kernel:
+        """Compile a form: the links as they are, or after a step; ``key[1]``: with a past."""
+        kind, past, step = key
+        both = [(1, len(self._robot.links), 3)] * 2
+        if kind == "look":
+
+            def law(*x: Array) -> list[Array]:
+                return [self._law(x[:5], x[5:], step)]
+
+            shapes = [*self._shapes, (1, 1), *(both if past else ())]
+        else:
+
+            def law(*x: Array) -> list[Array]:
+                middle = x[6] if past else None
+                found = self._body.leapt(*x[:6], middle, step)
+                place, turn, joints, now = found[:4]
+                time, *before = x[6 + past :]
+                block = self._law((place, turn, joints, now, time), before, step)
+                return [block, *(y.reshape(-1) for y in found)]
+
+            place, turn, joints, speed = self._shapes
+            shapes = [place, turn, speed, joints, speed, joints, *([speed] if past else ())]
+            shapes += [(1, 1), *both]
+        kernel = self._kernels[key] = compiled(law, shapes)
+        return kernel
+
+    def _law(self, given: Sequence[Array], before: Sequence[Array], step: float) -> Array:
+        """Return the block for place, attitude, joints, velocity and time."""
+        place, turn, joints, native, time = given
+        tree, xp = self._robot.tree, namespace(place)
+        position, rotation, speed = self._body.at_origin(place, turn, native)
+        kinematics = Kinematics(tree, *forward(tree, position, rotation, joints))
+        moving = kinematics.move(speed)
+        earlier = [x[0] for x in before] or None
+        own = kinematics.rotations[0], moving.linear[0], moving.angular[0]
+        felt = felt_by_links(*own, earlier, self._gravity, step)
+        found = [kinematics.origins, kinematics.rotations, *moving, joints, *felt]
+        normal, level = xp.zeros((len(tree.parent), 3)), xp.zeros((len(tree.parent), 1))
+        if self._exact is not None:
+            assert self._sampler is not None
+            self.wetting.found = ANY
+            self._sampler.sample(link_motion(kinematics, moving, time, self._bodies))
+            normal, level = normal + self.wetting.normal, level + self.wetting.level
+        found += [normal, level, xp.min(level), xp.max(level)]
+        return xp.concat([xp.reshape(x, (-1,)) for x in found], axis=0)
+
+    def _wet(self, block: Floats) -> str | Wet:
+        """How the hulls are wetted, see `Look`."""
+        if self._exact is None:
+            return "none"
+        least, most = block[-2:].tolist()
+        if most <= -self._exact.longest:
+            return "dry"
+        if least >= self._exact.longest:
+            return "submerged"
+        if self._closed:
+            return "cut"
+        normal, level = self.layout.of(block, "normal"), self.layout.of(block, "level")
+        found = self._exact.wet(normal, level)
+        zero = level * 0.0
+        return found if found.area is not None else Wet(*found[:2], zero, normal * 0.0)
+
+    def give(self, state: str, more: Iterator[Array]) -> None:
+        """Give the sampler the wetted parts of the hulls; ``more``: where they are given."""
+        found: Wet | None = None
+        if state == "given":
+            found = Wet(*(next(more) for _ in Wet._fields))
+        elif state == "cut":
+            self.wetting.tables = [HullTable.build(hull) for hull in self.hulls]
+        elif self._exact is not None:
+            whole = self._exact.whole(under=state == "submerged")
+            found = Wet(constant(whole.volume), constant(whole.centre), None, None)
+        else:
+            return
+        self.wetting.found = found
+
+
+def _earlier(before: LinkVelocities | None) -> tuple[Floats, ...]:
+    return () if before is None else (before.linear, before.angular)
+
+
+ANY = Wet(constant([[0.0]]), constant([[0.0] * 3]), None, None)
+"""Stands for wetted parts that nothing depends on."""
+
+
+class Known(Wetting):
+    """Wetted parts that are found elsewhere, or by closed forms.
+
+    Attributes:
+        found: of all hulls; None to evaluate the tables.
+        normal: of the last question.
+        level: of the last question.
+    """
+
+    def __init__(self) -> None:
+        """Start with parts that stand for any."""
+        self.found: Wet | None = ANY
+        self.tables: list[HullTable] = []
+        self.normal: Array = None
+        self.level: Array = None
+
+    def wet(self, normal: Array, level: Array) -> Wet:
+        """Return the submerged part of every hull."""
+        self.normal, self.level = normal, level
+        if self.found is not None:
+            return self.found
+        xp = constant(level).__array_namespace__()
+        rows = [slice(k, k + 1) for k in range(len(self.tables))]
+        level = level + normal[:, 2:3] * 0.0
+        parts = [t.lookup(normal[r], level[r]) for t, r in zip(self.tables, rows, strict=True)]
+        return Wet(*(xp.concat(list(column), axis=0) for column in zip(*parts, strict=True)))
+
+
+def _closed(hull: Hull) -> bool:
+    """Return whether the wetted part of a hull has a closed form."""
+    if isinstance(hull, HullCompound):
+        return all(_closed(part) for part in hull.parts)
+    return isinstance(hull, HullPlaced)
