@@ -6,7 +6,7 @@ Arrays may come from NumPy, PyTorch or array-api-strict.
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from types import ModuleType
 from typing import Any, TypeAlias
 
@@ -41,6 +41,20 @@ def columns(*parts: Array) -> Array:
     against a vector per row several times faster for large batches.
     """
     return namespace(*parts).stack(parts, axis=0).T
+
+
+def gathered(values: Sequence[Any], like: Array) -> Array:
+    """Return an array of numbers in nested lists, in the library of ``like``.
+
+    Example:
+        >>> gathered([[1.0, 2.0]], np.zeros(1))
+        array([[1., 2.]])
+    """
+    if type(like) is np.ndarray:
+        return np.array(values, dtype=float)
+    xp = namespace(like)
+    parts = [gathered(x, like) if isinstance(x, Sequence) else xp.asarray(x) for x in values]
+    return xp.stack(parts, axis=0)
 
 
 def some(flags: Array) -> bool:

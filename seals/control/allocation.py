@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats, namespace, some
 from seals.control.plant import ROTOR, Layout
-from seals.multibody.linear import solved
+from seals.multibody.linear import solution, solved
 
 LIFT_ROWS = (2, 3, 4, 5)
 """Rows of lift, roll, pitch and yaw among force and torque."""
@@ -91,6 +91,8 @@ class Allocation:
             gain: of every drive, see `seals.control.RobotState`; None for one.
         """
         a: Floats = self._about_origin - (centre @ self._shift).reshape(self._about_origin.shape)
+        if gain is not None and type(gain) is not np.ndarray:
+            return a * gain
         if gain is not None and gain is not self._kept_gain:
             # in air it is the very same array at every call
             self._kept_gain, self._plain = gain, bool((gain == 1.0).all())
@@ -132,6 +134,26 @@ class Allocation:
         kinds = zip(u.tolist(), self._squared, self._reverse, strict=True)
         return np.array([_command(x, r, rotor=rotor) for x, rotor, r in kinds])
 
+    @property
+    def plain(self) -> bool:
+        """Whether `unbounded` gives its commands: all rows can be had from rotors."""
+        return self._full and self._all_rotors and self.saturation is Saturation.priority
+
+    def unbounded(
+        self, wrench: Array, centre: Array, *, gain: Array, limit: Array, low: Array
+    ) -> tuple[Array, Array]:
+        """Return commands of rotors without regard to their bounds, and whether all are within.
+
+        On any array library; arguments as of `commands`.
+        """
+        xp = namespace(wrench)
+        u = least_norm(self.matrix(centre, gain), wrench)
+        high, least = self._squares(limit), self._squares(low)
+        within = xp.all((u <= high) & (u >= least))
+        back = xp.where(u < 0.0, u / self._layout.reverse, u)
+        root = xp.sqrt(xp.abs(back))
+        return xp.where(back < 0.0, -root, root), within
+
     def wrench(self, command: Floats, centre: Floats, gain: Floats | None = None) -> Floats:
         """Return the controlled components of the wrench that commands produce [N, N m]."""
         made: Floats = self.matrix(centre, gain) @ self._squares(command)
@@ -147,7 +169,7 @@ class Allocation:
         u: Floats = command * np.abs(command)
         if not self._all_rotors:
             u = np.where(self._squared, u, command)
-        if not (command < 0.0).any():
+        if not some(command < 0.0):
             return u
         less: Floats = np.where(u < 0.0, u * self._layout.reverse, u)
         return less
@@ -171,14 +193,14 @@ def least_norm(a: Floats, wrench: Floats, *, full: bool = True) -> Floats:
         >>> least_norm(np.array([[1.0, 1.0]]), np.array([3.0]))
         array([1.5, 1.5])
     """
-    if full and a.shape[0] == a.shape[1]:
+    if full and type(a) is np.ndarray and a.shape[0] == a.shape[1]:
         return solved(a, wrench)
     # rows of force and of yaw differ by orders of magnitude: level them
-    size = np.sqrt((a * a).sum(axis=1))
+    size = np.sqrt(np.sum(a * a, axis=1))
     level = 1.0 / np.where(size > 0.0, size, 1.0)
     b, wanted = a * level[:, None], wrench * level
     if full:
-        smallest: Floats = b.T @ solved(b @ b.T, wanted)
+        smallest: Floats = b.T @ solution((b @ b.T)[None], wanted[None])[0]
         return smallest
     inverse: Any = np.linalg.pinv(b, rcond=RANK)
     nearest: Floats = inverse @ wanted

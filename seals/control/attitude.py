@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats, namespace
+from seals.frames import cross
 
 
-def lean_for(force: Floats, yaw: float, *, tilt: float, least: float) -> Floats:
+def lean_for(force: Array, yaw: Any, *, tilt: Any, least: Any) -> Array:
     """Return the attitude with its z axis along a wanted force, within a tilt limit.
 
     A force that points down is taken for one that pulls along -z: the robot leans the other way.
@@ -28,6 +30,8 @@ def lean_for(force: Floats, yaw: float, *, tilt: float, least: float) -> Floats:
         >>> bool(np.allclose(lean_for(np.array([0, 0, 5.0]), 0.0, tilt=0.5, least=1.0), np.eye(3)))
         True
     """
+    if type(force) is not np.ndarray:
+        return lean_of(force[None], np.reshape(yaw, (1, 1)), tilt=tilt, least=least)[0]
     x, y, z = force.tolist()
     per = z / max(z * z, least * least)
     x, y = x * per, y * per
@@ -46,7 +50,7 @@ def lean_for(force: Floats, yaw: float, *, tilt: float, least: float) -> Floats:
     )
 
 
-def attitude_error(rotation: Floats, wanted: Floats) -> Floats:
+def attitude_error(rotation: Array, wanted: Array) -> Array:
     """Return the rotation vector from the wanted attitude to the present one, body axes [rad].
 
     Equation:
@@ -56,6 +60,8 @@ def attitude_error(rotation: Floats, wanted: Floats) -> Floats:
     References:
         Lee, Leok, McClamroch 2010, Geometric tracking control of a quadrotor UAV on SE(3), CDC.
     """
+    if type(rotation) is not np.ndarray:
+        return error_of(rotation[None], wanted[None])[0]
     (a, b, c), (d, e, f), (g, h, i) = (wanted.T @ rotation).tolist()
     x, y, z = 0.5 * (h - f), 0.5 * (c - g), 0.5 * (d - b)
     sine = math.sqrt(x * x + y * y + z * z)
@@ -67,8 +73,45 @@ def attitude_error(rotation: Floats, wanted: Floats) -> Floats:
     return np.array([x * longer, y * longer, z * longer])
 
 
-def cross3(a: Floats, b: Floats) -> Floats:
+def lean_of(force: Array, yaw: Array, *, tilt: Array, least: Array) -> Array:
+    """Return attitudes whose z axes point along the wanted forces; see `lean_for`."""
+    xp = namespace(force)
+    x, y, z = (force[:, k : k + 1] for k in range(3))
+    per = z / xp.maximum(z * z, least * least)
+    x, y = x * per, y * per
+    aside, most = xp.sqrt(x * x + y * y), xp.tan(tilt)
+    share = xp.minimum(most / xp.maximum(aside, most * 1e-9), most * 0.0 + 1.0)
+    x, y = x * share, y * share
+    size = xp.sqrt(1.0 + x * x + y * y)
+    x, y, z = x / size, y / size, 1.0 / size
+    ahead, left = xp.cos(yaw), xp.sin(yaw)
+    u, v, w = -z * left, z * ahead, x * left - y * ahead
+    size = xp.sqrt(u * u + v * v + w * w)
+    u, v, w = u / size, v / size, w / size
+    rows = [v * z - w * y, u, x, w * x - u * z, v, y, u * y - v * x, w, z]
+    return xp.reshape(xp.concat(rows, axis=1), (-1, 3, 3))
+
+
+def error_of(rotation: Array, wanted: Array) -> Array:
+    """Return rotation vectors from wanted to present attitudes, body axes [rad], shape (B, 3)."""
+    xp = namespace(rotation)
+    e = xp.matmul(xp.permute_dims(wanted, (0, 2, 1)), rotation)
+    x, y, z = (0.5 * (e[:, i, j] - e[:, j, i])[:, None] for i, j in ((2, 1), (0, 2), (1, 0)))
+    sine = xp.sqrt(x * x + y * y + z * z)
+    cosine = 0.5 * (e[:, 0, 0] + e[:, 1, 1] + e[:, 2, 2] - 1.0)[:, None]
+    longer = xp.atan2(sine, cosine) / xp.maximum(sine, sine * 0.0 + 1e-9)
+    small = sine < 1e-6
+    # half a turn has no direction of its own: any axis will do
+    half = xp.where(cosine > 0.0, x, x * 0.0 + np.pi)
+    first = xp.where(small, half, x * longer)
+    rest = (xp.where(small, part, part * longer) for part in (y, z))
+    return xp.concat((first, *rest), axis=1)
+
+
+def cross3(a: Array, b: Array) -> Array:
     """Return the cross product of two vectors, faster than `numpy.cross`."""
+    if type(a) is not np.ndarray or type(b) is not np.ndarray:
+        return cross(a[None], b[None])[0]
     ax, ay, az = a.tolist()
     bx, by, bz = b.tolist()
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats, namespace
 from seals.state_records import state_record
 
 NONE = 1e-9
@@ -88,10 +88,11 @@ class Lag:
         """Store the lags of every drive."""
         rises, falls = np.maximum(rise, NONE).tolist(), np.maximum(fall, NONE).tolist()
         self._pairs = list(zip(rises, falls, strict=True))
+        self._columns = np.array(rises), np.array(falls)
 
     def quickened(
-        self, wanted: Floats, state: Floats, quicker: float, bounds: tuple[Floats, Floats]
-    ) -> Floats:
+        self, wanted: Array, state: Array, quicker: float, bounds: tuple[Array, Array]
+    ) -> Array:
         """Return the command that makes the drives respond ``quicker`` times as fast.
 
         Equation:
@@ -104,6 +105,8 @@ class Lag:
             quicker: at least 1 [1].
             bounds: lowest and highest commands.
         """
+        if type(wanted) is not np.ndarray:
+            return self._quickened(wanted, state, quicker, bounds)
         goals, states = wanted.tolist(), state.tolist()
         low, high = bounds[0].tolist(), bounds[1].tolist()
         out = []
@@ -115,8 +118,27 @@ class Lag:
             out.append(min(max(u, a), b))
         return np.array(out)
 
-    def followed(self, state: Floats, command: Floats, step: float) -> Floats:
+    def _quickened(
+        self, wanted: Array, state: Array, quicker: float, bounds: tuple[Array, Array]
+    ) -> Array:
+        """Do the same on any array library."""
+        xp, (low, high) = namespace(wanted), bounds
+        rise, _ = self._columns
+        lag = self._lags(wanted, state)
+        ahead = xp.where(rise > NONE, state + quicker * (wanted - state) * (lag / rise), wanted)
+        return xp.minimum(xp.maximum(ahead, low), high)
+
+    def _lags(self, goal: Array, state: Array) -> Array:
+        """Lag of every drive on its way to a goal [s]."""
+        rise, fall = self._columns
+        xp = namespace(goal)
+        return xp.where(xp.abs(goal) < xp.abs(state), fall, rise)
+
+    def followed(self, state: Array, command: Array, step: float) -> Array:
         """Return the states after one period under a held command [s]."""
+        if type(state) is not np.ndarray:
+            kept = namespace(state).exp(-step / self._lags(command, state))
+            return command + (state - command) * kept
         out = []
         for x, u, (rise, fall) in zip(state.tolist(), command.tolist(), self._pairs, strict=True):
             lag = fall if abs(u) < abs(x) else rise

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats, gathered, namespace
 from seals.control.plant import Plant
 from seals.control.protocols import Buoyancy
 from seals.environment.sample import Sample
@@ -71,25 +71,33 @@ class MassPropertyEstimator:
             arm @ turn, turn.T @ turns.take(self._group, axis=0), kinematics.axes[0] @ turn
         )
 
-    def _of(self, origins: Floats, turns: Floats, axes: Floats) -> MassNow:
-        place = self._place
-        place[:, :3, 3], place[:, :3, :3] = origins, turns
+    def _of(self, origins: Array, turns: Array, axes: Array) -> MassNow:
+        place = self._placed(origins, turns)
         parts = place @ self._pseudo @ place.transpose(0, 2, 1)
         sums = (self._sums @ parts.reshape(-1, 16)).reshape(-1, 4, 4)
         (a, b, c, x), (_, d, e, y), (_, _, f, z), (_, _, _, mass) = sums[0].tolist()
         # the second moments about the centre, then trace - S
         a, b, c, d = a - x * x / mass, b - x * y / mass, c - x * z / mass, d - y * y / mass
         e, f = e - y * z / mass, f - z * z / mass
-        centre = np.array([x / mass, y / mass, z / mass])
-        inertia = np.array([[d + f, -b, -c], [-b, a + f, -e], [-c, -e, a + d]])
+        centre = gathered([x / mass, y / mass, z / mass], origins)
+        inertia = gathered([[d + f, -b, -c], [-b, a + f, -e], [-c, -e, a + d]], origins)
         if not len(axes):
             return MassNow(mass, centre, inertia, np.zeros((3, 0)), np.zeros((3, 0)))
         push, spin = self._moved(sums[1:], axes, origins[1:], centre)
         return MassNow(mass, centre, inertia, push.T / mass, spin.T)
 
+    def _placed(self, origins: Array, turns: Array) -> Array:
+        """Transforms of the groups, shape (G, 4, 4)."""
+        place = self._place
+        if type(origins) is not np.ndarray:
+            upper = np.concatenate((turns, origins[:, :, None]), axis=2)
+            return np.concatenate((upper, namespace(origins).asarray(place[:, 3:])), axis=1)
+        place[:, :3, 3], place[:, :3, :3] = origins, turns
+        return place
+
     def _moved(
-        self, beyond: Floats, axes: Floats, anchors: Floats, centre: Floats
-    ) -> tuple[Floats, Floats]:
+        self, beyond: Array, axes: Array, anchors: Array, centre: Array
+    ) -> tuple[Array, Array]:
         """Return linear and angular momentum for a unit rate of every joint, shape (J, 3)."""
         first, mass = beyond[:, :3, 3], beyond[:, 3:, 3]
         count = len(axes)
@@ -104,7 +112,7 @@ class MassPropertyEstimator:
             spin = np.where(slide, 0.0, spin)
             swing = np.where(slide, -axes, swing)
         x, y, z = centre.tolist()
-        about = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
+        about = gathered([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]], centre)
         return push, spin - _products(first, swing) - push @ about
 
 
@@ -118,7 +126,7 @@ class ImmersionEstimator:
 
     def __init__(self, plant: Plant, volume: Floats) -> None:
         """Sum the volumes."""
-        self._gravity, self._volume = plant.gravity, np.asarray(volume)
+        self.gravity, self._volume = plant.gravity, np.asarray(volume)
         self._whole = float(self._volume.sum())
         self._dry = Buoyancy(0.0, np.zeros(3))
 
@@ -133,7 +141,7 @@ class ImmersionEstimator:
         turns, origins = kinematics.rotations[0], kinematics.origins[0]
         centres = (turns @ sample.buoyancy_centre[:, :, None])[:, :, 0] + origins - origins[0]
         centre = (weight @ centres / force) @ turns[0]
-        return total / self._whole, Buoyancy(force * self._gravity, centre)
+        return total / self._whole, Buoyancy(force * self.gravity, centre)
 
 
 def _grouped(robot: RobotModel, group: list[int]) -> Floats:
@@ -165,7 +173,7 @@ def _pseudo(robot: RobotModel, link: int) -> Floats:
     return out
 
 
-def _products(a: Floats, b: Floats) -> Floats:
+def _products(a: Array, b: Array) -> Array:
     """Products of rows, shape (n, 3)."""
-    product: Floats = (a[:, :, None] * b[:, None, :]).reshape(-1, 9) @ CROSS
+    product: Array = (a[:, :, None] * b[:, None, :]).reshape(-1, 9) @ CROSS
     return product

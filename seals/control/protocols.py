@@ -7,7 +7,7 @@ that a snapshot of the world holds it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
@@ -153,6 +153,10 @@ class ActuatorCommand(NamedTuple):
     joints: Floats
 
 
+Compiler = Callable[[Callable[..., Sequence[Array]], Sequence[tuple[int, ...]]], Any]
+"""Function from a law on arrays and their shapes to its machine code, a function of numbers."""
+
+
 class ControllerOptions:
     """Optional attributes of a controller and their defaults; see `options_of`."""
 
@@ -165,6 +169,9 @@ class ControllerOptions:
     def leg_phase(self, memory: Any) -> Floats:
         """Return the phase of every leg in its cycle, shape (N,), from the memory."""
         return NO_LEGS
+
+    def compile(self, compiled: Compiler) -> None:
+        """Take what makes machine code of laws, after `Controller.bind`; most have no use for it."""
 
     def batched(self, plant: Plant, joints: Floats, like: Array) -> Any:
         """Return the controller over a batch of robots whose joints are held.

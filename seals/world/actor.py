@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from functools import partial
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -31,6 +32,7 @@ from seals.sensors.rays import Shape, shapes_of_hull
 from seals.sensors.surroundings import Surroundings
 from seals.world.compiled import CompiledStep
 from seals.world.compiled_links import Look
+from seals.world.compiled_weights import CompiledWeights
 from seals.world.drivetrain import Drivetrain
 from seals.world.immersion import Immersion
 from seals.world.ledger import Ledger
@@ -40,6 +42,8 @@ from seals.world.servos import Servoing
 
 _COMMANDS = ("joint_torque", "joint_command", "command", "drive", "voltage")
 """What the caller sets."""
+Seen: TypeAlias = tuple[Kinematics, LinkVelocities, Motion, Joints, Sample]
+"""Poses, velocities, motion, joints and surroundings of a robot at one instant."""
 _NO_JOINTS = Joints(np.zeros((1, 0)), np.zeros((1, 0)))
 
 
@@ -132,6 +136,7 @@ class Actor:
         compiles = fluid is None and options_of(backend, BackendOptions).compiled
         parts = robot, environment, waves, self.servos, self.body
         self.compiled = CompiledStep(*parts) if compiles else None
+        self._weights: CompiledWeights | None = None
 
     @property
     def readings(self) -> Mapping[str, Any]:
@@ -169,12 +174,13 @@ class Actor:
             self._load_compiled(self.compiled, time, step)
             return
         kinematics, moving = self._now or self.look()
-        joints = self._joints(moving)
+        joints, pilot = self._joints(moving), self.pilot
         motion, sample = self._sampled(time, kinematics, moving)
-        if self.pilot is not None:
-            self._fly(self.pilot, ControlInput(time, kinematics, moving, motion, joints, sample, {}))
+        if pilot is not None:
+            weigh = partial(pilot.weigh, kinematics, motion, sample)
+            self._fly(pilot, ControlInput(time, kinematics, moving, joints, weigh, {}))
         inputs = self._inputs(time, step, joints.position)
-        self._evaluate(ControlInput(time, kinematics, moving, motion, joints, sample, {}), inputs)
+        self._evaluate((kinematics, moving, motion, joints, sample), inputs)
 
     def _joints(self, moving: LinkVelocities) -> Joints:
         """Positions and rates of the joints."""
@@ -193,12 +199,11 @@ class Actor:
         if order.joints.size:
             self.joint_command = order.joints[None]
 
-    def _evaluate(self, seen: ControlInput, inputs: Inputs) -> None:
+    def _evaluate(self, seen: Seen, inputs: Inputs) -> None:
         """Evaluate the effects into the ledger, and pass the sum to the backend."""
-        time, kinematics, moving, motion, joints, sample, _ = seen
-        step = inputs.step
+        (kinematics, moving, motion, joints, sample), step = seen, inputs.step
         found = self.evaluator.evaluate(motion, joints, inputs, self.memory, sample)
-        row = self.ledger.open_row(time)
+        row = self.ledger.open_row(self._time)
         for b, rows, wrench in found.loads:
             self.ledger.write(row, b.name, rows, wrench)
         pushed = self.servos.push(found, inputs)
@@ -217,8 +222,6 @@ class Actor:
     ) -> tuple[Motion, Sample]:
         """Motion of the links and their surroundings."""
         motion = link_motion(kinematics, moving, np.array([[time]]), self._bodies)
-        if self.compiled is not None and self._look is not None:
-            return motion, self.compiled.sample(self._look, time)
         return motion, self.evaluator.surroundings.sample(motion)
 
     def _load_compiled(self, laws: CompiledStep, time: float, step: float) -> None:
@@ -226,23 +229,28 @@ class Actor:
         look = self._look or self._looked(step)
         if self.pilot is not None:
             if self.pilot.due:
-                self._fly(self.pilot, self._seen(look, time))
+                self._fly(self.pilot, self._told(laws, self.pilot, look))
             else:
                 self.pilot.wait()
         inputs = self._inputs(time, step, look.joints)
         found = laws.loads(look, time, inputs, self.memory)
         if found is None:
-            self._evaluate(self._seen(look, time), inputs)
+            kinematics, moving = look.kinematics, look.moving
+            motion, sample = self._sampled(time, kinematics, moving)
+            seen = kinematics, moving, motion, self._joints(moving), sample
+            self._evaluate(seen, inputs)
         else:
             self.ledger.open_row(time)[...] = found.row
             self.memory, self._speeds, self._supply = found.memory, found.speeds, found.voltage
         self._before, self._now, self._look = look.moving, None, None
 
-    def _seen(self, look: Look, time: float) -> ControlInput:
-        """What guide and controller are given."""
-        kinematics, moving = look.kinematics, look.moving
-        motion, sample = self._sampled(time, kinematics, moving)
-        return ControlInput(time, kinematics, moving, motion, self._joints(moving), sample, {})
+    def _told(self, laws: CompiledStep, pilot: Pilot, look: Look) -> ControlInput:
+        """What guide and controller are given; their laws are compiled at the first call."""
+        if self._weights is None or self._weights.pilot is not pilot:
+            self._weights = CompiledWeights(laws, pilot)
+        weigh = partial(self._weights.now, look, self._time)
+        joints = self._joints(look.moving)
+        return ControlInput(self._time, look.kinematics, look.moving, joints, weigh, {})
 
     def immersed(self, step: float) -> BodyStates:
         """Return the states of the robot's bodies for the fluid, after `load` and before `push`."""

@@ -27,7 +27,8 @@ from seals.world.compiled_links import CompiledLinks, Look
 from seals.world.scalar_compiler import Kernel, compiled, constant
 from seals.world.servos import Servoing
 
-_LIKE = constant(np.zeros(1))
+LIKE = constant(np.zeros(1))
+"""A traced array."""
 
 
 class Loads(NamedTuple):
@@ -77,11 +78,11 @@ class CompiledStep:
         effects = servos.effects
         self._robot, self._servos = robot, servos
         self._body: CompiledBody = body
-        self._effects = effects.with_values({}, _LIKE, 1)
+        self._effects = effects.with_values({}, LIKE, 1)
         self._places = {name: k for k, name in enumerate(effects.wrenching)}
         self.links = CompiledLinks(robot, environment, body, hulls_of(robot))
         self._surroundings = build_surroundings(
-            robot, environment, waves, self.links.wetting, like=_LIKE
+            robot, environment, waves, self.links.wetting, like=LIKE
         )
         self._evaluator = Evaluator(
             self._effects,
@@ -92,33 +93,31 @@ class CompiledStep:
             implicit=servos.implicit,
         )
         self._evaluator.fed = True
-        self._bodies = robot.bodies(_LIKE)
+        self._bodies = robot.bodies(LIKE)
         self.links.bind(self._surroundings, self._bodies)
-        self._samples: dict[str, tuple[Kernel, list[str]]] = {}
         self._forms: dict[Any, _Form] = {}
         inertial = bool(effects.inertias or effects.inertia_changes)
         body.compile(inertial=inertial, follow=self.links.follow)
 
-    def sample(self, look: Look, time: float) -> Sample:
-        """Return the surroundings of the links, without flow effects.
+    def sampled(
+        self, state: str, block: Array, time: Array, parts: Sequence[Array]
+    ) -> tuple[Kinematics, Motion, Sample]:
+        """Return poses, motion and surroundings of the links of a block, on traced arrays.
 
         Args:
-            look: the links.
-            time: [s].
+            state: how the hulls are wetted, in a word.
+            block: of the links.
+            time: [s], shape (1, 1).
+            parts: wetted parts of the hulls, where they are given.
         """
-        values = [look.block, time, *look.parts]
-        kept = self._samples.get(look.state)
-        if kept is None:
-            names: list[str] = []
+        self.links.give(state, iter(parts))
+        kinematics, _, motion = self._seen(block, time)
+        return kinematics, motion, self._surroundings.sample(motion)
 
-            def law(block: Array, time: Array, *parts: Array) -> list[Array]:
-                self.links.give(look.state, iter(parts))
-                found = self._surroundings.sample(self._seen(block, time)[2])
-                names[:] = [n for n, x in found._asdict().items() if x is not None]
-                return [x for x in found if x is not None]
-
-            kept = self._samples[look.state] = compiled(law, _shapes(values)), names
-        return Sample(**dict(zip(kept[1], kept[0](*values), strict=True)))
+    @property
+    def volume(self) -> Array:
+        """Volume displaced by every link when submerged [m^3], shape (L, 1)."""
+        return self._surroundings.volume
 
     def _seen(self, block: Array, time: Array) -> tuple[Kinematics, LinkVelocities, Motion]:
         """Poses, velocities and motion of the links of a block."""

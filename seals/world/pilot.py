@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,13 +13,29 @@ from seals.control import ActuatorCommand, Controller, Guide, Plant, Reference, 
 from seals.control.actuator_limits import ActuatorLimitEstimator, ActuatorLimits
 from seals.control.estimate import Estimate, Estimator
 from seals.control.mass_properties import ImmersionEstimator, MassNow, MassPropertyEstimator
-from seals.control.protocols import Buoyancy, ControllerOptions, Goal, GuideOptions
+from seals.control.protocols import Buoyancy, Compiler, ControllerOptions, Goal, GuideOptions
 from seals.environment.sample import Sample
 from seals.errors import PhysicsError
 from seals.motion import Joints, Motion
 from seals.multibody.kinematics import Kinematics, LinkVelocities
 from seals.plugin_options import options_of
 from seals.state_records import state_record
+
+
+class Weights(NamedTuple):
+    """What a robot weighs, in air and water, and what its drives can do.
+
+    Args:
+        mass: mass properties.
+        submersion: submerged share of all hulls' volume [1].
+        buoyancy: of the wet part of all hulls.
+        limits: of the drives.
+    """
+
+    mass: MassNow
+    submersion: float
+    buoyancy: Buoyancy
+    limits: ActuatorLimits
 
 
 class ControlInput(NamedTuple):
@@ -29,18 +45,16 @@ class ControlInput(NamedTuple):
         time: [s].
         kinematics: of the links.
         moving: velocities of the links.
-        motion: of the links, link axes.
         joints: positions and rates, shape (1, J).
-        sample: the surroundings at the links.
+        weigh: finds mass properties, buoyancy and limits of drives.
         contacts: force on every gripper's tip [N].
     """
 
     time: float
     kinematics: Kinematics
     moving: LinkVelocities
-    motion: Motion
     joints: Joints
-    sample: Sample
+    weigh: Callable[[], Weights]
     contacts: Mapping[str, float]
 
 
@@ -82,10 +96,8 @@ class Pilot:
         self.plant, self.controller, self.guide = plant, controller, guide
         guide.bind(plant)
         controller.bind(plant)
-        self._mass, self._water = (
-            MassPropertyEstimator(plant.robot),
-            ImmersionEstimator(plant, volume),
-        )
+        self._mass = MassPropertyEstimator(plant.robot)
+        self._water = ImmersionEstimator(plant, volume)
         self._thrust = ActuatorLimitEstimator(plant)
         self._estimator = Estimator(controller.sense)
         self._every = max(1, round(1.0 / (controller.rate * step)))
@@ -94,7 +106,7 @@ class Pilot:
         self._kept = NEW
         # a gait asks for none of these, and weighing costs more than walking
         self._options = options_of(controller, ControllerOptions)
-        self._weighed: tuple[MassNow, float, Buoyancy, ActuatorLimits] | None = None
+        self._weighed: Weights | None = None
         self.bodies: Mapping[str, Floats] = {}
 
     @property
@@ -164,14 +176,16 @@ class Pilot:
             self._kept = PilotState(*kept[:5], {**kept.readings, **fresh}, estimate)
 
     def _situation(self, seen: ControlInput, kept: PilotState, phase: Floats) -> RobotState:
-        mass, submersion, buoyancy, reach = self._weigh(seen)
+        if self._options.needs_mass_properties or self._weighed is None:
+            self._weighed = seen.weigh()
+        mass, submersion, buoyancy, reach = self._weighed
         level = self.plant.environment.water_level
         truth = Estimate(
             seen.time,
             seen.kinematics.origins[0, 0],
             seen.kinematics.rotations[0, 0],
             seen.moving.linear[0, 0],
-            seen.motion.angular_velocity[0],
+            seen.moving.twists[0, 0, 3:],
         )
         pose = self._estimator.now(seen.time, truth, kept.estimate)
         return RobotState(
@@ -200,15 +214,23 @@ class Pilot:
             phase=phase,
         )
 
-    def _weigh(self, seen: ControlInput) -> tuple[MassNow, float, Buoyancy, ActuatorLimits]:
-        """Compute mass properties, submersion, buoyancy and actuator limits."""
-        if self._options.needs_mass_properties or self._weighed is None:
-            self._weighed = (
-                self._mass.now(seen.kinematics),
-                *self._water.now(seen.kinematics, seen.sample),
-                self._thrust.now(seen.motion, seen.sample),
-            )
-        return self._weighed
+    def weigh(self, kinematics: Kinematics, motion: Motion, sample: Sample) -> Weights:
+        """Compute mass properties, submersion, buoyancy and actuator limits.
+
+        Args:
+            kinematics: of the links.
+            motion: of the links.
+            sample: the surroundings at the links.
+        """
+        return Weights(
+            self._mass.now(kinematics),
+            *self._water.now(kinematics, sample),
+            self._thrust.now(motion, sample),
+        )
+
+    def compile(self, compiled: Compiler) -> None:
+        """Give the controller what makes machine code of laws."""
+        self._options.compile(compiled)
 
     def _refuse_wild(self, order: ActuatorCommand) -> None:
         drives, joints = self.plant.layout.drives, self.plant.robot.tree.joints

@@ -9,6 +9,7 @@ import numpy as np
 from seals.arrays import Array, as_like, namespace
 from seals.control import Plant
 from seals.control.added import added_inertia, water_drag
+from seals.control.attitude import error_of, lean_of
 from seals.control.batched import BatchAllocation, View
 from seals.control.filters import NONE
 from seals.control.mass_properties import MassPropertyEstimator
@@ -90,7 +91,7 @@ class CascadeBatch:
             view.rotation, cross(view.angular_velocity, self._centre + view.angular_velocity * 0.0)
         )
         error = velocity - view.velocity - at_centre
-        asked = _short(gains.speed * error + gains.sum * memory.sum, self._settings.acceleration)
+        asked = short(gains.speed * error + gains.sum * memory.sum, self._settings.acceleration)
         force = self._force(view, asked, velocity)
         least = gains.least * (self._mass * self._g)
         lean = lean_of(force, yaw, tilt=gains.tilt, least=least)
@@ -141,41 +142,6 @@ class CascadeBatch:
         return torque - cross(view.buoyancy_centre - self._centre, up)
 
 
-def lean_of(force: Array, yaw: Array, *, tilt: Array, least: Array) -> Array:
-    """Return attitudes whose z axes point along the wanted forces; see `seals.control.attitude`."""
-    xp = namespace(force)
-    x, y, z = (force[:, k : k + 1] for k in range(3))
-    per = z / xp.maximum(z * z, least * least)
-    x, y = x * per, y * per
-    aside, most = xp.sqrt(x * x + y * y), xp.tan(tilt)
-    share = xp.minimum(most / xp.maximum(aside, most * 1e-9), most * 0.0 + 1.0)
-    x, y = x * share, y * share
-    size = xp.sqrt(1.0 + x * x + y * y)
-    x, y, z = x / size, y / size, 1.0 / size
-    ahead, left = xp.cos(yaw), xp.sin(yaw)
-    u, v, w = -z * left, z * ahead, x * left - y * ahead
-    size = xp.sqrt(u * u + v * v + w * w)
-    u, v, w = u / size, v / size, w / size
-    rows = [v * z - w * y, u, x, w * x - u * z, v, y, u * y - v * x, w, z]
-    return xp.reshape(xp.concat(rows, axis=1), (-1, 3, 3))
-
-
-def error_of(rotation: Array, wanted: Array) -> Array:
-    """Return rotation vectors from wanted to present attitudes, body axes [rad], shape (B, 3)."""
-    xp = namespace(rotation)
-    e = xp.matmul(xp.permute_dims(wanted, (0, 2, 1)), rotation)
-    x, y, z = (0.5 * (e[:, i, j] - e[:, j, i])[:, None] for i, j in ((2, 1), (0, 2), (1, 0)))
-    sine = xp.sqrt(x * x + y * y + z * z)
-    cosine = 0.5 * (e[:, 0, 0] + e[:, 1, 1] + e[:, 2, 2] - 1.0)[:, None]
-    longer = xp.atan2(sine, cosine) / xp.maximum(sine, sine * 0.0 + 1e-9)
-    small = sine < 1e-6
-    # half a turn has no direction of its own: any axis will do
-    half = xp.where(cosine > 0.0, x, x * 0.0 + np.pi)
-    first = xp.where(small, half, x * longer)
-    rest = (xp.where(small, part, part * longer) for part in (y, z))
-    return xp.concat((first, *rest), axis=1)
-
-
 def _turned(rotation: Array, vector: Array) -> Array:
     return namespace(rotation).matmul(rotation, vector[:, :, None])[:, :, 0]
 
@@ -184,7 +150,8 @@ def _unturned(rotation: Array, vector: Array) -> Array:
     return namespace(rotation).matmul(vector[:, None, :], rotation)[:, 0, :]
 
 
-def _short(vector: Array, longest: float) -> Array:
+def short(vector: Array, longest: float) -> Array:
+    """Return vectors limited to a length, shape (B, 3)."""
     xp = namespace(vector)
     length = xp.sqrt(xp.sum(vector * vector, axis=1, keepdims=True))
     return vector * xp.minimum(

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from seals.arrays import Array, Floats
+from seals.arrays import Array, Floats, namespace
 from seals.control import ActuatorCommand, Plant, Reference, RobotState
 from seals.control.added import added_inertia, water_drag
 from seals.control.allocation import LIFT_ROWS, Allocation
@@ -18,12 +18,15 @@ from seals.control.fins import Fins, with_fins
 from seals.control.limbs import Reckoned, joint_targets, servo_lag, stowed, way_of
 from seals.control.mass_properties import MassPropertyEstimator
 from seals.control.plant import ROTOR
+from seals.control.protocols import Compiler
 from seals.control.tilts import tilted_drives, tilts_of
 from seals.errors import ConfigError
-from seals.plugins.controllers.cascade.batched import CascadeBatch
+from seals.plugins.controllers.cascade.batched import CascadeBatch, short
+from seals.plugins.controllers.cascade.compiled import CompiledCascade, PackedState
 from seals.plugins.controllers.cascade.gains import CascadeSettings, Gains
 from seals.state_records import state_record
 
+UP = np.array([0.0, 0.0, 1.0])
 WEIGHTS = np.array([0.02, 1.0, 1.0, 0.002])
 """Importance of lift, roll, pitch and yaw where the rotors cannot do it all."""
 NEARLY = 1.0 - 1e-9
@@ -73,6 +76,24 @@ class Inner(NamedTuple):
     moved: Trend
 
 
+class Asked(NamedTuple):
+    """What the rotors shall do.
+
+    Args:
+        wrench: lift, and torque about the centre of gravity [N, N m], shape (4,).
+        error: of the velocity, world axes [m/s], shape (3,).
+        turn_error: of the attitude, body axes [rad], shape (3,).
+        gains: at this submersion.
+        kept: the memory with what is known already.
+    """
+
+    wrench: Array
+    error: Array
+    turn_error: Array
+    gains: Gains
+    kept: CascadeState
+
+
 @dataclass(kw_only=True)
 class Cascade(CascadeSettings):
     """Velocity PID with gravity and acceleration fed forward, over geometric attitude control.
@@ -115,7 +136,7 @@ class Cascade(CascadeSettings):
         self._tilted = tilted_drives(plant.robot, layout, self._tilts)
         self._plant = plant
         self._g = plant.gravity
-        self._allocation = Allocation(
+        self.allocation = Allocation(
             with_fins(layout, self._tilts) if self._tilted else layout,
             rows=LIFT_ROWS,
             saturation=self.saturation,
@@ -128,6 +149,8 @@ class Cascade(CascadeSettings):
         self._servo_lag = servo_lag(plant, SERVO_LAG)
         self._way = 0.0, self._servo_lag
         self._media = self.gains(0), self.gains(1)
+        self._rated = max(self.rate_gain) > 0.0
+        self._compiled: CompiledCascade | None = None
 
     def batched(self, plant: Plant, joints: Floats, like: Array) -> CascadeBatch:
         """Return this law over a batch of robots whose joints are held.
@@ -154,15 +177,44 @@ class Cascade(CascadeSettings):
         return CascadeState(zero, zero, Rate(None, zero), inner, flat, None, self._rest)
 
     def command(
-        self, situation: RobotState, aim: Reference, memory: CascadeState
-    ) -> tuple[ActuatorCommand, CascadeState]:
+        self, situation: RobotState, aim: Reference, memory: CascadeState | PackedState
+    ) -> tuple[ActuatorCommand, CascadeState | PackedState]:
         """Return speeds of the rotors and targets of the servos."""
         s = situation if self.cog_compensation else self._unaware(situation)
+        joints, quick = joint_targets(aim, memory.joints, self._plant.robot), self._compiled
+        if quick is not None and isinstance(memory, PackedState):
+            found = quick.command(s, aim, joints, memory)
+            if found is not None:
+                return found
+            memory = quick.unpacked(memory)
+        assert isinstance(memory, CascadeState)
+        asked = self.asked(s, aim, joints, memory)
+        wanted, tilts = self._allocated(s, asked.wrench, memory.drive)
+        # tilts are no motion to feed forward: what they do is in the allocation
+        targets = joints.copy()
+        targets[list(self._tilts.joints)] = tilts
+        order, kept = self.ordered(s, wanted, asked, memory)
+        return ActuatorCommand(order, targets), kept if quick is None else quick.packed(kept)
+
+    def compile(self, compiled: Compiler) -> None:
+        """Evaluate the law by machine code where the rotors can do all."""
+        if self._tilted or self._rated or not self.allocation.plain:
+            return
+        rest, zero = self._rest, np.zeros(3)
+        arm, both = (Reckoned(rest, rest), Rate(np.zeros(15), np.zeros(15))), Rate(zero, zero)
+        moved = Inner(arm[0], Trend(arm[1], arm[1])) if rest.size else self.start().inner
+        still = np.zeros(self._plant.layout.drives)
+        form = CascadeState(zero, zero, Rate(None, zero), moved, Trend(both, both), still, rest)
+        self._compiled = CompiledCascade(self, form, compiled)
+
+    def asked(
+        self, s: RobotState, aim: Reference, joints: Floats, memory: CascadeState
+    ) -> Asked:
+        """Return what the rotors shall do; pure, on any array library."""
         gains = Gains.between(*self._media, s.submersion)
-        joints = joint_targets(aim, memory.joints, self._plant.robot)
         inner = self._inner(s, joints, memory.inner)
         velocity = memory.velocity
-        if gains.rate > 0.0:
+        if self._rated:
             velocity = velocity.next(s.velocity, s.step, self.smoothing)
         ahead = aim.acceleration + s.rotation @ inner.moved.ahead(self.lean_lead, 0, 3)
         known = memory.known.next(ahead, s.step, self.smoothing)
@@ -173,28 +225,36 @@ class Cascade(CascadeSettings):
             - s.rotation @ cross3(s.angular_velocity, s.centre)
         )
         asked = ahead + gains.speed * error + gains.sum * memory.sum
-        asked += gains.rate * (aim.acceleration - velocity.rate)
+        if self._rated:
+            asked = asked + gains.rate * (aim.acceleration - velocity.rate)
         force = self._force(s, shortened(asked, self.acceleration), aim.velocity)
         lean = lean_for(force, aim.yaw, tilt=gains.tilt, least=gains.least * s.mass * self._g)
         turn_error = attitude_error(s.rotation, lean)
         turning = self._turning(s, lean[:, 2], known, aim.yaw_rate)
         want = turning[1] - gains.turn * turn_error - gains.spin * (s.angular_velocity - turning[0])
         torque = self._torque(s, want - gains.turn_sum * gains.shape * memory.turn_sum, inner)
-        asked = np.concatenate(((force @ s.rotation[:, 2],), torque))
-        wanted, tilts = self._allocated(s, asked, memory.drive)
-        # tilts are no motion to feed forward: what they do is in the allocation
-        targets = joints.copy()
-        targets[list(self._tilts.joints)] = tilts
+        wrench = np.concatenate(((force @ s.rotation[:, 2]).reshape(1), torque))
+        kept = memory._replace(velocity=velocity, inner=inner, known=known, joints=joints)
+        return Asked(wrench, error, turn_error, gains, kept)
+
+    def ordered(
+        self, s: RobotState, wanted: Array, asked: Asked, memory: CascadeState
+    ) -> tuple[Array, CascadeState]:
+        """Return commands for wanted rotor speeds, and the new memory; pure."""
         drive = wanted if memory.drive is None else memory.drive
         order = self._lag.quickened(wanted, drive, self.quicker, (s.low, s.limit))
-        total, turn_total = memory.sum, memory.turn_sum
-        if not np.count_nonzero(wanted >= NEARLY * s.limit):
-            # what the rotors cannot do is not summed up
-            total = summed(total, error, s.step, gains.sum_limit)
-            turn_total = summed(turn_total, turn_error, s.step, gains.turn_sum_limit)
+        both = (memory.sum, asked.error), (memory.turn_sum, asked.turn_error)
+        limits = asked.gains.sum_limit, asked.gains.turn_sum_limit
+        sums = [summed(*x, s.step, most) for x, most in zip(both, limits, strict=True)]
+        # what the rotors cannot do is not summed up
+        full = wanted >= NEARLY * s.limit
+        if type(wanted) is not np.ndarray:
+            xp = namespace(wanted)
+            sums = [xp.where(xp.any(full), x[0], y) for x, y in zip(both, sums, strict=True)]
+        elif np.count_nonzero(full):
+            sums = [x[0] for x in both]
         after = self._lag.followed(drive, order, s.step)
-        kept = CascadeState(total, turn_total, velocity, inner, known, after, joints)
-        return ActuatorCommand(order, targets), kept
+        return order, asked.kept._replace(sum=sums[0], turn_sum=sums[1], drive=after)
 
     def _allocated(
         self, s: RobotState, asked: Floats, drive: Floats | None
@@ -210,7 +270,7 @@ class Cascade(CascadeSettings):
             bite = np.maximum(pull / self._tilts.slope, LEAST_PULL)
             more = {"gain": bite, "limit": most, "low": -most}
             bounds = {key: np.concatenate((row, more[key])) for key, row in bounds.items()}
-        found = self._allocation.commands(asked, s.centre, **bounds)
+        found = self.allocation.commands(asked, s.centre, **bounds)
         return found[:count], found[count:]
 
     def _unaware(self, s: RobotState) -> RobotState:
@@ -245,13 +305,13 @@ class Cascade(CascadeSettings):
     def _force(self, s: RobotState, asked: Floats, velocity: Floats) -> Floats:
         """Return the force the rotors shall make, drag at a velocity included, world axes [N]."""
         force = s.mass * asked
-        if s.submersion > 0.0:
+        if _some(s.submersion):
             carried = self._added[:3, :3] @ (asked @ s.rotation)
             through = velocity @ s.rotation
             met = self._drag * np.abs(through) * through
             force = force + s.submersion * (s.rotation @ (carried + met))
-        force[2] += s.mass * self._g - s.buoyancy.force
-        return force
+        found: Floats = force + UP * (s.mass * self._g - s.buoyancy.force)
+        return found
 
     def _turning(
         self, s: RobotState, axis: Floats, known: Trend, yaw_rate: float
@@ -260,38 +320,39 @@ class Cascade(CascadeSettings):
 
         Only what is fed forward counts: the rate of a measured error is noise.
         """
-        net = max(self._g - s.buoyancy.force / s.mass, 0.3 * self._g)
-        first, second = known.first.rate.tolist(), known.second.rate.tolist()
-        x, y, z = axis.tolist()
-        both = [
-            [(y * c - z * b) / net, (z * a - x * c) / net, (x * b - y * a) / net]
-            for a, b, c in (first, second)
-        ]
-        turning = np.array(both) @ s.rotation
-        if yaw_rate != 0.0:
-            turning[0] += yaw_rate * (axis @ s.rotation)
-        return turning[0], turning[1]
+        net = np.maximum(self._g - s.buoyancy.force / s.mass, 0.3 * self._g)
+        first, second = (
+            (cross3(axis, rate) / net) @ s.rotation for rate in (known.first.rate, known.second.rate)
+        )
+        return first + yaw_rate * (axis @ s.rotation), second
 
     def _torque(self, s: RobotState, want: Floats, inner: Inner) -> Floats:
         """Return the torque about the centre of gravity that the rotors shall make [N m]."""
         inertia = s.inertia
-        if s.submersion > 0.0:
+        if _some(s.submersion):
             inertia = inertia + s.submersion * self._added[3:, 3:]
         swirl = s.inertia @ s.angular_velocity
         if s.joints.size:
-            swirl += s.momentum_map @ s.joint_velocity
+            swirl = swirl + s.momentum_map @ s.joint_velocity
         torque = inertia @ want + cross3(s.angular_velocity, swirl)
         if s.joints.size:
             torque = torque + inner.moved.ahead(self.torque_lead, 3, 6)
             torque = torque + inner.moved.first.rate[6:].reshape(3, 3) @ s.angular_velocity
-        if s.buoyancy.force > 0.0:
+        if _some(s.buoyancy.force):
             up = s.buoyancy.force * s.rotation[2]
             torque = torque - cross3(s.buoyancy.centre - s.centre, up)
         return torque
 
 
-def shortened(vector: Floats, longest: float) -> Floats:
+def _some(amount: Any) -> bool:
+    """Return whether there is any of something; True for traced arrays."""
+    return type(amount) is not float or amount > 0.0
+
+
+def shortened(vector: Array, longest: float) -> Array:
     """Return a vector limited to the length ``longest``."""
+    if type(vector) is not np.ndarray:
+        return short(vector[None], longest)[0]
     length = math.sqrt(vector @ vector)
     return vector if length <= longest else vector * (longest / length)
 

@@ -47,11 +47,11 @@ class Gains(NamedTuple):
     tilt: float
 
     @staticmethod
-    def between(air: Gains, water: Gains, wet: float) -> Gains:
-        """Return the gains interpolated at a submersion."""
-        if wet <= 0.0:
+    def between(air: Gains, water: Gains, wet: Any) -> Gains:
+        """Return the gains interpolated at a submersion, a number or a traced one."""
+        if type(wet) is float and wet <= 0.0:
             return air
-        if wet >= 1.0:
+        if type(wet) is float and wet >= 1.0:
             return water
         pairs: Any = zip(air, water, strict=True)
         return Gains(*(a + wet * (w - a) for a, w in pairs))

@@ -116,6 +116,10 @@ class Traced:
         """Return the entries in another shape."""
         return Traced(self.entries.reshape(*shape))
 
+    def tolist(self) -> Any:
+        """Return the entries as arrays of one, in nested lists."""
+        return [x.tolist() for x in self] if self.ndim else self
+
     def transpose(self, *axes: Any) -> Traced:
         """Return the array with its axes in another order."""
         return Traced(self.entries.transpose(*axes))
