@@ -201,8 +201,8 @@ class CompiledBody(RigidBody, Protocol):
         """Return how the next step [s] is computed; None where that is not compiled."""
         ...
 
-    def compiled_arguments(self, form: tuple[str, ...], step: float) -> tuple[Floats, ...]:
-        """Return what `compiled_law` needs besides the dynamics."""
+    def compiled_arguments(self) -> tuple[Floats, ...]:
+        """Return what `compiled_law` needs besides the dynamics and the joints' acceleration."""
         ...
 
     def compiled_law(

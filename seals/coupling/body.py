@@ -235,22 +235,19 @@ class CoupledBody(BodyOptions):
             form: from `compiled_form`.
             dynamics: of the robot at the current time.
             step: h [s].
-            own: from `compiled_arguments`.
+            own: acceleration of the joints in the last step where it was smooth, shape (J,), and
+                what comes from `compiled_arguments`.
         """
-        last, *own = own if form[1] == "smooth" else (None, *own)
+        last = own[0] if form[1] == "smooth" else None
+        own = own[1:]
         acting = ImplicitDrives(self._base).over_step(dynamics, step, last)
         rows = base_inertia(self._assembly, dynamics) if self._limits and self._base else None
         found = self._forces.compiled_law(form[0], dynamics, step, acting, *own)
         return found if rows is None else [*found, rows]
 
-    def compiled_arguments(self, form: tuple[str, ...], step: float) -> tuple[Floats, ...]:
-        """Return the arguments of `compiled_law` for the next step [s]."""
-        own = self._forces.compiled_arguments(self._contacts)
-        if form[1] != "smooth":
-            return own
-        smooth = self._speed.acceleration(step)
-        assert smooth is not None
-        return smooth[self._base :], *own
+    def compiled_arguments(self) -> tuple[Floats, ...]:
+        """Return more arguments of `compiled_law` for the next step."""
+        return self._forces.compiled_arguments(self._contacts)
 
     def give(
         self, form: tuple[str, ...], results: list[Floats], kinematics: Kinematics

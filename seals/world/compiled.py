@@ -150,7 +150,7 @@ class CompiledStep:
         present = drive is not None, voltage is not None, position is not None
         key = (form, present, look.state, step)
         while True:
-            own = self._body.compiled_arguments(form, step)
+            own = self._body.compiled_arguments()
             values = [look.block, time, *commands, *look.parts, *memory.values(), *own]
             kept = self._forms.get(key)
             if kept is None:
@@ -167,7 +167,7 @@ class CompiledStep:
         """Compile one form."""
         form, present, state, step = key
         names: list[list[str]] = [[], []]
-        joints = self.links.layout.traced
+        of = self.links.layout.traced
 
         def law(block: Array, time: Array, torque: Array, *rest: Array) -> list[Array]:
             more = iter(rest)
@@ -175,7 +175,7 @@ class CompiledStep:
             self.links.give(state, more)
             remembered = {name: next(more) for name in memory}
             kinematics, moving, motion = self._seen(block, time)
-            position = joints(block, "joints")
+            position = of(block, "joints")
             rates = moving.speed[:, moving.speed.shape[1] - position.shape[1] :]
             inputs = Inputs(step, torque, *commands)
             found = self._evaluator.evaluate(motion, Joints(position, rates), inputs, remembered)
@@ -186,7 +186,7 @@ class CompiledStep:
             )
             speeds = {b.name: d.speed for b, d in found.drives if d.speed is not None}
             names[:] = list(found.memory), list(speeds)
-            own = self._body.compiled_law(form, due, step, *more)
+            own = self._body.compiled_law(form, due, step, of(block, "change"), *more)
             voltage = self._evaluator.supplied({**remembered, **found.memory})
             battery = np.zeros((1, 0)) if voltage is None else voltage
             return [row, *found.memory.values(), *speeds.values(), battery, *own]

@@ -134,7 +134,7 @@ class CompiledLinks:
         self.layout = Layout(
             {"origins": three, "rotations": (1, links, 3, 3), "speed": (1, robot.degrees)}
             | {"linear": three, "angular": three, "twists": (1, links, 6), "joints": (1, joints)}
-            | {"force": (links, 3), "rate": (links, 3)}
+            | {"force": (links, 3), "rate": (links, 3), "change": (joints,)}
             | {"normal": (links, 3), "level": (links, 1), "least": (1,), "most": (1,)}
         )
         self._sampler: EnvironmentSampler | None = None
@@ -179,11 +179,12 @@ class CompiledLinks:
     def _compiled(self, key: Any) -> Kernel:
         """Compile a form: the links as they are, or after a step; ``key[1]``: with a past."""
         kind, past, step = key
+        joints = self._robot.tree.joints
         both = [(1, len(self._robot.links), 3)] * 2
         if kind == "look":
 
             def law(*x: Array) -> list[Array]:
-                return [self._law(x[:5], x[5:], step)]
+                return [self._law(x[:5], x[5:], step, np.zeros(joints))]
 
             shapes = [*self._shapes, (1, 1), *(both if past else ())]
         else:
@@ -191,18 +192,21 @@ class CompiledLinks:
             def law(*x: Array) -> list[Array]:
                 middle = x[6] if past else None
                 found = self._body.leapt(*x[:6], middle, step)
-                place, turn, joints, now = found[:4]
+                place, turn, angles, now = found[:4]
                 time, *before = x[6 + past :]
-                block = self._law((place, turn, joints, now, time), before, step)
+                change = (2.0 / step) * (now - found[4])[0, now.shape[1] - joints :]
+                block = self._law((place, turn, angles, now, time), before, step, change)
                 return [block, *(y.reshape(-1) for y in found)]
 
-            place, turn, joints, speed = self._shapes
-            shapes = [place, turn, speed, joints, speed, joints, *([speed] if past else ())]
+            place, turn, angles, speed = self._shapes
+            shapes = [place, turn, speed, angles, speed, angles, *([speed] if past else ())]
             shapes += [(1, 1), *both]
         kernel = self._kernels[key] = compiled(law, shapes)
         return kernel
 
-    def _law(self, given: Sequence[Array], before: Sequence[Array], step: float) -> Array:
+    def _law(
+        self, given: Sequence[Array], before: Sequence[Array], step: float, change: Array
+    ) -> Array:
         """Return the block for place, attitude, joints, velocity and time."""
         place, turn, joints, native, time = given
         tree, xp = self._robot.tree, namespace(place)
@@ -212,7 +216,7 @@ class CompiledLinks:
         earlier = [x[0] for x in before] or None
         own = kinematics.rotations[0], moving.linear[0], moving.angular[0]
         felt = felt_by_links(*own, earlier, self._gravity, step)
-        found = [kinematics.origins, kinematics.rotations, *moving, joints, *felt]
+        found = [kinematics.origins, kinematics.rotations, *moving, joints, *felt, change]
         normal, level = xp.zeros((len(tree.parent), 3)), xp.zeros((len(tree.parent), 1))
         if self._exact is not None:
             assert self._sampler is not None

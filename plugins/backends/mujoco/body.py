@@ -277,20 +277,20 @@ class MujocoBody:
         """Limit drives that exceed their largest force; return whether any did."""
         if self._drive is None:
             return False
-        drive, change = self._drive, self._qacc[self._dofs]
-        wanted = drive.force - drive.gain * change
-        if not self._bound:
-            self._held[:] = False
-        wanted = np.where(self._held, self._pull, wanted) if self._bound else wanted
-        beyond = (np.abs(wanted) > drive.limit) & ~self._held
+        drive = self._drive
+        wanted = drive.force - drive.gain * self._qacc[self._dofs]
+        beyond = np.abs(wanted) > drive.limit
+        if self._bound:
+            wanted = np.where(self._held, self._pull, wanted)
+            beyond &= ~self._held
         self._pull = wanted
         if not np.count_nonzero(beyond):
             return False
         wanted[beyond] = np.copysign(drive.limit[beyond], wanted[beyond])
         self._mass[self._diagonal[beyond]] -= drive.gain[beyond]
-        force = self._force + np.where(self._held | beyond, wanted, drive.force)
+        self._held = beyond | self._held if self._bound else beyond
+        force = self._force + np.where(self._held, wanted, drive.force)
         self._applied[self._dofs] = force
-        self._held |= beyond
         self._bound = True
         return True
 
