@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
@@ -142,10 +142,21 @@ class RigidBody(Protocol):
         ...
 
 
-Follow = Callable[[tuple[Floats, ...], float], "tuple[Floats, ...] | None"]
-"""Function from the engine's place, attitude, velocity and joints after a step [s], velocity and
-joints before it, and the middle velocity if there is one, to place, attitude, joints, velocity now
-and at the middle of the step, and the links (`CompiledBody.followed`); None at a joint stop."""
+class LinksAt(Protocol):
+    """Links of a robot at one instant."""
+
+    @property
+    def kinematics(self) -> Kinematics:
+        """Their poses."""
+        ...
+
+
+Follow = Callable[
+    [tuple[Floats, ...], tuple[Floats, ...], float], "tuple[Floats, list[Floats]] | None"
+]
+"""Function from what `CompiledEngineBody.native` gives, the other arguments of
+`CompiledBody.leapt` and the step [s] to the links (`CompiledBody.followed`) and the results of
+`CompiledBody.leapt`; None where it says that there are none."""
 
 
 class CompiledBody(RigidBody, Protocol):
@@ -166,18 +177,19 @@ class CompiledBody(RigidBody, Protocol):
         """
         ...
 
-    def leapt(  # noqa: PLR0917  in the order of `Follow`
-        self,
-        place: Array,
-        turn: Array,
-        raw: Array,
-        joints: Array,
-        now: Array,
-        before: Array,
-        middle: Array | None,
-        step: float,
-    ) -> list[Array]:
-        """Return place, attitude, joints, velocities and whether a stop was met; pure."""
+    def leapt(
+        self, native: Sequence[Array], own: Sequence[Array], step: float
+    ) -> tuple[Sequence[Array], list[Array]]:
+        """Return the state after a step without contacts, and what the body wants of it; pure.
+
+        The state is place, attitude, joints, velocity now and half a step ago; of the second the
+        last is not zero where the step met a stop or is to be refused.
+
+        Args:
+            native: state of the engine after its step.
+            own: velocity and joints before the step, and the velocity half a step earlier, if any.
+            step: h [s].
+        """
         ...
 
     def coordinates(self) -> tuple[Floats, Floats, Floats, Floats]:
@@ -211,9 +223,7 @@ class CompiledBody(RigidBody, Protocol):
         """Return what `give` takes; pure, on any array library."""
         ...
 
-    def give(
-        self, form: tuple[str, ...], results: list[Floats], kinematics: Kinematics
-    ) -> bool:
+    def give(self, form: tuple[str, ...], results: list[Floats], links: LinksAt) -> bool:
         """Set the loads for the next step; false where the law is to be evaluated again."""
         ...
 

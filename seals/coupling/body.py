@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, ClassVar, cast
 
 import numpy as np
 
 from seals.arrays import Array, Floats, namespace
-from seals.backend import BodyOptions, Configuration, Dynamics, Follow, LinkPoses
+from seals.backend import BodyOptions, Configuration, Dynamics, Follow, LinkPoses, LinksAt
 from seals.coupling.contacts import Contacts
 from seals.coupling.engine import CompiledEngineBody, EngineBody, SolvingEngineBody
 from seals.coupling.implicit_drive import ImplicitDrives
@@ -19,7 +19,6 @@ from seals.coupling.solved import SolvedForces
 from seals.errors import PhysicsError
 from seals.frames import cross, exponential, matrix_of, multiply
 from seals.multibody.equations import Assembly
-from seals.multibody.kinematics import Kinematics
 from seals.robot.model import RobotModel
 
 
@@ -59,7 +58,7 @@ class CoupledBody(BodyOptions):
         self._contacts = Contacts(len(robot.links))
         lower, upper = (robot.lower + 1e-6).tolist(), (robot.upper - 1e-6).tolist()
         self._stops = list(zip(lower, upper, strict=True))
-        self._began: Kinematics | None = None
+        self._began: LinksAt | None = None
         self._speed = HalfStep(np.zeros(robot.degrees))
         self._joints = np.zeros(joints)
         self._centred = not np.any(engine.reference)
@@ -160,7 +159,7 @@ class CoupledBody(BodyOptions):
         last = None if smooth is None else smooth[self._base :]
         acting = self._drives.over_step(dynamics, step, last)
         self._base_inertia = lambda: base_inertia(self._assembly, dynamics)
-        self._began = dynamics.kinematics
+        self._began = dynamics
         self._forces.apply(
             self.engine, dynamics, step, acting=acting, contacts=self._contacts, joints=self._joints
         )
@@ -170,34 +169,29 @@ class CoupledBody(BodyOptions):
         self._follow = follow
         self._forces.compile(inertial=inertial)
 
-    def leapt(  # noqa: PLR0917  one robot after a step of the engine
-        self,
-        place: Array,
-        turn: Array,
-        raw: Array,
-        joints: Array,
-        now: Array,
-        before: Array,
-        middle: Array | None,
-        step: float,
-    ) -> list[Array]:
-        """Return place, attitude, joints, velocities and whether a stop was met; pure.
-
-        One step of leapfrog, see `after_step`; arguments as in `Follow`.
-        """
-        half = 0.5 * (raw - now)
-        middle = now + half if middle is None else middle + 2.0 * half
+    def leapt(
+        self, native: Sequence[Array], own: Sequence[Array], step: float
+    ) -> tuple[Sequence[Array], list[Array]]:
+        """Return the state after a step of leapfrog, see `seals.backend.CompiledBody`; pure."""
+        engine: Any = self.engine
+        place, turn, raw, joints = engine.read_law(*native)
+        now, before, *last = own
         base, xp = self._base, namespace(raw)
+        half = 0.5 * (raw - now)
+        middle = last[0] + 2.0 * half if last else now + half
         shift = step * (middle - raw)
         if base:
-            place, turn = place + shift[:, :3], multiply(exponential(shift[:, 3:6]), turn)
-        stopped = raw[:, :1] * 0.0
+            place = place + shift[:, :3]
+            turn = multiply(exponential(shift[:, 3:6]), turn)
+        # written so that a motion that is not a number is refused as well
+        wrong = ~(xp.sum(raw * raw) <= engine.top_speed**2)
         if self._limits:
             both = xp.concat((joints, before), axis=0)
             lower, upper = (np.array([column]) for column in zip(*self._stops, strict=True))
-            met = xp.astype((both <= lower) | (both >= upper), raw.dtype)
-            stopped = stopped + xp.max(met)
-        return [place, turn, joints + shift[:, base:], middle + half, middle, stopped]
+            wrong = wrong | xp.any((both <= lower) | (both >= upper))
+        state = place, turn, joints + shift[:, base:], middle + half, middle
+        written = engine.write_law(place, turn, state[3], state[2])
+        return state, [*written, *(x.reshape(-1) for x in state[2:]), wrong]
 
     def coordinates(self) -> tuple[Floats, Floats, Floats, Floats]:
         """Return position, attitude, joints and velocity as the engine keeps them."""
@@ -249,9 +243,7 @@ class CoupledBody(BodyOptions):
         """Return more arguments of `compiled_law` for the next step."""
         return self._forces.compiled_arguments(self._contacts)
 
-    def give(
-        self, form: tuple[str, ...], results: list[Floats], kinematics: Kinematics
-    ) -> bool:
+    def give(self, form: tuple[str, ...], results: list[Floats], links: LinksAt) -> bool:
         """Pass the results of `compiled_law` to the engine, in place of `apply`.
 
         Return false where the engine's inertia had to be set anew, and the law is to be asked
@@ -260,13 +252,13 @@ class CoupledBody(BodyOptions):
         Args:
             form: from `compiled_form`.
             results: of `compiled_law`.
-            kinematics: of the links.
+            links: where they are.
         """
         if self._limits and self._base:
             *results, rows = results
             self._base_inertia = lambda: rows
-        self._began = kinematics
-        return self._forces.give(form[0], results, kinematics.origins[0, 0])
+        self._began = links
+        return self._forces.give(form[0], results, links)
 
     def after_step(self, step: float) -> None:
         """Compute the velocity at the new time, and correct the pose by the half-step velocity.
@@ -283,19 +275,20 @@ class CoupledBody(BodyOptions):
         Raises:
             PhysicsError: the motion is faster than the engine can follow, or not finite.
         """
-        raw, joints = self.engine.state()
         self.followed = None
+        self._contacts.note(self.engine.contacts(), self._began)
+        smooth = self._second_order and not (self._contacts.any or self._forces.running)
+        if smooth and self._follow is not None and self._followed(self._follow, step):
+            return
+        raw, joints = self.engine.state()
         self._forces.measure()
         # written so that a motion that is not a number is looked at as well
         if not raw @ raw <= self.engine.top_speed**2:
             self._refuse_speed(float(np.abs(raw).max()))
         kick = raw - self._speed.now
         self._forces.moved(kick, step)
-        self._contacts.note(self.engine.contacts(), self._began)
-        if not self._second_order or self._contacts.any or self._forces.running:
+        if not smooth:
             self._speed, self._joints = HalfStep(raw), joints
-            return
-        if self._follow is not None and self._followed(raw, joints, step):
             return
         if self._at_stop(joints) or self._at_stop(self._joints):
             self._speed, self._joints = HalfStep(raw), joints
@@ -311,18 +304,19 @@ class CoupledBody(BodyOptions):
             self.engine.shift_base(shift[:6])
         self.engine.set_velocity(self._speed.now, self._joints)
 
-    def _followed(self, raw: Floats, joints: Floats, step: float) -> bool:
-        """Step by machine code; return false at a joint stop."""
-        assert self._follow is not None
+    def _followed(self, follow: Follow, step: float) -> bool:
+        """Step by machine code; return false where it is to be done without."""
         engine: Any = self.engine
         now, middle = self._speed
-        given = (*engine.native_pose(), raw, joints, now, self._joints)
-        found = self._follow(given if middle is None else (*given, middle), step)
+        own = (now, self._joints) if middle is None else (now, self._joints, middle)
+        found = follow(engine.native(), own, step)
         if found is None:
             return False
-        place, turn, self._joints, fresh, later, self.followed = found
+        self.followed, (*written, self._joints, fresh, later, _) = found
         self._speed = HalfStep(fresh, later)
-        engine.put(place, turn, fresh, self._joints)
+        engine.put(*written)
+        self._forces.measure()
+        self._forces.moved(fresh - now, step)
         return True
 
     def _move_back(self, inertia: Floats, kick: Floats, step: float) -> None:
@@ -331,7 +325,7 @@ class CoupledBody(BodyOptions):
         Without it the robot would go h^2 a / 2 too far in every step at the stop.
         """
         assert self._began is not None
-        turn = self._began.rotations[0, 0]
+        turn = self._began.kinematics.rotations[0, 0]
         shift = -0.5 * step * locked_kick(inertia, self._at_origin(kick, turn))
         shift[:3] += np.cross(shift[3:], turn @ self.engine.reference)
         self.engine.shift_base(shift)

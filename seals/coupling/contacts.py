@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
+from seals.backend import LinksAt
 from seals.coupling.engine import ContactPoints
 from seals.frames import cross
-from seals.multibody.kinematics import Kinematics
 
 
 class Contacts:
@@ -33,16 +33,16 @@ class Contacts:
     def forget(self) -> None:
         """Clear all contacts."""
         self._points: ContactPoints | None = None
-        self._began: Kinematics | None = None
+        self._began: LinksAt | None = None
         self._sums: tuple[Floats, Floats] | None = self._none
         self.any, self.links = False, frozenset[int]()
 
-    def note(self, points: ContactPoints | None, began: Kinematics | None) -> None:
+    def note(self, points: ContactPoints | None, began: LinksAt | None) -> None:
         """Store the engine's contact points of a step.
 
         Args:
             points: as the engine gives them; None for nothing.
-            began: poses of the links where the step began: there the engine found the contacts.
+            began: the links where the step began: there the engine found the contacts.
         """
         if points is None:
             if self.any:
@@ -73,7 +73,7 @@ class Contacts:
             return self._sums
         assert self._began is not None
         assert self._points is not None
-        origins, rotations = self._began.origins[0], self._began.rotations[0]
+        origins, rotations = self._began.kinematics.origins[0], self._began.kinematics.rotations[0]
         out, pressing = np.zeros_like(self._none[0]), np.zeros_like(self._none[1])
         links = self._points.links
         points, force, normal = self._points.forces()

@@ -8,8 +8,8 @@ Order of calls in one step of the world, from t to t + h:
    added inertia and joint drives itself (`SolvingEngineBody`): `apply_wrenches`, `add_inertia`, and
    for robots with joints `apply_joint_forces` and `drive_joints`, once each.
 2. The backend steps the engine once for all robots.
-3. `CoupledBody.after_step`, called by the backend: `state`, `motor_forces` if motors act or
-   `drive_forces`, `contacts`; then in free motion `shift_base` (not of a fixed base) and
+3. `CoupledBody.after_step`, called by the backend: `contacts`, `state`, `motor_forces` if motors act
+   or `drive_forces`; then in free motion `shift_base` (not of a fixed base) and
    `set_velocity`.
 
 Poses may be read between any two steps. `place` and `set_velocity` start an episode.
@@ -95,7 +95,7 @@ class EngineMotion(Protocol):
     def state(self) -> tuple[Floats, Floats]:
         """Return the velocity, shape (n,), and the joint positions [rad or m], shape (J,).
 
-        Called once after each step of the engine, before `motor_forces` and `contacts`.
+        Called at most once after each step of the engine, before `motor_forces`.
         """
         ...
 
@@ -214,10 +214,21 @@ class CompiledEngineBody(EngineMotion, Protocol):
         """
         ...
 
-    def put(self, place: Floats, turn: Floats, velocity: Floats, joints: Floats) -> None:
-        """Set pose as in `native_pose`, velocity (n,) and joint positions (J,)."""
+    def native(self) -> tuple[Floats, ...]:
+        """Return the state of the robot in the engine, after `EngineMotion.contacts`."""
         ...
 
+    def read_law(self, *native: Array) -> tuple[Array, Array, Array, Array]:
+        """Return place and attitude as of `native_pose`, velocity and joints, (1, ...); pure."""
+        ...
+
+    def write_law(self, place: Array, turn: Array, velocity: Array, joints: Array) -> list[Array]:
+        """Return what `put` takes to set a state as of `read_law`; pure."""
+        ...
+
+    def put(self, *written: Floats) -> None:
+        """Set the state of the robot, see `write_law`."""
+        ...
 
 
 class CompiledMasses(CompiledEngineBody, Protocol):

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Array, Floats
-from seals.backend import Dynamics
+from seals.backend import Dynamics, LinksAt
 from seals.coupling.contacts import Contacts
 from seals.coupling.engine import EngineBody
 from seals.coupling.generalised import generalised
@@ -133,13 +133,13 @@ class PredictedForces:
         found = [generalised(d.kinematics.jacobian[0], wrench), joint_force, wanted]
         return [*found, *self._motors.targets(d, step)] if form == "stand" else found
 
-    def give(self, form: str, results: list[Floats], origin: Floats) -> bool:
+    def give(self, form: str, results: list[Floats], links: LinksAt) -> bool:
         """Pass results of `compiled_law` on; false where the engine's inertia was set anew.
 
         Args:
             form: of the step.
             results: of `compiled_law`.
-            origin: of the base [m], shape (3,).
+            links: where they are.
         """
         force, joint_force, wanted, *motors = results
         if self._inertial and self._split.update(wanted):
@@ -150,7 +150,7 @@ class PredictedForces:
         elif self._feet:
             self._motors.rest()
         self._given = joint_force
-        self._engine.apply_generalised(force, joint_force, origin)
+        self._engine.apply_generalised(force, joint_force, links.kinematics.origins[0, 0])
         return True
 
     def measure(self) -> None:

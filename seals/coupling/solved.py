@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Array, Floats, namespace
-from seals.backend import Dynamics
+from seals.backend import Dynamics, LinksAt
 from seals.coupling.contacts import Contacts
 from seals.coupling.engine import SolvingEngineBody
 from seals.coupling.generalised import generalised, generalised_inertia
@@ -111,7 +111,7 @@ class SolvedForces:
         rotation = dynamics.kinematics.rotations[0, 0]
         return [outer, *self._engine.compiled_law(rotation, force, outer, inertia, acting)]
 
-    def give(self, form: str, results: list[Floats], origin: Floats) -> bool:
+    def give(self, form: str, results: list[Floats], links: LinksAt) -> bool:
         """Pass results of `compiled_law` to the engine, and return true."""
         self._outer, *own = results
         self._engine.give(own)

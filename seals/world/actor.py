@@ -161,7 +161,7 @@ class Actor:
     def _start_over(self) -> None:
         """Forget the last step."""
         self._time = 0.0
-        self._before: LinkVelocities | None = None
+        self._before: Floats | None = None
         self._now: tuple[Kinematics, LinkVelocities] | None = None
         self._look: Look | None = None
         self._supply: Floats | None = None
@@ -215,7 +215,7 @@ class Actor:
             self._due = due, row
         self.memory = found.memory
         self._speeds, self._supply = {b.name: drives.speed for b, drives in found.drives}, None
-        self._before, self._now = moving, None
+        self._before, self._now = np.concatenate((moving.linear, moving.angular)), None
 
     def _sampled(
         self, time: float, kinematics: Kinematics, moving: LinkVelocities
@@ -242,7 +242,8 @@ class Actor:
         else:
             self.ledger.open_row(time)[...] = found.row
             self.memory, self._speeds, self._supply = found.memory, found.speeds, found.voltage
-        self._before, self._now, self._look = look.moving, None, None
+            self._before = look.velocities
+        self._look = None
 
     def _told(self, laws: CompiledStep, pilot: Pilot, look: Look) -> ControlInput:
         """What guide and controller are given; their laws are compiled at the first call."""
@@ -329,11 +330,12 @@ class Actor:
             return
         if self.compiled is None:
             kinematics, moving = self.look()
-            felt = self._felt_over(step)
+            seen = kinematics.origins[0], kinematics.rotations[0], moving.twists[0]
+            now = Instant(time, step, seen, self._felt_over(step))
         else:
             look = self._looked(step)
-            kinematics, moving, felt = look.kinematics, look.moving, look.felt
-        self.sensor_suite.take(Instant(time, step, kinematics, moving, self._before, felt), rng)
+            now = Instant(time, step, look.seen, look.felt)
+        self.sensor_suite.take(now, rng)
         if self.pilot is not None:
             for taken, readings in self.sensor_suite.heard().items():
                 self.pilot.hear(taken, readings)
@@ -343,13 +345,11 @@ class Actor:
         assert self._now is not None
         (kinematics, moving), before = self._now, self._before
         given = kinematics.rotations[0], moving.linear[0], moving.angular[0]
-        earlier = None if before is None else (before.linear[0], before.angular[0])
-
         known: list[Sequence[Floats]] = []
 
         def felt() -> Sequence[Floats]:
             if not known:
-                known.append(felt_by_links(*given, earlier, self.gravity, step))
+                known.append(felt_by_links(*given, before, self.gravity, step))
             return known[0]
 
         return felt

@@ -123,7 +123,7 @@ class CompiledStep:
         """Poses, velocities and motion of the links of a block."""
         of = self.links.layout.traced
         kinematics = Kinematics(self._robot.tree, of(block, "origins"), of(block, "rotations"))
-        moving = LinkVelocities(*(of(block, name) for name in LinkVelocities._fields))
+        moving = self.links.layout.moving(block)
         return kinematics, moving, link_motion(kinematics, moving, time, self._bodies)
 
     def loads(
@@ -158,7 +158,7 @@ class CompiledStep:
             row, *results = kept.kernel(*values)
             first, last = len(kept.remembered), len(kept.remembered) + len(kept.turning)
             voltage, *body = results[last:]
-            if self._body.give(form, body, look.kinematics):
+            if self._body.give(form, body, look):
                 new = {**memory, **dict(zip(kept.remembered, results, strict=False))}
                 speeds = dict(zip(kept.turning, results[first:last], strict=True))
                 return Loads(row, new, speeds, voltage if voltage.size else None)

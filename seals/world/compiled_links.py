@@ -49,6 +49,12 @@ class Layout:
         shape, start, size = self._places[name]
         return namespace(block).reshape(block[start : start + size], shape)
 
+    def moving(self, block: Array) -> LinkVelocities:
+        """Return the velocities of the links in a block on any array library."""
+        of = self.of if type(block) is np.ndarray else self.traced
+        both = of(block, "velocities")
+        return LinkVelocities(of(block, "speed"), both[:1], both[1:], of(block, "twists"))
+
 
 class Look:
     """The links at one instant.
@@ -83,9 +89,19 @@ class Look:
     def moving(self) -> LinkVelocities:
         """Velocities of the links."""
         if self._moving is None:
-            of, block = self.layout.of, self.block
-            self._moving = LinkVelocities(*[of(block, name) for name in LinkVelocities._fields])
+            self._moving = self.layout.moving(self.block)
         return self._moving
+
+    @property
+    def velocities(self) -> Floats:
+        """Velocities of the link origins and angular velocities, world axes, shape (2, L, 3)."""
+        return self.layout.of(self.block, "velocities")
+
+    @property
+    def seen(self) -> tuple[Floats, Floats, Floats]:
+        """Origins, rotations and twists of the links, without a batch."""
+        of, block = self.layout.of, self.block
+        return of(block, "origins")[0], of(block, "rotations")[0], of(block, "twists")[0]
 
     @property
     def joints(self) -> Floats:
@@ -133,13 +149,13 @@ class CompiledLinks:
         three = (1, links, 3)
         self.layout = Layout(
             {"origins": three, "rotations": (1, links, 3, 3), "speed": (1, robot.degrees)}
-            | {"linear": three, "angular": three, "twists": (1, links, 6), "joints": (1, joints)}
+            | {"velocities": (2, links, 3), "twists": (1, links, 6), "joints": (1, joints)}
             | {"force": (links, 3), "rate": (links, 3), "change": (joints,)}
             | {"normal": (links, 3), "level": (links, 1), "least": (1,), "most": (1,)}
         )
         self._sampler: EnvironmentSampler | None = None
         self._kernels: dict[Any, Kernel] = {}
-        self._before: LinkVelocities | None = None
+        self._before: Floats | None = None
         self._time = 0.0
         self._shapes = [(1, 3), (1, 4), (1, joints), (1, robot.degrees)]
 
@@ -147,60 +163,58 @@ class CompiledLinks:
         """Take the sampler of the surroundings, made with ``wetting``, and the links' bodies."""
         self._sampler, self._bodies = sampler, bodies
 
-    def look(self, time: float, before: LinkVelocities | None, step: float) -> Look:
+    def look(self, time: float, before: Floats | None, step: float) -> Look:
         """Return the links as they are now.
 
         Args:
             time: [s].
-            before: velocities one step earlier; None at the start.
+            before: `Look.velocities` one step earlier; None at the start.
             step: since then [s].
         """
         block = self._body.followed
         if block is None:
             key = ("look", before is not None, step)
             kernel = self._kernels.get(key) or self._compiled(key)
-            block = kernel(*self._body.coordinates(), time, *_earlier(before))[0]
+            past = () if before is None else (before,)
+            block = kernel(*self._body.coordinates(), time, *past)[0]
         return Look(self._robot.tree, block, self.layout, self._wet(block))
 
     def expect(self, look: Look, time: float) -> None:
         """Note the links at the start of a step, and the time of its end [s], for `follow`."""
-        self._before, self._time = look.moving, time
+        self._before, self._time = look.velocities, time
 
-    def follow(self, given: tuple[Floats, ...], step: float) -> tuple[Floats, ...] | None:
+    def follow(
+        self, native: tuple[Floats, ...], own: tuple[Floats, ...], step: float
+    ) -> tuple[Floats, list[Floats]] | None:
         """Return the state after a step, see `seals.backend.Follow`."""
-        key = ("leap", len(given) > 6, step)
-        kernel = self._kernels.get(key) or self._compiled(key)
-        found = kernel(*given, self._time, *_earlier(self._before))
-        if found[-1].item() > 0.0:
-            return None
-        block, place, turn, joints, now, middle, _ = found
-        return place, turn, joints, now, middle, block
+        key = ("leap", len(own) > 2, step)
+        kernel = self._kernels.get(key) or self._compiled(key, native, own)
+        block, *found = kernel(*native, *own, self._time, self._before)
+        return None if found[-1].item() else (block, found)
 
-    def _compiled(self, key: Any) -> Kernel:
+    def _compiled(
+        self, key: Any, native: Sequence[Any] = (), own: Sequence[Floats] = ()
+    ) -> Kernel:
         """Compile a form: the links as they are, or after a step; ``key[1]``: with a past."""
         kind, past, step = key
-        joints = self._robot.tree.joints
-        both = [(1, len(self._robot.links), 3)] * 2
+        links, joints = len(self._robot.links), self._robot.tree.joints
         if kind == "look":
 
             def law(*x: Array) -> list[Array]:
                 return [self._law(x[:5], x[5:], step, np.zeros(joints))]
 
-            shapes = [*self._shapes, (1, 1), *(both if past else ())]
+            shapes = [*self._shapes, (1, 1), *([(2, links, 3)] if past else ())]
         else:
+            count, last = len(native), len(native) + len(own)
 
             def law(*x: Array) -> list[Array]:
-                middle = x[6] if past else None
-                found = self._body.leapt(*x[:6], middle, step)
-                place, turn, angles, now = found[:4]
-                time, *before = x[6 + past :]
-                change = (2.0 / step) * (now - found[4])[0, now.shape[1] - joints :]
-                block = self._law((place, turn, angles, now, time), before, step, change)
-                return [block, *(y.reshape(-1) for y in found)]
+                both = [y[None] for y in x[count:last]]
+                (place, turn, angles, now, middle), found = self._body.leapt(x[:count], both, step)
+                change = (2.0 / step) * (now - middle)[0, now.shape[1] - joints :]
+                state = place, turn, angles, now, x[last]
+                return [self._law(state, x[last + 1 :], step, change), *found]
 
-            place, turn, angles, speed = self._shapes
-            shapes = [place, turn, speed, angles, speed, angles, *([speed] if past else ())]
-            shapes += [(1, 1), *both]
+            shapes = [*(np.shape(x) for x in (*native, *own)), (1, 1), (2, links, 3)]
         kernel = self._kernels[key] = compiled(law, shapes)
         return kernel
 
@@ -213,7 +227,7 @@ class CompiledLinks:
         position, rotation, speed = self._body.at_origin(place, turn, native)
         kinematics = Kinematics(tree, *forward(tree, position, rotation, joints))
         moving = kinematics.move(speed)
-        earlier = [x[0] for x in before] or None
+        earlier = before[0] if before else None
         own = kinematics.rotations[0], moving.linear[0], moving.angular[0]
         felt = felt_by_links(*own, earlier, self._gravity, step)
         found = [kinematics.origins, kinematics.rotations, *moving, joints, *felt, change]
@@ -255,10 +269,6 @@ class CompiledLinks:
         else:
             return
         self.wetting.found = found
-
-
-def _earlier(before: LinkVelocities | None) -> tuple[Floats, ...]:
-    return () if before is None else (before.linear, before.angular)
 
 
 ANY = Wet(constant([[0.0]]), constant([[0.0] * 3]), None, None)

@@ -13,7 +13,6 @@ from seals.deprecation import add_former_names
 from seals.effects.binding import EffectSet
 from seals.errors import ConfigError, suggestion
 from seals.frames import cross, unrotate
-from seals.multibody.kinematics import Kinematics, LinkVelocities
 from seals.plugin_options import options_of
 from seals.rendering.camera_view import CameraView, SceneView
 from seals.robot.model import RobotModel
@@ -34,18 +33,14 @@ class Instant(NamedTuple):
     Args:
         time: [s].
         step: since the last one [s].
-        kinematics: of the links.
-        moving: velocities of the links.
-        before: velocities one step earlier, None at the start.
+        seen: origins (L, 3), rotations (L, 3, 3) and twists (L, 6) of the links.
         felt: gives mean specific forces and angular accelerations of all links over the step, see
             `felt_by_links`.
     """
 
     time: float
     step: float
-    kinematics: Kinematics
-    moving: LinkVelocities
-    before: LinkVelocities | None
+    seen: tuple[Floats, Floats, Floats]
     felt: Callable[[], Sequence[Floats]]
 
 
@@ -147,8 +142,7 @@ class SensorSuite:
             if due or not self._idles[name]:
                 if seen is None:
                     outside = self.body.contact_wrenches(), self.body.contact_normals()
-                    poses = now.kinematics.origins[0], now.kinematics.rotations[0]
-                    seen = *poses, now.moving.twists[0], *outside
+                    seen = *now.seen, *outside
                 felt = self._felt(name, now, seen)
                 reading, self._memory[name] = sensor.sense(felt, self._memory[name], rng, due=due)
             if reading is not None and name in self._chains:

@@ -8,7 +8,7 @@ import numpy as np
 
 from seals.arrays import Array, Floats, namespace
 from seals.coupling import ImplicitDrive
-from seals.frames import cross
+from seals.frames import cross, matrix_of
 from seals.plugins.backends.mujoco.contacts import MujocoContacts
 from seals.plugins.backends.mujoco.scene import Scene
 from seals.robot.model import RobotModel
@@ -61,18 +61,19 @@ class MujocoBody:
         self._joints = len(joints)
         self._q = _span([int(m.jnt_qposadr[j]) for j in joints])
         self._dofs = _span(turning)
-        every = turning
+        every, every_q = turning, [int(m.jnt_qposadr[j]) for j in joints]
         if self._free:
             base = m.joint(f"{self._number}/").id
             at, first = int(m.jnt_qposadr[base]), int(m.jnt_dofadr[base])
             self._place, self._turn = d.qpos[at : at + 3], d.qpos[at + 3 : at + 7]
             self._linear, self._spin = d.qvel[first : first + 3], d.qvel[first + 3 : first + 6]
             self._push = d.qfrc_applied[first : first + 6]
-            every = [*range(first, first + 6), *turning]
+            every, every_q = [*range(first, first + 6), *turning], [*range(at, at + 7), *every_q]
         else:
             row = m.body_mocapid[self._rows[0]]
             self._place, self._turn = d.mocap_pos[row], d.mocap_quat[row]
         self._entries(m, every)
+        self._every, self._every_q = _span(every), _span(every_q)
         self._qpos, self._qvel, self._qacc = d.qpos, d.qvel, d.qacc
         self._pushed, self._applied, self._mass = d.xfrc_applied, d.qfrc_applied, d.M
         self._origins, self._rotations, self._centres = d.xpos, d.xmat, d.xipos
@@ -143,13 +144,35 @@ class MujocoBody:
             self._qpos[self._q] = joints
         self._scene.stale = True
 
-    def put(self, place: Floats, turn: Floats, velocity: Floats, joints: Floats) -> None:
-        """Set pose, velocity and joint positions."""
-        if self._free:
-            self._place[:] = place
-            x, y, z, w = turn.tolist()
-            self._turn[:] = w, x, y, z
-        self.set_velocity(velocity, joints)
+    def native(self) -> tuple[Floats, ...]:
+        """Return positions and velocities; of a fixed base also where it stands."""
+        own = self._qpos[self._every_q], self._qvel[self._every]
+        return own if self._free else (self._place, self._turn, *own)
+
+    def read_law(self, *native: Array) -> tuple[Array, Array, Array, Array]:
+        """Return place, attitude, velocity and joints."""
+        if not self._free:
+            place, turn, joints, velocity = native
+            return place[None], _shifted(turn, -1)[None], velocity[None], joints[None]
+        q, v = native
+        turn = _shifted(q[3:7], -1)[None]
+        spin = (matrix_of(turn) @ v[3:6])
+        velocity = namespace(v).concat((v[None, :3], spin, v[None, 6:]), axis=1)
+        return q[None, :3], turn, velocity, q[None, 7:]
+
+    def write_law(self, place: Array, turn: Array, velocity: Array, joints: Array) -> list[Array]:
+        """Return positions and velocities as the engine keeps them."""
+        if not self._free:
+            return [joints[0], velocity[0]]
+        xp = namespace(place)
+        spin = velocity[0, 3:6] @ matrix_of(turn)[0]
+        q = xp.concat((place[0], _shifted(turn[0], 1), joints[0]), axis=0)
+        return [q, xp.concat((velocity[0, :3], spin, velocity[0, 6:]), axis=0)]
+
+    def put(self, *written: Floats) -> None:
+        """Set positions and velocities."""
+        self._qpos[self._every_q], self._qvel[self._every] = written
+        self._scene.stale = True
 
     def _in_base(self, vector: Floats) -> Floats:
         """World vector in axes of the base."""
@@ -308,6 +331,12 @@ def _span(places: list[int]) -> Any:
     if places and places == list(range(places[0], places[0] + len(places))):
         return slice(places[0], places[0] + len(places))
     return np.array(places, dtype=int)
+
+
+def _shifted(quaternion: Array, places: int) -> Array:
+    """Quaternion with its parts moved on: w x y z to x y z w by -1, back by 1."""
+    parts = quaternion[-places:], quaternion[:-places]
+    return namespace(quaternion).concat(parts, axis=0)
 
 
 def _turned(columns: Array, rotation: Array) -> Array:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats
 from seals.frames import conjugate, matrix_of, multiply
 from seals.plugins.backends.pybullet.contacts import PybulletContacts
 from seals.plugins.backends.pybullet.loading import load_robot
@@ -114,8 +114,22 @@ class PybulletBody:
                 physicsClientId=self._client,
             )
 
-    def put(self, place: Floats, turn: Floats, velocity: Floats, joints: Floats) -> None:
-        """Set pose, velocity and joint positions."""
+    def native(self) -> tuple[Floats, ...]:
+        """Return place, attitude, velocity and joints."""
+        return *self.native_pose(), *self.state()
+
+    def read_law(self, *native: Array) -> tuple[Array, Array, Array, Array]:
+        """Return the same with a batch of one."""
+        place, turn, velocity, joints = native
+        return place[None], turn[None], velocity[None], joints[None]
+
+    def write_law(self, place: Array, turn: Array, velocity: Array, joints: Array) -> list[Array]:
+        """Return place, attitude, velocity and joints."""
+        return [place[0], turn[0], velocity[0], joints[0]]
+
+    def put(self, *written: Floats) -> None:
+        """Set place, attitude, velocity and joints."""
+        place, turn, velocity, joints = written
         if self._base:
             self._p.resetBasePositionAndOrientation(
                 self.body, place.tolist(), turn.tolist(), physicsClientId=self._client
