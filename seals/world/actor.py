@@ -30,7 +30,7 @@ from seals.sensors.onboard import OnboardState, spins
 from seals.sensors.protocol import Sensor
 from seals.sensors.rays import Shape, shapes_of_hull
 from seals.sensors.surroundings import Surroundings
-from seals.world.compiled import CompiledStep
+from seals.world.compiled import CompiledStep, Supply
 from seals.world.compiled_links import Look
 from seals.world.compiled_weights import CompiledWeights
 from seals.world.drivetrain import Drivetrain
@@ -134,7 +134,7 @@ class Actor:
         self.immersion = None if fluid is None else Immersion(robot)
         self._assembly = Assembly(robot.spatial_inertia[None], self.servos.armature)
         compiles = fluid is None and options_of(backend, BackendOptions).compiled
-        parts = robot, environment, waves, self.servos, self.body
+        parts = robot, environment, waves, self.servos, self.drivetrain, self.body
         self.compiled = CompiledStep(*parts) if compiles else None
         self._weights: CompiledWeights | None = None
 
@@ -164,7 +164,7 @@ class Actor:
         self._before: Floats | None = None
         self._now: tuple[Kinematics, LinkVelocities] | None = None
         self._look: Look | None = None
-        self._supply: Floats | None = None
+        self._supply, self._driven = Supply(), self.drive
         self._due: tuple[Dynamics, Floats] | None = None
 
     def load(self, time: float, step: float) -> None:
@@ -214,7 +214,8 @@ class Actor:
         else:
             self._due = due, row
         self.memory = found.memory
-        self._speeds, self._supply = {b.name: drives.speed for b, drives in found.drives}, None
+        self._speeds = {b.name: drives.speed for b, drives in found.drives}
+        self._supply = Supply()
         self._before, self._now = np.concatenate((moving.linear, moving.angular)), None
 
     def _sampled(
@@ -233,7 +234,7 @@ class Actor:
             else:
                 self.pilot.wait()
         inputs = self._inputs(time, step, look.joints)
-        found = laws.loads(look, time, inputs, self.memory)
+        found = laws.loads(look, time, inputs, self.memory, self.drivetrain.held)
         if found is None:
             kinematics, moving = look.kinematics, look.moving
             motion, sample = self._sampled(time, kinematics, moving)
@@ -241,7 +242,8 @@ class Actor:
             self._evaluate(seen, inputs)
         else:
             self.ledger.open_row(time)[...] = found.row
-            self.memory, self._speeds, self._supply = found.memory, found.speeds, found.voltage
+            _, self.memory, self._speeds, self._supply = found
+            self._driven = self.drive
             self._before = look.velocities
         self._look = None
 
@@ -296,12 +298,14 @@ class Actor:
         """Return the inputs of the effects after delays and lags."""
         train, share = self.drivetrain, 1.0
         if self.battery is not None:
-            voltage: Any = self._supply
+            voltage: Any = self._supply.voltage
             if voltage is None:
                 voltage = self.evaluator.supplied(self.memory)
             share = float(voltage[0, 0]) / self.battery.full_voltage
             self.voltage, self.evaluator.fed = voltage, True
-        self.drive = train.drive(time, self.command, self.drive, share)
+        # a state that somebody set meanwhile counts
+        ahead = self._supply.drive if self.drive is self._driven else None
+        self.drive = train.drive(time, self.command, self.drive, share, ahead)
         torque = train.torque(time, self.joint_torque)
         position = train.position(time, self.joint_command, joints, step)
         return Inputs(step, torque, self.drive, self.voltage, position)
@@ -386,6 +390,7 @@ class Actor:
         for name, value in zip(_COMMANDS, commands, strict=True):
             setattr(self, name, _copy(value))
         self.drivetrain.restore(train[0])
+        self._driven = self.drive
         if self.pilot is not None:
             self.pilot.restore(train[1])
         self._now = self._look = None

@@ -24,11 +24,26 @@ from seals.multibody.kinematics import Kinematics, LinkVelocities
 from seals.multibody.rows import link_motion
 from seals.robot.model import RobotModel
 from seals.world.compiled_links import CompiledLinks, Look
+from seals.state_records import state_record
+from seals.world.drivetrain import Drivetrain
 from seals.world.scalar_compiler import Kernel, compiled, constant
 from seals.world.servos import Servoing
 
 LIKE = constant(np.zeros(1))
 """A traced array."""
+
+
+@state_record
+class Supply(NamedTuple):
+    """Battery and drives after a step.
+
+    Args:
+        voltage: of the battery [V], shape (1, 1); None where it is not known.
+        drive: states of the drives if no command arrives meanwhile, shape (1, n); None likewise.
+    """
+
+    voltage: Floats | None = None
+    drive: Floats | None = None
 
 
 class Loads(NamedTuple):
@@ -38,13 +53,13 @@ class Loads(NamedTuple):
         row: of the ledger [N, N m], shape (effects, L, 6).
         memory: of the effects, by name.
         speeds: of the rotors, by actuator [rad/s].
-        voltage: of the battery after the step [V], shape (1, 1); None without one.
+        supply: what the drives will have.
     """
 
     row: Floats
     memory: dict[str, Floats]
     speeds: dict[str, Floats]
-    voltage: Floats | None
+    supply: Supply
 
 
 class _Form(NamedTuple):
@@ -63,20 +78,24 @@ class CompiledStep:
         environment: air, water, ground.
         waves: motion of the water surface.
         servos: joint drives and effects of the robot.
+        drivetrain: of the robot.
         body: of the robot, `seals.backend.CompiledBody`.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0917  parts of one robot
         self,
         robot: RobotModel,
         environment: EnvironmentSettings,
         waves: Waves,
         servos: Servoing,
+        drivetrain: Drivetrain,
         body: Any,
     ) -> None:
         """Give the laws traced numbers."""
         effects = servos.effects
-        self._robot, self._servos = robot, servos
+        self._robot, self._servos, self._drivetrain = robot, servos, drivetrain
+        batteries: list[Any] = [b.effect for b in effects.batteries]
+        self._full = batteries[0].full_voltage if batteries else 1.0
         self._body: CompiledBody = body
         self._effects = effects.with_values({}, LIKE, 1)
         self._places = {name: k for k, name in enumerate(effects.wrenching)}
@@ -127,7 +146,12 @@ class CompiledStep:
         return kinematics, moving, link_motion(kinematics, moving, time, self._bodies)
 
     def loads(
-        self, look: Look, time: float, inputs: Inputs, memory: Mapping[str, Floats]
+        self,
+        look: Look,
+        time: float,
+        inputs: Inputs,
+        memory: Mapping[str, Floats],
+        held: Floats | None,
     ) -> Loads | None:
         """Evaluate the laws, and pass their sum to the body.
 
@@ -138,6 +162,7 @@ class CompiledStep:
             time: [s].
             inputs: of the effects.
             memory: of the effects.
+            held: commands of the drives over the step, shape (1, n); None for none.
         """
         step, torque, drive, voltage, position = inputs[:5]
         # the very number that the world will have
@@ -146,8 +171,9 @@ class CompiledStep:
         form = self._body.compiled_form(step, driven=driven)
         if form is None:
             return None
-        commands = [x for x in (torque, drive, voltage, position) if x is not None]
-        present = drive is not None, voltage is not None, position is not None
+        held = None if drive is None else held
+        commands = [x for x in (torque, drive, voltage, position, held) if x is not None]
+        present = drive is not None, voltage is not None, position is not None, held is not None
         key = (form, present, look.state, step)
         while True:
             own = self._body.compiled_arguments()
@@ -157,11 +183,12 @@ class CompiledStep:
                 kept = self._forms[key] = self._compiled(key, memory, values)
             row, *results = kept.kernel(*values)
             first, last = len(kept.remembered), len(kept.remembered) + len(kept.turning)
-            voltage, *body = results[last:]
+            voltage, ahead, *body = results[last:]
             if self._body.give(form, body, look):
                 new = {**memory, **dict(zip(kept.remembered, results, strict=False))}
                 speeds = dict(zip(kept.turning, results[first:last], strict=True))
-                return Loads(row, new, speeds, voltage if voltage.size else None)
+                later = Supply(*(x if x.size else None for x in (voltage, ahead)))
+                return Loads(row, new, speeds, later)
 
     def _compiled(self, key: Any, memory: Mapping[str, Floats], values: Sequence[Any]) -> _Form:
         """Compile one form."""
@@ -171,7 +198,7 @@ class CompiledStep:
 
         def law(block: Array, time: Array, torque: Array, *rest: Array) -> list[Array]:
             more = iter(rest)
-            commands = [next(more) if there else None for there in present]
+            *commands, held = (next(more) if there else None for there in present)
             self.links.give(state, more)
             remembered = {name: next(more) for name in memory}
             kinematics, moving, motion = self._seen(block, time)
@@ -188,8 +215,12 @@ class CompiledStep:
             names[:] = list(found.memory), list(speeds)
             own = self._body.compiled_law(form, due, step, of(block, "change"), *more)
             voltage = self._evaluator.supplied({**remembered, **found.memory})
-            battery = np.zeros((1, 0)) if voltage is None else voltage
-            return [row, *found.memory.values(), *speeds.values(), battery, *own]
+            nothing = np.zeros((1, 0))
+            battery, ahead = nothing if voltage is None else voltage, nothing
+            if held is not None:
+                share = None if voltage is None else voltage / self._full
+                ahead = self._drivetrain.followed(inputs.drive, held, share, step)
+            return [row, *found.memory.values(), *speeds.values(), battery, ahead, *own]
 
         return _Form(compiled(law, _shapes(values)), *names)
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats, namespace
 from seals.effects.binding import EffectSet
 from seals.effects.effect import ActuatorOptions
 from seals.errors import ConfigError
@@ -121,8 +121,31 @@ class Drivetrain:
         self._share = 1.0
         self._asked: Any = None
 
+    @property
+    def held(self) -> Floats | None:
+        """Commands that act now, shape (1, n); None before the first."""
+        return self._commands.now
+
+    def followed(self, drive: Array, held: Array, share: Array | None, step: float) -> Array:
+        """Return the states of all drives after a step under held commands [s]; pure."""
+        xp, r = namespace(drive), self.response
+        goal = held
+        if share is not None:
+            most = r.limit * xp.maximum(share, share * 0.0) ** r.power
+            within = xp.minimum(xp.maximum(held, -most), most)
+            goal = xp.where(share < 1.0, within, held)
+        with np.errstate(divide="ignore"):
+            rise, fall = (np.exp(-step / lag) for lag in (r.lag, r.fall))
+        kept = xp.where(xp.abs(goal) < xp.abs(drive), fall, rise)
+        return goal + (drive - goal) * kept
+
     def drive(
-        self, time: float, command: Floats | None, drive: Floats | None, share: float = 1.0
+        self,
+        time: float,
+        command: Floats | None,
+        drive: Floats | None,
+        share: float = 1.0,
+        ahead: Floats | None = None,
     ) -> Floats | None:
         """Return the states of all drives at ``time``, shape (1, n).
 
@@ -131,6 +154,7 @@ class Drivetrain:
             command: held from now on, in the unit of the drives, shape (1, n); None for no new one.
             drive: states at the last call; None for standstill.
             share: voltage of the battery by its full voltage, which limits the drives [1].
+            ahead: from `followed` for the whole time since the last call; None if not known.
 
         Raises:
             ConfigError: the command does not have one number a drive.
@@ -142,7 +166,10 @@ class Drivetrain:
         self._share = share
         at = time if self._time is None else self._time
         held, self._time = self._commands.now, time
-        for instant, following in self._commands.arrivals(time):
+        due = self._commands.arrivals(time)
+        if ahead is not None and not (due and due[0][0] < time - INSTANT):
+            drive, at = ahead, time
+        for instant, following in due:
             drive = self._follow(drive, held, instant - at)
             at, held = max(at, instant), following
         return self._follow(drive, held, time - at)
