@@ -102,7 +102,7 @@ class Pilot:
         self._estimator = Estimator(controller.sense)
         self._every = max(1, round(1.0 / (controller.rate * step)))
         self._guide_every = max(self._every, round(1.0 / (guide.rate * step)))
-        self._step = step
+        self._period, self._level = self._every * step, plant.environment.water_level
         self._kept = NEW
         # a gait asks for none of these, and weighing costs more than walking
         self._options = options_of(controller, ControllerOptions)
@@ -179,39 +179,33 @@ class Pilot:
         if self._options.needs_mass_properties or self._weighed is None:
             self._weighed = seen.weigh()
         mass, submersion, buoyancy, reach = self._weighed
-        level = self.plant.environment.water_level
-        truth = Estimate(
-            seen.time,
-            seen.kinematics.origins[0, 0],
-            seen.kinematics.rotations[0, 0],
-            seen.moving.linear[0, 0],
-            seen.moving.twists[0, 0, 3:],
-        )
-        pose = self._estimator.now(seen.time, truth, kept.estimate)
+        turn, position = seen.kinematics.rotations[0, 0], seen.kinematics.origins[0, 0]
+        moving, pose = seen.moving, kept.estimate
+        velocity, spin = moving.linear[0, 0], moving.twists[0, 0, 3:]
+        if pose is not None:
+            truth = Estimate(seen.time, position, turn, velocity, spin)
+            now = self._estimator.now(seen.time, truth, pose)
+            _, position, turn, velocity, spin = now
+        level = self._level
+        # in the order of the fields: keywords take twice as long
         return RobotState(
-            time=seen.time,
-            step=self._every * self._step,
-            position=pose.position,
-            rotation=pose.rotation,
-            velocity=pose.velocity,
-            angular_velocity=pose.angular_velocity,
-            joints=seen.joints.position[0],
-            joint_velocity=seen.joints.velocity[0],
-            mass=mass.mass,
-            centre=mass.centre,
-            inertia=mass.inertia,
-            centre_map=mass.centre_map,
-            momentum_map=mass.momentum_map,
-            submersion=submersion,
-            buoyancy=buoyancy,
-            depth=-np.inf if level is None else level - float(pose.position[2]),
-            gain=reach.gain,
-            limit=reach.limit,
-            low=reach.low,
-            readings=kept.readings,
-            contacts=seen.contacts,
-            bodies=self.bodies,
-            phase=phase,
+            seen.time,
+            self._period,
+            position,
+            turn,
+            velocity,
+            spin,
+            seen.joints.position[0],
+            seen.joints.velocity[0],
+            *mass,
+            submersion,
+            buoyancy,
+            -math.inf if level is None else level - position.item(2),
+            *reach,
+            kept.readings,
+            seen.contacts,
+            self.bodies,
+            phase,
         )
 
     def weigh(self, kinematics: Kinematics, motion: Motion, sample: Sample) -> Weights:
@@ -235,7 +229,8 @@ class Pilot:
     def _refuse_wild(self, order: ActuatorCommand) -> None:
         drives, joints = self.plant.layout.drives, self.plant.robot.tree.joints
         fits = order.drive.shape == (drives,) and order.joints.shape == (joints,)
-        if not fits or not math.isfinite(order.drive @ order.drive + order.joints @ order.joints):
+        numbers = order.drive.tolist() + order.joints.tolist()
+        if not fits or not math.isfinite(sum(numbers)):
             raise PhysicsError(
                 f"the controller commands drives {order.drive} and joints {order.joints}.\n"
                 f"Allowed: {drives} and {joints} finite numbers."
