@@ -7,6 +7,7 @@ that a snapshot of the world holds it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
@@ -105,7 +106,7 @@ class RobotState(NamedTuple):
     @property
     def yaw(self) -> float:
         """Heading of the body x axis, anticlockwise from world x [rad]."""
-        return float(np.arctan2(self.rotation[1, 0], self.rotation[0, 0]))
+        return math.atan2(self.rotation.item(1, 0), self.rotation.item(0, 0))
 
 
 add_former_names(RobotState, {"spin": "angular_velocity", "rates": "joint_velocity"})

@@ -108,9 +108,7 @@ class MujocoBody:
         x, y, z, w = quaternion
         self._turn[:] = w, x, y, z
         self._place[:] = position + self._arm()
-        # nothing of an earlier episode starts the solver
-        self._scene.data.qacc_warmstart[:] = 0.0
-        self._scene.stale = True
+        self._scene.forget()
 
     def _arm(self) -> Floats:
         """Vector from the origin of the base to the engine's reference point, world axes [m]."""

@@ -155,6 +155,7 @@ class Scene:
         self.data = e.MjData(m)
         e.mj_setConst(m, self.data)
         e.mj_resetData(m, self.data)
+        self.sliding = Sliding(e, m, self.data)
         for body in self._bodies:
             body.bind()
 
@@ -178,16 +179,27 @@ class Scene:
         e.mj_makeConstraint(m, d)
         e.mj_projectConstraint(m, d)
         e.mj_fwdVelocity(m, d)
-        sliding = Sliding(e, m, d) if d.ncon else None
+        sliding = self.sliding if d.ncon else None
+        if sliding is not None:
+            sliding.begin()
         for _ in range(PASSES):
             e.mj_fwdAcceleration(m, d)
             e.mj_fwdConstraint(m, d)
-            held = [body.saturate() for body in self._bodies]
-            slid = sliding is not None and sliding.correct(self.step)
-            if not slid and not any(held):
+            again = sliding is not None and sliding.correct(self.step)
+            for body in self._bodies:
+                again |= body.saturate()
+            if not again:
                 break
             e.mj_factorM(m, d)
+            # the engine itself keeps the solution at the end of a step alone
+            d.qacc_warmstart[:] = d.qacc
         e.mj_Euler(m, d)
+        self.stale = True
+
+    def forget(self) -> None:
+        """Forget what starts the solver: nothing of an earlier episode does."""
+        self.compile()
+        self.data.qacc_warmstart[:] = 0.0
         self.stale = True
 
     def state(self) -> Floats:

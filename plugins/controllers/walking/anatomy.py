@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats
 from seals.errors import ConfigError
 from seals.multibody.tree import forward
 from seals.robot.limbs import Leg
@@ -57,7 +57,7 @@ class Anatomy(NamedTuple):
     side: Floats
     rank: Floats
 
-    def angles(self, toes: Floats) -> Floats:
+    def angles(self, toes: Array) -> Array:
         """Inverse kinematics: return the joint values for toe positions, as near as the legs reach.
 
         Args:
@@ -72,7 +72,7 @@ class Anatomy(NamedTuple):
         x, z = radius - self.knee[:, 0], along - self.knee[:, 1]
         first, second = self.length[:, 0], self.length[:, 1]
         longest, shortest = (first + second) * (1 - SPARE), abs(first - second) * (1 + SPARE)
-        far = np.minimum(np.maximum(np.hypot(x, z), shortest), longest)
+        far = np.minimum(np.maximum(np.sqrt(x * x + z * z), shortest), longest)
         cosine = (far * far - first**2 - second**2) / (2.0 * first * second)
         bend = np.arccos(np.minimum(np.maximum(cosine, -1.0), 1.0))
         lead = np.arctan2(second * np.sin(bend), first + second * np.cos(bend))
@@ -80,7 +80,7 @@ class Anatomy(NamedTuple):
         raised = thigh - self.rest[:, 0]
         folded = thigh + self.fold * bend - self.rest[:, 1] - raised
         values = self.sense * np.stack((hip, -_wrapped(raised), -_wrapped(folded)), axis=1)
-        inside: Floats = np.minimum(np.maximum(values, self.lower), self.upper)
+        inside: Array = np.minimum(np.maximum(values, self.lower), self.upper)
         return inside
 
     def outward(self) -> Floats:
@@ -159,7 +159,7 @@ def _row(robot: RobotModel, leg: Leg, origins: Floats, turns: Floats) -> dict[st
     }
 
 
-def _wrapped(angle: Floats) -> Floats:
+def _wrapped(angle: Array) -> Array:
     """Angles between -pi and pi [rad]."""
-    turned: Floats = np.mod(angle + np.pi, 2.0 * np.pi) - np.pi
+    turned: Array = angle - 2.0 * np.pi * np.floor(angle / (2.0 * np.pi) + 0.5)
     return turned

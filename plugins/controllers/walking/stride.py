@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats
 from seals.state_records import state_record
 
 
@@ -25,7 +25,7 @@ class Walk(NamedTuple):
     aside: float
     turn: float
 
-    def at(self, places: Floats) -> Floats:
+    def at(self, places: Array) -> Array:
         """Return the velocity of body-fixed points [m/s], shape (N, 2)."""
         x, y = places[:, 0], places[:, 1]
         return np.stack((self.ahead - self.turn * y, self.aside + self.turn * x), axis=1)
@@ -66,8 +66,8 @@ def cadence(
 
 
 def toes_of(
-    phase: Floats, places: Floats, walk: Walk, *, frequency: float, duty: float, lift: float
-) -> Floats:
+    phase: Array, places: Array, walk: Walk, *, frequency: Any, duty: Any, lift: Any
+) -> Array:
     """Return the wanted toe positions, body axes [m], shape (N, 3).
 
     On the ground a toe goes back as fast as the body goes on; in the air it comes forward on a
@@ -86,7 +86,6 @@ def toes_of(
     back = 0.5 - np.minimum(phase / duty, 1.0)
     turn = 2.0 * np.pi * swing
     along = back + swing - np.sin(turn) / (2.0 * np.pi)
-    out: Floats = places.copy()
-    out[:, :2] += along[:, None] * way
-    out[:, 2] += 0.5 * lift * (1.0 - np.cos(turn))
-    return out
+    level = places[:, :2] + along[:, None] * way
+    height = places[:, 2] + 0.5 * lift * (1.0 - np.cos(turn))
+    return np.concatenate((level, height[:, None]), axis=1)

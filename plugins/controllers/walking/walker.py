@@ -5,15 +5,15 @@ from __future__ import annotations
 import enum
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats
 from seals.control import ActuatorCommand, Plant, Reference, RobotState
-from seals.control.protocols import NO_LEGS, ControllerOptions
+from seals.control.protocols import NO_LEGS, Compiler, ControllerOptions
 from seals.errors import ConfigError, suggestion
 from seals.plugins.controllers.walking.anatomy import Anatomy, anatomy_of
 from seals.plugins.controllers.walking.stride import Walk, cadence, toes_of
@@ -127,6 +127,7 @@ class Walker(ControllerOptions, ABC):
         self._drives = plant.layout.drives
         self._outward = self._legs.outward()
         self._columns = self._legs.joints.astype(int)
+        self._stepping: Callable[..., Sequence[Array]] = self._stepped
 
     def start(self) -> Pace:
         """Return the initial legs, all in stance, in the order of the gait."""
@@ -142,19 +143,24 @@ class Walker(ControllerOptions, ABC):
     ) -> tuple[ActuatorCommand, Pace]:
         """Return the joint values for the next control period."""
         manner = self.manner(aim.manner)
-        pace = self._paced(situation, aim, memory, manner)
         places = self._places(manner)
-        toes = toes_of(
-            pace.phase,
-            places,
-            pace.walk,
-            frequency=pace.frequency,
-            duty=manner.duty,
-            lift=manner.lift * pace.lively,
-        )
+        pace = self._paced(situation, aim, memory, manner, places)
+        numbers = (*pace.walk, pace.frequency, manner.duty, manner.lift * pace.lively)
         joints = self._rest.copy()
-        joints[self._columns] = self._legs.angles(toes)
+        joints[self._columns] = self._stepping(pace.phase, places, numbers)[0]
         return ActuatorCommand(np.zeros(self._drives), joints), pace
+
+    def compile(self, compiled: Compiler) -> None:
+        """Place toes and legs by machine code."""
+        legs = len(self._legs.toe)
+        self._stepping = compiled(self._stepped, [(legs,), (legs, 3), (6,)])
+
+    def _stepped(self, phase: Array, places: Array, numbers: Any) -> Sequence[Array]:
+        """Return hip, lift and bend of every leg [rad], shape (N, 3); pure."""
+        ahead, aside, turn, frequency, duty, lift = numbers
+        walk = Walk(ahead, aside, turn)
+        toes = toes_of(phase, places, walk, frequency=frequency, duty=duty, lift=lift)
+        return (self._legs.angles(toes),)
 
     def manner(self, wishes: Mapping[str, float]) -> Manner:
         """Return the stepping parameters: those of the gait, overridden by the reference."""
@@ -188,11 +194,13 @@ class Walker(ControllerOptions, ABC):
         places[:, 2] += manner.crouch
         return places
 
-    def _paced(self, s: RobotState, aim: Reference, memory: Pace, manner: Manner) -> Pace:
+    def _paced(  # noqa: PLR0917  one call of the gait
+        self, s: RobotState, aim: Reference, memory: Pace, manner: Manner, places: Floats
+    ) -> Pace:
         """Update the commanded walk and advance the leg phases."""
-        heading = self._heading(s, aim, memory.heading)
-        wanted = self._wanted(s, aim, heading)
-        places = self._places(manner)
+        yaw = s.yaw
+        heading = self._heading(yaw, aim, memory.heading)
+        wanted = self._wanted(yaw, aim, heading)
         duty, low, high = manner.duty, manner.low, manner.high
         _, wanted = cadence(wanted, places, duty=duty, stroke=manner.stroke, low=low, high=high)
         share = 1.0 - math.exp(-s.step / self.smooth)
@@ -205,25 +213,25 @@ class Walker(ControllerOptions, ABC):
             return pace._replace(lively=lively if going else 0.0)
         return pace._replace(phase=self.advanced(pace, manner, s.step))
 
-    def _heading(self, s: RobotState, aim: Reference, last: float) -> float:
+    def _heading(self, yaw: float, aim: Reference, last: float) -> float:
         """Heading that belongs to the way [rad]."""
         east, north = float(aim.velocity[0]), float(aim.velocity[1])
         if self.facing is Facing.aim:
             return aim.yaw
         if math.hypot(east, north) < 1e-3:
-            return s.yaw if math.isnan(last) else last
+            return yaw if math.isnan(last) else last
         way = math.atan2(north, east)
         if self.facing is Facing.ahead:
             return way
         # the nearer of the two sides
-        aside = 0.5 * math.pi * (1.0 if math.sin(way - s.yaw) >= 0.0 else -1.0)
+        aside = 0.5 * math.pi * (1.0 if math.sin(way - yaw) >= 0.0 else -1.0)
         return way - aside
 
-    def _wanted(self, s: RobotState, aim: Reference, heading: float) -> Walk:
+    def _wanted(self, yaw: float, aim: Reference, heading: float) -> Walk:
         """Return the walk in body axes that tracks the reference velocity and heading."""
-        c, n = math.cos(s.yaw), math.sin(s.yaw)
+        c, n = math.cos(yaw), math.sin(yaw)
         east, north = float(aim.velocity[0]), float(aim.velocity[1])
-        error = math.remainder(heading - s.yaw, 2.0 * math.pi)
+        error = math.remainder(heading - yaw, 2.0 * math.pi)
         feed = aim.yaw_rate if self.facing is Facing.aim else 0.0
         turn = min(max(self.turn_gain * error + feed, -self.turn_limit), self.turn_limit)
         if abs(error) < 0.03 and math.hypot(east, north) < 1e-3:
