@@ -20,7 +20,6 @@ class Contacts:
 
     Attributes:
         any: whether there are any.
-        links: the links that were touched.
     """
 
     def __init__(self, links: int) -> None:
@@ -35,7 +34,7 @@ class Contacts:
         self._points: ContactPoints | None = None
         self._began: LinksAt | None = None
         self._sums: tuple[Floats, Floats] | None = self._none
-        self.any, self.links = False, frozenset[int]()
+        self.any, self._touched = False, frozenset[int]()
 
     def note(self, points: ContactPoints | None, began: LinksAt | None) -> None:
         """Store the engine's contact points of a step.
@@ -49,7 +48,15 @@ class Contacts:
                 self.forget()
             return
         self._points, self._began, self._sums, self.any = points, began, None, True
-        self.links = frozenset(points.links)
+        self._touched: frozenset[int] | None = None
+
+    @property
+    def links(self) -> frozenset[int]:
+        """The links that were touched."""
+        if self._touched is None:
+            assert self._points is not None
+            self._touched = frozenset(self._points.links)
+        return self._touched
 
     def wrenches(self) -> Floats:
         """Return the wrenches about the link origins, link axes [N, N m], shape (L, 6)."""
@@ -65,7 +72,7 @@ class Contacts:
 
     def restore(self, kept: Any) -> None:
         """Restore a snapshot."""
-        self._sums, self.any, self.links = kept
+        self._sums, self.any, self._touched = kept
 
     def _summed(self) -> tuple[Floats, Floats]:
         """Sum normal and friction forces per link, and the normal forces alone."""
@@ -74,12 +81,15 @@ class Contacts:
         assert self._began is not None
         assert self._points is not None
         origins, rotations = self._began.kinematics.origins[0], self._began.kinematics.rotations[0]
-        out, pressing = np.zeros_like(self._none[0]), np.zeros_like(self._none[1])
         links = self._points.links
         points, force, normal = self._points.forces()
-        both = np.stack((force, cross(points - origins[links], force)), axis=1)
-        # several contacts of a link add up, one after the other
-        np.add.at(out, links, np.matmul(both, rotations[links]).reshape(-1, 6))
-        np.add.at(pressing, links, normal)
-        self._sums = out, pressing
+        parts = np.empty((len(links), 2, 3))
+        parts[:, 0], parts[:, 1] = force, cross(points - origins.take(links, axis=0), force)
+        own = np.matmul(parts, rotations.take(links, axis=0)).reshape(-1, 6).tolist()
+        out, pressing = [[0.0] * 6 for _ in self._none[1]], [0.0] * len(self._none[1])
+        # a few contacts, some on one link: faster one by one than as arrays
+        for link, wrench, push in zip(links, own, normal.tolist(), strict=True):
+            out[link] = [a + b for a, b in zip(out[link], wrench, strict=True)]
+            pressing[link] += push
+        self._sums = np.array(out), np.array(pressing)
         return self._sums
