@@ -80,9 +80,7 @@ class Look:
         """Poses of the links."""
         if self._kinematics is None:
             of, block = self.layout.of, self.block
-            self._kinematics = Kinematics(
-                self._tree, of(block, "origins"), of(block, "rotations")
-            )
+            self._kinematics = Kinematics(self._tree, of(block, "origins"), of(block, "rotations"))
         return self._kinematics
 
     @property
@@ -192,9 +190,7 @@ class CompiledLinks:
         block, *found = kernel(*native, *own, self._time, self._before)
         return None if found[-1].item() else (block, found)
 
-    def _compiled(
-        self, key: Any, native: Sequence[Any] = (), own: Sequence[Floats] = ()
-    ) -> Kernel:
+    def _compiled(self, key: Any, native: Sequence[Any] = (), own: Sequence[Floats] = ()) -> Kernel:
         """Compile a form: the links as they are, or after a step; ``key[1]``: with a past."""
         kind, past, step = key
         links, joints = len(self._robot.links), self._robot.tree.joints

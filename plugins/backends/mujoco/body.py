@@ -13,6 +13,7 @@ from seals.plugins.backends.mujoco.contacts import MujocoContacts
 from seals.plugins.backends.mujoco.scene import Scene
 from seals.robot.model import RobotModel
 
+
 class _Drive(NamedTuple):
     """Joint drives over a step: force less gain times acceleration, limited; shape (J,) each."""
 
@@ -154,7 +155,7 @@ class MujocoBody:
             return place[None], _shifted(turn, -1)[None], velocity[None], joints[None]
         q, v = native
         turn = _shifted(q[3:7], -1)[None]
-        spin = (matrix_of(turn) @ v[3:6])
+        spin = matrix_of(turn) @ v[3:6]
         velocity = namespace(v).concat((v[None, :3], spin, v[None, 6:]), axis=1)
         return q[None, :3], turn, velocity, q[None, 7:]
 

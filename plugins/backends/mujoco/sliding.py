@@ -7,14 +7,13 @@ that much, and solving again, gives Coulomb's law.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
-from seals.arrays import Floats
-
-_TANGENTS = np.array([[1, 2]])
 LOW, HIGH = 0.7, 2.0
+"""Least and largest share of a correction that is made, by the secant of the last two [1]."""
 ENOUGH = 1e-3
 """Normal velocity that may be left over [m/s]: it lifts a body by micrometres in a step."""
 
@@ -42,53 +41,53 @@ class Sliding:
         self._engine, self._model, self._data = engine, model, data
 
     def begin(self) -> None:
-        """Find the rows of the contacts with friction."""
-        contact, data = self._data.contact, self._data
-        start, size = contact.efc_address, contact.dim
-        picked = np.flatnonzero((start >= 0) & (size > 1))
-        self._first, self._size = start[picked], size[picked]
-        self._friction = contact.friction[picked]
-        self._base = data.efc_aref[self._first]
-        self._most = int(self._size.max(initial=0))
-        self._same = self._most == 3 and bool((self._size == 3).all())
-        self._lowered = np.zeros(len(picked))
-        self._last: tuple[Floats, Floats] | None = None
+        """Find the rows of the contacts with friction, after `mj_fwdVelocity`."""
+        # a few contacts: faster one by one than as arrays
+        contact, aref = self._data.contact, self._data.efc_aref.tolist()
+        table = zip(
+            contact.efc_address.tolist(),
+            contact.dim.tolist(),
+            contact.friction.tolist(),
+            strict=True,
+        )
+        self._rows = [(k, size, mu) for k, size, mu in table if k >= 0 and size > 1]
+        self._base = [aref[k] for k, _, _ in self._rows]
+        self._lowered = [0.0] * len(self._rows)
+        self._last: tuple[list[float], list[float]] | None = None
 
     def correct(self, step: float) -> bool:
         """Lower the references by the slip of the last solution; return whether to solve again."""
-        if not len(self._first):
+        if not self._rows:
             return False
         slip = self._slip()
-        off = slip - self._lowered
-        if not np.count_nonzero(np.abs(off) * step > ENOUGH):
+        off = [s - x for s, x in zip(slip, self._lowered, strict=True)]
+        if not max(max(off), -min(off)) * step > ENOUGH:
             return False
         lowered = slip
         if self._last is not None:
-            before, then = self._last
-            change = then - off
-            with np.errstate(divide="ignore", invalid="ignore"):
-                pace = np.where(change == 0.0, 1.0, (self._lowered - before) / change)
-            lowered = self._lowered + np.clip(pace, LOW, HIGH) * off
-            lowered = np.maximum(lowered, 0.0)
-        self._last = self._lowered, off
-        self._lowered = lowered
-        self._data.efc_aref[self._first] = self._base - lowered
+            columns = zip(self._lowered, off, *self._last, strict=True)
+            lowered = [
+                max(x + _share(x - before, then - d) * d, 0.0) for x, d, before, then in columns
+            ]
+        self._last, self._lowered = (self._lowered, off), lowered
+        aref = self._data.efc_aref
+        for (k, _, _), base, x in zip(self._rows, self._base, lowered, strict=True):
+            aref[k] = base - x
         return True
 
-    def _slip(self) -> Floats:
+    def _slip(self) -> list[float]:
         """Friction times the slip that friction cannot hold, of every contact [m/s^2]."""
         d = self._data
         found = np.zeros(d.nefc)
         self._engine.mj_mulJacVec(self._model, d, found, d.qacc)
         found -= d.efc_aref
-        if self._same:
-            # rows of two tangents, as a rule
-            both = self._friction[:, :2] * found[self._first[:, None] + _TANGENTS]
-            slip: Floats = np.sqrt(np.einsum("ij,ij->i", both, both))
-            return slip
-        squares = np.zeros(len(self._first))
-        for k in range(1, self._most):
-            held = self._size > k
-            squares[held] += (self._friction[held, k - 1] * found[self._first[held] + k]) ** 2
-        slip = np.sqrt(squares)
-        return slip
+        gap = found.tolist()
+        return [
+            math.sqrt(sum((mu[j] * gap[k + 1 + j]) ** 2 for j in range(size - 1)))
+            for k, size, mu in self._rows
+        ]
+
+
+def _share(moved: float, less: float) -> float:
+    """Share of a correction to make: by the secant, where it is not far from one."""
+    return min(max(moved / less, LOW), HIGH) if less else 1.0

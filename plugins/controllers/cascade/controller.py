@@ -207,9 +207,7 @@ class Cascade(CascadeSettings):
         form = CascadeState(zero, zero, Rate(None, zero), moved, Trend(both, both), still, rest)
         self._compiled = CompiledCascade(self, form, compiled)
 
-    def asked(
-        self, s: RobotState, aim: Reference, joints: Floats, memory: CascadeState
-    ) -> Asked:
+    def asked(self, s: RobotState, aim: Reference, joints: Floats, memory: CascadeState) -> Asked:
         """Return what the rotors shall do; pure, on any array library."""
         gains = Gains.between(*self._media, s.submersion)
         inner = self._inner(s, joints, memory.inner)
@@ -322,7 +320,8 @@ class Cascade(CascadeSettings):
         """
         net = np.maximum(self._g - s.buoyancy.force / s.mass, 0.3 * self._g)
         first, second = (
-            (cross3(axis, rate) / net) @ s.rotation for rate in (known.first.rate, known.second.rate)
+            (cross3(axis, rate) / net) @ s.rotation
+            for rate in (known.first.rate, known.second.rate)
         )
         return first + yaw_rate * (axis @ s.rotation), second
 
