@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Array, Floats, namespace, some
+from seals.control.bounded import Search, begun, weighted
 from seals.control.plant import ROTOR, Layout
 from seals.multibody.linear import solution, solved
 
@@ -149,10 +150,27 @@ class Allocation:
         xp = namespace(wrench)
         u = least_norm(self.matrix(centre, gain), wrench)
         high, least = self._squares(limit), self._squares(low)
-        within = xp.all((u <= high) & (u >= least))
+        return self.of_squares(u), xp.all((u <= high) & (u >= least))
+
+    def search(
+        self, wrench: Array, centre: Array, *, gain: Array, limit: Array, low: Array
+    ) -> tuple[Search, Array, Array]:
+        """Return the search for the best commands within bounds, lowest squares and their span.
+
+        On any array library; arguments as of `commands`. A result x of the search, from 0 to 1,
+        means the squares ``low + x * span``, see `of_squares`.
+        """
+        high, least = self._squares(limit)[None], self._squares(low)[None]
+        a = self.matrix(centre, gain)[None]
+        h, g, span = weighted(a, wrench[None], least, high, self._weights)
+        return begun(h, g), least[0], span[0]
+
+    def of_squares(self, u: Array) -> Array:
+        """Return the commands of rotors for squared speeds, on any array library."""
+        xp = namespace(u)
         back = xp.where(u < 0.0, u / self._layout.reverse, u)
         root = xp.sqrt(xp.abs(back))
-        return xp.where(back < 0.0, -root, root), within
+        return xp.where(back < 0.0, -root, root)
 
     def wrench(self, command: Floats, centre: Floats, gain: Floats | None = None) -> Floats:
         """Return the controlled components of the wrench that commands produce [N, N m]."""

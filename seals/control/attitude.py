@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from seals.arrays import Array, Floats, namespace
+from seals.arrays import Array, namespace
 from seals.frames import cross
 
 

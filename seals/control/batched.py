@@ -9,8 +9,8 @@ import numpy as np
 
 from seals.arrays import Array, Floats, as_like, columns, namespace, some, unasked
 from seals.control.allocation import LIFT_ROWS, Allocation, Saturation
+from seals.control.bounded import Search, begun, changed, solved_rows, tried, weighted
 from seals.control.plant import ROTOR, Plant
-from seals.multibody.linear import solve_symmetric
 from seals.tensor_compiler import compile_law
 
 ROUNDS = 24
@@ -20,10 +20,6 @@ AHEAD = 5
 whether more are needed. Of 100,000 wrenches, most of them far beyond the drives, all (four drives)
 and 99.95 % (six) are settled by then; commands of the rest are within their bounds, and not the
 best ones."""
-SOFT = 1e-9
-"""Stiffness that makes the choice among equally good commands unique, share of the whole."""
-BEYOND = 1e-12
-"""What counts as beyond a bound, share of the span between bounds."""
 
 
 class View(NamedTuple):
@@ -145,46 +141,14 @@ class BatchAllocation:
         xp = namespace(wrench)
         b = self._a[None] * gain[:, None, :] * self._level[None, :, None]
         across = xp.matmul(b, xp.permute_dims(b, (0, 2, 1)))
-        y = _solved(across, wrench * self._level)
+        y = solved_rows(across, wrench * self._level)
         return xp.matmul(xp.permute_dims(b, (0, 2, 1)), y[:, :, None])[:, :, 0]
 
     def _within(self, wrench: Array, gain: Array, low: Array, high: Array) -> Array:
         """Weighted least squares within the bounds, see `seals.control.allocation.best_within`."""
-        xp = namespace(wrench)
         a = self._a[None] * gain[:, None, :]
-        ends = a * low[:, None, :], a * high[:, None, :]
-        most, least = xp.sum(xp.maximum(*ends), axis=2), xp.sum(xp.minimum(*ends), axis=2)
-        wanted = xp.minimum(xp.maximum(wrench, least), most)
-        span = high - low
-        scaled = a * span[:, None, :]
-        weight = self._weights / xp.sum(xp.abs(scaled), axis=2)
-        b = scaled * weight[:, :, None]
-        target = (wanted - xp.matmul(a, low[:, :, None])[:, :, 0]) * weight
-        turned = xp.permute_dims(b, (0, 2, 1))
-        share = _box(xp.matmul(turned, b), xp.matmul(turned, target[:, :, None])[:, :, 0])
-        return low + share * span
-
-
-class _Search(NamedTuple):
-    """State of the active-set search, row by row.
-
-    Args:
-        h: quadratic form, shape (B, n, n).
-        soft: the same with a little more on its diagonal.
-        g: linear form, shape (B, n).
-        bound: the bound that each share is at or nearest to, shape (B, n).
-        free: 1 where a share is at none, shape (B, n).
-        fewest: wrong shares at best so far, shape (B,).
-        patience: rounds that may pass without fewer of them, shape (B,).
-    """
-
-    h: Array
-    soft: Array
-    g: Array
-    bound: Array
-    free: Array
-    fewest: Array
-    patience: Array
+        h, g, span = weighted(a, wrench, low, high, self._weights)
+        return low + _box(h, g) * span
 
 
 def _box(h: Array, g: Array) -> Array:
@@ -194,15 +158,7 @@ def _box(h: Array, g: Array) -> Array:
     rows that have found theirs leave the search.
     """
     xp = namespace(h)
-    count = g.shape[1]
-    eye = xp.eye(count, dtype=g.dtype, device=g.device)[None]
-    trace = sum(h[:, k, k] for k in range(count))
-    soft = h + SOFT * trace[:, None, None] * eye
-    zero, one = g * 0.0, g * 0.0 + 1.0
-    x = _solved(soft, g)
-    bound = xp.minimum(xp.maximum(x, zero), one)
-    free = xp.where(bound == x, one, zero)
-    now = _Search(h, soft, g, bound, free, one[:, 0] * (count + 1.0), one[:, 0] * 3.0)
+    now, count = begun(h, g), g.shape[1]
     if type(g) is np.ndarray:
         x = _row_by_row(now)
     else:
@@ -212,80 +168,26 @@ def _box(h: Array, g: Array) -> Array:
             if not ahead and not bool(xp.any(wrong)):
                 break
             now = then
-    return xp.minimum(xp.maximum(x, zero), one)
+    return xp.minimum(xp.maximum(x, x * 0.0), x * 0.0 + 1.0)
 
 
-def _row_by_row(now: _Search) -> Floats:
+def _row_by_row(now: Search) -> Floats:
     """Solve every row on NumPy; rows that have converged are left out."""
     found: Floats = np.empty_like(now.g)
     rows = np.arange(len(found))
     for _ in range(ROUNDS * now.g.shape[1]):
-        x, wrong = _tried(now)
+        x, wrong = tried(now)
         found[rows] = x
         (left,) = wrong.any(axis=1).nonzero()
         if not len(left):
             break
         rows, x, wrong = rows[left], x[left], wrong[left]
-        now = _changed(_Search(*(part[left] for part in now)), x, wrong)
+        now = changed(Search(*(part[left] for part in now)), x, wrong)
     return found
 
 
 @partial(compile_law, nested=True)
-def _round(now: _Search) -> tuple[Array, Array, _Search]:
+def _round(now: Search) -> tuple[Array, Array, Search]:
     """One round of the active-set search, on PyTorch: optimum, violated bounds, next state."""
-    x, wrong = _tried(now)
-    return x, wrong, _changed(now, x, wrong)
-
-
-def _tried(now: _Search) -> tuple[Array, Array]:
-    """Return the optimum for the present active set, and the violated bounds."""
-    xp = namespace(now.g)
-    h, g, free = now.h, now.g, now.free
-    eye = xp.eye(g.shape[1], dtype=g.dtype, device=g.device)[None]
-    held = now.bound * (1.0 - free)
-    both = free[:, :, None] * free[:, None, :]
-    system = now.soft * both + eye * (1.0 - free)[:, :, None]
-    x = _solved(system, free * (g - _times(h, held)) + held)
-    x = x + _solved(system, free * (g - _times(h, x)))
-    slope = _times(h, x) - g
-    off = xp.where(now.bound > 0.5, slope, -slope)
-    return x, xp.where(free > 0.0, xp.abs(x - 0.5) - 0.5, off) > BEYOND
-
-
-def _changed(now: _Search, x: Array, wrong: Array) -> _Search:
-    """Return the search with all wrong variables switched, or only the last of each row."""
-    xp = namespace(x)
-    bad = xp.sum(xp.astype(wrong, x.dtype), axis=1)
-    patience = xp.where(bad < now.fewest, now.patience * 0.0 + 3.0, now.patience - 1.0)
-    # where blocks go round in circles, one drive at a time always ends
-    wrong = wrong & ((patience > 0.0)[:, None] | _last(wrong))
-    one = x * 0.0 + 1.0
-    return now._replace(
-        bound=xp.where(wrong, xp.where(x > 0.5, one, x * 0.0), now.bound),
-        free=xp.where(wrong, 1.0 - now.free, now.free),
-        fewest=xp.minimum(now.fewest, bad),
-        patience=patience,
-    )
-
-
-def _solved(matrix: Array, right: Array) -> Array:
-    """Solve symmetric systems, shapes (B, n, n) and (B, n)."""
-    if not unasked(matrix):
-        return namespace(matrix).linalg.solve(matrix, right[:, :, None])[:, :, 0]
-    size = range(right.shape[1])
-    lower = [[matrix[:, i, j] for j in range(i + 1)] for i in size]
-    return columns(*solve_symmetric(lower, [right[:, i] for i in size]))
-
-
-def _times(h: Array, x: Array) -> Array:
-    return namespace(h).matmul(h, x[:, :, None])[:, :, 0]
-
-
-def _last(flags: Array) -> Array:
-    """Keep only the last set flag of every row."""
-    xp = namespace(flags)
-    out, later = [], flags[:, 0] & ~flags[:, 0]
-    for k in reversed(range(flags.shape[1])):
-        out.append(flags[:, k] & ~later)
-        later = later | flags[:, k]
-    return xp.stack(out[::-1], axis=1)
+    x, wrong = tried(now)
+    return x, wrong, changed(now, x, wrong)

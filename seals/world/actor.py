@@ -10,7 +10,6 @@ import numpy as np
 
 from seals.arrays import Array, Floats
 from seals.backend import Backend, BackendOptions, BodyOptions, Configuration, Dynamics
-from seals.control import ActuatorCommand
 from seals.deprecation import add_former_names
 from seals.effects.binding import EffectSet
 from seals.effects.evaluation import Evaluator

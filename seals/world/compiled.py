@@ -23,8 +23,8 @@ from seals.motion import Inputs, Joints, Motion
 from seals.multibody.kinematics import Kinematics, LinkVelocities
 from seals.multibody.rows import link_motion
 from seals.robot.model import RobotModel
-from seals.world.compiled_links import CompiledLinks, Look
 from seals.state_records import state_record
+from seals.world.compiled_links import CompiledLinks, Look
 from seals.world.drivetrain import Drivetrain
 from seals.world.scalar_compiler import Kernel, compiled, constant
 from seals.world.servos import Servoing

@@ -6,8 +6,6 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from seals.arrays import Floats
 from seals.control import ActuatorCommand, Controller, Guide, Plant, Reference, RobotState
 from seals.control.actuator_limits import ActuatorLimitEstimator, ActuatorLimits

@@ -1,4 +1,4 @@
-"""Machine code of the cascade's law, for calls in which no rotor is at a bound."""
+"""Machine code of the cascade's law."""
 
 from __future__ import annotations
 
@@ -9,12 +9,14 @@ import numpy as np
 
 from seals.arrays import Array, Floats
 from seals.control import ActuatorCommand, Reference, RobotState
+from seals.control.allocation import ROUNDS
+from seals.control.bounded import Search, changed, tried
 from seals.control.protocols import Buoyancy, Compiler
 from seals.pytree import leaves, mapped
 from seals.state_records import state_record
 
 if TYPE_CHECKING:
-    from seals.plugins.controllers.cascade.controller import Cascade, CascadeState
+    from seals.plugins.controllers.cascade.controller import Asked, Cascade, CascadeState
 
 _AIM = ("velocity", "acceleration", "yaw", "yaw_rate")
 
@@ -32,6 +34,20 @@ class PackedState(NamedTuple):
     joints: Floats
 
 
+class _Kernels(NamedTuple):
+    """Machine code of one form of the law.
+
+    Args:
+        plain: without regard to the rotors' bounds; also begins the search for the best within.
+        round: of that search.
+        bounded: of the law, with what it found.
+    """
+
+    plain: Any
+    round: Any
+    bounded: Any
+
+
 class CompiledCascade:
     """The law of a cascade as machine code.
 
@@ -46,12 +62,12 @@ class CompiledCascade:
         self._law, self._form, self._compiled = law, form, compiled
         self._shapes = [np.shape(x) for x in leaves(form._replace(joints=None))]
         self._ends = np.cumsum([int(np.prod(s, dtype=int)) for s in self._shapes]).tolist()
-        self._kernels: dict[Any, Any] = {}
+        self._kernels: dict[Any, _Kernels] = {}
 
     def command(
         self, s: RobotState, aim: Reference, joints: Floats, memory: PackedState
-    ) -> tuple[ActuatorCommand, PackedState] | None:
-        """Return commands and memory as `Cascade.command`; None where a rotor is at a bound."""
+    ) -> tuple[ActuatorCommand, PackedState]:
+        """Return commands and memory as `Cascade.command`."""
         force, place = s.buoyancy
         given = [
             *(s.position, s.rotation, s.velocity, s.angular_velocity, s.joints, s.joint_velocity),
@@ -62,12 +78,17 @@ class CompiledCascade:
         if aim.position is not None:
             given.append(aim.position)
         key = s.step, aim.position is None
-        kernel = self._kernels.get(key)
-        if kernel is None:
-            kernel = self._kernels[key] = self._traced(s, aim, given)
-        within, order, block = kernel(*given)
+        kernels = self._kernels.get(key)
+        if kernels is None:
+            kernels = self._kernels[key] = self._traced(s, aim, given)
+        within, order, block, *search = kernels.plain(*given)
         if not within.item():
-            return None
+            *fixed, state, low, span = search
+            for _ in range(ROUNDS * len(low)):
+                share, wrong, state = kernels.round(*fixed, state)
+                if not wrong.item():
+                    break
+            order, block = kernels.bounded(*given, share, low, span)
         return ActuatorCommand(order, joints), PackedState(block, joints)
 
     def packed(self, memory: CascadeState) -> CascadeState | PackedState:
@@ -77,10 +98,6 @@ class CompiledCascade:
         parts = [np.reshape(x, -1) for x in leaves(memory._replace(joints=None))]
         return PackedState(np.concatenate(parts), memory.joints)
 
-    def unpacked(self, memory: PackedState) -> CascadeState:
-        """Return a state in full."""
-        return self._state(memory.block, memory.joints)
-
     def _state(self, block: Array, joints: Array) -> CascadeState:
         """Return a state from a block on any array library."""
         places = zip([0, *self._ends], self._ends, self._shapes, strict=False)
@@ -88,11 +105,12 @@ class CompiledCascade:
         found: CascadeState = mapped(self._form._replace(joints=None), lambda _: next(parts))
         return found._replace(joints=joints)
 
-    def _traced(self, s: RobotState, aim: Reference, given: Sequence[Any]) -> Any:
+    def _traced(self, s: RobotState, aim: Reference, given: Sequence[Any]) -> _Kernels:
         """Compile the law for arguments of these shapes."""
         shapes = [np.shape(x) for x in given]
+        allocation, drives = self._law.allocation, len(s.limit)
 
-        def law(*arrays: Array) -> list[Array]:
+        def asked(arrays: Sequence[Array]) -> tuple[RobotState, Asked, CascadeState]:
             more: Iterator[Array] = (
                 x.reshape(shape) for x, shape in zip(arrays, shapes, strict=True)
             )
@@ -106,11 +124,40 @@ class CompiledCascade:
             wanted = aim._replace(**{name: next(more) for name in _AIM})
             if aim.position is not None:
                 wanted = wanted._replace(position=next(more))
-            asked = self._law.asked(state, wanted, joints, memory)
-            bounds = {"gain": state.gain, "limit": state.limit, "low": state.low}
-            found = self._law.allocation.unbounded(asked.wrench, state.centre, **bounds)
-            order, new = self._law.ordered(state, found[0], asked, memory)
-            parts = [x.reshape(-1) for x in leaves(new._replace(joints=None))]
-            return [found[1], order, np.concatenate(parts)]
+            return state, self._law.asked(state, wanted, joints, memory), memory
 
-        return self._compiled(law, [shape or (1, 1) for shape in shapes])
+        def ended(parts: tuple[RobotState, Asked, CascadeState], wanted: Array) -> list[Array]:
+            state, found, memory = parts
+            order, new = self._law.ordered(state, wanted, found, memory)
+            flat = [x.reshape(-1) for x in leaves(new._replace(joints=None))]
+            return [order, np.concatenate(flat)]
+
+        def plain(*arrays: Array) -> list[Array]:
+            state, found, _ = parts = asked(arrays)
+            given = found.wrench, state.centre
+            bounds = {"gain": state.gain, "limit": state.limit, "low": state.low}
+            wanted, within = allocation.unbounded(*given, **bounds)
+            (h, soft, g, *rest), low, span = allocation.search(*given, **bounds)
+            begin = np.concatenate([x.reshape(-1) for x in rest])
+            return [within, *ended(parts, wanted), h, soft, g, begin, low, span]
+
+        def bounded(*arrays: Array) -> list[Array]:
+            *own, share, low, span = arrays
+            within = np.minimum(np.maximum(share, 0.0), 1.0)
+            return ended(asked(own), allocation.of_squares(low + within * span))
+
+        def turn(h: Array, soft: Array, g: Array, state: Array) -> list[Array]:
+            n = drives
+            rest = state[:n][None], state[n : 2 * n][None], state[2 * n :][:1], state[2 * n + 1 :]
+            now = Search(h, soft, g, *rest)
+            x, wrong = tried(now)
+            after = [y.reshape(-1) for y in changed(now, x, wrong)[3:]]
+            return [x[0], np.any(wrong), np.concatenate(after)]
+
+        own = [shape or (1, 1) for shape in shapes]
+        square, row = (1, drives, drives), (drives,)
+        return _Kernels(
+            self._compiled(plain, own),
+            self._compiled(turn, [square, square, (1, drives), (2 * drives + 2,)]),
+            self._compiled(bounded, [*own, row, row, row]),
+        )

@@ -183,10 +183,7 @@ class Cascade(CascadeSettings):
         s = situation if self.cog_compensation else self._unaware(situation)
         joints, quick = joint_targets(aim, memory.joints, self._plant.robot), self._compiled
         if quick is not None and isinstance(memory, PackedState):
-            found = quick.command(s, aim, joints, memory)
-            if found is not None:
-                return found
-            memory = quick.unpacked(memory)
+            return quick.command(s, aim, joints, memory)
         assert isinstance(memory, CascadeState)
         asked = self.asked(s, aim, joints, memory)
         wanted, tilts = self._allocated(s, asked.wrench, memory.drive)
@@ -197,7 +194,7 @@ class Cascade(CascadeSettings):
         return ActuatorCommand(order, targets), kept if quick is None else quick.packed(kept)
 
     def compile(self, compiled: Compiler) -> None:
-        """Evaluate the law by machine code where the rotors can do all."""
+        """Evaluate the law by machine code, for rotors that no servo tilts."""
         if self._tilted or self._rated or not self.allocation.plain:
             return
         rest, zero = self._rest, np.zeros(3)

@@ -194,7 +194,7 @@ class Walker(ControllerOptions, ABC):
         places[:, 2] += manner.crouch
         return places
 
-    def _paced(  # noqa: PLR0917  one call of the gait
+    def _paced(
         self, s: RobotState, aim: Reference, memory: Pace, manner: Manner, places: Floats
     ) -> Pace:
         """Update the commanded walk and advance the leg phases."""
