@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from seals.arrays import Array, Floats, as_like, columns, namespace, some, unasked
+from seals.arrays import Array, Floats, as_like, namespace, some, unasked
 from seals.control.allocation import LIFT_ROWS, Allocation, Saturation
 from seals.control.bounded import Search, begun, changed, solved_rows, tried, weighted
 from seals.control.plant import ROTOR, Plant

@@ -61,7 +61,7 @@ def weighted(
 
 
 def begun(h: Array, g: Array) -> Search:
-    """Return the search for a minimum of x H x / 2 - g x over 0 <= x <= 1 before its first round."""
+    """Return the search for a minimum of x H x / 2 - g x over 0 <= x <= 1, before any round."""
     xp, count = namespace(h), g.shape[1]
     eye = xp.eye(count, dtype=g.dtype, device=g.device)[None]
     trace = sum(h[:, k, k] for k in range(count))

@@ -172,7 +172,7 @@ class ControllerOptions:
         return NO_LEGS
 
     def compile(self, compiled: Compiler) -> None:
-        """Take what makes machine code of laws, after `Controller.bind`; most have no use for it."""
+        """Take what makes machine code of laws, after `Controller.bind`; most do without."""
 
     def batched(self, plant: Plant, joints: Floats, like: Array) -> Any:
         """Return the controller over a batch of robots whose joints are held.

@@ -8,9 +8,9 @@ Order of calls in one step of the world, from t to t + h:
    added inertia and joint drives itself (`SolvingEngineBody`): `apply_wrenches`, `add_inertia`, and
    for robots with joints `apply_joint_forces` and `drive_joints`, once each.
 2. The backend steps the engine once for all robots.
-3. `CoupledBody.after_step`, called by the backend: `contacts`, `state`, `motor_forces` if motors act
-   or `drive_forces`; then in free motion `shift_base` (not of a fixed base) and
-   `set_velocity`.
+3. `CoupledBody.after_step`, called by the backend: `contacts`, `state`, then `motor_forces` if
+   motors act or `drive_forces`; in free motion `shift_base` (not of a fixed base) and
+   `set_velocity`. With compiled laws (`CompiledEngineBody`) in free motion `native` and `put`.
 
 Poses may be read between any two steps. `place` and `set_velocity` start an episode.
 """

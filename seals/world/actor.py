@@ -159,7 +159,7 @@ class Actor:
 
     def _start_over(self) -> None:
         """Forget the last step."""
-        self._time = 0.0
+        self._time = self._step = 0.0
         self._before: Floats | None = None
         self._now: tuple[Kinematics, LinkVelocities] | None = None
         self._look: Look | None = None
@@ -168,7 +168,7 @@ class Actor:
 
     def load(self, time: float, step: float) -> None:
         """Evaluate the effects into the ledger, and pass the sum to the backend."""
-        self._time = time
+        self._time, self._step = time, step
         if self.compiled is not None:
             self._load_compiled(self.compiled, time, step)
             return
@@ -246,6 +246,17 @@ class Actor:
             self._before = look.velocities
         self._look = None
 
+    def submersion(self) -> float:
+        """Return the submerged share of all hulls' volume now [1]; for a robot with a pilot."""
+        assert self.pilot is not None
+        if self.compiled is not None:
+            return (
+                self._told(self.compiled, self.pilot, self._looked(self._step)).weigh().submersion
+            )
+        kinematics, moving = self.look()
+        _, sample = self._sampled(self._time, kinematics, moving)
+        return self.pilot.submersion(kinematics, sample)
+
     def _told(self, laws: CompiledStep, pilot: Pilot, look: Look) -> ControlInput:
         """What guide and controller are given; their laws are compiled at the first call."""
         if self._weights is None or self._weights.pilot is not pilot:
@@ -316,7 +327,7 @@ class Actor:
             kinematics = Kinematics(self.robot.tree, poses.origins, poses.rotations)
             self._now = (kinematics, kinematics.move(poses.speed))
             return self._now
-        look = self._looked(0.0)
+        look = self._looked(self._step)
         return look.kinematics, look.moving
 
     def _looked(self, step: float) -> Look:

@@ -1,4 +1,4 @@
-"""Poses, velocities and accelerations of a robot's links as machine code, in one block of numbers."""
+"""Poses, velocities and accelerations of a robot's links as machine code, in one block."""
 
 from __future__ import annotations
 
@@ -36,7 +36,8 @@ class Layout:
         """Lay the arrays out one after the other."""
         sizes = [int(np.prod(shape, dtype=int)) for shape in shapes.values()]
         starts = np.cumsum([0, *sizes]).tolist()
-        self._places = dict(zip(shapes, zip(shapes.values(), starts, sizes, strict=False)))
+        table = zip(shapes.items(), starts[:-1], sizes, strict=True)
+        self._places = {name: (shape, k, size) for (name, shape), k, size in table}
         self._memory = {name: (shape, 8 * k) for name, (shape, k, _) in self._places.items()}
 
     def of(self, block: Floats, name: str) -> Floats:
@@ -171,7 +172,7 @@ class CompiledLinks:
         """
         block = self._body.followed
         if block is None:
-            key = ("look", before is not None, step)
+            key = ("look", before is not None, 0.0 if before is None else step)
             kernel = self._kernels.get(key) or self._compiled(key)
             past = () if before is None else (before,)
             block = kernel(*self._body.coordinates(), time, *past)[0]

@@ -220,6 +220,10 @@ class Pilot:
             self._thrust.now(motion, sample),
         )
 
+    def submersion(self, kinematics: Kinematics, sample: Sample) -> float:
+        """Return the submerged share of all hulls' volume [1]; arguments as of `weigh`."""
+        return self._water.now(kinematics, sample)[0]
+
     def compile(self, compiled: Compiler) -> None:
         """Give the controller what makes machine code of laws."""
         self._options.compile(compiled)

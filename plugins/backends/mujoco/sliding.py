@@ -61,7 +61,7 @@ class Sliding:
             return False
         slip = self._slip()
         off = [s - x for s, x in zip(slip, self._lowered, strict=True)]
-        if not max(max(off), -min(off)) * step > ENOUGH:
+        if not max(abs(x) for x in off) * step > ENOUGH:
             return False
         lowered = slip
         if self._last is not None:

@@ -10,14 +10,12 @@ import numpy as np
 from seals.arrays import Floats
 from seals.backend import Configuration
 from seals.control import Reference
-from seals.control.mass_properties import ImmersionEstimator
 from seals.errors import ConfigError, PhysicsError, suggestion
 from seals.frames import quaternion_of_rpy
 from seals.learn.environments.episode_frame import ActorPose, EpisodeFrame, FrameCallback
 from seals.learn.environments.episodes import EpisodeOutcome, Episodes, EpisodeState
 from seals.learn.environments.facts import Facts
 from seals.learn.task import Draw, Instant, Task, WorldTask, tool_of
-from seals.multibody.rows import link_motion
 from seals.run.assembly import ROBOT, build_world
 from seals.run.settings import RunSettings
 from seals.world import Actor, World
@@ -71,12 +69,10 @@ class WorldEnvironment:
         pilot = self.actor.pilot
         assert pilot is not None
         self._guide: Any = pilot.guide
-        self._water = ImmersionEstimator(pilot.plant, self.actor.evaluator.surroundings.volume)
         robot = self.actor.robot
         self._tool = list(tool_of(robot))
         self._arms = {n: task.posture[list(a.joints)] for n, a in robot.arms.items()}
         self._grip = dict.fromkeys(robot.grippers, 0.0)
-        self._bodies = robot.bodies(np.zeros(1))
         self._goal = draw.goal
         self._whole: WorldTask | None = task if isinstance(task, WorldTask) else None
         names = () if self._whole is None else self._whole.knows
@@ -198,17 +194,14 @@ class WorldEnvironment:
         """Present state of all robots."""
         kinematics, moving = self.actor.look()
         origins, turns = kinematics.origins, kinematics.rotations
-        now = np.array([[self.world.time]])
-        motion = link_motion(kinematics, moving, now, self._bodies)
-        sample = self.actor.evaluator.surroundings.sample(motion)
-        wet, _ = self._water.now(kinematics, sample)
+        now, wet = np.array([[self.world.time]]), self.actor.submersion()
         target, drift = self._target(now)
         return Instant(
             time=now,
             position=origins[:, 0],
             rotation=turns[:, 0],
             velocity=moving.linear[:, 0],
-            angular_velocity=motion.angular_velocity[:1],
+            angular_velocity=moving.twists[:, 0, 3:],
             tool=origins[:, self._tool].mean(axis=1),
             target=target,
             target_velocity=drift,
