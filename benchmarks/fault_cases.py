@@ -12,7 +12,8 @@ from pathlib import Path
 
 from seals.cli.main import main
 from seals.errors import SealsError
-from seals.logs.native import read_native
+from seals.logs.log import Log
+from seals.logs.native import read_native, write_native
 from seals.logs.run_folder import LOCK, held
 from seals.logs.shipped import shipped_logs
 from seals.logs.table import read_parquet
@@ -196,6 +197,13 @@ def _trained(before: Path, after: Path, code: int) -> str:
     return "cut" if row.values["state"] in ("interrupted", "failed") else str(row.values["state"])
 
 
+def _short(folder: Path, rows: int) -> None:
+    """Make a log of the start of a shipped flight."""
+    log = read_native(shipped_logs()["hidden_effect/flight_b"])
+    columns = {name: values[:rows] for name, values in log.columns.items()}
+    write_native(Log(name="short", columns=columns, meta=log.meta), folder / "short")
+
+
 def _verified(before: Path, after: Path, code: int) -> str:
     """Judge a verification: the model is marked, or not, and is whole."""
     import yaml
@@ -240,7 +248,22 @@ def _calibrated(before: Path, after: Path, code: int) -> str:
 
 def _model(folder: Path) -> None:
     _answer(folder)
+    _short(folder, 200)
     _seals("add", "diagnosis=diagnosis.json", "name=found")
+
+
+def _diagnosed(before: Path, after: Path, code: int) -> str:
+    """Judge a diagnosis: the log is as it was, the answer is whole or not there."""
+    old, new = visible(before), visible(after)
+    if any(new.get(name) != data for name, data in old.items()):
+        return "the log has changed"
+    answer = after / "out" / "diagnosis.json"
+    if answer.exists():
+        json.loads(answer.read_text())["verdict"]
+    if code in _VERDICTS:
+        whole = answer.exists() and (after / "out" / "report.html").exists()
+        return "complete" if whole else "no answer"
+    return "cut" if set(new) != set(old) else "before"
 
 
 def _seals(*words: str) -> None:
@@ -261,6 +284,9 @@ TRAIN = (
     *("learner.batch=4", "learner.random_steps=4", "course.steps=24", "course.look_every=12"),
     *("course.log_every=12", "course.episodes=1", "course.checkpoint=0.01", "seed=5"),
 )
+DIAGNOSE = ("diagnose", "log=short", "plan=false", "processes=1", "out=out")
+_VERDICTS = (0, 10, 11, 12, 13)
+"""Exit codes of a diagnosis that came to its end."""
 _AUV = Path(str(resources.files("seals.robots"))) / "auv"
 CALIBRATE = (
     *("calibrate", "log=swum", "robot=auv", "parameters=[effects.water_drag.coefficient_x]"),
@@ -270,6 +296,13 @@ CASES: dict[str, Case] = {
     "calibrate": Case(words=CALIBRATE, judge=_calibrated, prepare=_swum, again=CALIBRATE),
     "convert": Case(
         words=("convert", "log=long.csv", "reader=csv", "out=out"), judge=_converted, prepare=_table
+    ),
+    "diagnose": Case(
+        words=DIAGNOSE,
+        judge=_diagnosed,
+        prepare=lambda folder: _short(folder, 300),
+        again=DIAGNOSE,
+        code=10,
     ),
     "add": Case(
         words=("add", "diagnosis=diagnosis.json", "name=found"),
@@ -297,7 +330,7 @@ CASES: dict[str, Case] = {
     ),
     "train": Case(words=(*TRAIN, "hydra.run.dir=a"), judge=_trained),
     "verify": Case(
-        words=("verify", "log=hidden_effect/flight_b", "model=models/found.yaml", "out=out"),
+        words=("verify", "log=short", "model=models/found.yaml", "out=out"),
         judge=_verified,
         prepare=_model,
     ),

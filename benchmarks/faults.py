@@ -1,58 +1,71 @@
 """Fault injection: every write, flush, rename and close fails or kills once; results are checked.
 
-    python benchmarks/faults.py [CASE ...] [--most POINTS]
+    python benchmarks/faults.py [CASE ...] [--jobs N] [--share K/N] [--out FOLDER]
+                                [--most POINTS] [--fresh]
 
 A library in C that is loaded before all others counts the calls below the command's folder and
 ends, or fails, the n-th, for n from 1 to the last. Afterwards the folder is as before, complete, or
-of a run that says that it was cut off; what can be taken up is. One process imports everything and
-forks a child a point. Linux, with a C compiler.
+of a run that says that it was cut off; what can be taken up is. One process a case imports
+everything and makes the files that the command needs; it forks a child a point. With ``--fresh``,
+each point is tried once more in a process that starts afresh, and both must come to the same.
+Linux, with a C compiler.
 """
 
 from __future__ import annotations
 
 import argparse
+import collections
 import contextlib
-import ctypes
 import io
+import json
 import os
-import resource
+import select
 import shutil
-import signal
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 HERE = Path(__file__).resolve().parent
+# at the end: the installed package comes before the checkout
+sys.path.append(str(HERE.parent))
+
+from benchmarks.fault_points import MODES, Fate, last_of, needed, run, tried  # noqa: E402
+
 SHIM = HERE / "fault_shim.c"
-MODES = {"kill": 1, "error": 2, "full": 3, "memory": 4, "size": 5}
-"""What happens at the n-th call; with ``memory``, what a child may have beyond its parent; with
-``size``, how long a file may grow."""
-MEMORY, MEMORIES = 2 << 20, 24
-"""Step of that [byte], and number of steps."""
-SIZE, SIZES = 64, 15
-"""Half of the first length of a file [byte], and number of lengths, each twice the one before."""
 _ALONE = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 """Threads of a parent are not there in its children, which would wait for them."""
-PATIENCE = 120.0
-"""Time for one command [s]."""
+_MEMORY_DISK = Path("/dev/shm")
 
 
-class Tried(NamedTuple):
-    """Result of one case.
+class Tokens:
+    """As many processes at a time as there are tokens in a pipe that all cases share."""
 
-    Args:
-        case: its name.
-        points: number of calls that were failed or killed, all modes together.
-        bad: points after which the folder was mixed, and why.
-    """
+    def __init__(self, ears: int, mouth: int) -> None:
+        self.ears, self.mouth = ears, mouth
+        os.set_blocking(ears, False)
 
-    case: str
-    points: int
-    bad: list[str]
+    @classmethod
+    def made(cls, count: int) -> Tokens:
+        """Return a pipe with so many tokens."""
+        tokens = cls(*os.pipe())
+        os.write(tokens.mouth, b"." * count)
+        return tokens
+
+    def take(self, patience: float) -> bool:
+        """Return whether a token came within a time [s]."""
+        select.select([self.ears], [], [], patience)
+        try:
+            return bool(os.read(self.ears, 1))
+        except BlockingIOError:  # another case was faster
+            return False
+
+    def give(self) -> None:
+        """Put a token back."""
+        os.write(self.mouth, b".")
 
 
 def library() -> Path:
@@ -68,170 +81,226 @@ def library() -> Path:
     return target
 
 
-def reports(names: Sequence[str], most: int, modes: Sequence[str] = tuple(MODES)) -> Iterator[str]:
-    """Run cases in a child process and yield its output lines.
+def reports(names: Sequence[str], *more: str, jobs: int = 1) -> Iterator[str]:
+    """Run cases, each in a process of its own, and yield their output lines.
+
+    Args:
+        names: of the cases.
+        more: further words of this command.
+        jobs: number of points at a time.
 
     Raises:
         OSError: there is no C compiler here.
     """
     shim = library()
-    line = [sys.executable, str(Path(__file__)), *names, "--most", str(most), "--modes", *modes]
+    tokens = Tokens.made(jobs)
+    environment = {**os.environ, **_ALONE, "LD_PRELOAD": str(shim)}
+    line = [sys.executable, "-P", str(HERE / "faults.py"), *more]
+    line += ["--tokens", str(tokens.ears), str(tokens.mouth)]
+    worst = 0
     try:
-        with subprocess.Popen(
-            line,
-            env={**os.environ, **_ALONE, "LD_PRELOAD": str(shim)},
-            stdout=subprocess.PIPE,
-            text=True,
-        ) as process:
+        running = [
+            subprocess.Popen(
+                [*line, name],
+                env=environment,
+                stdout=subprocess.PIPE,
+                text=True,
+                pass_fds=(tokens.ears, tokens.mouth),
+            )
+            for name in names
+        ]
+        for process in running:
             assert process.stdout is not None
             yield from process.stdout
-        yield f"exit code {process.returncode}\n"
+            worst = max(worst, abs(process.wait()))
+        yield f"exit code {worst}\n"
     finally:
         shutil.rmtree(shim.parent)
 
 
-def attempt(name: str, case: Any, most: int, modes: Sequence[str]) -> Tried:
-    """Inject faults at the points of one case; runs in the process with the shim."""
-    root = Path(tempfile.mkdtemp(prefix=f"faults-{name}-")).resolve()
-    base, place = root / "base", root / "place"
-    base.mkdir()
-    os.chdir(base)
-    case.prepare(base)
-    shutil.copytree(base, place)
-    os.chdir(place)
-    # once in this process: what is imported here is there in all children
-    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-        case.start()
-    os.chdir(root)
-    shutil.rmtree(place)
-    points, bad = 0, []
-    try:
-        shutil.copytree(base, place)
-        total, code = child(place, case.words, 0, 0)
-        verdict = judged(case, base, place, code)
-        if code != case.code or verdict != "complete":
-            return Tried(name, 0, [f"{name}: without a fault it is {verdict!r}, code {code}"])
-        whole = root / "whole"
-        place.rename(whole)
-        for mode in modes:
-            last = {"memory": MEMORIES, "size": SIZES}.get(mode, total)
-            step = max(1, -(-last // most)) if most else 1
-            for n in range(1, last + 1, step):
-                shutil.copytree(base, place)
-                _, code = child(place, case.words, n, MODES[mode])
-                verdict = judged(case, base, place, code)
-                if verdict == "cut" and case.again:
-                    _, code = child(place, case.again, 0, 0)
-                    after = judged(case, base, place, code)
-                    verdict = "cut" if after == "complete" else f"taken up: {after}, code {code}"
-                if verdict not in ("before", "complete", "cut"):
-                    bad.append(f"{name}, {mode} at {n} of {last}: {verdict}")
-                points += 1
-                shutil.rmtree(place)
-    finally:
-        os.chdir("/")
-        shutil.rmtree(root, ignore_errors=True)
-    return Tried(name, points, bad)
+class Server:
+    """The points of one case; runs in a process with the shim."""
 
+    def __init__(self, name: str, given: argparse.Namespace, tokens: Tokens) -> None:
+        from benchmarks.fault_cases import CASES
 
-def judged(case: Any, base: Path, place: Path, code: int) -> str:
-    """Return the verdict on a folder; an unreadable folder is a failure."""
-    try:
-        return str(case.judge(base, place, code))
-    except Exception as error:  # whatever a torn file makes of its reader
-        return f"{type(error).__name__}: {' '.join(str(error).split())}"
+        self.name, self.case, self.given, self.tokens = name, CASES[name], given, tokens
+        home = _MEMORY_DISK if os.access(_MEMORY_DISK, os.W_OK) else None
+        self.root = Path(tempfile.mkdtemp(prefix="faults-", dir=home)).resolve()
+        self.base = self.root / "base"
+        self.bad: list[str] = []
+        self.counts: dict[str, collections.Counter[str]] = {m: collections.Counter() for m in MODES}
+        self.calls, self.peak = 0, 0
+        self.running: dict[int, tuple[str, int]] = {}
 
-
-def child(place: Path, words: Sequence[str], n: int, mode: int) -> tuple[int, int]:
-    """Run a command in a folder; return how many calls it made there, and how it ended."""
-    ears, mouth = os.pipe()
-    number = os.fork()
-    if number == 0:
-        os.close(ears)
-        _act(place, words, n, mode, mouth)
-    os.close(mouth)
-    code = _ended(number)
-    with open(ears, "rb") as file:
-        told = file.read()
-    return (int(told) if told else 0), code
-
-
-def _act(place: Path, words: Sequence[str], n: int, mode: int, mouth: int) -> None:
-    """Be the child: never returns."""
-    shim = ctypes.CDLL(os.environ["LD_PRELOAD"])
-    silence = os.open(os.devnull, os.O_WRONLY)
-    for stream in (1, 2):
-        os.dup2(silence, stream)
-    code = 99
-    try:
+    def prepare(self) -> None:
+        """Make the folder, import everything, and run once without a fault."""
+        self.base.mkdir()
+        os.chdir(self.base)
+        self.case.prepare(self.base)
+        place = self.root / "place"
+        shutil.copytree(self.base, place)
         os.chdir(place)
-        from seals.cli.main import main
+        # once in this process: what is imported here is there in all children
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+            self.case.start()
+        os.chdir(self.root)
+        shutil.rmtree(place)
+        for fresh in (False, True) if {"address"} & {*self.given.modes} else (False,):
+            shutil.copytree(self.base, place)
+            end = run(place, self.case.words, 0, 0, fresh=fresh)
+            whole = Fate(_verdict(self.case, self.base, place, end.code), end.code)
+            shutil.rmtree(place)
+            if whole != Fate("complete", self.case.code):
+                self.bad.append(f"{self.name}: without a fault it is {whole}: {end.said[-900:]}")
+                return
+            self.calls = self.calls or end.calls
+            self.peak = end.peak
+        needed(self.peak)
 
-        if mode == MODES["memory"]:
-            size = _size() + n * MEMORY
-            resource.setrlimit(resource.RLIMIT_AS, (size, size))
-        elif mode == MODES["size"]:
-            resource.setrlimit(resource.RLIMIT_FSIZE, (SIZE << n, SIZE << n))
-        else:
-            shim.faults_arm(str(place).encode(), n, mode)
+    def points(self) -> Iterator[tuple[str, int]]:
+        """Yield mode and number of every point of this share."""
+        every = list[tuple[str, int]]()
+        for mode in self.given.modes:
+            last = last_of(mode, self.calls)
+            step = max(1, -(-last // self.given.most)) if self.given.most else 1
+            every += [(mode, n) for n in range(1, last + 1, step)]
+        part, _, parts = self.given.share.partition("/")
+        yield from every[int(part) :: int(parts)]
+
+    def serve(self) -> None:
+        """Try every point, as many at a time as there are tokens."""
+        while not self.tokens.take(60.0):
+            pass
         try:
-            code = main(words)
-        except (OSError, MemoryError):
-            code = 98  # an error of the system that has no words of its own
-        except SystemExit as end:
-            code = int(end.code or 0)
-        calls = shim.faults_count()
-        shim.faults_arm(b"", 0, 0)
-        os.write(mouth, str(calls).encode())
+            self.prepare()
+        finally:
+            self.tokens.give()
+        if self.bad:
+            return
+        end = time.monotonic() + self.given.seconds
+        for mode, n in self.points():
+            while not self.tokens.take(0.05):
+                self.reap()
+            if time.monotonic() > end:
+                self.tokens.give()
+                self.counts[mode]["left out"] += 1
+                continue
+            number = os.fork()
+            if number == 0:
+                self._try(mode, n)
+            self.running[number] = (mode, n)
+            self.reap()
+        while self.running:
+            self.reap()
+            time.sleep(0.01)
+
+    def _try(self, mode: str, n: int) -> None:
+        """Be the process that tries a point: never returns."""
+        code = 1
+        try:
+            place = self.root / f"{mode}_{n}"
+            fate = tried(self.case, self.base, place, mode, n)
+            if self.given.fresh and mode not in ("memory", "address"):
+                other = tried(self.case, self.base, place, mode, n, fresh=True)
+                if other != fate:
+                    fate = Fate(f"forked {fate}, fresh {other}", fate.code)
+            (self.root / f"{mode}_{n}.json").write_text(json.dumps(fate))
+            code = 0
+        finally:
+            os._exit(code)
+
+    def reap(self) -> None:
+        """Note the points that are done."""
+        for number, (mode, n) in list(self.running.items()):
+            if not os.waitpid(number, os.WNOHANG)[0]:
+                continue
+            del self.running[number]
+            self.tokens.give()
+            told = self.root / f"{mode}_{n}.json"
+            fate = Fate(*json.loads(told.read_text())) if told.exists() else Fate("not judged", -1)
+            self.counts[mode][("crashed, " if fate.crashed else "") + self._kind(fate)] += 1
+            if fate.bad:
+                last = last_of(mode, self.calls)
+                self.bad.append(f"{self.name}, {mode} at {n} of {last}: {fate.verdict}")
+            self.note()
+
+    @staticmethod
+    def _kind(fate: Fate) -> str:
+        return "bad" if fate.bad else fate.verdict
+
+    def note(self) -> None:
+        """Write what is known so far."""
+        if self.given.out is None:
+            return
+        facts = {"case": self.name, "calls": self.calls, "peak": self.peak, "bad": self.bad}
+        file = self.given.out / f"{self.name.replace(' ', '_')}.json"
+        file.write_text(json.dumps({**facts, "points": self.counts}, indent=1))
+
+    @property
+    def total(self) -> int:
+        """Number of points that were tried."""
+        kinds = [(k, v) for count in self.counts.values() for k, v in count.items()]
+        return sum(v for k, v in kinds if k != "left out")
+
+
+def _verdict(case: Any, base: Path, place: Path, code: int) -> str:
+    from benchmarks.fault_points import judged
+
+    return judged(case, base, place, code)
+
+
+def served(name: str, given: argparse.Namespace) -> int:
+    """Try the points of one case and report."""
+    start, server = time.monotonic(), Server(name, given, Tokens(*given.tokens))
+    try:
+        server.serve()
     finally:
-        os._exit(code)
-
-
-def _size() -> int:
-    """Return the address space of this process [byte]."""
-    return int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-
-
-def _ended(number: int) -> int:
-    end = time.monotonic() + PATIENCE
-    while time.monotonic() < end:
-        done, status = os.waitpid(number, os.WNOHANG)
-        if done:
-            return os.waitstatus_to_exitcode(status)
-        time.sleep(0.01)
-    os.kill(number, signal.SIGKILL)
-    os.waitpid(number, 0)
-    return -1000
+        server.note()
+        shutil.rmtree(server.root, ignore_errors=True)
+    seconds = time.monotonic() - start
+    kinds = sum(server.counts.values(), collections.Counter())
+    told = ", ".join(f"{count} {kind}" for kind, count in sorted(kinds.items()) if kind != "bad")
+    print(f"{name}: {server.total} points, {len(server.bad)} bad, {seconds:.0f} s; {told}")
+    for words in server.bad:
+        print(f"  {words}")
+    return int(bool(server.bad))
 
 
 def main(arguments: Sequence[str]) -> int:
     """Run the named cases, or all."""
-    sys.path.append(str(HERE.parent))
     from benchmarks.fault_cases import CASES
 
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("case", nargs="*", default=list(CASES), metavar="CASE")
     parser.add_argument("--most", type=int, default=0, help="points of a case and mode; 0 for all")
-    parser.add_argument("--modes", nargs="+", default=list(MODES), choices=list(MODES))
+    parser.add_argument("--modes", default=",".join(MODES), help=",".join(MODES))
+    parser.add_argument("--jobs", type=int, default=1, help="points at a time")
+    parser.add_argument("--share", default="0/1", help="K/N: every N-th point, from the K-th")
+    parser.add_argument("--seconds", type=float, default=1e9, help="after which no point begins")
+    parser.add_argument("--fresh", action="store_true", help="compare with fresh processes")
+    parser.add_argument("--out", type=Path, help="folder of a JSON file for each case")
+    parser.add_argument("--tokens", type=int, nargs=2, help=argparse.SUPPRESS)
     given = parser.parse_args(arguments)
-    if "LD_PRELOAD" not in os.environ:
-        lines = list(map(_shown, reports(given.case, given.most, given.modes)))
-        return int(lines[-1].split()[-1])
-    worst = 0
-    for name in given.case:
-        start = time.monotonic()
-        tried = attempt(name, CASES[name], given.most, given.modes)
-        seconds = time.monotonic() - start
-        print(f"{name}: {tried.points} points, {len(tried.bad)} bad, {seconds:.0f} s", flush=True)
-        for words in tried.bad:
-            print(f"  {words}", flush=True)
-        worst = max(worst, bool(tried.bad))
-    return worst
+    unknown = [*{*given.case} - {*CASES}, *{*given.modes.split(",")} - {*MODES}]
+    if unknown:
+        parser.error(f"there is no {unknown[0]}; there are {', '.join((*CASES, *MODES))}")
+    if given.out:
+        given.out = given.out.resolve()
+        given.out.mkdir(parents=True, exist_ok=True)
+    if given.tokens:
+        given.modes = given.modes.split(",")
+        return served(given.case[0], given)
+    last = ""
+    for last in reports(given.case, *_passed_on(given), jobs=given.jobs):
+        print(last, end="", flush=True)
+    return int(last.split()[-1])
 
 
-def _shown(line: str) -> str:
-    print(line, end="", flush=True)
-    return line
+def _passed_on(given: argparse.Namespace) -> list[str]:
+    words = ["--most", str(given.most), "--modes", given.modes, "--seconds", str(given.seconds)]
+    words += ["--share", given.share]
+    return [*words, *["--fresh"] * given.fresh, *(["--out", str(given.out)] if given.out else [])]
 
 
 if __name__ == "__main__":

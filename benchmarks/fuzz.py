@@ -6,15 +6,21 @@ one that is well-formed. Whatever ends in another error than a refusal, takes lo
 more than 1 GB is kept in a folder.
 
     python benchmarks/fuzz.py                       3 minutes for each target, one after the other
+    python benchmarks/fuzz.py --jobs 8              as many at a time
     python benchmarks/fuzz.py --seconds 20 ulog urdf
+
+The results of all targets are in `summary.json` in the folder of the findings.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import multiprocessing
 import os
+import queue
 import resource
+import shutil
 import sys
 import tempfile
 import time
@@ -29,12 +35,13 @@ sys.path.append(str(Path(__file__).parents[1]))
 
 from benchmarks.fuzz_described import DESCRIBED
 from benchmarks.fuzz_hostile import HOSTILE
+from benchmarks.fuzz_peers import PEERS
 from benchmarks.fuzz_published import PUBLISHED
 from benchmarks.fuzz_stored import STORED
 from benchmarks.fuzz_targets import TARGETS as PLAIN
 from benchmarks.fuzz_targets import Target
 
-TARGETS = {**PLAIN, **PUBLISHED, **STORED, **HOSTILE, **DESCRIBED}
+TARGETS = {**PLAIN, **PUBLISHED, **STORED, **HOSTILE, **DESCRIBED, **PEERS}
 """Every reader and loader by name."""
 
 LONGEST = 5.0
@@ -43,6 +50,8 @@ STUCK = 60.0
 """Seconds of the clock after which a file that takes no processor hangs: others work here, too."""
 MOST_MEMORY = 1 << 30
 """Bytes that one file may cost."""
+MOST_PEAK = 2048.0
+"""Memory of a target at its peak, libraries and all [MB]."""
 _CODE = (0, 1, 0x7F, 0x80, 0xFE, 0xFF)
 
 
@@ -181,8 +190,12 @@ def work(name: str, seconds: float, finds: Path, report: Any) -> None:
     while time.monotonic() < end:
         batch()
     current.unlink(missing_ok=True)
+    shutil.rmtree(folder, ignore_errors=True)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    report.put((name, count, len(seen) + bool(told), slowest, peak))
+    findings = [*sorted(seen), *([f"the sound file: {told}"] if told else [])]
+    if peak > MOST_PEAK:
+        findings.append(f"{peak:.0f} MB at the peak")
+    report.put({"files": count, "findings": findings, "slowest": slowest, "peak": peak})
 
 
 def _address_space() -> int:
@@ -190,37 +203,72 @@ def _address_space() -> int:
     return pages * resource.getpagesize()
 
 
+class Running:
+    """A target in its process."""
+
+    def __init__(self, context: Any, name: str, seconds: float, finds: Path) -> None:
+        self.name, self.finds, self.report = name, finds, context.Queue()
+        self.process = context.Process(target=work, args=(name, seconds, finds, self.report))
+        self.process.start()
+        self.end = time.monotonic() + 1.5 * seconds + 2.0 * STUCK
+
+    def result(self) -> dict[str, Any] | None:
+        """Return what it came to; None while it goes on."""
+        try:
+            told: dict[str, Any] = self.report.get(timeout=0.05)
+        except queue.Empty:
+            if self.process.is_alive() and time.monotonic() < self.end:
+                return None
+            alive = self.process.is_alive()
+            why = "hangs" if alive else f"ended with code {self.process.exitcode}"
+            self.process.kill()
+            file = f"{why}; the file is {self.finds / self.name}.running"
+            return {"files": 0, "findings": [file], "slowest": 0.0, "peak": 0.0}
+        self.process.join(STUCK)
+        return told
+
+
+def fuzzed(names: list[str], given: argparse.Namespace) -> dict[str, dict[str, Any]]:
+    """Fuzz targets, some at a time; return the results by name."""
+    context = multiprocessing.get_context("spawn")
+    waiting, running = list(names), list[Running]()
+    results: dict[str, dict[str, Any]] = {}
+    while waiting or running:
+        while waiting and len(running) < given.jobs:
+            running.append(Running(context, waiting.pop(0), given.seconds, given.finds))
+        for one in list(running):
+            told = one.result()
+            if told is None:
+                continue
+            running.remove(one)
+            results[one.name] = told
+            (given.finds / "summary.json").write_text(json.dumps(results, indent=1))
+            print(
+                f"{one.name:16} {told['files']:7} files, {len(told['findings'])} findings, "
+                f"slowest {told['slowest']:.2f} s, peak {told['peak']:.0f} MB",
+                *told["findings"],
+                sep="\n  ",
+                flush=True,
+            )
+    return results
+
+
 def main() -> int:
-    """Fuzz the targets named, or all, one after the other."""
+    """Fuzz the targets named, or all."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("targets", nargs="*", metavar="TARGET", help=", ".join(TARGETS))
     parser.add_argument("--seconds", type=float, default=180.0, help="for each target")
+    parser.add_argument("--jobs", type=int, default=1, help="targets at a time")
     parser.add_argument("--finds", type=Path, default=Path("runs/fuzz"), help="folder of findings")
     given = parser.parse_args()
     unknown = [name for name in given.targets if name not in TARGETS]
     if unknown:
         parser.error(f"no target {unknown[0]}; there are {', '.join(TARGETS)}")
     given.finds.mkdir(parents=True, exist_ok=True)
-    bad = 0
-    context = multiprocessing.get_context("spawn")
-    for name in given.targets or TARGETS:
-        report = context.Queue()
-        process = context.Process(target=work, args=(name, given.seconds, given.finds, report))
-        process.start()
-        process.join(2.0 * given.seconds + 10.0 * STUCK)
-        if process.is_alive() or process.exitcode:
-            why = "hangs" if process.is_alive() else f"ended with code {process.exitcode}"
-            process.kill()
-            print(f"{name}: {why}; the file is {given.finds / name}.running", flush=True)
-            bad += 1
-            continue
-        _, count, wrong, slowest, peak = report.get(timeout=10.0)
-        print(
-            f"{name:10} {count:7} files, {wrong} findings, slowest {slowest:.2f} s, "
-            f"peak {peak:.0f} MB",
-            flush=True,
-        )
-        bad += wrong
+    results = fuzzed(given.targets or list(TARGETS), given)
+    files = sum(told["files"] for told in results.values())
+    bad = sum(len(told["findings"]) for told in results.values())
+    print(f"{len(results)} targets, {files} files, {bad} findings")
     return 1 if bad else 0
 
 

@@ -47,6 +47,10 @@ class DiskFull(SealsError):
     """The disk is full; files finished before are complete."""
 
 
+class OutOfMemory(SealsError):
+    """The memory is used up; what was finished before is complete."""
+
+
 class RobotError(SealsError):
     """A robot description (URDF, mesh, robot.yaml) cannot be used."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import errno
 import importlib
 import os
 import sys
@@ -14,7 +13,8 @@ from typing import Any
 
 import seals
 from seals.child_process import protect_children
-from seals.errors import ConfigError, DiskFull, SealsError, printable, suggestion
+from seals.cli.of_system import explained
+from seals.errors import ConfigError, SealsError, printable, suggestion
 from seals.registry import blame
 from seals.run.stopping import stoppable
 
@@ -328,16 +328,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # a caller in Python keeps its handlers
         with stoppable() if arguments is None else contextlib.nullcontext():
             return _dispatch(words)
-    except SealsError as refusal:
-        return _refused(refusal)
     except KeyboardInterrupt:
         print("Interrupted.", file=sys.stderr)
         return 130
-    except OSError as error:
-        return _of_system(error)
+    except BrokenPipeError:
+        # the reader of a pipe, such as head, has left: nothing to say, and nothing to flush at exit
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except SealsError as refusal:
+        return _refused(explained(refusal) or refusal)
     except Exception as fault:
         # what arises in a plug-in is told as its fault, all else is one of this program
-        named = blame(fault)
+        named = explained(fault) or (None if isinstance(fault, OSError) else blame(fault))
         if named is None:
             raise
         return _refused(named)
@@ -346,30 +348,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _refused(refusal: SealsError) -> int:
     if os.environ.get("SEALS_DEBUG") == "1":
         traceback.print_exc()
-    print(two_lines(refusal), file=sys.stderr)
-    return refusal.exit_code
-
-
-def _of_system(error: OSError) -> int:
-    """Explain a system error about disk space, name length or permission; raise all others."""
-    from seals.logs.room import told_full, words
-
-    if isinstance(error, BrokenPipeError):
-        # the reader of a pipe, such as head, has left: nothing to say, and nothing to flush at exit
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
-    refusal: SealsError
-    if told_full(error):
-        refusal = DiskFull(words(error.filename))
-    elif error.errno == errno.ENAMETOOLONG:
-        refusal = ConfigError(f"the name '{str(error.filename)[-80:]}' is too long for a file.")
-    elif error.filename and error.errno in {errno.EACCES, errno.EPERM, errno.EROFS}:
-        refusal = ConfigError(
-            f"'{error.filename}' may not be read or written: {error.strerror}.\n"
-            "Choose another place, or give yourself the right."
-        )
-    else:
-        raise error
     print(two_lines(refusal), file=sys.stderr)
     return refusal.exit_code
 

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 KINDS = ("mlp", "pixels")
 """Kinds of networks."""
+_UNFIT = (LookupError, TypeError, ValueError, ArithmeticError, RuntimeError, AttributeError)
+"""Errors of a network that is built from any description."""
 FARTHEST = 10.0
 """Normalised observations are cut off here, in standard deviations."""
 
@@ -70,7 +72,7 @@ def actor_of(network: Mapping[str, Any]) -> nn.Module:
         import torchrl.modules  # noqa: F401
     try:
         return _mlp_actor(network) if kind == "mlp" else _pixel_actor(network)
-    except (KeyError, TypeError, ValueError) as cause:
+    except _UNFIT as cause:
         raise ConfigError(
             f"the description of a policy cannot be used: {cause!r}.\n"
             "It belongs to the card.json that the training wrote; train anew where it is lost."

@@ -25,7 +25,7 @@ needs_shim = pytest.mark.skipif(
 @needs_shim
 def test_some_points_of_a_conversion() -> None:
     """A few calls of the shortest command, each killed once."""
-    lines = list(reports(["convert"], most=8, modes=["kill"]))
+    lines = list(reports(["convert"], "--most", "8", "--modes", "kill"))
     assert lines[-1] == "exit code 0\n", lines
     assert int(lines[0].split()[1]) >= 5
 
@@ -35,5 +35,14 @@ def test_some_points_of_a_conversion() -> None:
 @pytest.mark.parametrize("name", CASES)
 def test_every_point_of_a_command(name: str) -> None:
     """Every call of every command, killed, failed, and on a disk that is full from there on."""
-    lines = list(reports([name], most=0))
+    lines = list(reports([name]))
+    assert lines[-1] == "exit code 0\n", lines
+
+
+@needs_shim
+@pytest.mark.killed
+@pytest.mark.parametrize("name", CASES)
+def test_forked_processes_end_like_fresh_ones(name: str) -> None:
+    """A process that was forked, its imports done, comes to the same as one that starts afresh."""
+    lines = list(reports([name], "--fresh", "--most", "3", "--modes", "kill,error,full"))
     assert lines[-1] == "exit code 0\n", lines

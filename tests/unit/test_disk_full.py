@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 
 from seals.cli.main import main
-from seals.errors import ConfigError, DiskFull
+from seals.cli.of_system import explained
+from seals.errors import ConfigError, DiskFull, MissingExtra, OutOfMemory, optional_import
 from seals.logs import room
 from seals.logs.atomic import atomic_folder, atomic_path, write_text
 from seals.logs.table import read_parquet
@@ -155,3 +156,44 @@ def test_the_command_says_it_in_two_lines(
     said = capsys.readouterr().err.strip().splitlines()
     assert said[-2] == "DiskFull: there is no room left on the disk for some/file."
     assert "Make room" in said[-1]
+
+
+_MAPPED = "a.so: failed to map segment from shared object: Cannot allocate memory"
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (MemoryError(), "OutOfMemory: the memory"),
+        (OSError(errno.ENOMEM, "Cannot allocate memory"), "OutOfMemory: the memory"),
+        (ImportError(_MAPPED), "OutOfMemory: the memory"),
+        (RuntimeError("can't start new thread"), "OutOfMemory: the memory"),
+        (MissingExtra("PyTorch is not installed.\nInstall it."), "MissingExtra: PyTorch is not"),
+        (OSError(errno.EIO, os.strerror(errno.EIO), "a/b"), "'a/b' could not be read or written"),
+        (OSError("error closing file"), "a file could not be read or written: error closing file"),
+    ],
+)
+def test_other_wants_of_the_system_are_told(
+    error: Exception,
+    words: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """No memory, or a disk that fails: exit code 2, two lines, whoever met it."""
+    from seals.run import application
+
+    def fails(*_: object) -> None:
+        raise error
+
+    monkeypatch.setattr(application, "write_log", fails)
+    assert main([*DROP, "hydra.run.dir=cut"]) == 2
+    said = capsys.readouterr().err.strip().splitlines()
+    assert words in said[-2]
+
+
+def test_a_library_that_cannot_be_loaded_for_want_of_memory_is_not_absent() -> None:
+    """The advice to install it would be no help."""
+    with pytest.raises(MissingExtra) as absent, optional_import("a needs b", "Install it."):
+        raise ImportError(_MAPPED)
+    assert isinstance(explained(absent.value), OutOfMemory)
+    assert explained(ValueError("negative mass")) is None

@@ -58,11 +58,14 @@ def edit(**change: Any) -> Callable[[Path], None]:
     return fault
 
 
-def widen(folder: Path) -> None:
-    """Metadata that asks for more memory than any machine has."""
-    metadata = json.loads((folder / "card.json").read_text())
-    metadata["network"]["hidden"] = [10**9, 10**9]
-    (folder / "card.json").write_text(json.dumps(metadata))
+def network(**change: Any) -> Callable[[Path], None]:
+    """Return a fault: entries of the description of the network replaced."""
+
+    def fault(folder: Path) -> None:
+        metadata = json.loads((folder / "card.json").read_text())
+        edit(network={**metadata["network"], **change})(folder)
+
+    return fault
 
 
 @pytest.mark.parametrize(
@@ -72,7 +75,10 @@ def widen(folder: Path) -> None:
         (edit(format="seals-demonstrations"), "Allowed here: 'seals-policy'"),
         (edit(network=[]), "type dict"),
         (edit(network={"kind": "mlq"}), "Did you mean 'mlp'"),
-        (widen, "do not belong together"),
+        (network(hidden=[10**9, 10**9]), "do not belong together"),
+        (network(observation=float("inf")), "description of a policy cannot be used"),
+        (network(action=-1), "description of a policy cannot be used"),
+        (network(hidden="a"), "description of a policy cannot be used"),
         (lambda f: (f / "policy.safetensors").unlink(), "is missing"),
         (lambda f: (f / "policy.safetensors").write_bytes(b"\x80\x04N."), "format safetensors"),
         (

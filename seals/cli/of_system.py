@@ -1,0 +1,78 @@
+"""Explanation of errors of the operating system: room, memory, rights, names, failing disks."""
+
+from __future__ import annotations
+
+import errno
+import os
+
+from seals.errors import BrokenPlugin, ConfigError, DiskFull, MissingExtra, OutOfMemory, SealsError
+
+_DENIED = {errno.EACCES, errno.EPERM, errno.EROFS}
+_SHORT = (
+    *("cannot allocate memory", "can't allocate memory", "failed to map segment", "bad_alloc"),
+    *("can't start new thread", "unable to allocate", "not enough memory", "out of memory"),
+)
+"""What libraries say that have no error of their own for want of memory."""
+
+
+def explained(error: BaseException) -> SealsError | None:
+    """Return an error in words for one of the system; None for all others.
+
+    Args:
+        error: with its causes.
+    """
+    if isinstance(error, SealsError) and not isinstance(error, MissingExtra | BrokenPlugin):
+        return None  # it has words of its own
+    if told_short(error):
+        return OutOfMemory(
+            "the memory of this machine, or of what this command may have, is used up.\n"
+            "Nothing half-written was kept. Close other programs, or lift the limit (ulimit -v)."
+        )
+    # only here: it takes memory to import anything
+    from seals.logs.room import told_full, words
+
+    if isinstance(error, OSError) and told_full(error):
+        return DiskFull(words(error.filename))
+    return _of_file(error) if isinstance(error, OSError) else None
+
+
+def _of_file(error: OSError) -> ConfigError | None:
+    """Explain an error about one file."""
+    place = f"'{error.filename}'" if error.filename else "a file"
+    if error.errno == errno.ENAMETOOLONG:
+        return ConfigError(f"the name '{str(error.filename)[-80:]}' is too long for a file.")
+    if error.filename and error.errno in _DENIED:
+        return ConfigError(
+            f"{place} may not be read or written: {error.strerror}.\n"
+            "Choose another place, or give yourself the right."
+        )
+    if error.errno in (errno.EIO, None):  # libraries leave the number out
+        why = os.strerror(errno.EIO) if error.errno else str(error).rstrip(".")
+        return ConfigError(
+            f"{place} could not be read or written: {why}.\n"
+            "The disk, or the way to it, fails. Look at it, or choose another; then once more."
+        )
+    return None
+
+
+def told_short(error: BaseException) -> bool:
+    """Return whether an error, or one of its causes, reports a want of memory.
+
+    Example:
+        >>> told_short(MemoryError()), told_short(ImportError("a.so: failed to map segment"))
+        (True, True)
+        >>> told_short(ValueError("negative mass"))
+        False
+    """
+    link: BaseException | None = error
+    while link is not None:
+        text = str(link).lower()
+        numbered = isinstance(link, OSError) and link.errno == errno.ENOMEM
+        if numbered or isinstance(link, MemoryError):
+            return True
+        if isinstance(link, ImportError | OSError | RuntimeError) and any(
+            w in text for w in _SHORT
+        ):
+            return True
+        link = link.__cause__ or link.__context__
+    return False
