@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
 import numpy as np
@@ -31,7 +32,7 @@ from seals.control.protocols import ControllerOptions
 from seals.errors import ConfigError
 
 
-class VehicleController(ControllerOptions):
+class VehicleController(ControllerOptions, ABC):
     """Base of a controller that allocates a wrench to thrusters, by the axes that they command."""
 
     saturation: Saturation
@@ -69,9 +70,9 @@ class VehicleController(ControllerOptions):
         self._added = added_inertia(plant)
         return self._rows
 
+    @abstractmethod
     def _unfit(self, layout: Layout, missing: str) -> str:
         """Return the refusal of a robot whose drives do not command some axes."""
-        raise NotImplementedError
 
     def _wanted_velocity(self, s: RobotState, aim: Reference) -> Floats:
         """Return the velocity of the reference, with that towards its position [m/s]."""

@@ -16,8 +16,6 @@ from seals.schema import param
 _HALF_BLEND = 1e-3
 """Half of the width over which the corners of the dead zone are rounded [rad]; play narrower than
 the whole of it is not resolved."""
-_NOISES = 4.0
-"""Play in units of the encoder's noise below which it is that noise [1]."""
 
 
 @dataclass(kw_only=True)
@@ -67,6 +65,8 @@ class JointBacklash(Effect):
     joint: int = 0
     accounts_for: ClassVar[tuple[str, ...]] = ("joint backlash",)
     material: ClassVar[dict[str, float]] = {"kp": 0.2, "kd": 0.004, "width": 0.4}
+    noise_widths: ClassVar[float] = 4.0
+    """Play in units of the encoder's noise up to which it is taken for that noise [1]."""
     identification: ClassVar[Identification] = Identification(
         may_begin=True,
         may_end=True,
@@ -80,7 +80,7 @@ class JointBacklash(Effect):
             return []
         kp, kd = subject.servo["kp"], subject.servo["kd"]
         # a smaller play follows the noise of the readings that show it
-        least = max(2.0 * _HALF_BLEND, _NOISES * subject.noise.get("joint_position", 0.0))
+        least = max(2.0 * _HALF_BLEND, cls.noise_widths * subject.noise.get("joint_position", 0.0))
         return [
             Addition(
                 instance=f"{name}_{k}",

@@ -31,19 +31,19 @@ def _log(swing: float) -> Log:
 def test_noise_is_no_motion() -> None:
     """A motion of a few times the noise is one, of one joint is enough."""
     robot = describe_robot("free_arm")
-    stands = still_joints(_log(0.5 * SIGMA), robot)
+    stands = still_joints(_log(0.5 * SIGMA), robot, errors=3.0)
     assert list(stands) == list(robot.listed)
     assert list(stands.values()) == pytest.approx([0.7, -0.4], abs=2e-4)
-    assert still_joints(_log(4.0 * SIGMA), robot) == {}
+    assert still_joints(_log(4.0 * SIGMA), robot, errors=3.0) == {}
     # an arm that swings within its noise shakes the base all the same
-    assert still_joints(_log(1.2 * SIGMA), robot) == {}
-    assert still_joints(_log(0.0), None) == {}
+    assert still_joints(_log(1.2 * SIGMA), robot, errors=3.0) == {}
+    assert still_joints(_log(0.0), None, errors=3.0) == {}
 
 
 def test_a_robot_that_holds_still_is_one_body_in_its_posture() -> None:
     """No joint is left, and the mass hangs elsewhere than with the joints at zero."""
     robot = describe_robot("free_arm")
-    held = read_vehicle(META, robot, still=still_joints(_log(0.0), robot))
+    held = read_vehicle(META, robot, still=still_joints(_log(0.0), robot, errors=3.0))
     moving = read_vehicle(META, robot)
     assert held.robot.tree.joints == 0
     assert moving.robot.tree.joints == 2
@@ -74,7 +74,7 @@ def test_effects_of_joints_that_show_noise_alone_are_not_searched(
         voltage=None,
         joint_command=command,
     )
-    assert joints_at_rest(samples, SIGMA) == rest
+    assert joints_at_rest(samples, SIGMA, quiet=2.0) == rest
 
 
 def test_a_servo_of_limited_speed_follows_a_jump_along_a_ramp() -> None:

@@ -12,13 +12,8 @@ from seals.logs.log import Log
 from seals.sysid.data.robot_description import RobotDescription
 from seals.sysid.data.samples import Samples
 
-_QUIET = 2.0
-"""Variance of a joint's readings in units of their noise: a motion no larger than the noise."""
-_SURE = 3.0
-"""Standard errors by which that variance exceeds one where a joint moves [1]."""
 
-
-def still_joints(log: Log, robot: RobotDescription | None) -> dict[str, float]:
+def still_joints(log: Log, robot: RobotDescription | None, *, errors: float) -> dict[str, float]:
     """Return the joint positions [rad or m] by name if no joint moves in a log.
 
     A joint stands still where its readings scatter no wider about their mean than their noise: an
@@ -28,6 +23,7 @@ def still_joints(log: Log, robot: RobotDescription | None) -> dict[str, float]:
     Args:
         log: with or without measured joints.
         robot: that names them; None where the metadata describe the vehicle.
+        errors: standard errors by which the variance exceeds the noise's where a joint moves.
     """
     stated: Mapping[str, Any] = (log.meta.get("sensors") or {}).get("channels") or {}
     if robot is None or "joint_position" not in stated or not log.has("joint_position"):
@@ -40,13 +36,13 @@ def still_joints(log: Log, robot: RobotDescription | None) -> dict[str, float]:
     found = {}
     for name, readings in zip(names, measured.T, strict=True):
         given = readings[np.isfinite(readings)]
-        if not given.size or given.var() > level * (1.0 + _SURE * math.sqrt(2.0 / given.size)):
+        if not given.size or given.var() > level * (1.0 + errors * math.sqrt(2.0 / given.size)):
             return {}
         found[name] = float(given.mean())
     return found
 
 
-def joints_at_rest(samples: Samples, sigma: float) -> frozenset[int]:
+def joints_at_rest(samples: Samples, sigma: float, *, quiet: float) -> frozenset[int]:
     """Return the joints, counted from 1, that neither move nor are commanded to.
 
     The sign of their speed is that of the noise, which friction or play of a joint would follow.
@@ -54,15 +50,16 @@ def joints_at_rest(samples: Samples, sigma: float) -> frozenset[int]:
     Args:
         samples: of the log.
         sigma: noise of the measured joints [rad or m].
+        quiet: variance up to which a joint is at rest, in units of the noise's [1].
     """
     measured, command = samples.channels.get("joint_position"), samples.joint_command
     if measured is None:
         return frozenset()
-    level = _QUIET * sigma**2
-    quiet = [np.nanvar(measured[:, k]) <= level for k in range(measured.shape[1])]
+    level = quiet * sigma**2
+    still = [np.nanvar(measured[:, k]) <= level for k in range(measured.shape[1])]
     if command.shape == measured.shape:
-        quiet = [q and np.var(command[:, k]) <= level for k, q in enumerate(quiet)]
-    return frozenset(k + 1 for k, q in enumerate(quiet) if q)
+        still = [s and np.var(command[:, k]) <= level for k, s in enumerate(still)]
+    return frozenset(k + 1 for k, s in enumerate(still) if s)
 
 
 def joint_order(meta: Mapping[str, Any], robot: RobotDescription) -> tuple[str, ...]:

@@ -237,6 +237,19 @@ class DecisionPolicy:
         "root mean square distance of a stretch of a trajectory from the measured "
         "pose from which a refinement has diverged: noise alone leaves one",
     )
+    # joints
+    joint_moving: float = threshold(
+        3.0,
+        "standard errors",
+        "excess of the variance of a joint's readings over that of their noise from which the "
+        "joint moves: links whose joints all stand still are one rigid body",
+    )
+    joint_quiet: float = threshold(
+        2.0,
+        "1",
+        "variance of a joint's readings over that of their noise up to which friction and play "
+        "of the joint do not show: the sign of its speed is that of the noise",
+    )
     # cross-validation over several runs
     parameter_price: float = threshold(
         0.03, "log rms", "fall of the log error that each further parameter must bring"

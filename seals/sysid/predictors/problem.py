@@ -102,7 +102,9 @@ def prepare(
         LogError: the log cannot be used.
     """
     log = contact_free(log)
-    vehicle = read_vehicle(log.meta, robot, still=still_joints(log, robot))
+    policy = policy or DecisionPolicy()
+    still = still_joints(log, robot, errors=policy.joint_moving)
+    vehicle = read_vehicle(log.meta, robot, still=still)
     samples = read_samples(log, vehicle)
     parts = _parts(vehicle, samples)
     if samples.posed:
@@ -112,9 +114,11 @@ def prepare(
     candidate_set = candidate_set_of(
         vehicle, speeds=typical_speeds(trajectory), logs=max(len(samples.logs), 1)
     )
-    candidate_set = candidate_set if policy is None else replace(candidate_set, policy=policy)
+    candidate_set = replace(candidate_set, policy=policy)
     candidate_set = candidate_set if free is None else free(vehicle, candidate_set)
-    rest = joints_at_rest(samples, vehicle.sigma.get("joint_position", 0.0))
+    rest = joints_at_rest(
+        samples, vehicle.sigma.get("joint_position", 0.0), quiet=policy.joint_quiet
+    )
     candidate_set = candidate_set.without(
         c for c in candidate_set.candidates if c.in_arm and c.variant.get("joint") in rest
     )

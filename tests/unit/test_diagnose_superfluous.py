@@ -1,0 +1,194 @@
+"""Effects that a fit does without, and the uncertainty of one whose windows differ."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from seals.sysid.candidates.activity import Activity
+from seals.sysid.predictors.normal_equations import Fit
+from seals.sysid.predictors.windows_fit import is_determined
+from seals.sysid.scores.held_out import held_out_fall
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
+from seals.sysid.selection import window_models
+from seals.sysid.selection.search import Refinement
+from seals.sysid.selection.window_models import WindowModels
+from tests.unit.test_diagnose_decision import POLICY, model
+
+
+def linear(columns: np.ndarray, measured: np.ndarray, windows: int) -> EvidenceHypothesis:
+    """Least squares of unit noise on columns, in windows of equal length."""
+    count = columns.shape[1]
+    precision = np.full(count, 1e-6)
+    value = np.linalg.solve(columns.T @ columns + np.diag(precision), columns.T @ measured)
+    rest = (measured - columns @ value).reshape(windows, -1)
+    parts = columns.reshape(windows, -1, count)
+    keys = tuple(f"k.{i}" for i in range(count))
+    fit = Fit(
+        free=keys,
+        keys=keys,
+        values=dict(zip(keys, value.tolist(), strict=True)),
+        cost=float((rest**2).sum()),
+        misfit=(rest**2).sum(axis=1),
+        normal=np.einsum("wki,wkj->wij", parts, parts),
+        right=np.einsum("wki,wk->wi", parts, rest),
+        precision=precision,
+        centre=np.zeros(count),
+        penalty=0.0,
+    )
+    windows_of: Any = SimpleNamespace(observed=measured.size, count=windows)
+    fitter: Any = SimpleNamespace(windows=windows_of)
+    return EvidenceHypothesis(candidates=(), fit=fit, fitter=fitter, score=0.0)
+
+
+def test_held_out_windows_tell_an_effect_from_what_one_stretch_resembles() -> None:
+    """A slope acts throughout; a force in one window only is followed by a free one there."""
+    rng = np.random.default_rng(5)
+    windows, rows = 10, 40
+    slope, guess = rng.standard_normal((2, windows * rows))
+    burst = np.zeros(windows * rows)
+    burst[:rows] = 6.0 * guess[:rows]
+    measured = 0.5 * slope + burst + rng.standard_normal(windows * rows)
+    without = linear(guess[:, None] * 0.0, measured, windows)
+    alone = linear(slope[:, None], measured, windows)
+    both = linear(np.stack([slope, guess], axis=1), measured, windows)
+    assert held_out_fall(without, alone) > 30.0
+    assert alone.fit.cost - both.fit.cost > 100.0
+    assert held_out_fall(alone, both) < 0.0
+
+
+@pytest.mark.parametrize(
+    ("misfit", "sound"),
+    [((5.0, 0.0), True), ((1e9, -1e-3), True), ((5.0, -1.0), False), ((np.inf, 1.0), False)],
+)
+def test_a_misfit_below_zero_is_no_fit(misfit: tuple[float, float], sound: bool) -> None:
+    """A window whose squares come out negative has run out of digits, and never wins."""
+    assert is_determined(np.array(misfit)) is sound
+
+
+def family(gust: float) -> WindowModels:
+    """A family of models of a log with some level of gusts."""
+    made = WindowModels.__new__(WindowModels)
+    vehicle = SimpleNamespace(gust=np.array([gust, 0.0]))
+    made.problem = SimpleNamespace(policy=POLICY, vehicle=vehicle)  # type: ignore[assignment]
+    return made
+
+
+def test_an_effect_that_changes_its_mind_along_the_log_is_superfluous() -> None:
+    """Of either sign from block to block: the fit gains a little, held-out windows lose more."""
+    rng = np.random.default_rng(8)
+    column = rng.standard_normal(4000)
+    noise = rng.standard_normal(4000)
+    for sizes, kept in ((0.5, True), (np.repeat([0.5, -0.5, 0.6, -0.5, 0.3], 800), False)):
+        measured = sizes * column + noise
+        none = linear(column[:, None] * 0.0, measured, 10)
+        one = linear(column[:, None], measured, 10)
+        assert none.fit.cost - one.fit.cost > 10.0
+        assert family(0.2)._bears_out(none, one) is kept
+
+
+def test_a_superfluous_effect_pays_what_a_further_one_must() -> None:
+    """Twice the evidence of a single one; for a time, a share of what the others explain."""
+    one = model(["wind"], misfit=1.0, score=10000.0)
+    passing = one.candidates[0].acting(Activity(spans=()))
+    made = family(0.2)
+    made._pierces = made._floats = False
+    made.problem.vehicle.servo = {}  # type: ignore[attr-defined]
+    assert made._asked(one, one.candidates[0]) == POLICY.evidence + POLICY.evidence_further
+    made._floats = True
+    more = made._asked(one, one.candidates[0]) - POLICY.evidence - POLICY.evidence_further
+    assert more == pytest.approx(POLICY.first_order_error * 10000.0)
+    made._floats = False
+    more = made._asked(one, passing) - made._asked(one, one.candidates[0])
+    assert more == pytest.approx(POLICY.activity_share * 10000.0)
+
+
+def test_an_effect_of_no_size_is_superfluous(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Even where the fits without it got stuck elsewhere and score far less."""
+    both = model(["wind", "payload"], misfit=1.0, score=9000.0)
+    wind, load = both.candidates
+    sizes = {**dict.fromkeys(wind.keys, 5.0), **dict.fromkeys(load.keys, 0.0)}
+    both = replace(both, fit=replace(both.fit, values={**both.fit.values, **sizes}))
+    smaller = [replace(both, candidates=(c,), score=10.0) for c in both.candidates]
+    made = family(0.2)
+    made._pierces = made._floats = False
+    made.processes, made.nominal = 1, both
+    made.problem.vehicle.servo = {}  # type: ignore[attr-defined]
+    monkeypatch.setattr(WindowModels, "_bears_out", lambda *given: True)
+    monkeypatch.setattr(window_models, "fitted", lambda *given, **named: smaller)
+    assert made._without_superfluous(both)[0].candidates == (wind,)
+
+
+def test_a_load_is_tried_at_the_times_of_the_effect_that_was_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """No linear screen about zero finds it; a single effect for a time may be its shadow."""
+    found = model(["wind"], misfit=1.0, score=100.0)
+    passing = found.candidates[0].acting(Activity(spans=((1.0, 2.0),)))
+    found = replace(found, candidates=(passing,))
+    load = replace(found.fitter.candidate_set.candidates[1], starts=((0.5,),))
+    made = family(0.2)
+    made.processes, made.nominal = 1, found
+    made.problem.plant = SimpleNamespace(  # type: ignore[misc]
+        candidate_set=SimpleNamespace(candidates=(found.candidates[0].throughout, load))
+    )
+    tried: list[Any] = []
+
+    def fit_all(fitter: Any, jobs: Any, *rest: Any, **more: Any) -> list[EvidenceHypothesis]:
+        tried.extend(jobs)
+        return [replace(found, candidates=job[0], score=150.0) for job in jobs]
+
+    monkeypatch.setattr(window_models, "fitted", fit_all)
+    monkeypatch.setattr(window_models, "may_act_for_a_time", lambda problem, candidate: True)
+    monkeypatch.setattr(window_models, "retimed", lambda problem, nominal, best: best)
+    best, _ = made.refined(found, [], Refinement.backward)
+    (chosen,) = best.candidates
+    assert chosen.name == "payload"
+    assert chosen.activity == passing.activity
+    assert [list(job[1].values()) for job in tried] == [[0.5]]
+
+
+def test_errors_below_the_stated_noise_prove_no_effect() -> None:
+    """A simulated log without noise or gusts: what is left at 0.6 floors is the simulator's."""
+    quiet, noisy = (model((), misfit=m, score=0.0) for m in (0.6, 1.0))
+    assert family(0.0)._within_noise(quiet)
+    assert not family(0.0)._within_noise(noisy)
+    # gusts that are weaker than stated lower a misfit as well
+    assert not family(0.2)._within_noise(quiet)
+
+
+def test_windows_that_scatter_more_than_noise_widen_the_interval() -> None:
+    """Gradients of the windows three times as large as noise makes them: three times as wide."""
+    rng = np.random.default_rng(7)
+    column = rng.standard_normal(4000)
+    factor = np.repeat(rng.standard_normal(40) * 3.0, 100)
+    wrong = linear(column[:, None], factor * column * 0.1, 40)
+    right = linear(column[:, None], rng.standard_normal(4000), 40)
+    key = "k.0"
+    assert right.fit.robust_spread(key) == pytest.approx(right.fit.spread(key), rel=0.3)
+    # each window has a value of its own, 0.3 from that of the others
+    assert wrong.fit.robust_spread(key) == pytest.approx(0.3 / math.sqrt(40.0), rel=0.3)
+    assert wrong.fit.robust_spread(key) > 2.0 * wrong.fit.spread(key)
+
+
+def test_parameters_that_act_alike_are_told_with_their_covariance() -> None:
+    """Closed form of two columns at an angle; what widens an interval is the parameter's own."""
+    rng = np.random.default_rng(11)
+    first, other = rng.standard_normal((2, 4000))
+    columns = np.stack([first, 0.8 * first + 0.6 * other], axis=1)
+    fit = linear(columns, rng.standard_normal(4000), 40).fit
+    # (X^T X)^-1 has the correlation of its columns with the other sign
+    exact = np.linalg.inv(columns.T @ columns)
+    found = fit.joint_covariance(("k.0", "k.1"), (0.5, fit.robust_spread("k.1")))
+    size = [fit.robust_spread(key) for key in ("k.0", "k.1")]
+    wanted = exact[0, 1] / math.sqrt(exact[0, 0] * exact[1, 1])
+    assert wanted == pytest.approx(-0.8, abs=0.03)
+    assert found[0, 1] / (size[0] * size[1]) == pytest.approx(wanted, abs=1e-3)
+    assert np.diag(found) == pytest.approx([0.25, size[1] ** 2])
+    held = replace(fit, known={"k.0": 0.5}).joint_covariance(("k.0", "k.1"), (0.5, size[1]))
+    np.testing.assert_allclose(held, np.diag([0.25, size[1] ** 2]))
