@@ -69,7 +69,7 @@ demo: .venv/installed
 # one process each, so two at a time: types, documentation, examples; then the tests, on two cores
 test: .venv-test/installed lint browser
 	@$(MAKE) --no-print-directory -j 2 types docs examples
-	@.venv-test/bin/pytest -n 2
+	@.venv-test/bin/pytest -n 2 --dist worksteal
 
 types: .venv-test/installed
 	@mkdir -p build/elsewhere; root=$$PWD; \
@@ -92,7 +92,7 @@ KERNEL_TESTS = $(filter-out tests/verification/test_learn% tests/verification/te
 	dynamics effects frames hulls imu medium plan_motions rivals robot water world,tests/unit/test_$(name)*.py) \
 	tests/verification/test_*.py))
 test-kernels: .venv-test/installed
-	@$(KERNELS) .venv-test/bin/pytest -q -n 2 $(KERNEL_TESTS)
+	@$(KERNELS) .venv-test/bin/pytest -q -n 2 --dist worksteal $(KERNEL_TESTS)
 
 # its pages are read from what is installed; pytest follows their commands
 docs: .venv-test/installed

@@ -1,1 +1,1 @@
-"""One runnable module per figure or table."""
+"""Experiments: one runnable module per figure or table."""

@@ -1,4 +1,4 @@
-"""Command line, output folder, tables and exit codes that all experiments share."""
+"""Command line, output folder, tables and exit codes common to all experiments."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the experiments with an object to fetch have in common: one run, its judge, its pictures."""
+"""Base of the experiments that fetch an object: one run, success criteria, pictures."""
 
 from __future__ import annotations
 

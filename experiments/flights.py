@@ -1,4 +1,4 @@
-"""What the flight experiments share: flown cases below one folder, deviations, tables."""
+"""Base of the flight experiments: runs below one folder, tracking errors, tables."""
 
 from __future__ import annotations
 

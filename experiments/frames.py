@@ -1,4 +1,4 @@
-"""Pictures of a run at chosen instants, drawn from its log by the software renderer."""
+"""Frames of a run at chosen instants, rendered from its log in software."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Many runs of one experiment under different seeds: resumable, counted, in a table."""
+"""Repeated runs of one experiment under different seeds: resumable, in one table."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ import importlib
 import importlib.util
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import Distribution, EntryPoint, entry_points
 from importlib.resources import files
 from pathlib import Path
 from types import MappingProxyType
@@ -233,14 +233,14 @@ def _declared(kind: str) -> Mapping[str, tuple[Plugin, ...]]:
 
 
 def _plugin(kind: str, point: EntryPoint) -> Plugin:
-    owner = point.dist
-    return Plugin(
-        kind=kind,
-        name=point.name,
-        value=point.value,
-        distribution=owner.name if owner else "unknown package",
-        version=owner.version if owner else "?",
-    )
+    name, version = _owner(point.dist)
+    return Plugin(kind=kind, name=point.name, value=point.value, distribution=name, version=version)
+
+
+@functools.cache
+def _owner(distribution: Distribution | None) -> tuple[str, str]:
+    """Name and version of a package; each look at them reads its metadata again."""
+    return (distribution.name, distribution.version) if distribution else ("unknown package", "?")
 
 
 def _class_summary(plugin: Plugin) -> str:

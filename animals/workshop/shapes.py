@@ -1,4 +1,4 @@
-"""Drawn shapes of animals, without mass: domed shells and tubes that swell and taper."""
+"""Meshes of animals without mass: domed shells, and tubes of varying radius."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Gaits of crab and sea spider: how fast, how dearly, how surely, and which feet stand when."""
+"""Gaits of crab and sea spider: speed, cost of transport, falls, footfall patterns."""
 
 from __future__ import annotations
 

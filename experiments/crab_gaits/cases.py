@@ -1,4 +1,4 @@
-"""The gaits that are shown, and the cases in which they are tried."""
+"""Gaits of the experiment, and the conditions in which they are measured."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The figure of foot-falls: a bar for every time a foot stands."""
+"""Footfall diagram: a bar for each stance phase of each foot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A film of every gait: a run each, and a camera that goes along with the animal."""
+"""Films of the gaits: one run each, with a camera that follows the animal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Going to targets: from random headings to places all around, within a time."""
+"""Walks to targets in all directions from random headings, within a time limit."""
 
 from __future__ import annotations
 

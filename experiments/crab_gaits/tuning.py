@@ -1,4 +1,4 @@
-"""Parameters of a pattern generator, found by the evolution strategy CMA-ES."""
+"""Parameters of a central pattern generator, optimised by CMA-ES."""
 
 from __future__ import annotations
 

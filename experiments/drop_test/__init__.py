@@ -1,4 +1,4 @@
-"""Drop the manipulator, motors off, from 1 m into water, and watch it sink to the bottom."""
+"""Drop test: the manipulator falls from 1 m into water, motors off, and sinks."""
 
 from __future__ import annotations
 

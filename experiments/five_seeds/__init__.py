@@ -1,4 +1,4 @@
-"""Trains one recipe with several seeds, judges every policy on held-out starts; see README.md."""
+"""Training of one recipe with several seeds, evaluated on held-out starts; see README.md."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What came of the seeds: a table and the curves."""
+"""Results of all seeds: a table and the learning curves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is trained, as words of ``seals train``."""
+"""Training recipes, as arguments of ``seals train``."""
 
 from __future__ import annotations
 

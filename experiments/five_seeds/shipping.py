@@ -1,4 +1,4 @@
-"""The best policy of a recipe, ready to be shipped: weights, and metadata that says all of it."""
+"""Export of the best policy of a recipe: weights and metadata."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fly the manipulator along waypoints, and follow the energy from the battery to the body."""
+"""Energy balance of a waypoint flight of the manipulator, from battery to body."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fetch a cube of 0.1 kg from the bottom of a tank and bring it to 1 m above the water."""
+"""Grasp and lift: a cube of 0.1 kg from the bottom of a tank to 1 m above the water."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Two flights of one quadrotor that holds something back from its model."""
+"""Two flights of one quadrotor whose nominal model lacks an effect."""

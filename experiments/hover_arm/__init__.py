@@ -1,4 +1,4 @@
-"""Hover while the arm swings, with an allocation about the live centre of gravity, and without."""
+"""Hover with a swinging arm: allocation with and without the live centre of gravity."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Learners compared on reaching, with demonstrations and without; see README.md."""
+"""Comparison of learners on a reaching task, with and without demonstrations; see README.md."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The arms of the study: equal steps, equal updates, equal networks."""
+"""Arms of the study, with equal steps, updates and networks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs many trainings at once, one process each, and goes on where an earlier call stopped."""
+"""Parallel trainings, one process each, resumable after an interruption."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A window of particles goes 60 m through an open sea: alone, and with a ball in tow."""
+"""Tow of a moving particle domain through 60 m of open sea, with and without a ball."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures of the tow."""
+"""Metrics of the tow."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures of the tow: surface, forces, cost; and the window in its sea from the side."""
+"""Pictures of the tow: surface, forces, computing time, and the domain in its sea."""
 
 from __future__ import annotations
 

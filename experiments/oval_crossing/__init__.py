@@ -1,4 +1,4 @@
-"""An upright oval through the surface, lap after lap, with a true and with a wrong model."""
+"""Vertical oval through the water surface, flown with a true and a wrong model."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""An animal to start from: a beetle as a bare URDF of cylinders and boxes."""
+"""Example to start from: a beetle as a bare URDF of cylinders and boxes."""

@@ -1,4 +1,4 @@
-"""Writes the beetle: a body of 0.2 m and 0.9 kg on six legs, in shapes that need no meshes."""
+"""Generator of the beetle: a body of 0.2 m and 0.9 kg on six legs, of primitive shapes."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Two recordings of one quadrotor, as its autopilot and a ROS 2 recorder wrote them."""
+"""Example recordings: two flights of one quadrotor, by its autopilot and by ROS 2."""

@@ -1,1 +1,1 @@
-"""A hexacopter as others describe theirs: what `seals new robot` starts from."""
+"""Example to start from: a hexacopter as a ROS package, for `seals new robot`."""

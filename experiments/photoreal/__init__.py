@@ -1,4 +1,4 @@
-"""Photoreal films: the manipulator dives into waves of particles; it follows a walking crab."""
+"""Photorealistic films: a dive into particle waves, and the pursuit of a walking crab."""
 
 from __future__ import annotations
 

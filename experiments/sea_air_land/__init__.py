@@ -1,4 +1,4 @@
-"""Take off from a beach, fly, dive, grasp, come up, land: the three media in one run."""
+"""Three media in one run: take-off from a beach, flight, dive, grasp and landing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A million steps of the manipulator in waves: nothing breaks, nothing grows, the books close."""
+"""Endurance run: a million steps in waves, with checks of memory, energy and errors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The energy books of a long flight: work by the ledger against the gain of kinetic energy."""
+"""Energy balance of a long flight: work by the load ledger against kinetic energy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A manipulator that is told something else every few seconds, in waves, above and below them."""
+"""Flight of the endurance run: changing references in waves, above and below the surface."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Steps the world a million times, writes a row now and then, and goes on where it was cut off."""
+"""Loop of the endurance run: steps, periodic rows, resumption after an interruption."""
 
 from __future__ import annotations
 

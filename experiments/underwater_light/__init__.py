@@ -1,4 +1,4 @@
-"""Light under water: one scene in three waters at four depths, and the surface from all sides."""
+"""Underwater image formation: one scene in three waters at four depths, and the surface."""
 
 from __future__ import annotations
 

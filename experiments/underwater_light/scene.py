@@ -1,4 +1,4 @@
-"""A scene of balls, a chart and a chequered floor, drawn by a few lines of ray casting."""
+"""Test scene of balls, a colour chart and a chequered floor, with a small ray caster."""
 
 from __future__ import annotations
 

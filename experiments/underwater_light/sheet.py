@@ -1,4 +1,4 @@
-"""The contact sheet: waters and depths, caustics, and the surface from above, below and between."""
+"""Contact sheet: waters and depths, caustics, and the surface from both sides."""
 
 from __future__ import annotations
 

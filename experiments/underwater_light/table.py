@@ -1,4 +1,4 @@
-"""What each water does to light, as a table: the coefficients, and how far each colour gets."""
+"""Table of the optical coefficients of each water, and the range of each colour."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One scenario through both doors: water by coefficients and water as particles."""
+"""One scenario with both water models: coefficients and particles."""
 
 from __future__ import annotations
 

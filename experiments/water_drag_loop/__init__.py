@@ -1,4 +1,4 @@
-"""The loop of diagnosis on the particle water itself: what it gets wrong of a textbook's drag.
+"""Diagnosis loop on the particle water: its drag on a sphere against the textbook's.
 
 A sphere is towed in particles; added mass and drag that this shows are the nominal model of a log
 that follows the textbook. ``seals diagnose`` names what the model gets wrong, ``seals add`` writes

@@ -1,4 +1,4 @@
-"""The textbook's tow as a measured log whose nominal model is what the particle water does."""
+"""Log of a textbook tow, with the drag of the particle water as nominal model."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The same sphere in a tank of particles, pulled by a line along x and held on a straight way."""
+"""Sphere towed through a tank of particles, guided along a straight line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A sphere towed through still water as textbooks have it; nothing of the simulator is used.
+"""Sphere towed through still water by textbook formulas, without the simulator.
 
 (m + rho V / 2) v' = f - rho C_d A v abs(v) / 2, f' = (command - f) / lag. The drag of a smooth
 sphere below its crisis is C_d = 0.47 (Hoerner 1965, Fluid-Dynamic Drag, ch. 3), its added mass is

@@ -1,4 +1,4 @@
-"""Bodies afloat: draught against Archimedes, momentum in every step, sinking and hovering."""
+"""Floating bodies: draught against Archimedes, momentum balance, sinking and hovering."""
 
 from __future__ import annotations
 

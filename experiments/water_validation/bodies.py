@@ -1,4 +1,4 @@
-"""Bodies of one shape and any weight, in a tank of particles, touched by nothing else."""
+"""Bodies of one shape and any mass, free in a tank of particles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a case of the water's validation is, and what it returns."""
+"""Case of the water validation: definition and result."""
 
 from __future__ import annotations
 

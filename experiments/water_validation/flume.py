@@ -1,4 +1,4 @@
-"""A piston makes regular waves; a sponge takes them in."""
+"""Wave flume: regular waves from a piston wave maker, absorbed by a sponge layer."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A column of water at rest: its height, its pressure, its peace."""
+"""Water column at rest: height, pressure and residual motion."""
 
 from __future__ import annotations
 

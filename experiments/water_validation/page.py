@@ -1,4 +1,4 @@
-"""The page of the water's validation: one table, one picture a case, of all cases run so far."""
+"""Page of the water validation: one table, and one picture per case."""
 
 from __future__ import annotations
 

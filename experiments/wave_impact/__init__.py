@@ -1,4 +1,4 @@
-"""A solitary wave hits the manipulator that has just fallen into the water."""
+"""Solitary wave that hits the manipulator just after its fall into the water."""
 
 from __future__ import annotations
 

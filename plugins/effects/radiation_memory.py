@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar, NamedTuple
@@ -123,19 +124,20 @@ class RadiationMemory(Effect):
     @property
     def memory_size(self) -> int:  # type: ignore[override]
         """Number of memory values per link: real and imaginary part of every mode."""
-        return 2 * len(self._modes().rate) if self.frequency else 0
+        return 2 * len(self._modes.rate) if self.frequency else 0
 
     def constants(self) -> dict[str, Floats]:
         """Return the modes: poles (1, 2, n), input and output coefficients (1, 2, 6, n)."""
         if not self.frequency:
             return {"rate": np.zeros((1, 2, 0))}
-        modes = self._modes()
+        modes = self._modes
         return {
             "rate": np.stack((modes.rate.real, modes.rate.imag))[None],
             "entry": np.stack((modes.entry.real, modes.entry.imag))[None],
             "exit": np.stack((modes.exit.real, modes.exit.imag))[None],
         }
 
+    @functools.cached_property
     def _modes(self) -> _Modes:
         return _modes_of(
             np.asarray(self.frequency, dtype=float),

@@ -1,1 +1,1 @@
-"""Outputs of a run while it goes on, to other programs."""
+"""Live outputs: stream the state of a running simulation to other programs."""

@@ -1,4 +1,4 @@
-"""Shapes and forces of a run as entities of a scene of Foxglove."""
+"""Shapes and forces of a run as Foxglove scene entities."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Recording of a run as messages of ROS 2 in an MCAP file."""
+"""Recording of a run as ROS 2 messages in an MCAP file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Live output to ROS 2 by zenoh, and commands from there."""
+"""ROS 2 bridge over zenoh: publishes the state of a run, receives commands."""
 
 from __future__ import annotations
 

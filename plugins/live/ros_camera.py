@@ -1,4 +1,4 @@
-"""Messages of ROS 2 for the images of a camera."""
+"""ROS 2 messages of camera images."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Messages of ROS 2 for the state and the readings of a run."""
+"""ROS 2 messages of the state and the sensor readings of a run."""
 
 from __future__ import annotations
 

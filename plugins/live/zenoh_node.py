@@ -1,4 +1,4 @@
-"""Node of ROS 2 on zenoh, as the middleware rmw_zenoh makes one; no ROS installation is needed."""
+"""ROS 2 node over zenoh, compatible with rmw_zenoh; no ROS installation is needed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bounded parser of MCAP files: messages in the order of the file."""
+"""Parser of MCAP files, with bounds on sizes and counts: messages in the order of the file."""
 
 from __future__ import annotations
 

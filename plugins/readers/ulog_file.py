@@ -1,4 +1,4 @@
-"""Bounded parser of ULog files (PX4).
+"""Parser of ULog files (PX4), with bounds on sizes and counts.
 
 Layout: https://docs.px4.io/main/en/dev_log/ulog_file_format.html
 """

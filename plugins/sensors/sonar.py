@@ -1,4 +1,4 @@
-"""Sonar: forward-looking, multibeam or side-scan, by one law."""
+"""Sonar: forward-looking, multibeam or side-scan, in one model."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""An underwater vehicle with six thrusters that push and turn it in every direction."""
+"""An underwater vehicle with six thrusters, actuated in all degrees of freedom."""

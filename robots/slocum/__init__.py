@@ -1,1 +1,1 @@
-"""A Slocum glider of 70 kg, as far as a steady glide needs it."""
+"""A Slocum glider of 70 kg, modelled for steady glides."""

@@ -1,1 +1,1 @@
-"""The workshop that makes the URDFs and meshes of the robots here: pieces, links, files."""
+"""Generators of the robots' URDFs and meshes: pieces, links, files."""

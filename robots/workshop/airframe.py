@@ -1,4 +1,4 @@
-"""The flying hull: a flat pressure can, booms with motors and propellers, legs, cameras."""
+"""Airframe of the flying robots: pressure hull, booms with rotors, legs, cameras."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The arm with its three-finger gripper, as all robots here carry it.
+"""Arm with a three-finger gripper, common to the manipulators.
 
 At joint zero it hangs straight down along -z; all its pitch axes are +y, so that positive angles
 swing it backwards. Its links are as dense as the robots that carry it, 8 % above water: moving it

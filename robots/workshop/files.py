@@ -1,4 +1,4 @@
-"""Writer of a machine: URDF, meshes and values of its robot.yaml."""
+"""Writer of a generated robot: URDF, meshes and values of its robot.yaml."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Homogeneous pieces that a link is made of: place, mass, inertia, volume, mesh."""
+"""Homogeneous solids that make up a link: pose, mass, inertia, volume, mesh."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Folders that ``robot=`` names, and suggestions where it is mistyped."""
+"""Resolution of ``robot=`` to a folder, with suggestions for a mistyped name."""
 
 from __future__ import annotations
 

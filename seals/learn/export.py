@@ -1,4 +1,4 @@
-"""``seals export``: a policy as an ONNX file, for programs without PyTorch."""
+"""``seals export``: writes a policy as an ONNX file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures of a learning environment as it stands: images, or a window."""
+"""Rendering of the current state of a learning environment: images, or a window."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from seals.errors import SealsError
 from seals.logs.room import room
@@ -185,12 +185,21 @@ def write_table(path: str | Path, columns: Mapping[str, ArrayLike | Sequence[str
     if suffix not in (".parquet", ".csv"):
         raise SealsError(f"'{path}': tables are written as .parquet or .csv, not as '{suffix}'.")
     try:
-        # np.asarray keeps NaN as NaN, where a list would turn it into a missing value
-        table = pa.table({key: pa.array(np.asarray(value)) for key, value in columns.items()})
+        table = pa.table({key: _arrow(np.asarray(value)) for key, value in columns.items()})
     except pa.ArrowException as error:
         raise SealsError(f"'{path}' cannot be written: {error}") from error
     with atomic_path(path) as beside:
         _write_arrow(beside, table)
+
+
+def _arrow(values: NDArray[Any]) -> Any:
+    """Return a column; NaN stays NaN, and numbers need no import of pandas, as `pa.array` does."""
+    import pyarrow as pa
+
+    if values.ndim != 1 or values.dtype.kind not in "iuf":
+        return pa.array(values)
+    buffer = pa.py_buffer(np.ascontiguousarray(values))
+    return pa.Array.from_buffers(pa.from_numpy_dtype(values.dtype), len(values), [None, buffer])
 
 
 def _write_arrow(path: Path, table: Any) -> None:

@@ -218,8 +218,7 @@ def _numbers(file: Path, table: Any, clock: str = "t") -> dict[str, Floats]:
         if not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_null(kind)):
             _refuse_text(file, name, kind)
             continue
-        values = column.cast(pa.float64()).to_numpy()
-        columns[name] = np.ascontiguousarray(values, dtype=np.float64)
+        columns[name] = _floats(column.cast(pa.float64()))
     return columns
 
 
@@ -228,7 +227,16 @@ def _seconds(column: Any) -> Floats:
     import pyarrow as pa
 
     whole = column.cast(pa.timestamp("us"), safe=False).cast(pa.int64())
-    return np.ascontiguousarray(whole.cast(pa.float64(), safe=False).to_numpy()) * 1e-6
+    return _floats(whole.cast(pa.float64(), safe=False)) * 1e-6
+
+
+def _floats(column: Any) -> Floats:
+    """Return a column of doubles, a missing one as NaN."""
+    if column.null_count or not len(column):
+        return np.array(column.to_numpy())
+    # to_numpy would import pandas
+    whole = column.combine_chunks()
+    return np.frombuffer(whole.buffers()[1], float, len(whole), 8 * whole.offset).copy()
 
 
 def _refuse_text(file: Path, name: str, kind: object) -> None:

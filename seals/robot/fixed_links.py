@@ -1,4 +1,4 @@
-"""Place of a link that no joint moves against the base."""
+"""Pose of a link that is rigidly connected to the base, in the axes of the base."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Wanted against achieved: references beside motion, and the goals that a run missed."""
+"""Tracking results of a run: references beside the motion, goals reached or missed."""
 
 from __future__ import annotations
 

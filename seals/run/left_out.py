@@ -1,4 +1,4 @@
-"""Detection of what a robot does not feel of the air, water and waves of its run."""
+"""Detection of parts of the environment (air, water, waves) that no effect of the robot uses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Live output: what sends a run to other programs while it goes on."""
+"""Live output: streams the state of a run to other programs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Numbers of Gazebo plug-ins: motors, thrusters, wings, hydrodynamics, displaced volumes."""
+"""Parameters of Gazebo plug-ins: motors, thrusters, wings, hydrodynamics, displaced volumes."""
 
 from __future__ import annotations
 

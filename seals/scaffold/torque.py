@@ -1,4 +1,4 @@
-"""Torque and force in a flight that commands and damping do not explain."""
+"""Residual torque and force of a flight, after commands and damping."""
 
 from __future__ import annotations
 

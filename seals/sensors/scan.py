@@ -1,4 +1,4 @@
-"""Images that a sonar or a lidar makes of its echoes."""
+"""Images formed from the echoes of a sonar or a lidar."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The executable contract of rigid-body backends."""
+"""Contract tests of rigid-body backends."""
 
 from __future__ import annotations
 

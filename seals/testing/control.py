@@ -1,4 +1,4 @@
-"""The executable contract of guides and controllers."""
+"""Contract tests of guides and controllers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The executable contract of effect plug-ins."""
+"""Contract tests of effect plug-ins."""
 
 from __future__ import annotations
 

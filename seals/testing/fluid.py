@@ -1,4 +1,4 @@
-"""The executable contract of fluid plug-ins."""
+"""Contract tests of fluid plug-ins."""
 
 from __future__ import annotations
 

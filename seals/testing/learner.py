@@ -1,4 +1,4 @@
-"""The executable contract of learner plug-ins."""
+"""Contract tests of learner plug-ins."""
 
 from __future__ import annotations
 

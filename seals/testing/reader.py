@@ -1,4 +1,4 @@
-"""The executable contract of readers of measured logs."""
+"""Contract tests of readers of measured logs."""
 
 from __future__ import annotations
 

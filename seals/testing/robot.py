@@ -1,4 +1,4 @@
-"""The executable contract of robot folders."""
+"""Contract tests of robot folders."""
 
 from __future__ import annotations
 

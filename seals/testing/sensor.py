@@ -1,4 +1,4 @@
-"""The executable contract of sensor plug-ins."""
+"""Contract tests of sensor plug-ins."""
 
 from __future__ import annotations
 

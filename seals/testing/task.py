@@ -1,4 +1,4 @@
-"""The executable contract of learning tasks."""
+"""Contract tests of learning tasks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The executable contract of wave plug-ins."""
+"""Contract tests of wave plug-ins."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The laws of one robot's step as machine code, from the poses of the links to the engine's loads.
+"""Compiled step of one robot: machine code from the link poses to the engine's loads.
 
 What is compiled is what runs otherwise: kinematics, `EnvironmentSampler`, `Evaluator`, sensors'
 accelerations and the pure part of the body's coupling, on traced arrays

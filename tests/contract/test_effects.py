@@ -21,7 +21,7 @@ from seals.testing.material import material_effect
 from seals.testing.scenes import Case
 
 EFFECTS = registry.names("effect")
-COARSE = {"steps": (0.004,), "duration": 1.0}
+COARSE = {"steps": (0.004,), "duration": 0.5}
 HEADINGS = """
 
     Equation:
@@ -92,7 +92,7 @@ def test_an_installed_effect_keeps_the_contract(name: str) -> None:
 
     Memory is held over a step in the twin: effects that have some are of first order there.
     """
-    report = check_effect(name, steps=(0.004, 0.001))
+    report = check_effect(name, steps=(0.004, 0.001), duration=1.0)
     assert isinstance(report, EffectReport)
     assert {"numpy", "array-api-strict"} <= set(report.libraries)
     assert bool(report.scenes) == (name in MOVERS)
@@ -104,7 +104,7 @@ def test_an_installed_effect_keeps_the_contract(name: str) -> None:
 def test_an_installed_actuator_keeps_the_contract(name: str) -> None:
     """An actuator is an effect: the same checks, with its drives or joints held at a command."""
     cls = registry.get("actuator", name).load()
-    report = check_effect(cls, steps=(0.004, 0.001), values=ACTUATORS.get(name))
+    report = check_effect(cls, steps=(0.004, 0.001), duration=1.0, values=ACTUATORS.get(name))
     assert report.scenes
     assert_order(report, 1.5)
 
@@ -199,7 +199,8 @@ class DragLagging(Effect):
 
 def test_an_effect_with_memory_keeps_the_contract() -> None:
     """Memory advances alike in both engines, to first order in the step."""
-    report = check_effect(DragLagging, steps=(0.004, 0.002, 0.001), cases=[Case(("air",), False)])
+    steps, case = (0.004, 0.002, 0.001), Case(("air",), False)
+    report = check_effect(DragLagging, steps=steps, duration=1.0, cases=[case])
     assert report.scenes[0].moved > 0.1
     assert all(0.8 < order < 1.3 for order in report.scenes[0].orders)
 

@@ -1,1 +1,1 @@
-"""Flight a of the quadrotor."""
+"""Flight A of the quadrotor: the log to diagnose."""

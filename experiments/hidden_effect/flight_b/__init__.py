@@ -1,1 +1,1 @@
-"""Flight b of the quadrotor."""
+"""Flight B of the quadrotor: the held-out log."""

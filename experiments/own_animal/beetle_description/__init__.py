@@ -1,1 +1,1 @@
-"""The beetle as a package of ROS would hold it."""
+"""ROS package of the example beetle."""

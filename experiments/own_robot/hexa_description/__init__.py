@@ -1,1 +1,1 @@
-"""Files of the example."""
+"""ROS package of the example hexacopter."""

@@ -1,4 +1,4 @@
-"""Link poses: composed from the centres of mass that PyBullet tells."""
+"""Link poses: composed from the centres of mass that PyBullet reports."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Mission of fetching an object, described by a few numbers."""
+"""Mission that fetches an object, from a few parameters."""
 
 from __future__ import annotations
 

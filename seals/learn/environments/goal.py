@@ -1,4 +1,4 @@
-"""Environment with goals: what is wanted and what was achieved are parts of an observation."""
+"""Goal-conditioned environment: observations hold the desired and the achieved goal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Environment of two agents, a robot and the animal that is its target, as PettingZoo has it."""
+"""PettingZoo environment with two agents: a robot, and the animal that is its target."""
 
 from __future__ import annotations
 

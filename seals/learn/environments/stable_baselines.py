@@ -1,4 +1,4 @@
-"""Batches of environments as Stable-Baselines3 takes them."""
+"""Vectorised environment for Stable-Baselines3."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Trackers: the figures of a training in TensorBoard, MLflow or Weights & Biases as well."""
+"""Experiment trackers: training metrics in TensorBoard, MLflow or Weights & Biases."""
 
 from __future__ import annotations
 

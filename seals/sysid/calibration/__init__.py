@@ -1,1 +1,1 @@
-"""Calibration of stated numbers of a robot from its logs."""
+"""Calibration: parameters of a robot, estimated from its logs."""

@@ -1,4 +1,4 @@
-"""``seals calibrate``: reads logs, finds the numbers asked for, writes answer, diff and report."""
+"""``seals calibrate``: estimates parameters from logs, writes result, diff and report."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Calibration of stated numbers on one log or several, and its written form."""
+"""Calibration of robot parameters on one log or several, and its result as data."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fit of stated numbers to the windows of a log, relinearised until it converges."""
+"""Fit of parameters to the windows of a log, relinearised until it converges."""
 
 from __future__ import annotations
 

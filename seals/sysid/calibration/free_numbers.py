@@ -1,4 +1,4 @@
-"""Model with wide priors on the numbers to calibrate."""
+"""Model with wide priors on the parameters to calibrate."""
 
 from __future__ import annotations
 

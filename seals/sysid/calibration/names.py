@@ -1,4 +1,4 @@
-"""Selection of the numbers to calibrate by name, group or wildcard."""
+"""Selection of the parameters to calibrate by name, group or wildcard."""
 
 from __future__ import annotations
 

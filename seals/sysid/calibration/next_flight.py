@@ -1,4 +1,4 @@
-"""Proposal of a manoeuvre that determines a number which the logs leave open."""
+"""Proposal of a manoeuvre for a parameter that the logs do not determine."""
 
 from __future__ import annotations
 

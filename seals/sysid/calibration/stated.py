@@ -1,4 +1,4 @@
-"""Numbers of a stated model that can be calibrated, by their names in `robot.yaml`."""
+"""Parameters of a model that can be calibrated, by their names in `robot.yaml`."""
 
 from __future__ import annotations
 

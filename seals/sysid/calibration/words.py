@@ -1,4 +1,4 @@
-"""Result of a calibration as text: table, undetermined numbers, correlated numbers."""
+"""Result of a calibration as text: table, undetermined and correlated parameters."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Joints at rest throughout a log: the robot is one rigid body, or their effects do not show."""
+"""Detection of joints that are at rest throughout a log."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Changes of the specific force at the position of the inertial sensor, in its axes."""
+"""Linearised specific force at the inertial sensor: lever arm and mounting axes."""
 
 from __future__ import annotations
 

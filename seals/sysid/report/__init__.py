@@ -1,1 +1,1 @@
-"""The report of a diagnosis: one page, one table, and the same as data."""
+"""Report of a diagnosis: HTML page, ranked table, and JSON."""

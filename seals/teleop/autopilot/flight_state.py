@@ -1,4 +1,4 @@
-"""State of a robot as autopilots take it: north-east-down and forward-right-down."""
+"""Robot state in the axes of autopilots: north-east-down, forward-right-down."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Interface of a connection to an autopilot, and what its implementations share."""
+"""Interface and common base of connections to an autopilot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Outputs of an autopilot over time, and the file that keeps them."""
+"""Recorded outputs of an autopilot over time, and their file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Compiler of laws for one robot: traced entry by entry, then machine code of plain arithmetic.
+"""Compiler for the effects of one robot: scalar tracing, then LLVM machine code.
 
 A robot is so small that a call of NumPy costs more than its arithmetic. A law on the array API runs
 once on `Traced` arrays, whose entries are nodes of a graph; LLVM makes one function of the graph.

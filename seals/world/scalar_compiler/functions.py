@@ -1,4 +1,4 @@
-"""The functions of the array API that laws use, on traced arrays: their namespace."""
+"""Array API namespace for traced arrays: the functions that effects use."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Machine code of a law for one robot, kept on disk."""
+"""Compiled function of a scalar graph, cached on disk."""
 
 from __future__ import annotations
 

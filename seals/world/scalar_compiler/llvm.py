@@ -1,4 +1,4 @@
-"""Text of a graph in the language of LLVM: one function of pieces, double precision throughout."""
+"""Conversion of a scalar graph to LLVM IR in double precision."""
 
 from __future__ import annotations
 

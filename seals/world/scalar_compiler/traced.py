@@ -1,4 +1,4 @@
-"""Arrays whose entries are nodes of a graph: what laws are given while they are traced."""
+"""Traced arrays: entries are nodes of a scalar graph."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Written by make_beetle.py."""
+"""URDF of the example beetle, written by make_beetle.py."""

@@ -1,1 +1,1 @@
-"""Files of the example."""
+"""URDF of the example quadrotor."""

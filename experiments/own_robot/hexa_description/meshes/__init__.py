@@ -1,1 +1,1 @@
-"""Files of the example."""
+"""Meshes of the example hexacopter."""
