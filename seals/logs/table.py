@@ -233,7 +233,8 @@ def _seconds(column: Any) -> Floats:
 def _floats(column: Any) -> Floats:
     """Return a column of doubles, a missing one as NaN."""
     if column.null_count or not len(column):
-        return np.array(column.to_numpy())
+        found: Floats = np.array(column.to_numpy())
+        return found
     # to_numpy would import pandas
     whole = column.combine_chunks()
     return np.frombuffer(whole.buffers()[1], float, len(whole), 8 * whole.offset).copy()
