@@ -290,9 +290,12 @@ class Subject:
             stem: of the parameters ``stem_x``, ``stem_y`` and ``stem_z``.
             medium: in which it acts.
         """
-        there = (self.effects.get(f"{name}_{kind.value}") for kind in (medium, MediumKind.any))
-        given = [[float(vars(e)[f"{stem}_{a}"]) for a in AXES] for e in there if e is not None]
-        return np.sum([np.zeros(3), *given], axis=0)
+        total: Floats = np.zeros(3)
+        for kind in (medium, MediumKind.any):
+            effect = self.effects.get(f"{name}_{kind.value}")
+            if effect is not None:
+                total = total + [float(vars(effect)[f"{stem}_{a}"]) for a in AXES]
+        return total
 
 
 @dataclass(frozen=True, kw_only=True)
