@@ -290,6 +290,25 @@ def estimate_disturbance(problem: Problem) -> EvidenceHypothesis:
     return EvidenceHypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
 
 
+def _free_the_caught(
+    base: EvidenceHypothesis, chosen: dict[str, tuple[Candidate, Fit, Fitter]], processes: int
+) -> None:
+    """Repeat the fits that are worse than the base, from its values, in place.
+
+    A model with one more effect holds the one without it: a worse fit was caught on its way.
+    """
+    caught = [c for c, fit, _ in chosen.values() if fit.cost > base.fit.cost]
+    models = [(*base.candidates, c) for c in caught]
+
+    def work(model: tuple[Candidate, ...]) -> Fit:
+        fitter = base.fitter.acting(model)
+        return fitter.fit(candidate_keys(model), around=base.fit.values, coarse=True)
+
+    for model, fit in zip(models, spread(work, models, processes), strict=True):
+        if fit.cost < chosen[model[-1].label][1].cost:
+            chosen[model[-1].label] = (model[-1], fit, base.fitter.acting(model))
+
+
 def extensions(
     problem: Problem, nominal: EvidenceHypothesis, base: EvidenceHypothesis, *, processes: int = 1
 ) -> tuple[EvidenceHypothesis, ...]:
@@ -318,12 +337,7 @@ def extensions(
     def work(job: tuple[Candidate, Mapping[str, float]]) -> Fit:
         keys = candidate_keys((*base.candidates, job[0]))
         fitter = _shifted(base.fitter, job[1]).acting((*base.candidates, job[0]))
-        fit = fitter.fit(keys, start=job[1], coarse=True)
-        if fit.cost <= base.fit.cost:
-            return fit
-        # a model with one more effect holds the one without it: the fit was caught on its way
-        again = fitter.fit(keys, around=base.fit.values, coarse=True)
-        return again if again.cost < fit.cost else fit
+        return fitter.fit(keys, start=job[1], coarse=True)
 
     fits = spread(work, jobs, processes)
     chosen: dict[str, tuple[Candidate, Fit, Fitter]] = {}
@@ -332,6 +346,7 @@ def extensions(
         if known is None or fit.cost < known[1].cost:
             fitter = _shifted(base.fitter, begin).acting((*base.candidates, candidate))
             chosen[candidate.label] = (candidate, fit, fitter)
+    _free_the_caught(base, chosen, processes)
     out = [
         scored((*base.candidates, c), fit, fitter, nominal) for c, fit, fitter in chosen.values()
     ]
