@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
@@ -10,6 +11,7 @@ from seals.arrays import Array, Floats
 from seals.deprecation import add_former_names
 from seals.effects.evaluation import Evaluation
 from seals.environment.settings import EnvironmentSettings
+from seals.errors import ConfigError, suggestion
 from seals.motion import JointDrive, Motion
 from seals.multibody.kinematics import Kinematics, LinkVelocities
 from seals.robot.model import RobotModel
@@ -168,6 +170,10 @@ class CompiledBody(RigidBody, Protocol):
 
     followed: Floats | None
 
+    def interpret(self) -> None:
+        """Go on without machine code."""
+        ...
+
     def compile(self, *, inertial: bool, follow: Follow) -> None:
         """Prepare.
 
@@ -228,11 +234,51 @@ class CompiledBody(RigidBody, Protocol):
         ...
 
 
+LONG = 2500
+"""Steps from which it pays to compile laws: it takes as long as some thousand steps without."""
+
+
 class BackendOptions:
     """Optional attributes of a backend and their defaults."""
 
-    compiled: ClassVar[bool] = False
-    """Whether the laws of its robots are compiled; its bodies are `CompiledBody` then."""
+    compiled: str = "false"
+    """Whether the laws of its robots are compiled, see `compiles`: bodies are `CompiledBody`."""
+
+
+def checked_choice(compiled: str | bool) -> str:
+    """Return the choice ``backend.compiled`` as a word.
+
+    Raises:
+        ConfigError: it is none of ``auto``, ``true`` and ``false``.
+
+    Example:
+        >>> checked_choice(True), checked_choice("auto")
+        ('true', 'auto')
+    """
+    word = str(compiled).lower()
+    if word not in ("auto", "true", "false"):
+        raise ConfigError(
+            f"backend.compiled={compiled} is not allowed.\n"
+            f"{suggestion(word, ['auto', 'true', 'false'], label='Allowed')}"
+        )
+    return word
+
+
+def compiles(choice: str, steps: int) -> bool:
+    """Return whether the laws of a world are compiled.
+
+    Args:
+        choice: ``auto`` for where llvmlite is installed and a run has `LONG` steps or more; or
+            ``true`` or ``false``.
+        steps: of the run.
+
+    Example:
+        >>> compiles("auto", 10), compiles("true", 10)
+        (False, True)
+    """
+    if choice != "auto":
+        return choice == "true"
+    return steps >= LONG and importlib.util.find_spec("llvmlite") is not None
 
 
 class Backend(Protocol):

@@ -171,8 +171,8 @@ class ControllerOptions:
         """Return the phase of every leg in its cycle, shape (N,), from the memory."""
         return NO_LEGS
 
-    def compile(self, compiled: Compiler) -> None:
-        """Take what makes machine code of laws, after `Controller.bind`; most do without."""
+    def compile(self, compiled: Compiler | None) -> None:
+        """Take what makes machine code of laws, or go on without; after `Controller.bind`."""
 
     def batched(self, plant: Plant, joints: Floats, like: Array) -> Any:
         """Return the controller over a batch of robots whose joints are held.

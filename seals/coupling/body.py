@@ -169,6 +169,10 @@ class CoupledBody(BodyOptions):
         self._follow = follow
         self._forces.compile(inertial=inertial)
 
+    def interpret(self) -> None:
+        """Go on without machine code."""
+        self._follow = self.followed = None
+
     def leapt(
         self, native: Sequence[Array], own: Sequence[Array], step: float
     ) -> tuple[Sequence[Array], list[Array]]:

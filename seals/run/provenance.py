@@ -11,11 +11,15 @@ from pathlib import Path
 from typing import Any
 
 import seals
+from seals.backend import BackendOptions, compiles
+from seals.plugin_options import options_of
 from seals.robot.meshes import mesh_names
 from seals.robot.settings import RobotSettings
+from seals.run.assembly import step_count
 from seals.run.settings import RunSettings
 
 PACKAGES = ("numpy", "scipy", "pybullet", "mujoco", "taichi", "torch", "hydra-core", "pyarrow")
+PACKAGES += ("llvmlite",)
 """Packages whose version can change a result."""
 
 
@@ -57,12 +61,14 @@ def revision(folder: Path) -> str | None:
 
 def provenance(settings: RunSettings) -> dict[str, Any]:
     """Return the provenance of a run: versions, revision, machine, checksums."""
+    choice = options_of(settings.backend, BackendOptions).compiled
     return {
         "versions": versions(),
         "git": revision(Path(seals.__file__).resolve().parent),
         "machine": f"{platform.system()} {platform.machine()}",
         "seed": settings.seed,
         "engine": f"{type(settings.backend).__module__}.{type(settings.backend).__qualname__}",
+        "compiled": settings.fluid is None and compiles(choice, step_count(settings)),
         "robot": {
             "name": settings.robot.name,
             "folder": settings.robot.folder,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, TypeAlias
@@ -9,7 +10,14 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from seals.arrays import Array, Floats
-from seals.backend import Backend, BackendOptions, BodyOptions, Configuration, Dynamics
+from seals.backend import (
+    Backend,
+    BackendOptions,
+    BodyOptions,
+    Configuration,
+    Dynamics,
+    compiles,
+)
 from seals.deprecation import add_former_names
 from seals.effects.binding import EffectSet
 from seals.effects.evaluation import Evaluator
@@ -36,6 +44,7 @@ from seals.world.drivetrain import Drivetrain
 from seals.world.immersion import Immersion
 from seals.world.ledger import Ledger
 from seals.world.pilot import ControlInput, Pilot
+from seals.world.scalar_compiler import CannotCompile
 from seals.world.sensor_suite import Instant, SensorSuite, felt_by_links
 from seals.world.servos import Servoing
 
@@ -132,9 +141,12 @@ class Actor:
         self._tips = [(t, robot.links[t]) for g in robot.grippers.values() for t in g.tips]
         self.immersion = None if fluid is None else Immersion(robot)
         self._assembly = Assembly(robot.spatial_inertia[None], self.servos.armature)
-        compiles = fluid is None and options_of(backend, BackendOptions).compiled
+        choice = options_of(backend, BackendOptions).compiled
+        self._must = choice != "auto"
         parts = robot, environment, waves, self.servos, self.drivetrain, self.body
-        self.compiled = CompiledStep(*parts) if compiles else None
+        self.compiled: CompiledStep | None = None
+        if fluid is None and compiles(choice, steps):
+            self.compiled = CompiledStep(*parts)
         self._weights: CompiledWeights | None = None
 
     @property
@@ -170,8 +182,12 @@ class Actor:
         """Evaluate the effects into the ledger, and pass the sum to the backend."""
         self._time, self._step = time, step
         if self.compiled is not None:
-            self._load_compiled(self.compiled, time, step)
-            return
+            try:
+                self._load_compiled(self.compiled, time, step)
+            except CannotCompile as problem:
+                self._interpret(problem)
+            else:
+                return
         kinematics, moving = self._now or self.look()
         joints, pilot = self._joints(moving), self.pilot
         motion, sample = self._sampled(time, kinematics, moving)
@@ -232,8 +248,11 @@ class Actor:
                 self._fly(self.pilot, self._told(laws, self.pilot, look))
             else:
                 self.pilot.wait()
-        inputs = self._inputs(time, step, look.joints)
-        found = laws.loads(look, time, inputs, self.memory, self.drivetrain.held)
+        inputs, found = self._inputs(time, step, look.joints), None
+        try:
+            found = laws.loads(look, time, inputs, self.memory, self.drivetrain.held)
+        except CannotCompile as problem:
+            self._interpret(problem)
         if found is None:
             kinematics, moving = look.kinematics, look.moving
             motion, sample = self._sampled(time, kinematics, moving)
@@ -245,6 +264,16 @@ class Actor:
             self._driven = self.drive
             self._before = look.velocities
         self._look = None
+
+    def _interpret(self, problem: CannotCompile) -> None:
+        """Go on without machine code, in words, where that is allowed."""
+        if self._must:
+            raise problem
+        warnings.warn(f"robot '{self.robot.name}' goes on without: {problem}", stacklevel=3)
+        self.compiled = self._look = self._weights = None
+        self.body.interpret()  # type: ignore[attr-defined]
+        if self.pilot is not None:
+            self.pilot.compile(None)
 
     def submersion(self) -> float:
         """Return the submerged share of all hulls' volume now [1]; for a robot with a pilot."""

@@ -224,8 +224,8 @@ class Pilot:
         """Return the submerged share of all hulls' volume [1]; arguments as of `weigh`."""
         return self._water.now(kinematics, sample)[0]
 
-    def compile(self, compiled: Compiler) -> None:
-        """Give the controller what makes machine code of laws."""
+    def compile(self, compiled: Compiler | None) -> None:
+        """Give the controller what makes machine code of laws; None to go on without."""
         self._options.compile(compiled)
 
     def _refuse_wild(self, order: ActuatorCommand) -> None:

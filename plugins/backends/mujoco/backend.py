@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from seals.backend import RigidBody
+from seals.backend import RigidBody, checked_choice
 from seals.coupling import CoupledBody
 from seals.environment.ground import solids_of
 from seals.environment.settings import EnvironmentSettings
@@ -30,7 +30,9 @@ class BackendMujoco:
         solver_iterations: most iterations of the contact solver.
         second_order: whether to use half-step velocities.
         compiled: whether to compile the laws of all robots to machine code, once for each robot and
-            its effects, in seconds; needs llvmlite. Robots in a simulated fluid go without.
+            its effects, in seconds: ``true``, which needs llvmlite, ``false``, or ``auto`` for runs
+            of 2,500 steps or more where llvmlite is installed and the laws can be compiled. Robots
+            in a simulated fluid go without.
 
     Assumptions:
         Rigid links, meshes as convex hulls, Coulomb contacts; links of one robot do not touch each
@@ -51,10 +53,11 @@ class BackendMujoco:
 
     solver_iterations: int = 100
     second_order: bool = True
-    compiled: bool = False
+    compiled: str = "auto"
 
     def __post_init__(self) -> None:
         """Keep the engine closed until `open`."""
+        self.compiled = checked_choice(self.compiled)
         self._scene: Scene | None = None
         self._bodies: list[CoupledBody] = []
 

@@ -213,11 +213,11 @@ class MujocoBody:
 
     def add_inertia(self, inertia: Floats | None) -> None:
         """Add a generalised inertia to the engine's own over the next step."""
-        self._inertia = inertia
+        self._inertia, self._loads = inertia, None
 
     def drive_joints(self, drive: ImplicitDrive | None) -> None:
         """Set the joint drives that act over the next step."""
-        self._loads = self._drive = None
+        self._drive = None
         if drive is not None:
             force, gain = drive.drive.force[0], drive.gain[0]
             limit = np.broadcast_to(drive.drive.limit, drive.drive.force.shape)[0]

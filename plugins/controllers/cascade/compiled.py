@@ -33,6 +33,31 @@ class PackedState(NamedTuple):
     block: Floats
     joints: Floats
 
+    def unpacked(self, form: CascadeState) -> CascadeState:
+        """Return the state in full; ``form``: one of the same shapes."""
+        return _filled(form, self.block, self.joints)
+
+
+def packed(memory: CascadeState) -> CascadeState | PackedState:
+    """Return a state as a block of numbers; one of the first two calls stays."""
+    if memory.drive is None or memory.known.second.value is None:
+        return memory
+    parts = [np.reshape(x, -1) for x in leaves(memory._replace(joints=None))]
+    return PackedState(np.concatenate(parts), memory.joints)
+
+
+def _filled(form: CascadeState, block: Array, joints: Array) -> CascadeState:
+    """Return a state of the shapes of another from a block on any array library."""
+    bare, place = form._replace(joints=None), 0
+
+    def taken(leaf: Floats) -> Array:
+        nonlocal place
+        first, place = place, place + leaf.size
+        return block[first:place].reshape(leaf.shape)
+
+    found: CascadeState = mapped(bare, taken)
+    return found._replace(joints=joints)
+
 
 class _Kernels(NamedTuple):
     """Machine code of one form of the law.
@@ -60,8 +85,6 @@ class CompiledCascade:
     def __init__(self, law: Cascade, form: CascadeState, compiled: Compiler) -> None:
         """Compile nothing yet."""
         self._law, self._form, self._compiled = law, form, compiled
-        self._shapes = [np.shape(x) for x in leaves(form._replace(joints=None))]
-        self._ends = np.cumsum([int(np.prod(s, dtype=int)) for s in self._shapes]).tolist()
         self._kernels: dict[Any, _Kernels] = {}
 
     def command(
@@ -91,20 +114,6 @@ class CompiledCascade:
             order, block = kernels.bounded(*given, share, low, span)
         return ActuatorCommand(order, joints), PackedState(block, joints)
 
-    def packed(self, memory: CascadeState) -> CascadeState | PackedState:
-        """Return a state as a block of numbers; one of the first two calls stays."""
-        if memory.drive is None or memory.known.second.value is None:
-            return memory
-        parts = [np.reshape(x, -1) for x in leaves(memory._replace(joints=None))]
-        return PackedState(np.concatenate(parts), memory.joints)
-
-    def _state(self, block: Array, joints: Array) -> CascadeState:
-        """Return a state from a block on any array library."""
-        places = zip([0, *self._ends], self._ends, self._shapes, strict=False)
-        parts = iter([block[a:b].reshape(shape) for a, b, shape in places])
-        found: CascadeState = mapped(self._form._replace(joints=None), lambda _: next(parts))
-        return found._replace(joints=joints)
-
     def _traced(self, s: RobotState, aim: Reference, given: Sequence[Any]) -> _Kernels:
         """Compile the law for arguments of these shapes."""
         shapes = [np.shape(x) for x in given]
@@ -120,7 +129,7 @@ class CompiledCascade:
             state = s._replace(**{name: next(more) for name in names})
             state = state._replace(buoyancy=Buoyancy(next(more), next(more)))
             joints = next(more)
-            memory = self._state(next(more), joints)
+            memory = _filled(self._form, next(more), joints)
             wanted = aim._replace(**{name: next(more) for name in _AIM})
             if aim.position is not None:
                 wanted = wanted._replace(position=next(more))

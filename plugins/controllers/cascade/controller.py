@@ -22,7 +22,7 @@ from seals.control.protocols import Compiler
 from seals.control.tilts import tilted_drives, tilts_of
 from seals.errors import ConfigError
 from seals.plugins.controllers.cascade.batched import CascadeBatch, short
-from seals.plugins.controllers.cascade.compiled import CompiledCascade, PackedState
+from seals.plugins.controllers.cascade.compiled import CompiledCascade, PackedState, packed
 from seals.plugins.controllers.cascade.gains import CascadeSettings, Gains
 from seals.state_records import state_record
 
@@ -182,27 +182,35 @@ class Cascade(CascadeSettings):
         """Return speeds of the rotors and targets of the servos."""
         s = situation if self.cog_compensation else self._unaware(situation)
         joints, quick = joint_targets(aim, memory.joints, self._plant.robot), self._compiled
-        if quick is not None and isinstance(memory, PackedState):
-            return quick.command(s, aim, joints, memory)
-        assert isinstance(memory, CascadeState)
+        if isinstance(memory, PackedState):
+            if quick is not None:
+                return quick.command(s, aim, joints, memory)
+            memory = memory.unpacked(self._form())
         asked = self.asked(s, aim, joints, memory)
         wanted, tilts = self._allocated(s, asked.wrench, memory.drive)
         # tilts are no motion to feed forward: what they do is in the allocation
         targets = joints.copy()
         targets[list(self._tilts.joints)] = tilts
         order, kept = self.ordered(s, wanted, asked, memory)
-        return ActuatorCommand(order, targets), kept if quick is None else quick.packed(kept)
+        return ActuatorCommand(order, targets), kept if quick is None else packed(kept)
 
-    def compile(self, compiled: Compiler) -> None:
-        """Evaluate the law by machine code, for rotors that no servo tilts."""
-        if self._tilted or self._rated or not self.allocation.plain:
-            return
-        rest, zero = self._rest, np.zeros(3)
-        arm, both = (Reckoned(rest, rest), Rate(np.zeros(15), np.zeros(15))), Rate(zero, zero)
-        moved = Inner(arm[0], Trend(arm[1], arm[1])) if rest.size else self.start().inner
-        still = np.zeros(self._plant.layout.drives)
-        form = CascadeState(zero, zero, Rate(None, zero), moved, Trend(both, both), still, rest)
-        self._compiled = CompiledCascade(self, form, compiled)
+    def compile(self, compiled: Compiler | None) -> None:
+        """Evaluate the law by machine code, for rotors that no servo tilts, or without."""
+        fit = not self._tilted and not self._rated and self.allocation.plain
+        if compiled is None or not fit:
+            self._compiled = None
+        else:
+            self._compiled = CompiledCascade(self, self._form(), compiled)
+
+    def _form(self) -> CascadeState:
+        """Return a state after two calls, of any numbers."""
+        rest, zero, moved = self._rest, np.zeros(3), self.start().inner
+        still, both = np.zeros(self._plant.layout.drives), Rate(zero, zero)
+        if rest.size:
+            wide = Rate(np.zeros(15), np.zeros(15))
+            moved = Inner(Reckoned(rest, rest), Trend(wide, wide))
+        known = Trend(both, both)
+        return CascadeState(zero, zero, Rate(None, zero), moved, known, still, rest)
 
     def asked(self, s: RobotState, aim: Reference, joints: Floats, memory: CascadeState) -> Asked:
         """Return what the rotors shall do; pure, on any array library."""

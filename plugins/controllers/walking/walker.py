@@ -150,10 +150,11 @@ class Walker(ControllerOptions, ABC):
         joints[self._columns] = self._stepping(pace.phase, places, numbers)[0]
         return ActuatorCommand(np.zeros(self._drives), joints), pace
 
-    def compile(self, compiled: Compiler) -> None:
-        """Place toes and legs by machine code."""
-        legs = len(self._legs.toe)
-        self._stepping = compiled(self._stepped, [(legs,), (legs, 3), (6,)])
+    def compile(self, compiled: Compiler | None) -> None:
+        """Place toes and legs by machine code, or without."""
+        legs, self._stepping = len(self._legs.toe), self._stepped
+        if compiled is not None:
+            self._stepping = compiled(self._stepped, [(legs,), (legs, 3), (6,)])
 
     def _stepped(self, phase: Array, places: Array, numbers: Any) -> Sequence[Array]:
         """Return hip, lift and bend of every leg [rad], shape (N, 3); pure."""

@@ -24,6 +24,14 @@ from seals.world.scalar_compiler.traced import Traced, constant
 _FLOAT = np.dtype(np.float64)
 
 
+_REFUSED = (ArithmeticError, AttributeError, ConfigError, LookupError, TypeError, ValueError)
+"""What a law raises that asks for more than arrays of the array API can do."""
+
+
+class CannotCompile(ConfigError):
+    """A law that has no machine code."""
+
+
 class Kernel:
     """Law as machine code: arrays of fixed shapes in, arrays out.
 
@@ -88,7 +96,8 @@ def compiled(law: Callable[..., Sequence[Any]], shapes: Sequence[tuple[int, ...]
         shapes: of its arguments.
 
     Raises:
-        ConfigError: the law asks for a number to decide what it does, or llvmlite is not installed.
+        CannotCompile: the law asks for a number to decide what it does, or for what only NumPy has.
+        ConfigError: llvmlite is not installed.
     """
     graph: dict[Any, Node] = {}
     numbers = iter(range(sum(_size(s) for s in shapes)))
@@ -99,10 +108,10 @@ def compiled(law: Callable[..., Sequence[Any]], shapes: Sequence[tuple[int, ...]
     try:
         with undecided():
             found = law(*(x.reshape(s) for x, s in zip(traced, shapes, strict=True)))
-    except ConfigError as problem:
-        raise ConfigError(
+    except _REFUSED as problem:
+        raise CannotCompile(
             f"this robot cannot be compiled: {_place(problem)} {problem}.\nGive it one way for "
-            "all numbers, as seals.arrays.some says, or leave out backend.compiled"
+            "all numbers, as seals.arrays.some says, or take backend.compiled=false"
         ) from problem
     results = [constant(x) for x in found]
     text, work = text_of([entry for x in results for entry in x.entries.flat])
@@ -158,7 +167,7 @@ def _target() -> tuple[Any, Any]:
     """Return LLVM and a fresh machine: an engine takes it over."""
     with optional_import(
         "backend.compiled=true needs the package llvmlite",
-        "Install it: pip install 'aam-seals[fast]', or leave out backend.compiled",
+        "Install it: pip install 'aam-seals[fast]', or take backend.compiled=auto",
     ):
         from llvmlite import binding
     binding.initialize_native_target()
