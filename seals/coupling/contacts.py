@@ -34,7 +34,8 @@ class Contacts:
         self._points: ContactPoints | None = None
         self._began: LinksAt | None = None
         self._sums: tuple[Floats, Floats] | None = self._none
-        self.any, self._touched = False, frozenset[int]()
+        self.any = False
+        self._touched: frozenset[int] | None = frozenset()
 
     def note(self, points: ContactPoints | None, began: LinksAt | None) -> None:
         """Store the engine's contact points of a step.
@@ -48,7 +49,7 @@ class Contacts:
                 self.forget()
             return
         self._points, self._began, self._sums, self.any = points, began, None, True
-        self._touched: frozenset[int] | None = None
+        self._touched = None
 
     @property
     def links(self) -> frozenset[int]:

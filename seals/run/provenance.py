@@ -18,8 +18,10 @@ from seals.robot.settings import RobotSettings
 from seals.run.assembly import step_count
 from seals.run.settings import RunSettings
 
-PACKAGES = ("numpy", "scipy", "pybullet", "mujoco", "taichi", "torch", "hydra-core", "pyarrow")
-PACKAGES += ("llvmlite",)
+PACKAGES = (
+    *("numpy", "scipy", "pybullet", "mujoco", "taichi", "torch", "hydra-core", "pyarrow"),
+    "llvmlite",
+)
 """Packages whose version can change a result."""
 
 

@@ -389,10 +389,11 @@ class Actor:
         (kinematics, moving), before = self._now, self._before
         given = kinematics.rotations[0], moving.linear[0], moving.angular[0]
         known: list[Sequence[Floats]] = []
+        earlier: Any = before
 
         def felt() -> Sequence[Floats]:
             if not known:
-                known.append(felt_by_links(*given, before, self.gravity, step))
+                known.append(felt_by_links(*given, earlier, self.gravity, step))
             return known[0]
 
         return felt

@@ -43,7 +43,8 @@ class Layout:
     def of(self, block: Floats, name: str) -> Floats:
         """Return an array in a block of numbers; it shares the memory."""
         shape, place = self._memory[name]
-        return np.ndarray(shape, _FLOAT, block, place)
+        found: Floats = np.ndarray(shape, _FLOAT, block, place)
+        return found
 
     def traced(self, block: Array, name: str) -> Array:
         """Return an array in a block on any array library."""

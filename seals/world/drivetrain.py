@@ -169,14 +169,14 @@ class Drivetrain:
                 self._asked = asked
         self._share = share
         at = time if self._time is None else self._time
-        held, self._time = self._commands.now, time
-        due = self._commands.arrivals(time)
+        now: Floats | None = self._commands.now
+        self._time, due = time, self._commands.arrivals(time)
         if ahead is not None and not (due and due[0][0] < time - INSTANT):
             drive, at = ahead, time
         for instant, following in due:
-            drive = self._follow(drive, held, instant - at)
-            at, held = max(at, instant), following
-        return self._follow(drive, held, time - at)
+            drive = self._follow(drive, now, instant - at)
+            at, now = max(at, instant), following
+        return self._follow(drive, now, time - at)
 
     def torque(self, time: float, torque: Floats) -> Floats:
         """Return the delayed joint torques at ``time``, shape (1, J)."""

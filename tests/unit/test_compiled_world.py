@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import numpy as np
 import pytest
 
 from seals.config.compose import compose
+from seals.errors import ConfigError
+from seals.plugins.effects.quadratic_drag import DragQuadratic
 from seals.run.assembly import build_world
 from seals.run.build import build_run
 from seals.world import World
@@ -76,10 +79,10 @@ def test_a_compiled_robot_is_that_of_numpy(case: str, engine: str) -> None:
     agree(engine, *LONG[case], slack=1e-8)
 
 
-def test_a_compiled_world_continues_bit_for_bit() -> None:
+@pytest.mark.parametrize("engine", ["pybullet", "mujoco"])
+def test_a_compiled_world_continues_bit_for_bit(engine: str) -> None:
     """A snapshot restores the very same motion."""
-    pytest.importorskip("mujoco")
-    _, world = worlds("mujoco", SHORT["box"][0])
+    _, world = worlds(engine, SHORT["box"][0])
     actor = world.actors["robot"]
     for _ in range(30):
         world.step()
@@ -92,3 +95,33 @@ def test_a_compiled_world_continues_bit_for_bit() -> None:
     for a, b in zip(*ends, strict=True):
         assert np.array_equal(a, b)
     world.close()
+
+
+@pytest.mark.parametrize("choice", ["auto", "true"])
+def test_a_law_without_machine_code(choice: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By default a robot goes on with NumPy, in words; where code was asked for it is refused."""
+    pytest.importorskip("mujoco")
+    law = DragQuadratic.loads
+
+    def asking(motion: Any, *rest: Any, **more: Any) -> Any:
+        assert float(motion.velocity[0, 2]) < 9.0
+        return law(motion, *rest, **more)
+
+    def built(how: str) -> World:
+        words = ("time.duration=60", "backend=mujoco", f"backend.compiled={how}")
+        return build_world(build_run(compose([*BOX, *words])))
+
+    monkeypatch.setattr(DragQuadratic, "loads", staticmethod(functools.wraps(law)(asking)))
+    world, plain = built(choice), built("false")
+    if choice == "true":
+        with pytest.raises(ConfigError, match="cannot be compiled"):
+            world.step()
+        return
+    with pytest.warns(UserWarning, match="goes on without"):
+        world.step()
+    plain.step()
+    for _ in range(5):
+        for one in (world, plain):
+            one.step()
+    both = (w.actors["robot"].ledger.wrenches for w in (world, plain))
+    assert np.array_equal(*both)

@@ -18,6 +18,10 @@ from seals.state_records import state_record
 if TYPE_CHECKING:
     from seals.plugins.controllers.cascade.controller import Asked, Cascade, CascadeState
 
+_STATE = (
+    *("position", "rotation", "velocity", "angular_velocity", "joints", "joint_velocity"),
+    *("centre", "inertia", "centre_map", "momentum_map", "gain", "limit", "low", "submersion"),
+)
 _AIM = ("velocity", "acceleration", "yaw", "yaw_rate")
 
 
@@ -42,21 +46,20 @@ def packed(memory: CascadeState) -> CascadeState | PackedState:
     """Return a state as a block of numbers; one of the first two calls stays."""
     if memory.drive is None or memory.known.second.value is None:
         return memory
-    parts = [np.reshape(x, -1) for x in leaves(memory._replace(joints=None))]
+    parts = [np.reshape(x, -1) for x in leaves(memory[:-1])]
     return PackedState(np.concatenate(parts), memory.joints)
 
 
 def _filled(form: CascadeState, block: Array, joints: Array) -> CascadeState:
     """Return a state of the shapes of another from a block on any array library."""
-    bare, place = form._replace(joints=None), 0
+    place = 0
 
     def taken(leaf: Floats) -> Array:
         nonlocal place
         first, place = place, place + leaf.size
         return block[first:place].reshape(leaf.shape)
 
-    found: CascadeState = mapped(bare, taken)
-    return found._replace(joints=joints)
+    return type(form)(*mapped(form[:-1], taken), joints)
 
 
 class _Kernels(NamedTuple):
@@ -123,10 +126,7 @@ class CompiledCascade:
             more: Iterator[Array] = (
                 x.reshape(shape) for x, shape in zip(arrays, shapes, strict=True)
             )
-            names = ("position", "rotation", "velocity", "angular_velocity", "joints")
-            names += ("joint_velocity", "centre", "inertia", "centre_map", "momentum_map")
-            names += ("gain", "limit", "low", "submersion")
-            state = s._replace(**{name: next(more) for name in names})
+            state = s._replace(**{name: next(more) for name in _STATE})
             state = state._replace(buoyancy=Buoyancy(next(more), next(more)))
             joints = next(more)
             memory = _filled(self._form, next(more), joints)
@@ -138,7 +138,7 @@ class CompiledCascade:
         def ended(parts: tuple[RobotState, Asked, CascadeState], wanted: Array) -> list[Array]:
             state, found, memory = parts
             order, new = self._law.ordered(state, wanted, found, memory)
-            flat = [x.reshape(-1) for x in leaves(new._replace(joints=None))]
+            flat = [x.reshape(-1) for x in leaves(new[:-1])]
             return [order, np.concatenate(flat)]
 
         def plain(*arrays: Array) -> list[Array]:

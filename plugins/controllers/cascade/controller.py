@@ -338,7 +338,7 @@ class Cascade(CascadeSettings):
         swirl = s.inertia @ s.angular_velocity
         if s.joints.size:
             swirl = swirl + s.momentum_map @ s.joint_velocity
-        torque = inertia @ want + cross3(s.angular_velocity, swirl)
+        torque: Floats = inertia @ want + cross3(s.angular_velocity, swirl)
         if s.joints.size:
             torque = torque + inner.moved.ahead(self.torque_lead, 3, 6)
             torque = torque + inner.moved.first.rate[6:].reshape(3, 3) @ s.angular_velocity

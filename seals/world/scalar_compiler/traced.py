@@ -118,7 +118,7 @@ class Traced:
 
     def tolist(self) -> Any:
         """Return the entries as arrays of one, in nested lists."""
-        return [x.tolist() for x in self] if self.ndim else self
+        return [self[k].tolist() for k in range(len(self))] if self.ndim else self
 
     def transpose(self, *axes: Any) -> Traced:
         """Return the array with its axes in another order."""
