@@ -59,7 +59,8 @@ def _filled(form: CascadeState, block: Array, joints: Array) -> CascadeState:
         first, place = place, place + leaf.size
         return block[first:place].reshape(leaf.shape)
 
-    return type(form)(*mapped(form[:-1], taken), joints)
+    found: CascadeState = type(form)._make((*mapped(form[:-1], taken), joints))
+    return found
 
 
 class _Kernels(NamedTuple):
