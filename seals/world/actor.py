@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from functools import cache, partial
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -44,13 +44,13 @@ from seals.world.drivetrain import Drivetrain
 from seals.world.immersion import Immersion
 from seals.world.ledger import Ledger
 from seals.world.pilot import ControlInput, Pilot
-from seals.world.scalar_compiler import CannotCompile
+from seals.world.scalar_compiler import REFUSED, CannotCompile
 from seals.world.sensor_suite import Instant, SensorSuite, felt_by_links
 from seals.world.servos import Servoing
 
 _COMMANDS = ("joint_torque", "joint_command", "command", "drive", "voltage")
 """What the caller sets."""
-Seen: TypeAlias = tuple[Kinematics, LinkVelocities, Motion, Joints, Sample]
+Links: TypeAlias = tuple[Kinematics, LinkVelocities, Motion, Joints, Sample]
 """Poses, velocities, motion, joints and surroundings of a robot at one instant."""
 _NO_JOINTS = Joints(np.zeros((1, 0)), np.zeros((1, 0)))
 
@@ -100,9 +100,8 @@ class Actor:
         self.gravity = environment.gravity
         self.body = backend.add(robot)
         waves = waves if fluid is None else SeaOfFluid(fluid)
-        surroundings = build_surroundings(
-            robot, environment, waves, exact_of(robot, environment), like=np.zeros(1)
-        )
+        exact = exact_of(robot, environment)
+        surroundings = build_surroundings(robot, environment, waves, exact, like=np.zeros(1))
         self._options = options_of(self.body, BodyOptions)
         self.servos = Servoing(effects, robot, implicit=self._options.implicit)
         self.evaluator = Evaluator(
@@ -128,26 +127,34 @@ class Actor:
         self.pilot: Pilot | None = None
         self._speeds: Mapping[str, Any] = {}
         self._solid: list[tuple[int, Shape]] | None = None
+        board = OnboardState(self.body.joint_positions, self._rotor_speeds, self.battery_state)
         self.sensor_suite = SensorSuite(
-            robot,
-            effects,
-            sensors,
+            *(robot, effects, sensors),
             body=self.body,
             around=Surroundings(environment, waves),
-            board=OnboardState(self.body.joint_positions, self._rotor_speeds, self.battery_state),
-            gravity=environment.gravity,
+            board=board,
+            gravity=self.gravity,
         )
         self._start_over()
         self._tips = [(t, robot.links[t]) for g in robot.grippers.values() for t in g.tips]
-        self.immersion = None if fluid is None else Immersion(robot)
+        self.immersion = Immersion(robot) if fluid is not None else None
         self._assembly = Assembly(robot.spatial_inertia[None], self.servos.armature)
-        choice = options_of(backend, BackendOptions).compiled
-        self._must = choice != "auto"
-        parts = robot, environment, waves, self.servos, self.drivetrain, self.body
-        self.compiled: CompiledStep | None = None
-        if fluid is None and compiles(choice, steps):
-            self.compiled = CompiledStep(*parts)
+        choice = "false" if fluid is not None else options_of(backend, BackendOptions).compiled
+        self._must = choice == "true"
         self._weights: CompiledWeights | None = None
+        self.compiled: CompiledStep | None = None
+        if compiles(choice, steps):
+            self._compile(environment, waves)
+
+    def _compile(self, environment: EnvironmentSettings, waves: Waves) -> None:
+        """Prepare machine code of the laws, which is made form by form when it is needed."""
+        parts = self.servos, self.drivetrain, self.body
+        try:
+            self.compiled = CompiledStep(self.robot, environment, waves, *parts)
+        except REFUSED as problem:
+            if self._must:
+                raise
+            warnings.warn(f"robot '{self.robot.name}' is not compiled: {problem}", stacklevel=3)
 
     @property
     def readings(self) -> Mapping[str, Any]:
@@ -214,7 +221,7 @@ class Actor:
         if order.joints.size:
             self.joint_command = order.joints[None]
 
-    def _evaluate(self, seen: Seen, inputs: Inputs) -> None:
+    def _evaluate(self, seen: Links, inputs: Inputs) -> None:
         """Evaluate the effects into the ledger, and pass the sum to the backend."""
         (kinematics, moving, motion, joints, sample), step = seen, inputs.step
         found = self.evaluator.evaluate(motion, joints, inputs, self.memory, sample)
@@ -388,15 +395,8 @@ class Actor:
         assert self._now is not None
         (kinematics, moving), before = self._now, self._before
         given = kinematics.rotations[0], moving.linear[0], moving.angular[0]
-        known: list[Sequence[Floats]] = []
         earlier: Any = before
-
-        def felt() -> Sequence[Floats]:
-            if not known:
-                known.append(felt_by_links(*given, earlier, self.gravity, step))
-            return known[0]
-
-        return felt
+        return cache(partial(felt_by_links, *given, earlier, self.gravity, step))
 
     def shapes(self) -> list[Shape]:
         """Return the hulls of the links at their present poses, for the sensors of other bodies."""

@@ -5,7 +5,7 @@ once on `Traced` arrays, whose entries are nodes of a graph; LLVM makes one func
 """
 
 from seals.world.scalar_compiler import functions as functions
-from seals.world.scalar_compiler.kernel import CannotCompile, Kernel, compiled
+from seals.world.scalar_compiler.kernel import REFUSED, CannotCompile, Kernel, compiled
 from seals.world.scalar_compiler.traced import Traced, constant
 
-__all__ = ["CannotCompile", "Kernel", "Traced", "compiled", "constant"]
+__all__ = ["REFUSED", "CannotCompile", "Kernel", "Traced", "compiled", "constant"]

@@ -24,7 +24,7 @@ from seals.world.scalar_compiler.traced import Traced, constant
 _FLOAT = np.dtype(np.float64)
 
 
-_REFUSED = (ArithmeticError, AttributeError, ConfigError, LookupError, TypeError, ValueError)
+REFUSED = (ArithmeticError, AttributeError, ConfigError, LookupError, TypeError, ValueError)
 """What a law raises that asks for more than arrays of the array API can do."""
 
 
@@ -108,7 +108,7 @@ def compiled(law: Callable[..., Sequence[Any]], shapes: Sequence[tuple[int, ...]
     try:
         with undecided():
             found = law(*(x.reshape(s) for x, s in zip(traced, shapes, strict=True)))
-    except _REFUSED as problem:
+    except REFUSED as problem:
         raise CannotCompile(
             f"this robot cannot be compiled: {_place(problem)} {problem}.\nGive it one way for "
             "all numbers, as seals.arrays.some says, or take backend.compiled=false"
