@@ -31,14 +31,14 @@ class Case:
         prepare: makes what the folder holds before.
         judge: of the folder before, that after, and the exit code; returns ``before``,
             ``complete``, ``cut``, or what is wrong.
-        again: words that take up what was cut off; empty where nothing can be.
+        again: words that take up what was cut off in a folder; empty where nothing can be.
         code: exit code without a fault.
     """
 
     words: tuple[str, ...]
     judge: Judge
     prepare: Callable[[Path], None] = lambda folder: None
-    again: tuple[str, ...] = ()
+    again: Callable[[Path], tuple[str, ...]] = lambda folder: ()
     code: int = 0
 
     def start(self) -> int:
@@ -204,6 +204,12 @@ def _short(folder: Path, rows: int) -> None:
     write_native(Log(name="short", columns=columns, meta=log.meta), folder / "short")
 
 
+def _resumed(folder: Path) -> tuple[str, ...]:
+    """Return the words that take up a training, from its checkpoint where there is one."""
+    taken_up = ("train", "resume=a")
+    return taken_up if (folder / "a" / "checkpoint.bin").exists() else TRAIN
+
+
 def _verified(before: Path, after: Path, code: int) -> str:
     """Judge a verification: the model is marked, or not, and is whole."""
     import yaml
@@ -283,7 +289,9 @@ TRAIN = (
     *("train", "env=reach", "learner=sac", "task.duration=0.2", "count=2", "learner.hidden=[8]"),
     *("learner.batch=4", "learner.random_steps=4", "course.steps=24", "course.look_every=12"),
     *("course.log_every=12", "course.episodes=1", "course.checkpoint=0.01", "seed=5"),
+    "hydra.run.dir=a",
 )
+VERIFY = ("verify", "log=short", "model=models/found.yaml", "out=out")
 DIAGNOSE = ("diagnose", "log=short", "plan=false", "processes=1", "out=out")
 _VERDICTS = (0, 10, 11, 12, 13)
 """Exit codes of a diagnosis that came to its end."""
@@ -292,8 +300,14 @@ CALIBRATE = (
     *("calibrate", "log=swum", "robot=auv", "parameters=[effects.water_drag.coefficient_x]"),
     *("plan=false", "report=false", "apply=true", "out=out"),
 )
+RENDER = (
+    *("render", "run=flown", "viewer@renderer=raycast", "width=16", "height=12"),
+    *("film=false", "out=out", "fps=25"),
+)
 CASES: dict[str, Case] = {
-    "calibrate": Case(words=CALIBRATE, judge=_calibrated, prepare=_swum, again=CALIBRATE),
+    "calibrate": Case(
+        words=CALIBRATE, judge=_calibrated, prepare=_swum, again=lambda folder: CALIBRATE
+    ),
     "convert": Case(
         words=("convert", "log=long.csv", "reader=csv", "out=out"), judge=_converted, prepare=_table
     ),
@@ -301,7 +315,7 @@ CASES: dict[str, Case] = {
         words=DIAGNOSE,
         judge=_diagnosed,
         prepare=lambda folder: _short(folder, 300),
-        again=DIAGNOSE,
+        again=lambda folder: DIAGNOSE,
         code=10,
     ),
     "add": Case(
@@ -309,31 +323,16 @@ CASES: dict[str, Case] = {
         judge=_file("models/found.yaml"),
         prepare=_answer,
     ),
-    "run": Case(words=RUN, judge=_run, again=RUN),
+    "run": Case(words=RUN, judge=_run, again=lambda folder: RUN),
     "run in a used folder": Case(words=RUN, judge=_run, prepare=_earlier),
     "sweep": Case(
         words=("run", "--multirun", "robot=ball", *SHORT, "seed=1,2", "hydra.sweep.dir=s"),
         judge=_sweep,
-        again=("run", "resume=s"),
+        again=lambda folder: ("run", "resume=s"),
     ),
-    "render": Case(
-        words=(
-            *("render", "run=flown", "viewer@renderer=raycast", "width=16", "height=12"),
-            *("film=false", "out=out", "fps=25"),
-        ),
-        judge=_rendered,
-        prepare=_flown,
-        again=(
-            *("render", "run=flown", "viewer@renderer=raycast", "width=16", "height=12"),
-            *("film=false", "out=out", "fps=25"),
-        ),
-    ),
-    "train": Case(words=(*TRAIN, "hydra.run.dir=a"), judge=_trained),
-    "verify": Case(
-        words=("verify", "log=short", "model=models/found.yaml", "out=out"),
-        judge=_verified,
-        prepare=_model,
-    ),
+    "render": Case(words=RENDER, judge=_rendered, prepare=_flown, again=lambda folder: RENDER),
+    "train": Case(words=TRAIN, judge=_trained, again=_resumed),
+    "verify": Case(words=VERIFY, judge=_verified, prepare=_model, again=lambda folder: VERIFY),
 }
 """Every one by name."""
 __all__ = ["CASES", "LOCK", "Case"]

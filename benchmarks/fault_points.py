@@ -95,8 +95,9 @@ def tried(case: Any, base: Path, place: Path, mode: str, n: int, *, fresh: bool 
     try:
         end = run(place, case.words, n, MODES[mode], fresh=fresh)
         verdict = judged(case, base, place, end.code)
-        if verdict == "cut" and case.again:
-            after = run(place, case.again, 0, 0)
+        again = case.again(place) if verdict == "cut" else ()
+        if again:
+            after = run(place, again, 0, 0)
             whole = judged(case, base, place, after.code)
             if whole != "complete":
                 verdict = f"taken up: {whole}, code {after.code}: {_tail(after.said)}"

@@ -25,6 +25,7 @@ from benchmarks.guards_states import STORED_STATES
 ROOT = Path(__file__).parents[1]
 DEMOS, POLICY = "tests/unit/test_learn_demonstrations.py", "tests/unit/test_learn_policy.py"
 SWEEP, RUNS = "tests/unit/test_sweep.py", "tests/unit/test_runs_verb.py"
+DISK = "tests/unit/test_disk_full.py"
 RUNNING, FORGED = "tests/unit/test_learn_training.py", "tests/unit/test_learn_forged.py"
 
 
@@ -97,6 +98,24 @@ GUARDS: dict[str, Guard] = {
         POLICY,
         "strange_policies",
         "torchrl",
+    ),
+    "any description of a network": Guard(
+        "seals.learn.networks",
+        "except _UNFIT as cause:",
+        "except KeyError as cause:",
+        POLICY,
+        "strange_policies",
+        "torchrl",
+    ),
+    "want of memory": Guard(
+        "seals.cli.of_system", "if told_short(error):", "if False:", DISK, "other_wants or absent"
+    ),
+    "failing disk": Guard(
+        "seals.cli.of_system",
+        "if error.errno in (errno.EIO, None):",
+        "if False:",
+        DISK,
+        "other_wants",
     ),
     "size of a card": Guard(
         "seals.learn.metadata",
