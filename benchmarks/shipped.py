@@ -4,7 +4,7 @@
     python -m benchmarks.shipped OUT --table-only
 
 Every case is two runs with the same hidden effect, or with none. The first is diagnosed by what
-a robot carries: a measured pose and inertial sensors, with noise. What is found is added, and
+a robot carries: a measured pose, inertial sensors, joints and the battery's voltage, with noise. What is found is added, and
 verified on the second. Each case leaves a folder in OUT and is not done again; after each of them
 the table in OUT is written anew, as `shipped.md` and `shipped.json`.
 """
@@ -52,6 +52,8 @@ SETTLED = 1.0
 """Time from which on a flight is recorded: drives and joints have found their place [s]."""
 ENCODER = 1e-3
 """Noise of measured joints [rad]."""
+VOLTS = 0.02
+"""Noise of the battery's voltage [V]."""
 
 Row = dict[str, Any]
 
@@ -165,7 +167,7 @@ def scored(scene: Scene, effect: str, answer: Row) -> Row:
 
 
 def measured(run: Path, place: Path, seed: int) -> Path:
-    """Write the measured log of a run: pose, inertial sensors and joints, without true values."""
+    """Write the measured log of a run: what is measured, with noise, without true values."""
     from seals.logs.native import read_native, write_native
 
     log, rng = read_native(run), np.random.default_rng(seed)
@@ -185,6 +187,10 @@ def measured(run: Path, place: Path, seed: int) -> Path:
     for key in joints:
         columns[key] = log.columns[key] + ENCODER * rng.standard_normal(log.rows)
         channels["joint_position"] = {"rate": 1.0 / _step(log), "sigma": ENCODER}
+    if "battery_voltage" in log.columns:
+        noise = VOLTS * rng.standard_normal(log.rows)
+        columns["battery_voltage"] = log.columns["battery_voltage"] + noise
+        channels["battery_voltage"] = {"rate": 1.0 / _step(log), "sigma": VOLTS}
     sensors = {**log.meta["sensors"], "channels": channels}
     meta = {k: v for k, v in log.meta.items() if k not in ("known_exactly", "sensors")}
     write_native(replace(log, columns=columns, meta={**meta, "sensors": sensors}), place)

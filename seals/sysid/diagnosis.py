@@ -215,6 +215,7 @@ def _effect(claim: Claim[EvidenceHypothesis], logs: Sequence[str]) -> dict[str, 
         **_place(candidate, claim.hypothesis),
         "confidence": claim.confidence,
         "parameters": parameters(candidate, claim.hypothesis.fit, claim.hypothesis),
+        **_nuisance(candidate, claim.hypothesis),
         **_active(candidate, logs),
     }
 
@@ -230,6 +231,7 @@ def _rival(
         **_place(candidate, hypothesis),
         "confidence": confidence,
         "parameters": parameters(candidate, hypothesis.fit, hypothesis),
+        **_nuisance(candidate, hypothesis),
         **_active(candidate, logs),
     }
 
@@ -238,6 +240,16 @@ def _active(candidate: Candidate, logs: Sequence[str]) -> dict[str, Any]:
     """Return when the effect acts, if not throughout."""
     activity = candidate.activity
     return {} if activity is None else {"active": activity.to_list(logs)}
+
+
+def _nuisance(candidate: Candidate, hypothesis: EvidenceHypothesis) -> dict[str, Any]:
+    """Return the effect's fitted nuisance parameters, if it has any: a refit starts from them."""
+    candidate_set, values = hypothesis.fitter.candidate_set, hypothesis.fit.values
+    found = {
+        candidate_set.parameters[key].parameter: candidate_set.nominal_of(key) + values[key]
+        for key in candidate.nuisance
+    }
+    return {"nuisance": found} if found else {}
 
 
 def _place(candidate: Candidate, hypothesis: EvidenceHypothesis) -> dict[str, Any]:

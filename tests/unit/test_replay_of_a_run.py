@@ -38,7 +38,7 @@ def crossing(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return place
 
 
-def repeated(vehicle: Vehicle, log: Log) -> Track:
+def repeated(vehicle: Vehicle, log: Log, start: int = START) -> Track:
     """The log simulated once more from the truth at one row."""
 
     def truth(name: str) -> Floats:
@@ -53,7 +53,7 @@ def repeated(vehicle: Vehicle, log: Log) -> Track:
         joints=truth("joint_position"),
         joint_velocity=truth("joint_velocity"),
     )
-    rows: Any = np.arange(START, log.rows)[None]
+    rows: Any = np.arange(start, log.rows)[None]
     return replay(nominal(vehicle), read_samples(log, vehicle), trajectory, rows)
 
 

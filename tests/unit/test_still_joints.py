@@ -90,6 +90,16 @@ def test_a_servo_of_limited_speed_follows_a_jump_along_a_ramp() -> None:
     assert _followed(slow, time, speed, None) is slow
 
 
+def test_a_servo_does_not_move_from_one_run_to_the_next() -> None:
+    """Where time goes back it starts at its command; over a gap of one run it goes on."""
+    command, speed = np.array([[0.0], [0.0], [1.0], [1.0]]), np.array([4.0])
+    other = _followed(command, np.array([0.0, 0.1, 0.0, 0.1]), speed, None)
+    assert other[:, 0].tolist() == [0.0, 0.0, 1.0, 1.0]
+    gap = _followed(command, np.array([0.0, 0.1, 0.302, 0.402]), speed, None)
+    # 0.4 in the unseen 0.1 s, then along the ramp
+    assert gap[:, 0] == pytest.approx([0.0, 0.0, 0.6, 0.95], abs=5e-3)
+
+
 def _centre(robot: Any) -> Any:
     origins = np.array([[0.0, 0.0, 0.0], *robot.tree.origin[1:]])
     turns = robot.tree.rotation

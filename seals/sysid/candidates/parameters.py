@@ -213,6 +213,11 @@ class CandidateSet:
         kept = tuple(c for c in self.candidates if c not in out)
         return replace(self, candidates=kept, unobservable=(*self.unobservable, *out))
 
+    def nominal_of(self, key: str) -> float:
+        """Return the value in the extended model to which the change ``key`` is added."""
+        effect = self.effects.get(self.parameters[key].instance)
+        return float(getattr(effect, self.parameters[key].parameter, 0.0))
+
     @property
     def tolerances(self) -> tuple[str, ...]:
         """Keys of all parameters with a tolerance: nuisance parameters of every model."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -13,6 +13,7 @@ from seals.arrays import Floats
 from seals.errors import LogError
 from seals.logs.log import Log
 from seals.sysid.data.smoothing import local_polynomial
+from seals.sysid.data.supply import full_voltage, supplied
 from seals.sysid.data.vehicle import Vehicle
 
 IMU = ("angular_velocity", "specific_force")
@@ -133,7 +134,9 @@ def read_samples(log: Log, vehicle: Vehicle) -> Samples:
     order = np.concatenate([np.flatnonzero(log.segment == p.segment[0]) for p in parts])
     used = log.select(order)
     channels = {name: used.channel(name).copy() for name in vehicle.sigma if used.has(name)}
-    voltage = channels.pop("battery_voltage", None)
+    channels.pop("battery_voltage", None)
+    spans = _spans(log)
+    each = [used.select(slice(s.first, s.last)) for s in spans] or [used]
     if "orientation" in channels:
         channels["orientation"] = _xyzw(channels["orientation"])
     missing = [name for name in IMU if name not in channels]
@@ -152,11 +155,36 @@ def read_samples(log: Log, vehicle: Vehicle) -> Samples:
         step=step,
         runs=tuple(runs),
         channels=channels,
-        command=_held(used, vehicle.commands, len(vehicle.lag)),
-        voltage=None if voltage is None else _smooth(voltage[:, :1], step),
-        joint_command=_joint_commands(used, vehicle),
-        logs=_spans(log),
+        command=np.concatenate([_drive_commands(one, vehicle) for one in each]),
+        voltage=_voltage(each, vehicle, step),
+        joint_command=np.concatenate([_joint_commands(one, vehicle) for one in each]),
+        logs=spans,
     )
+
+
+def _drive_commands(log: Log, vehicle: Vehicle) -> Floats:
+    """Commands to the drives that they can follow at the voltage of the battery, shape (T, n)."""
+    command = _held(log, vehicle.commands, len(vehicle.lag))
+    if not log.has("battery_voltage"):
+        return command
+    return supplied(command, log.channel("battery_voltage")[:, 0], log.time, vehicle)
+
+
+def _voltage(logs: Sequence[Log], vehicle: Vehicle, step: float) -> Floats | None:
+    """Smooth voltage of the battery [V], shape (T, 1); None where no log tells it."""
+    if not logs[0].has("battery_voltage"):
+        return None
+    each = [log.channel("battery_voltage")[:, :1] for log in logs]
+    seen = [v[np.isfinite(v)] for v in each]
+    if not any(v.size for v in seen):
+        return None
+    # in a log without it nothing sags
+    full = vehicle.full_voltage or full_voltage(vehicle) or float(np.mean(np.concatenate(seen)))
+    smooth = [
+        _smooth(v, step) if own.size else np.full_like(v, full)
+        for v, own in zip(each, seen, strict=True)
+    ]
+    return np.concatenate(smooth)
 
 
 def _joint_commands(log: Log, vehicle: Vehicle) -> Floats:
@@ -178,9 +206,11 @@ def _simulated(log: Log) -> float | None:
 def _followed(command: Floats, time: Floats, speed: Floats, step: float | None) -> Floats:
     """Commands that servos of limited speed follow: means between the rows, shape (T, J).
 
+    Over a gap the servos go on to the command after it; where time goes back, another run begins.
+
     Args:
         command: held from each row on [rad or m], shape (T, J); the first is reached.
-        time: of the rows [s], shape (T,).
+        time: of the rows of one log [s], shape (T,).
         speed: largest of each joint [rad/s or m/s], shape (J,).
         step: of a simulation, whose servos move ahead at the start of each [s]; None for others.
     """
@@ -190,8 +220,12 @@ def _followed(command: Floats, time: Floats, speed: Floats, step: float | None) 
         return command
     parts = _PARTS if step is None else max(1, round(min(span / step, _PARTS)))
     within = (np.arange(parts) + (0.5 if step is None else 1.0))[:, None] / parts
+    gap = np.diff(time, prepend=time[0] - span)
+    unseen = np.where(gap > 0.0, np.maximum(gap - (1.0 + _UNEVEN) * span, 0.0), np.inf)
     found, held = np.empty_like(command), command[0]
     for k, goal in enumerate(command):
+        if unseen[k] > 0.0:
+            held = held + np.clip(goal - held, -speed * unseen[k], speed * unseen[k])
         way = goal - held
         found[k] = held + np.clip(way, -most * within, most * within).mean(axis=0)
         held = held + np.clip(way, -most, most)
@@ -241,9 +275,6 @@ def _held(log: Log, channel: str, count: int) -> Floats:
 
 
 def _smooth(voltage: Floats, step: float) -> Floats:
-    if not np.isfinite(voltage).any():
-        none: Floats = np.zeros_like(voltage)
-        return none
     value, _ = local_polynomial(voltage, step, bandwidth=max(0.25, 2 * step), degree=1)
     return value
 

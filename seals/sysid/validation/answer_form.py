@@ -54,6 +54,8 @@ def _effect(effect: Mapping[str, Any], where: str) -> None:
         for end in _MOMENT & set(entry) - {"value"}:
             if entry[end] is not None:
                 _number(entry[end], f"{place}.{end}")
+    for key, value in _kind(effect.get("nuisance") or {}, Mapping, f"{where}.nuisance").items():
+        _number(value, f"{where}.nuisance.{key}")
     for k, span in enumerate(_kind(effect.get("active", []), list, f"{where}.active")):
         _span(_kind(span, Mapping, f"{where}.active[{k}]"), f"{where}.active[{k}]")
 

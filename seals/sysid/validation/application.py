@@ -14,6 +14,7 @@ from seals.logs.atomic import write_json
 from seals.logs.log import Log
 from seals.run.progress import progress
 from seals.sysid.data.robot_description import RobotDescription, describe_run, described
+from seals.sysid.data.supply import supply_words
 from seals.sysid.predictors.problem import Problem, prepare
 from seals.sysid.validation.ablation import Ablation, compare_ends, replay_count, replay_variants
 from seals.sysid.validation.acceleration import acceleration_of, draw_acceleration
@@ -102,11 +103,21 @@ def verify(config: Any) -> int:
     _write(out, found, logs[str(config.log)])
     print_table(found)
     print("\n".join(sentences(found)))
+    _tell_supply(problems)
     if found.withdrawn and _lies_in(overlay.file, raw):
         withdraw(Path(overlay.file), found.withdrawn)
         print(f"{overlay.file}: marked as withdrawn.")
     print(f"\n{out / RESULT}")
     return found.exit_code
+
+
+def _tell_supply(problems: Mapping[str, Problem]) -> None:
+    """Print which logs do not tell the voltage that limits their drives."""
+    for place, problem in problems.items():
+        samples = problem.samples
+        words = supply_words(samples.command, problem.vehicle) if samples.voltage is None else ""
+        if words:
+            print(f"{Path(place).name}: {words}")
 
 
 def _lies_in(file: str, model: Mapping[str, Any]) -> bool:

@@ -97,7 +97,7 @@ def refit(log: Log, finding: Finding, *, robot: RobotDescription | None = None) 
     spread = {own[key]: fit.spread(key) for key in fit.keys}
     combo = tuple(c.throughout for c in combo)
     for candidate, effect in zip(combo, finding.effects, strict=True):
-        values |= stated(candidate, effect)
+        values |= stated(candidate, effect, fitter.candidate_set)
     return Refit(
         candidates=combo,
         values=values,
@@ -153,18 +153,26 @@ def candidates_for(problem: Problem, effect: Mapping[str, Any]) -> list[Candidat
     return found
 
 
-def stated(candidate: Candidate, effect: Mapping[str, Any]) -> dict[str, float]:
-    """Return the values of a diagnosis by parameter key."""
-    given = effect.get("parameters", {})
+def stated(
+    candidate: Candidate, effect: Mapping[str, Any], candidate_set: CandidateSet
+) -> dict[str, float]:
+    """Return the values of a diagnosis by parameter key, nuisance parameters included."""
+    given, beside = effect.get("parameters", {}), effect.get("nuisance", {})
     pairs = zip(candidate.keys, candidate.reported, strict=True)
-    return {key: float(given[name]["value"]) for key, name in pairs if name in given}
+    found = {key: float(given[name]["value"]) for key, name in pairs if name in given}
+    names = ((key, candidate_set.parameters[key].parameter) for key in candidate.nuisance)
+    return found | {
+        key: float(beside[name]) - candidate_set.nominal_of(key)
+        for key, name in names
+        if name in beside
+    }
 
 
 def _fitted(problem: Problem, combo: tuple[Candidate, ...], finding: Finding) -> tuple[Fit, Fitter]:
     """Fit one choice of variants, linearised about that fit."""
     start: dict[str, float] = {}
     for candidate, effect in zip(combo, finding.effects, strict=True):
-        start |= stated(candidate, effect)
+        start |= stated(candidate, effect, problem.plant.candidate_set)
     keys, fitter = candidate_keys(combo), estimate_disturbance(problem).fitter.acting(combo)
     delay = start.get(fitter.candidate_set.sensor_delay, 0.0)
     if delay > _LATE:

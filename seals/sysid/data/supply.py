@@ -1,0 +1,72 @@
+"""Commands that drives can follow at the battery voltage of a log."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.batch.drives import BatchDrives
+from seals.effects.binding import bind_effects, has_hook
+from seals.effects.effect import BatteryUpdate, EffectOptions
+from seals.plugin_options import options_of
+from seals.sysid.data.vehicle import Vehicle
+from seals.world.drivetrain import Response, response_of
+
+_NEAR = 0.9
+"""Share of the limit from which on a low battery may limit a drive."""
+
+
+def supplied(command: Floats, voltage: Floats, time: Floats, vehicle: Vehicle) -> Floats:
+    """Return commands within the limits that fall with the battery's voltage, shape (T, n).
+
+    The law is that of the drivetrain. The voltage is taken as measured: it falls with the current
+    within milliseconds, which smoothing would hide. Without a battery in the vehicle's model the
+    commands are returned as they are.
+
+    Args:
+        command: in the unit of the drives, shape (T, n).
+        voltage: at the battery's terminals, NaN for no sample [V], shape (T,).
+        time: of the rows of one log [s], shape (T,).
+        vehicle: with its battery.
+    """
+    full, measured = full_voltage(vehicle), np.isfinite(voltage)
+    if full is None or not measured.any() or not command.size:
+        return command
+    volts = np.interp(time, time[measured], voltage[measured])
+    # when a command arrives makes no difference to how far it is followed
+    drives = BatchDrives(_response(vehicle)._replace(delay=0.0), command)
+    limited: Any = drives.limited(command, (volts / full)[:, None])
+    return np.asarray(limited, dtype=np.float64)
+
+
+def full_voltage(vehicle: Vehicle) -> float | None:
+    """Return the voltage of the full battery of the vehicle's model [V]; None without one."""
+    for effect in vehicle.effects.values():
+        if has_hook(effect, BatteryUpdate):
+            return options_of(effect, EffectOptions).full_voltage
+    return None
+
+
+def supply_words(command: Floats, vehicle: Vehicle) -> str:
+    """Return what to know of drives near their limit where no log tells the voltage; else nothing.
+
+    Args:
+        command: in the unit of the drives, shape (T, n).
+        vehicle: with or without a battery.
+    """
+    if full_voltage(vehicle) is None or not command.size:
+        return ""
+    near = (np.abs(command) > _NEAR * _response(vehicle).limit).any(axis=1)
+    if not near.any():
+        return ""
+    return (
+        f"{100.0 * near.mean():.2g} % of the rows command a drive beyond {_NEAR:.0%} of its limit, "
+        "which falls with the battery's voltage: without battery_voltage in the log, all of it is "
+        "taken as followed."
+    )
+
+
+def _response(vehicle: Vehicle) -> Response:
+    return response_of(bind_effects(vehicle.effects, vehicle.robot.links))
