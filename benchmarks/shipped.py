@@ -4,9 +4,9 @@
     python -m benchmarks.shipped OUT --table-only
 
 Every case is two runs with the same hidden effect, or with none. The first is diagnosed by what
-a robot carries: a measured pose, inertial sensors, joints and the battery's voltage, with noise. What is found is added, and
-verified on the second. Each case leaves a folder in OUT and is not done again; after each of them
-the table in OUT is written anew, as `shipped.md` and `shipped.json`.
+a robot carries: a measured pose, inertial sensors, joints and the battery's voltage, with noise.
+What is found is added, and verified on the second. Each case leaves a folder in OUT and is not done
+again; after each of them the table in OUT is written anew, as `shipped.md` and `shipped.json`.
 """
 
 from __future__ import annotations
