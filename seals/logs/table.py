@@ -232,12 +232,14 @@ def _seconds(column: Any) -> Floats:
 
 def _floats(column: Any) -> Floats:
     """Return a column of doubles, a missing one as NaN."""
+    found: Floats
     if column.null_count or not len(column):
-        found: Floats = np.array(column.to_numpy())
+        found = np.array(column.to_numpy())
         return found
     # to_numpy would import pandas
     whole = column.combine_chunks()
-    return np.frombuffer(whole.buffers()[1], float, len(whole), 8 * whole.offset).copy()
+    found = np.frombuffer(whole.buffers()[1], float, len(whole), 8 * whole.offset).copy()
+    return found
 
 
 def _refuse_text(file: Path, name: str, kind: object) -> None:
