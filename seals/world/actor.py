@@ -97,8 +97,7 @@ class Actor:
     ) -> None:
         """Add the robot to the scene."""
         self.robot, self.effects, self.sensors = robot, effects, dict(sensors)
-        self.gravity = environment.gravity
-        self.body = backend.add(robot)
+        self.gravity, self.body = environment.gravity, backend.add(robot)
         waves = waves if fluid is None else SeaOfFluid(fluid)
         exact = exact_of(robot, environment)
         surroundings = build_surroundings(robot, environment, waves, exact, like=np.zeros(1))
