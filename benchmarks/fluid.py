@@ -5,6 +5,7 @@ boundary samples, with XSPH and a fixed number of iterations. Prints a table and
 Needs Taichi and NumPy only; it also runs from a checkout that is not installed.
 
     python benchmarks/fluid.py --device cuda --size 4m --variant list
+    python benchmarks/fluid.py --device cuda --size 100k,1m,4m --solver pbf,dfsph --out speed.json
     python benchmarks/fluid.py --size 50k --peer genesis        (pip install genesis-world torch)
     python benchmarks/fluid.py --size 50k --peer splish         (pip install pysplishsplash)
     python benchmarks/fluid.py --size 50k --peer warp           (pip install warp-lang)
@@ -47,7 +48,12 @@ FLOOR = {"list": (480, 292), "cells": (220, 44)}
 def options() -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--size", choices=SIZES, default="50k")
+    parser.add_argument("--size", default="50k", help=f"one or more of {', '.join(SIZES)}")
+    parser.add_argument("--solver", default="pbf", help="pbf, dfsph or both")
+    parser.add_argument("--compression", type=float, default=1e-4, help="goal of dfsph")
+    parser.add_argument("--divergence", type=float, default=1e-4, help="goal of dfsph")
+    parser.add_argument("--out", type=Path, help="file that holds all cases, written after each")
+    parser.add_argument("--limit", type=float, default=1e9, help="no case begins later [s]")
     parser.add_argument("--device", choices=("cpu", "cuda"), default="cpu")
     parser.add_argument("--variant", choices=("list", "cells", "auto"), default="auto")
     parser.add_argument("--threads", type=int, default=0, help="0: all")
@@ -102,15 +108,14 @@ def walls(inside: NDArray[np.float64], spacing: float) -> NDArray[np.float64]:
 
 def build(args: argparse.Namespace) -> Any:
     """Return the water of the chosen size."""
-    from seals.plugins.fluids.solvers.pbf import pipeline
+    from seals.plugins.fluids.solvers import device_pipeline
 
     if args.fine:
-        pipeline.FINE_CPU = pipeline.FINE_CUDA = args.fine
+        device_pipeline.FINE_CPU = device_pipeline.FINE_CUDA = args.fine
     from seals.plugins.fluids.solver import Domain
+    from seals.plugins.fluids.solvers.dfsph.settings import DfsphOptions, DfsphSettings
     from seals.plugins.fluids.solvers.pbf.choices import Kernel, Search
-    from seals.plugins.fluids.solvers.pbf.engine import Engine
     from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
-    from seals.plugins.fluids.solvers.pbf.solver import SolverPbf
 
     spacing, counts = SIZES[args.size]
     inside = np.round(TANK / spacing) * spacing
@@ -128,7 +133,9 @@ def build(args: argparse.Namespace) -> Any:
         deterministic=args.deterministic,
         **plain,
     )
-    water = SolverPbf(
+    goals = DfsphOptions(compression=args.compression, divergence=args.divergence)
+    chosen = settings if args.solver == "pbf" else DfsphSettings.of(settings, goals)
+    water = chosen.build(
         Domain(
             spacing=spacing,
             lower=np.full(3, -spacing),
@@ -137,8 +144,8 @@ def build(args: argparse.Namespace) -> Any:
             boundary_capacity=len(samples),
             bodies=0,
         ),
-        settings=settings,
-        engine=Engine(device=args.device, threads=args.threads, cache=False),
+        device=args.device,
+        threads=args.threads,
     )
     water.add_boundary(body=0, points=samples)
     water.add_particles(points, trusted=True)
@@ -146,26 +153,33 @@ def build(args: argparse.Namespace) -> Any:
 
 
 def stages(water: Any, sync: Callable[[], None], repeats: int = 10) -> dict[str, float]:
-    """Return the shortest time of each stage of a substep [ms]."""
-    from seals.plugins.fluids.solvers.pbf.fields import buffers
-
+    """Return the shortest time of each stage of a substep [ms]; iterations once each."""
     pipeline = water.pipeline
     found: dict[str, list[float]] = {}
-
-    def timed(name: str, call: Callable[..., object], *given: object) -> None:
-        start = time.perf_counter()
-        call(*given)
-        sync()
-        found.setdefault(name, []).append(1e3 * (time.perf_counter() - start))
-
+    calls: list[tuple[str, Callable[..., object], tuple[Any, ...]]] = [
+        ("sort", pipeline.sorting.begin, ()),
+        ("neighbours", pipeline.sorting.survey, ()),
+    ]
+    if pipeline.in_place:
+        own = pipeline.incompressible
+        calls += [
+            ("factors", own.factors, ()),
+            ("correct_divergence", own.correct_divergence, (0.5, 0.0)),
+            ("correct_density", own.correct_density, (0.5, 0.0)),
+            ("accelerate", own.accelerate, (0,)),
+        ]
+    else:
+        calls += [
+            ("multipliers", pipeline.pressure.multipliers, (1, 0.5, 0.0)),
+            ("displace", pipeline.pressure.displace, (1, 0)),
+        ]
+    calls.append(("close", pipeline.finish.close, (1,)))
     for _ in range(repeats):
-        timed("sort", pipeline.sorting.begin)
-        timed("neighbours", pipeline.sorting.survey)
-        for sweep, (gain, memory) in enumerate(pipeline.schedule):
-            src, dst = buffers(sweep)
-            timed("multipliers", pipeline.pressure.multipliers, src, gain, memory)
-            timed("displace", pipeline.pressure.displace, src, dst)
-        timed("close", pipeline.finish.close, buffers(len(pipeline.schedule))[0])
+        for name, call, given in calls:
+            start = time.perf_counter()
+            call(*given)
+            sync()
+            found.setdefault(name, []).append(1e3 * (time.perf_counter() - start))
     return {name: round(min(times), 3) for name, times in found.items()}
 
 
@@ -181,45 +195,54 @@ def measure(args: argparse.Namespace) -> dict[str, Any]:
     first = time.perf_counter() - built
     water.advance(step * args.skip, substeps=args.skip)
     ti.sync()
-    wall, cpu = [], time.process_time()
+    wall, done, cpu = [], [], time.process_time()
     for _ in range(args.steps):
         start = time.perf_counter()
-        water.pipeline.substep(static_changed=False)
+        done.append(water.pipeline.substep(static_changed=False))
         ti.sync()
         wall.append(time.perf_counter() - start)
     cpu = (time.process_time() - cpu) / args.steps
     start = time.perf_counter()
-    for _ in range(args.steps):
-        water.pipeline.substep(static_changed=False)
+    more = [water.pipeline.substep(static_changed=False) for _ in range(args.steps)]
     ti.sync()
     flow = (time.perf_counter() - start) / args.steps
-    best = min(*wall, flow)
-    count = water.count
+    # iterations of a solver that stops by itself differ from substep to substep: means go together
+    mean = min(statistics.fmean(wall), flow)
+    best = min(*wall, flow) if args.solver == "pbf" else mean
+    count, iterations = water.count, statistics.fmean(done + more)
     listed = "list" if water.pipeline.particles.longest else "cells"
     once, each = FLOOR[listed]
-    return {
-        "case": "seals-pbd",
+    squeezed = water.advance(step, substeps=1)
+    front = round(float(water.positions()[:, 0].max()), 4)
+    row = {
+        "case": f"seals-{args.solver}",
         "size": args.size,
         "particles": count,
         "boundary": water.boundary.count,
         "device": args.device,
         "threads": args.threads or len(os.sched_getaffinity(0)),
         "variant": listed,
-        "iterations": args.iterations,
+        "iterations": round(iterations, 2),
+        "substep_ms": round(step * 1e3, 4),
         "best_ms": round(best * 1e3, 3),
         "median_ms": round(statistics.median(wall) * 1e3, 3),
         "pipelined_ms": round(flow * 1e3, 3),
+        "seconds_per_simulated_second": round(mean / step, 2),
         "cpu_ms": round(cpu * 1e3, 2),
-        "million_particle_iterations_per_s": round(count * args.iterations / best / 1e6, 2),
-        "gigabytes_per_s_of_floor": round(count * (once + each * args.iterations) / best / 1e9, 1),
+        "million_particle_iterations_per_s": round(count * iterations / best / 1e6, 2),
+        "gigabytes_per_s_of_floor": round(count * (once + each * iterations) / best / 1e9, 1),
         "build_s": round(built - begin, 2),
         "first_step_s": round(first, 2),
         "peak_mib": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024,
         "load": round(os.getloadavg()[0], 1),
+        "mean_compression": round(squeezed.mean_compression, 6),
+        "max_compression": round(squeezed.max_compression, 5),
+        "front_m": front,
+        # last: they leave the water in disorder
         "stages_ms": stages(water, ti.sync),
-        "mean_compression": round(water.advance(step, substeps=1).mean_compression, 5),
-        "front_m": round(float(water.positions()[:, 0].max()), 4),
     }
+    water.close()
+    return row
 
 
 def run_peer(args: argparse.Namespace) -> int:
@@ -236,17 +259,42 @@ def run_peer(args: argparse.Namespace) -> int:
     return subprocess.call(command)
 
 
+def cases(args: argparse.Namespace) -> list[dict[str, Any]]:
+    """Run every size by every solver; the file holds what is done after each."""
+    found: list[dict[str, Any]] = []
+    begin = time.perf_counter()
+    for size in args.size.split(","):
+        for solver in args.solver.split(","):
+            one = argparse.Namespace(**{**vars(args), "size": size, "solver": solver})
+            spent = time.perf_counter() - begin
+            if spent > args.limit:
+                found.append({"case": f"seals-{solver}", "size": size, "left_out_at_s": spent})
+            else:
+                try:
+                    found.append(measure(one))
+                except Exception as error:  # the other cases count as well
+                    found.append({"case": f"seals-{solver}", "size": size, "error": repr(error)})
+            for name, value in found[-1].items():
+                print(f"{name:36s} {value}", flush=True)
+            print(json.dumps(found[-1]), flush=True)
+            if args.out is not None:
+                args.out.parent.mkdir(parents=True, exist_ok=True)
+                args.out.write_text(json.dumps(found, indent=1))
+    return found
+
+
 def main() -> int:
     """Run the benchmark, or a peer beside it."""
     args = options()
     if args.peer:
         return run_peer(args)
     install_free()
-    found = measure(args)
-    for name, value in found.items():
-        print(f"{name:36s} {value}")
-    print(json.dumps(found))
-    return 0
+    for given, allowed in ((args.size, SIZES), (args.solver, ("pbf", "dfsph"))):
+        for name in given.split(","):
+            if name not in allowed:
+                print(f"{name!r} is unknown.\nAllowed: {', '.join(allowed)}")
+                return 2
+    return int(any("error" in case for case in cases(args)))
 
 
 if __name__ == "__main__":

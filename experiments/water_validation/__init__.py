@@ -19,7 +19,7 @@ from seals.experiments.water_validation import (
 )
 from seals.experiments.water_validation.case import Case, Grade, Outcome
 from seals.experiments.water_validation.page import Result, write_page
-from seals.plugins.fluids.coupling import Device
+from seals.plugins.fluids.coupling import Device, Method
 
 CASES: tuple[Case, ...] = (
     hydrostatics.CASE,
@@ -44,8 +44,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, default=Path("docs"), help="folder of the page")
     parser.add_argument("--device", choices=[d.value for d in Device], default="cpu")
     parser.add_argument("--threads", type=int, default=0, help="on the cpu; 0 for all")
+    parser.add_argument("--solver", choices=[m.value for m in Method], default="pbf")
     given = parser.parse_args(arguments)
-    grade = Grade(not given.full, Device(given.device), given.threads)
+    grade = Grade(not given.full, Device(given.device), given.threads, Method(given.solver))
     results = []
     for case in chosen(given.cases, full=given.full):
         print(f"{case.title} ...", flush=True)

@@ -9,11 +9,13 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.experiments.water_validation.case import Grade
+from seals.plugins.fluids.coupling import Method
 from seals.plugins.fluids.sampling import box_walls
 from seals.plugins.fluids.solver import Domain
-from seals.plugins.fluids.solvers.pbf.engine import Engine
+from seals.plugins.fluids.solvers.device_settings import DeviceSettings
+from seals.plugins.fluids.solvers.device_solver import DeviceSolver
+from seals.plugins.fluids.solvers.dfsph.settings import DfsphOptions, DfsphSettings
 from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
-from seals.plugins.fluids.solvers.pbf.solver import SolverPbf
 
 HERE = Grade(quick=True)
 
@@ -24,16 +26,16 @@ def filled_box(
     inside: Callable[[Floats], Any],
     *,
     grade: Grade = HERE,
-    physics: PbfSettings | None = None,
-) -> SolverPbf:
+    physics: DeviceSettings | None = None,
+) -> DeviceSolver:
     """Return a box with floor and four walls, filled with water at rest where ``inside`` says.
 
     Args:
         size: of the box; its low corner is the origin [m].
         spacing: of the particles [m].
         inside: takes places (n, 3) and returns which of them hold water.
-        grade: where it runs.
-        physics: numbers of the water.
+        grade: where it runs, and by which solver.
+        physics: options of the solver; as it comes for None.
     """
     counts = np.round(np.array(size) / spacing).astype(int)
     high = counts * spacing
@@ -42,7 +44,10 @@ def filled_box(
     places = places[np.asarray(inside(places), dtype=bool)]
     walls = box_walls(np.zeros(3), high, spacing)
     margin = 3.0 * spacing
-    water = SolverPbf(
+    chosen = physics or PbfSettings()
+    if grade.solver is Method.dfsph:
+        chosen = DfsphSettings.of(chosen, DfsphOptions())
+    water = chosen.build(
         Domain(
             spacing=spacing,
             lower=np.full(3, -margin),
@@ -51,14 +56,14 @@ def filled_box(
             boundary_capacity=len(walls.points),
             bodies=0,
         ),
-        settings=physics or PbfSettings(),
-        engine=Engine(device=grade.device.value, threads=grade.threads),
+        device=grade.device.value,
+        threads=grade.threads,
     )
     water.add_boundary(body=0, points=walls.points)
     water.add_particles(places)
     return water
 
 
-def advance(water: SolverPbf, step: float) -> None:
+def advance(water: DeviceSolver, step: float) -> None:
     """Advance by a step, in as many substeps as the speed of sound asks for."""
     water.advance(step, substeps=water.substeps(step))

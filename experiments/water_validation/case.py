@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from seals.plugins.fluids.coupling import Device
+from seals.plugins.fluids.coupling import Device, Method
 from seals.report.figures import Chart
 
 
@@ -16,15 +16,21 @@ class Grade(NamedTuple):
         quick: coarse, and only what is needed.
         device: where the particles are computed.
         threads: on the CPU; 0 for all.
+        solver: of the particles.
     """
 
     quick: bool
     device: Device = Device.cpu
     threads: int = 0
+    solver: Method = Method.pbf
 
     def words(self) -> list[str]:
         """Return the overrides of a run."""
-        return [f"fluid.device={self.device.value}", f"fluid.threads={self.threads}"]
+        return [
+            f"fluid.device={self.device.value}",
+            f"fluid.threads={self.threads}",
+            f"fluid.solver={self.solver.value}",
+        ]
 
     @property
     def accelerated(self) -> bool:
@@ -41,6 +47,7 @@ class Grade(NamedTuple):
         more = ("" if self.quick else " --full") + (
             f" --device {self.device.value}" if self.accelerated else ""
         )
+        more += "" if self.solver is Method.pbf else f" --solver {self.solver.value}"
         return f"seals validate water {name}{more}"
 
 

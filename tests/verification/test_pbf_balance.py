@@ -7,10 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from seals.plugins.fluids.solver import Domain
+from seals.plugins.fluids.solver import Domain, Exchange
 from seals.plugins.fluids.solvers.pbf.engine import Engine
 from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
-from seals.plugins.fluids.solvers.pbf.solver import Exchange, SolverPbf
+from seals.plugins.fluids.solvers.pbf.solver import SolverPbf
 
 GRAVITY = 9.81
 SPACING = 0.025

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any, ClassVar
 
@@ -19,6 +19,8 @@ from seals.fluid import BodyStates, MomentumBalance
 from seals.plugins.fluids.coupling.simulation import Simulation
 from seals.plugins.fluids.sampling import Thin
 from seals.plugins.fluids.solver import SolverSettings
+from seals.plugins.fluids.solvers.device_settings import DeviceSettings
+from seals.plugins.fluids.solvers.dfsph.settings import DfsphOptions, DfsphSettings
 from seals.schema import setting, vector
 
 _CHOSEN = "chosen"
@@ -31,6 +33,15 @@ class Device(Enum):
     cuda = "cuda"
 
 
+class Method(Enum):
+    """Method by which the particles are kept at the density of water."""
+
+    pbf = "pbf"
+    """Position-based fluid: a fixed number of iterations, compressible by ``sound_speed``."""
+    dfsph = "dfsph"
+    """Divergence-free SPH: iterated to a stated compression, incompressible by default."""
+
+
 @dataclass(kw_only=True)
 class ParticleFluid:
     """Base of the particle fluids: water particles with two-way coupling to bodies.
@@ -39,8 +50,10 @@ class ParticleFluid:
         spacing: of the particles at rest [m].
         size: length (x), width (y) and depth of the water [m].
         freeboard: room above the water [m].
-        substeps: of the fluid in a step of the world; 0 derives them from the speed of sound.
+        substeps: of the fluid in a step of the world; 0 derives them from the solver's stability.
+        solver: pbf or dfsph.
         physics: options of the solver; density and gravity are those of the environment.
+        dfsph: further options of ``solver=dfsph``.
         device: cpu or cuda.
         threads: on the CPU; 0 for all that this process may use.
         most: particles and boundary samples allowed before anything is allocated.
@@ -52,7 +65,9 @@ class ParticleFluid:
     size: list[float] = vector((1.2, 1.2, 0.8), "m", bounds=(0.01, 1e3), source=_CHOSEN)
     freeboard: float = setting(0.6, "m", bounds=(0.0, 1e3), source=_CHOSEN)
     substeps: int = 0
+    solver: Method = Method.pbf
     physics: SolverSettings
+    dfsph: DfsphOptions = field(default_factory=DfsphOptions)
     device: Device = Device.cpu
     threads: int = 0
     most: int = 2_000_000
@@ -95,7 +110,15 @@ class ParticleFluid:
         e = environment
         column = WaterColumn.of_profiles(e.water_temperature, e.salinity, e.water_density)
         density = float(column.density[0])
-        return dataclasses.replace(self.physics, density=density, gravity=e.gravity, **changes)
+        chosen = self.physics
+        if self.solver is Method.dfsph:
+            if not isinstance(chosen, DeviceSettings):
+                raise ConfigError(
+                    f"solver=dfsph: {self.name!r} has a solver of its own, "
+                    f"{type(chosen).__name__}.\nLeave solver out."
+                )
+            chosen = DfsphSettings.of(chosen, self.dfsph)
+        return dataclasses.replace(chosen, density=density, gravity=e.gravity, **changes)
 
     def initialise(self, states: BodyStates) -> None:
         """Fill the domain with water around the bodies, at time zero."""

@@ -46,8 +46,10 @@ class FluidWindow(ParticleFluid):
         rate: of relaxation at the sides [1/s].
         lag: time constant of the level controller [s].
         current: east and north [m/s].
-        substeps: of the fluid in a step of the world; 0 derives them from the speed of sound.
+        substeps: of the fluid in a step of the world; 0 derives them from the solver's stability.
+        solver: pbf or dfsph.
         physics: options of the solver; density and gravity are those of the environment.
+        dfsph: further options of ``solver=dfsph``.
         device: cpu or cuda.
         threads: on the cpu; 0 for all that this process may use.
         most: particles and boundary samples allowed before anything is allocated.

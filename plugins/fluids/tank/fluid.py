@@ -42,8 +42,10 @@ class FluidParticles(ParticleFluid):
         size: length (x), width (y) and depth of the water [m].
         centre: of the basin, east and north [m].
         freeboard: room above the water in which particles may fly [m].
-        substeps: of the fluid in a step of the world; 0 derives them from the speed of sound.
+        substeps: of the fluid in a step of the world; 0 derives them from the solver's stability.
+        solver: pbf or dfsph.
         physics: options of the solver; density and gravity are those of the environment.
+        dfsph: further options of ``solver=dfsph``.
         device: cpu or cuda.
         threads: on the cpu; 0 for all that this process may use.
         most: particles and boundary samples allowed before anything is allocated.

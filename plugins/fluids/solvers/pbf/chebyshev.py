@@ -17,13 +17,22 @@ def compliance(sound_speed: float, step: float) -> float:
     return 0.0 if math.isinf(sound_speed) else 1 / (sound_speed * step) ** 2
 
 
-def weights(sweeps: int, *, softness: float, lattice: Calibration) -> list[tuple[float, float]]:
+def weights(
+    sweeps: int,
+    *,
+    softness: float,
+    lattice: Calibration,
+    margin: float = _MARGIN,
+    stiff: float = STIFF,
+) -> list[tuple[float, float]]:
     """Return (gain, momentum) of each iteration of the Chebyshev semi-iteration.
 
     Args:
         sweeps: how many.
         softness: compliance over the diagonal of the constraint.
         lattice: kernel constants; ``top`` bounds the spectrum from above.
+        margin: on that bound [1].
+        stiff: smallest share of the spectrum that is damped at the full rate [1].
 
     Example:
         >>> from seals.plugins.fluids.solvers.pbf.lattice import calibrate
@@ -31,8 +40,8 @@ def weights(sweeps: int, *, softness: float, lattice: Calibration) -> list[tuple
         >>> round(weights(1, softness=1e9, lattice=calibrate(Kernel.wendland))[0][0], 6)
         1.0
     """
-    high = (_MARGIN * lattice.top + softness) / (1 + softness)
-    low = max(softness / (1 + softness), STIFF * high)
+    high = (margin * lattice.top + softness) / (1 + softness)
+    low = max(softness / (1 + softness), stiff * high)
     middle, half = (high + low) / 2, max((high - low) / 2, 1e-6)
     ratio = middle / half
     rho = 1 / ratio

@@ -1,39 +1,23 @@
-"""The position-based fluid solver: XPBD with a density constraint (PBF) and moving boundaries.
-
-All arrays are NumPy float64, world axes ENU, SI. Particles keep their row: `positions()`,
-`velocities()` and `densities()` are in the order in which particles were added.
-"""
+"""The position-based fluid solver: XPBD with a density constraint (PBF) and moving boundaries."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
-from seals.errors import PhysicsError
-from seals.plugins.fluids.solver import Domain, Exchange, Snapshot
-from seals.plugins.fluids.solvers.pbf.boundary import Boundary
-from seals.plugins.fluids.solvers.pbf.checks import check_fill, check_place, check_state, trouble
-from seals.plugins.fluids.solvers.pbf.engine import Engine
-from seals.plugins.fluids.solvers.pbf.pipeline import SubstepPipeline, Sums
+from seals.plugins.fluids.solver import Domain
+from seals.plugins.fluids.solvers.device_solver import DeviceSolver
+from seals.plugins.fluids.solvers.pbf.pipeline import SubstepPipeline
 
 if TYPE_CHECKING:
     from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
 
-Array = NDArray[np.float64]
 # largest travel of a sound wave in a substep that a few sweeps can carry [spacings]
 CARRIED = 3.0
 
 
-class SolverPbf:
+class SolverPbf(DeviceSolver):
     """Position-based fluid (PBF) with moving boundaries; fulfils `ParticleSolver`.
-
-    Bodies are numbered 1..bodies; body 0 is everything static. A kinematic wall (piston, flap) is
-    a body with zero inverse mass and inertia: place it with its velocity each step.
-    The first layer of water rests one spacing from boundary samples: samples inset by half a
-    spacing from a surface put the water exactly at that surface.
 
     Equation:
         C_i = rho_i / rho_0 - 1 <= 0 with multiplier lambda_i and compliance alpha / h^2
@@ -65,144 +49,11 @@ class SolverPbf:
         ... )  # doctest: +SKIP
     """
 
-    def __init__(self, domain: Domain, *, settings: PbfSettings, engine: Engine) -> None:
-        self.origin = np.asarray(domain.lower, dtype=np.float64)
-        self.size = np.asarray(domain.upper, dtype=np.float64) - self.origin
-        spacing, bodies = domain.spacing, domain.bodies
-        if spacing <= 0 or (self.size < 4 * spacing).any():
-            raise PhysicsError(
-                f"A domain of {self.size} m is too small for a spacing of {spacing} m.\n"
-                "Each side needs at least four spacings."
-            )
-        engine.start()
-        self.spacing, self.settings = spacing, settings
-        self.pipeline = SubstepPipeline(domain, settings=settings, accelerated=engine.accelerated)
-        self.boundary = Boundary(
-            bodies=self.pipeline.bodies,
-            samples=self.pipeline.samples,
-            numbers=self.pipeline.numbers,
-            spacing=spacing,
-            kernel=settings.kernel,
-            lattice=self.pipeline.smoothing.lattice,
-        )
-        self.capacity, self.bodies = domain.capacity, bodies
-        self.count = 0
-        self.time = 0.0
-        self._depth = 0.0
-        self._momentum: Array | None = np.zeros(3)
-        self._placed = not bodies
-        self._bodies = np.zeros((bodies, 24))
+    settings: PbfSettings
+    pipeline: SubstepPipeline
 
-    def add_particles(
-        self, positions: Array, velocities: Array | None = None, *, trusted: bool = False
-    ) -> None:
-        """Add particles at positions (n, 3) [m] with velocities (n, 3) [m/s], zero if None.
-
-        ``trusted`` skips the search for overlaps, which takes seconds for millions of particles.
-
-        Raises:
-            PhysicsError: particles overlap each other or static boundary samples, lie outside of
-                the domain, are not finite, or exceed the capacity.
-        """
-        new = np.asarray(positions, dtype=np.float64)
-        speed = np.zeros_like(new) if velocities is None else np.asarray(velocities, np.float64)
-        check_fill(
-            new,
-            speed,
-            have=self.positions(),
-            static=self.boundary.points.get(0, np.empty((0, 3))),
-            lower=self.origin,
-            size=self.size,
-            spacing=self.spacing,
-            capacity=self.capacity,
-            trusted=trusted,
-        )
-        self._load(
-            np.concatenate([self.positions(), new]), np.concatenate([self.velocities(), speed])
-        )
-
-    def remove_particles(self, chosen: NDArray[np.bool_]) -> int:
-        """Remove the particles marked in ``chosen`` (n,); return their number."""
-        keep = ~np.asarray(chosen, dtype=bool)
-        self._load(self.positions()[keep], self.velocities()[keep], self._multipliers()[keep])
-        return int((~keep).sum())
-
-    def set_particles(
-        self, *, positions: Array | None = None, velocities: Array | None = None
-    ) -> None:
-        """Overwrite positions and/or velocities (n, 3) of all particles (relaxation zones)."""
-        self._load(
-            self.positions() if positions is None else np.asarray(positions, np.float64),
-            self.velocities() if velocities is None else np.asarray(velocities, np.float64),
-            self._multipliers(),
-        )
-
-    def shift_domain(self, spacings: NDArray[np.int64]) -> None:
-        """Move the domain by whole spacings (3,); particles and boundary stay in the world."""
-        where, speed, held = self.positions(), self.velocities(), self._multipliers()
-        self.origin = self.origin + np.asarray(spacings) * self.spacing
-        self._load(where, speed, held)
-        self.boundary.stale = True
-
-    def add_boundary(
-        self, *, body: int, points: Array, volumes: Array | None = None, bulk: Array | None = None
-    ) -> None:
-        """Add boundary samples of a body; their volumes follow Akinci et al. 2012.
-
-        Args:
-            body: 0 for static samples in world axes; 1..K for points in the body's axes about its
-                centre of mass.
-            points: positions [m], shape (b, 3), each point once: one spacing apart they hold the
-                water, two thirds of one apart it also slides along them.
-            volumes: displaced by each sample [m^3], shape (b,); used where ``bulk`` is below 1.
-            bulk: share of the weight by area, the rest is by volume [1], shape (b,); None for 1.
-
-        Raises:
-            PhysicsError: unknown body, not finite, or more samples than the capacity.
-        """
-        self.boundary.add(body, points, convex=body > 0, volumes=volumes, bulk=bulk)
-
-    def move_boundary(self, *, body: int, points: Array) -> None:
-        """Move the samples of a body to ``points`` [m], shape (b, 3); their weights are kept."""
-        self.boundary.move(body, points)
-
-    @property
-    def boundary_count(self) -> int:
-        """Number of boundary samples."""
-        return self.boundary.count
-
-    def place_bodies(
-        self,
-        *,
-        position: Array,
-        rotation: Array,
-        velocity: Array,
-        spin: Array,
-        inverse_mass: Array,
-        inverse_inertia: Array,
-        acceleration: Array,
-    ) -> None:
-        """Place all bodies for the coming ``advance``.
-
-        Args:
-            position: centres of mass [m], world axes, shape (K, 3).
-            rotation: body to world, shape (K, 3, 3).
-            velocity: of the centre of mass [m/s], shape (K, 3).
-            spin: angular velocity, world axes [rad/s], shape (K, 3).
-            inverse_mass: [1/kg], shape (K,); 0 for a kinematic wall.
-            inverse_inertia: about the centre of mass, world axes [1/(kg m^2)], shape (K, 3, 3);
-                held over the step.
-            acceleration: by all loads but the water, held over the step [m/s^2], shape (K, 3).
-
-        Raises:
-            PhysicsError: a value is not finite, or a mass is negative.
-        """
-        local = np.asarray(position) - self.origin
-        parts = [local, rotation, velocity, spin, inverse_mass, inverse_inertia]
-        parts += [acceleration, np.zeros((self.bodies, 3))]
-        check_place(parts, self.bodies)
-        self.pipeline.send(np.hstack([np.reshape(part, (self.bodies, -1)) for part in parts]))
-        self._placed = True
+    def _pipeline(self, domain: Domain, accelerated: bool) -> SubstepPipeline:
+        return SubstepPipeline(domain, settings=self.settings, accelerated=accelerated)
 
     @property
     def sound_speed(self) -> float:
@@ -211,170 +62,11 @@ class SolverPbf:
             return self.settings.sound_speed
         return 10 * math.sqrt(max(self.settings.gravity * self._depth, 1e-6))
 
+    @property
+    def longest_substep(self) -> float:
+        """Longest substep that the speed of sound allows [s]."""
+        return CARRIED * self.spacing / self.sound_speed
+
     def substeps(self, step: float) -> int:
         """Return the number of substeps of ``step`` [s] required by the sound speed."""
         return max(1, math.ceil(step * self.sound_speed / (CARRIED * self.spacing)))
-
-    def advance(self, step: float, *, substeps: int) -> Exchange:
-        """Advance by ``step`` [s] in equal substeps; bodies move along inside of it.
-
-        Raises:
-            PhysicsError: not finite, particles left the domain, or too many neighbours: said with
-                numbers and with what to change.
-        """
-        if not self._placed:
-            raise PhysicsError("Bodies were never placed.\nCall place_bodies() before advance().")
-        fresh = self.boundary.stale
-        if fresh:
-            self.boundary.upload(self.origin)
-        self.pipeline.moving = self.boundary.moving > 0
-        before = self.momentum() if self._momentum is None else self._momentum
-        self.pipeline.prepare(step / substeps, self.sound_speed)
-        done = 0
-        for k in range(substeps):
-            done += self.pipeline.substep(static_changed=fresh and k == 0)
-        self.time += step
-        sums = self.pipeline.sums()
-        self._check(sums, step / substeps)
-        return self._exchange(sums, before, step, done / substeps)
-
-    def _check(self, sums: Sums, substep: float) -> None:
-        found = self.pipeline.numbers.trouble.to_numpy()
-        finite = np.isfinite(sums.velocity).all() and np.isfinite(sums.square)
-        if found.any() or not finite:
-            self.pipeline.numbers.trouble.fill(0)
-            message = trouble(
-                found,
-                finite=bool(finite),
-                outflow=self.settings.outflow,
-                time=self.time,
-                substep=substep,
-                longest=self.settings.neighbours,
-                advised=CARRIED * self.spacing / self.sound_speed,
-            )
-            if message:
-                raise PhysicsError(message)
-
-    def _exchange(self, sums: Sums, before: Array, step: float, iterations: float) -> Exchange:
-        mass = self.pipeline.mass
-        self._bodies = self.pipeline.collect()
-        impulses = self._bodies[:, 18:24].copy()
-        walls = self.pipeline.wall_impulse()
-        gravity = np.array([0.0, 0.0, -self.settings.gravity * step * mass * self.count])
-        after = mass * sums.velocity
-        external = after - before - gravity + walls + impulses[:, :3].sum(axis=0)
-        self._momentum = after
-        count = max(self.count, 1)
-        result = Exchange(
-            impulses=impulses,
-            walls=walls,
-            gravity=gravity,
-            external=external,
-            iterations=iterations,
-            mean_compression=sums.compression / count,
-            max_compression=sums.largest,
-            left=0,
-        )
-        if self.settings.outflow:
-            return result._replace(left=self._drain())
-        return result
-
-    def _drain(self) -> int:
-        local = self.positions() - self.origin
-        gone = np.asarray(((local < 0) | (local > self.size)).any(axis=1))
-        return self.remove_particles(gone) if gone.any() else 0
-
-    def _rows(self, field: Any) -> Array:
-        values = field.to_numpy()[: self.count]
-        found = np.empty(values.shape, dtype=np.float64)
-        found[self.pipeline.particles.number[0].to_numpy()[: self.count]] = values
-        return found
-
-    def positions(self) -> Array:
-        """Positions [m], shape (n, 3)."""
-        return self._rows(self.pipeline.particles.place[0])[:, :3] + self.origin
-
-    def velocities(self) -> Array:
-        """Velocities [m/s], shape (n, 3)."""
-        return self._rows(self.pipeline.particles.velocity[0])
-
-    def densities(self) -> Array:
-        """Densities by summation, boundary included, of the last substep [kg/m^3], shape (n,)."""
-        return self.settings.density * self._rows(self.pipeline.particles.density)
-
-    def _multipliers(self) -> Array:
-        return self._rows(self.pipeline.particles.place[0])[:, 3]
-
-    def pressures(self) -> Array:
-        """Pressures of the last substep [Pa], shape (n,)."""
-        if not self.pipeline.current:
-            return np.zeros(self.count)
-        p = self.pipeline.particles
-        virial = self._rows(p.third) if p.isotropic else self.pipeline.smoothing.lattice.virial
-        return virial * (self.settings.density / self.pipeline.current**2) * self._multipliers()
-
-    def placed(self) -> tuple[Array, Array, Array, Array]:
-        """Position, rotation, velocity and angular velocity of the bodies after the step."""
-        table = self._bodies
-        return (
-            table[:, :3] + self.origin,
-            table[:, 3:12].reshape(-1, 3, 3),
-            table[:, 12:15],
-            table[:, 15:18],
-        )
-
-    def momentum(self) -> Array:
-        """Momentum of the water [N s], shape (3,), summed in double precision."""
-        return np.asarray(self.pipeline.mass * self.pipeline.sums().velocity)
-
-    def kinetic_energy(self) -> float:
-        """Kinetic energy of the water [J]."""
-        return float(0.5 * self.pipeline.mass * self.pipeline.sums().square)
-
-    def snapshot(self) -> Snapshot:
-        """Return everything needed to continue bit for bit (deterministic mode)."""
-        p = self.pipeline.particles
-        fields = {"place": p.place[0], "velocity": p.velocity[0], "number": p.number[0]}
-        arrays: dict[str, Any] = {name: f.to_numpy() for name, f in fields.items()}
-        arrays |= {"density": p.density.to_numpy(), "third": p.third.to_numpy()}
-        arrays |= {"origin": self.origin.copy()}
-        arrays |= {"count": self.count, "time": self.time, "depth": self._depth}
-        return Snapshot(arrays)
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot; the caller sets the bodies again."""
-        p, arrays = self.pipeline.particles, snapshot.arrays
-        check_state(arrays, self.capacity)
-        p.place[0].from_numpy(arrays["place"])
-        p.velocity[0].from_numpy(arrays["velocity"])
-        p.number[0].from_numpy(arrays["number"])
-        p.density.from_numpy(arrays["density"])
-        p.third.from_numpy(arrays["third"])
-        self.boundary.stale |= bool((self.origin != arrays["origin"]).any())
-        self.origin = arrays["origin"].copy()
-        self.count, self.time, self._depth = arrays["count"], arrays["time"], arrays["depth"]
-        self.pipeline.numbers.count[None] = self.count
-        self._momentum = None
-
-    def _load(self, where: Array, speed: Array, held: Array | None = None) -> None:
-        p, n = self.pipeline.particles, len(where)
-        place = np.zeros((self.capacity, 4), np.float32)
-        place[:n, :3] = where - self.origin
-        if held is not None:
-            place[:n, 3] = held
-        velocity = np.zeros((self.capacity, 3), np.float32)
-        velocity[:n] = speed
-        number = np.zeros(self.capacity, np.int32)
-        number[:n] = np.arange(n)
-        p.place[0].from_numpy(place)
-        p.velocity[0].from_numpy(velocity)
-        p.number[0].from_numpy(number)
-        self.count = n
-        self.pipeline.numbers.count[None] = n
-        if n:
-            self._depth = max(self._depth, float(np.ptp(where[:, 2])) + self.spacing)
-        self._momentum = None
-
-    def close(self) -> None:
-        """Free the memory of the fields."""
-        self.pipeline.fields.free()

@@ -26,12 +26,21 @@ class Bodies:
         samples: boundary samples, those of bodies first, ordered by body.
         numbers: step and counts.
         mass: mass of a particle [kg].
+        in_place: whether bodies stay where they are until the end of a substep, so that
+            iterations change their velocities only.
     """
 
     def __init__(
-        self, fields: Fields, bodies: int, samples: Samples, numbers: Globals, mass: float
+        self,
+        fields: Fields,
+        bodies: int,
+        samples: Samples,
+        numbers: Globals,
+        mass: float,
+        *,
+        in_place: bool = False,
     ) -> None:
-        self.s, self.g, self.mass = samples, numbers, mass
+        self.s, self.g, self.mass, self.in_place = samples, numbers, mass, in_place
         self.bodies = bodies
         self.centre = fields.vector(3, ti.f64, bodies + 1)
         self.rotation = fields.matrix(ti.f64, bodies + 1)
@@ -49,6 +58,7 @@ class Bodies:
         self.neighbour_count = fields.vector(2, ti.f32, bodies + 1)
         # what the sweeps read in single precision: centre (3), inverse mass and inertia
         self.compact = fields.vector(5, ti.f32, bodies + 1)
+        self.twist = fields.vector(6, ti.f32, bodies + 1)
         # each body's samples are summed in groups: body of a group, first and last sample
         most = samples.capacity // GROUP + bodies + 1
         self.groups = fields.scalar(ti.i32)
@@ -64,6 +74,14 @@ class Bodies:
         """Centre of mass in single precision."""
         c = self.compact[body]
         return ti.Vector([c[0], c[1], c[2]])
+
+    @ti.func
+    def velocity_at(self, body, x) -> Any:
+        """Velocity of a body's material at a point; zero for what is static."""
+        t, c = self.twist[body], self.local_centre(body)
+        w = ti.Vector([t[3], t[4], t[5]])
+        v = ti.Vector([t[0], t[1], t[2]]) + w.cross(x - c)
+        return v if body > 0 else ti.Vector([0.0, 0.0, 0.0])
 
     @ti.func
     def body_response(self, body, slope, turn) -> Any:
@@ -88,6 +106,8 @@ class Bodies:
                     self.rotation[b][k, j] = self.inbox[b, 3 + 3 * k + j]
                     self.inverse_inertia[b][k, j] = self.inbox[b, 19 + 3 * k + j]
             self.inverse_mass[b] = self.inbox[b, 18]
+            if ti.static(self.in_place):
+                self.publish(b)
 
     @ti.kernel
     def report(self):
@@ -111,6 +131,16 @@ class Bodies:
         for b in range(1, self.bodies + 1):
             self.velocity[b] += h * self.acceleration[b]
             self.spin[b] += h * self.angular[b]
+            if ti.static(not self.in_place):
+                self.centre[b] += h * self.velocity[b]
+                self.turn(b, h * self.spin[b])
+            self.publish(b)
+
+    @ti.kernel
+    def travel(self):
+        """Move bodies that stayed in place by their velocities over one substep."""
+        h = ti.cast(self.g.step[None], ti.f64)
+        for b in range(1, self.bodies + 1):
             self.centre[b] += h * self.velocity[b]
             self.turn(b, h * self.spin[b])
             self.publish(b)
@@ -145,6 +175,10 @@ class Bodies:
                 ti.cast(j[0, 0] + j[1, 1] + j[2, 2], ti.f32),
             ]
         )
+        if ti.static(self.in_place):
+            for k in ti.static(range(3)):
+                self.twist[b][k] = ti.cast(self.velocity[b][k], ti.f32)
+                self.twist[b][k + 3] = ti.cast(self.spin[b][k], ti.f32)
 
     @ti.func
     def put(self, s):
@@ -172,12 +206,13 @@ class Bodies:
                 self.moment_sum[k] = moment
         for b in range(1, self.bodies + 1):
             self.apply_impulse(b)
-        for s in range(self.s.capacity):
-            if s < self.g.moving[None]:
-                self.put(s)
-                x = self.s.world[s]
-                t = self.s.rank[s]
-                self.s.place[t] = ti.Vector([x[0], x[1], x[2], self.s.place[t][3]])
+        if ti.static(not self.in_place):
+            for s in range(self.s.capacity):
+                if s < self.g.moving[None]:
+                    self.put(s)
+                    x = self.s.world[s]
+                    t = self.s.rank[s]
+                    self.s.place[t] = ti.Vector([x[0], x[1], x[2], self.s.place[t][3]])
 
     @ti.func
     def apply_impulse(self, b):
@@ -194,10 +229,11 @@ class Bodies:
         self.moment[b] += moment / h
         shift = self.inverse_mass[b] * force
         angle = self.inverse_inertia[b] @ moment
-        self.centre[b] += shift
         self.velocity[b] += shift / h
         self.spin[b] += angle / h
-        self.turn(b, angle)
+        if ti.static(not self.in_place):
+            self.centre[b] += shift
+            self.turn(b, angle)
         self.publish(b)
 
 

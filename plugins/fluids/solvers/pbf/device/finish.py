@@ -22,6 +22,7 @@ class Finish:
         samples: data in: sorted samples.
         friction: of static walls, see `wall_friction` [1].
         spacing: distance at rest [m].
+        last: whether the pressure has acted before `close`, so that walls are complete.
     """
 
     def __init__(
@@ -36,7 +37,9 @@ class Finish:
         damped: bool,
         friction: float,
         spacing: float,
+        last: bool = True,
     ) -> None:
+        self.last = last
         self.s, self.friction, self.spacing = samples, friction, spacing
         # what a wall adds to the density of the layer on it
         self.full = smoothing.lattice.behind
@@ -79,6 +82,12 @@ class Finish:
                     self.p.place[0][i] = ti.Vector([at[0], at[1], at[2], self.p.multiplier[i]])
                 else:
                     self.p.place[0][i][3] = self.p.multiplier[i]
+        if ti.static(self.last):
+            self.sum_walls()
+
+    @ti.func
+    def sum_walls(self):
+        """Add the impulses on static walls of this substep to those of the step."""
         for c in range(self.g.chunks):
             total = ti.Vector([0.0, 0.0, 0.0], dt=ti.f64)
             for i in range(c * CHUNK, ti.min((c + 1) * CHUNK, self.g.count[None])):

@@ -34,6 +34,7 @@ class Pressure:
         smoothing: the kernel.
         spacing: distance at rest [m].
         scale: weight of boundary volumes.
+        touching: whether `push` keeps lone particles off the samples, too.
     """
 
     def __init__(
@@ -48,7 +49,9 @@ class Pressure:
         smoothing: Smoothing,
         spacing: float,
         scale: float,
+        touching: bool = True,
     ) -> None:
+        self.touching = touching
         self.p, self.s, self.b, self.g = particles, samples, bodies, numbers
         self.grid, self.bounds, self.kernel = grid, bounds, smoothing
         self.listed = particles.longest > 0
@@ -237,11 +240,20 @@ class Pressure:
         r2 = e.norm_sqr()
         _, g = self.kernel.solid(r2)
         s = self.corrected(i, (-mine * self.scale * o[3] * g) * e)
+        if ti.static(self.touching):
+            s += self.touch(e, o[3])
+        return s
+
+    @ti.func
+    def touch(self, e, weight) -> Any:
+        """Displacement that keeps a lone particle off a sample, ``e`` from it."""
+        s = ti.Vector([0.0, 0.0, 0.0])
+        r2 = e.norm_sqr()
         if r2 < self.contact * self.contact:
             r = ti.sqrt(r2) + 1e-9
             # several samples of a fine sheet share what one coarse sample does
-            share = CONTACT_SHARE * ti.min(o[3], 1.0)
-            s += (share * (self.contact - r) / r) * e
+            share = CONTACT_SHARE * ti.min(weight, 1.0)
+            s = (share * (self.contact - r) / r) * e
         return s
 
     @ti.kernel

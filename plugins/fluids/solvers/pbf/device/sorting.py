@@ -27,6 +27,7 @@ class Sorting:
         numbers: step, gravity, counts.
         deterministic: whether cells keep the order of numbers.
         accelerated: whether kernels run on a CUDA device.
+        predicting: whether gravity and motion over the substep come before the sort.
     """
 
     def __init__(
@@ -38,26 +39,31 @@ class Sorting:
         numbers: Globals,
         deterministic: bool,
         accelerated: bool,
+        *,
+        predicting: bool = True,
     ) -> None:
         self.p, self.s, self.grid, self.bounds, self.g = particles, samples, grid, bounds, numbers
         self.deterministic, self.accelerated = deterministic, accelerated
+        self.predicting = predicting
         self.listed = particles.longest > 0
         self.support2 = grid.support**2
 
     @ti.kernel
     def begin(self):
-        """Predict positions and sort them by cell. Data in: buffer 0. Data out: buffer 1."""
+        """Predict positions if so, and sort them by cell. Data in: buffer 0. Data out: buffer 1."""
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
-                h = self.g.step[None]
-                v = self.p.velocity[0][i]
-                v[2] -= h * self.g.gravity[None]
-                self.p.velocity[0][i] = v
                 old = self.p.place[0][i]
-                q = ti.Vector([old[0] + h * v[0], old[1] + h * v[1], old[2] + h * v[2]])
-                if not self.grid.inside(q):
-                    self.report(q)
-                self.p.place[0][i] = ti.Vector([q[0], q[1], q[2], old[3]])
+                q = ti.Vector([old[0], old[1], old[2]])
+                if ti.static(self.predicting):
+                    h = self.g.step[None]
+                    v = self.p.velocity[0][i]
+                    v[2] -= h * self.g.gravity[None]
+                    self.p.velocity[0][i] = v
+                    q = ti.Vector([old[0] + h * v[0], old[1] + h * v[1], old[2] + h * v[2]])
+                    if not self.grid.inside(q):
+                        self.report(q)
+                    self.p.place[0][i] = ti.Vector([q[0], q[1], q[2], old[3]])
                 c = self.grid.cell_of(q)
                 self.p.cell[i] = c
                 self.p.slot[i] = ti.atomic_add(self.grid.count[c], 1)

@@ -1,0 +1,1 @@
+"""Divergence-free smoothed-particle hydrodynamics (DFSPH); `solver.SolverDfsph` is the entry."""

@@ -1,0 +1,1 @@
+"""Device kernels of divergence-free SPH; search, boundaries and bodies are those of PBF."""

@@ -1,0 +1,289 @@
+"""Constant density and zero divergence by multipliers, with particles and bodies in place.
+
+Multipliers, densities and gradients have the units of ``pbf.device.pressure``: a multiplier is
+divided by the mass of a particle [m^2], the pressure is ``virial * density * multiplier / step^2``.
+"""
+
+from typing import Any
+
+from seals.plugins.fluids.solvers.pbf.device.finish import Finish
+from seals.plugins.fluids.solvers.pbf.device.pressure import Pressure
+from seals.plugins.fluids.solvers.pbf.device.sorting import Sorting
+from seals.plugins.fluids.solvers.pbf.fields import Fields
+from seals.plugins.fluids.solvers.pbf.language import ti
+
+# particles whose residuals are summed together, as integers: their order does not matter
+BUCKET = 4096
+QUANTUM = 2.0**-18
+# density from which on the divergence counts: that of a flat free surface and more
+ENOUGH = 0.75
+
+
+class SolverFields:
+    """Fields that only this solver has.
+
+    Args:
+        fields: where they live.
+        capacity: number of particles.
+    """
+
+    def __init__(self, fields: Fields, capacity: int) -> None:
+        self.diagonal = fields.scalar(ti.f32, capacity)
+        self.divergence = fields.scalar(ti.f32, capacity)
+        self.pressed = fields.scalar(ti.f32, capacity)
+        self.buckets = (capacity + BUCKET - 1) // BUCKET
+        self.residual = fields.scalar(ti.i32, self.buckets)
+        self.fastest = fields.scalar(ti.f32, self.buckets)
+
+
+@ti.data_oriented
+class Incompressible:
+    """Jacobi iterations of both constraints on velocities.
+
+    Args:
+        own: fields of this solver.
+        pressure: sums over neighbours and boundary samples, shared with PBF.
+        finish: closes a substep.
+        sorting: reports particles outside of the domain.
+    """
+
+    def __init__(
+        self, own: SolverFields, pressure: Pressure, finish: Finish, sorting: Sorting
+    ) -> None:
+        self.own, self.q, self.finish, self.sorting = own, pressure, finish, sorting
+        self.p, self.s, self.b, self.g = pressure.p, pressure.s, pressure.b, pressure.g
+        self.grid, self.bounds, self.kernel = pressure.grid, pressure.bounds, pressure.kernel
+        self.listed, self.support2, self.reach = pressure.listed, pressure.support2, pressure.reach
+
+    @ti.kernel
+    def factors(self):
+        """Compute densities and diagonals. Data in: positions of buffer 1."""
+        for i in range(self.p.capacity):
+            if i < self.g.count[None]:
+                at = self.p.place[1][i]
+                q = ti.Vector([at[0], at[1], at[2]])
+                rho, square = self.kernel.own, 0.0
+                slope = ti.Vector([0.0, 0.0, 0.0])
+                if ti.static(self.listed):
+                    for k in range(self.p.near[i]):
+                        rho, slope, square = self.q.fluid_contribution(
+                            1, self.p.list[i, k], q, rho, slope, square
+                        )
+                else:
+                    for ox in range(-1, 2):
+                        for oy in range(-1, 2):
+                            first, last = self.grid.run(self.grid.start, q, ox, oy, self.reach)
+                            for j in range(first, last):
+                                if j != i:
+                                    rho, slope, square = self.q.fluid_contribution(
+                                        1, j, q, rho, slope, square
+                                    )
+                square += slope.norm_sqr()
+                if self.p.beside[i] > 0:
+                    more, extra = self.q.boundary_density(i, q, slope, square)
+                    rho += more
+                    square = extra
+                self.p.density[i] = rho
+                self.own.diagonal[i] = ti.max(square, self.q.floor)
+                self.own.divergence[i] = 0.0
+
+    @ti.kernel
+    def correct_divergence(self, gain: ti.f32, memory: ti.f32):
+        """Compute the change of the divergence's multipliers. Data in: velocities of buffer 1."""
+        for i in range(self.p.capacity):
+            if i < self.g.count[None]:
+                rate = 0.0
+                if self.p.density[i] > ENOUGH:
+                    rate = self.g.step[None] * self.divergence_of(i, self.p.velocity[1])
+                have, size = self.own.divergence[i], self.own.diagonal[i]
+                old = self.p.place[1][i][3] if memory != 0.0 else 0.0
+                new = ti.max(have + gain * rate / size + memory * old, 0.0)
+                self.own.divergence[i] = new
+                self.p.place[1][i][3] = new - have
+                self.count_residual(i, ti.max(rate, -have * size))
+
+    @ti.kernel
+    def correct_density(self, gain: ti.f32, memory: ti.f32):
+        """Compute the change of the multipliers. Data in: velocities of buffer 0."""
+        for i in range(self.p.capacity):
+            if i < self.g.count[None]:
+                have, soft = self.p.multiplier[i], self.g.compliance[None]
+                rate = self.g.step[None] * self.divergence_of(i, self.p.velocity[0])
+                over = self.p.density[i] + rate - 1.0 - soft * have
+                old = self.p.place[1][i][3] if memory != 0.0 else 0.0
+                size = self.own.diagonal[i] + soft
+                new = ti.max(have + gain * over / size + memory * old, 0.0)
+                self.p.multiplier[i] = new
+                self.p.place[1][i][3] = new - have
+                self.count_residual(i, ti.max(over, -have * size))
+
+    @ti.func
+    def count_residual(self, i, left):
+        """Add what is left of a constraint to its bucket: too much pressure as too little."""
+        part = ti.cast(ti.min(ti.abs(left), 1.0) / QUANTUM + 0.5, ti.i32)
+        if part > 0:
+            # at most 2^30 in a bucket
+            ti.atomic_add(self.own.residual[i // BUCKET], ti.min(part, 1 << 18))
+
+    @ti.func
+    def divergence_of(self, i, values: ti.template()) -> Any:
+        """Rate of the density by the velocities around a particle [1/s].
+
+        With the gradients of `displacement`, the correction included: the equations are symmetric.
+        """
+        at, v = self.p.place[1][i], values[i]
+        q = ti.Vector([at[0], at[1], at[2]])
+        rate = 0.0
+        if ti.static(self.listed):
+            for k in range(self.p.near[i]):
+                j = self.p.list[i, k]
+                o = self.p.place[1][j]
+                e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
+                rate += self.kernel.gradient(e.norm_sqr()) * self.q.corrected(i, e).dot(
+                    v - values[j]
+                )
+            for k in range(self.p.near[i], self.p.near[i] + self.p.beside[i]):
+                rate += self.wall_rate(i, self.p.list[i, k], q, v)
+        else:
+            for ox in range(-1, 2):
+                for oy in range(-1, 2):
+                    first, last = self.grid.run(self.grid.start, q, ox, oy, self.reach)
+                    for j in range(first, last):
+                        o = self.p.place[1][j]
+                        e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
+                        g = self.kernel.gradient(e.norm_sqr())
+                        rate += g * self.q.corrected(i, e).dot(v - values[j])
+                    if self.p.beside[i] > 0:
+                        first, last = self.bounds.run(self.bounds.start, q, ox, oy, self.reach)
+                        for t in range(first, last):
+                            rate += self.wall_rate(i, t, q, v)
+        return rate
+
+    @ti.func
+    def wall_rate(self, i, t, q, v) -> Any:
+        """Rate of the density of particle ``i`` by one boundary sample [1/s]."""
+        o = self.s.place[t]
+        x = ti.Vector([o[0], o[1], o[2]])
+        e = q - x
+        _, g = self.kernel.solid(e.norm_sqr())
+        other = self.b.velocity_at(self.s.owner[t], x)
+        return self.q.scale * o[3] * g * self.q.corrected(i, e).dot(v - other)
+
+    @ti.kernel
+    def accelerate(self, buffer: ti.template()):
+        """Change velocities by the multipliers' changes, and clear the residual."""
+        for i in range(self.p.capacity):
+            if i < self.g.count[None]:
+                self.p.velocity[buffer][i] += self.displacement(i) / self.g.step[None]
+        for k in range(self.own.buckets):
+            self.own.residual[k] = 0
+
+    @ti.func
+    def displacement(self, i) -> Any:
+        """Displacement of a particle by the changes around it; see `Pressure.move`."""
+        at = self.p.place[1][i]
+        q = ti.Vector([at[0], at[1], at[2]])
+        s, own = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
+        if ti.static(self.listed):
+            for k in range(self.p.near[i]):
+                theirs, mine = self.q.press(1, self.p.list[i, k], q, at[3])
+                s, own = s + theirs, own + mine
+        else:
+            for ox in range(-1, 2):
+                for oy in range(-1, 2):
+                    first, last = self.grid.run(self.grid.start, q, ox, oy, self.reach)
+                    for j in range(first, last):
+                        theirs, mine = self.q.press(1, j, q, at[3])
+                        s, own = s + theirs, own + mine
+        s += self.q.corrected(i, own)
+        if self.p.beside[i] > 0:
+            s += self.q.press_off(i, q, at[3])
+        return s
+
+    @ti.kernel
+    def fall(self):
+        """Apply gravity to buffer 0, and take the multipliers of the last substep as a change."""
+        for i in range(self.p.capacity):
+            if i < self.g.count[None]:
+                self.p.velocity[0][i][2] -= self.g.step[None] * self.g.gravity[None]
+                self.p.place[1][i][3] = self.p.multiplier[i]
+
+    @ti.kernel
+    def keep_off(self):
+        """Keep lone particles off the samples at the end of the substep. Data in: buffer 0."""
+        for i in range(self.p.capacity):
+            if i < self.g.count[None] and self.p.beside[i] > 0:
+                at = self.p.place[1][i]
+                q = ti.Vector([at[0], at[1], at[2]])
+                s, wall = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
+                if ti.static(self.listed):
+                    for k in range(self.p.near[i], self.p.near[i] + self.p.beside[i]):
+                        part = self.touch(i, self.p.list[i, k], q)
+                        s += part
+                        wall += part if self.s.owner[self.p.list[i, k]] == 0 else 0.0 * part
+                else:
+                    for ox in range(-1, 2):
+                        for oy in range(-1, 2):
+                            first, last = self.bounds.run(self.bounds.start, q, ox, oy, self.reach)
+                            for t in range(first, last):
+                                part = self.touch(i, t, q)
+                                s += part
+                                wall += part if self.s.owner[t] == 0 else 0.0 * part
+                self.p.wall[i] += wall
+                self.p.velocity[1][i] = s / self.g.step[None]
+            elif i < self.g.count[None]:
+                self.p.velocity[1][i] = ti.Vector([0.0, 0.0, 0.0])
+
+    @ti.func
+    def touch(self, i, t, q) -> Any:
+        """Displacement of a particle by one sample, both where they go in this substep."""
+        o, h = self.s.place[t], self.g.step[None]
+        x = ti.Vector([o[0], o[1], o[2]])
+        v = self.p.velocity[0][i] - self.b.velocity_at(self.s.owner[t], x)
+        return self.q.touch(q - x + h * v, o[3])
+
+    @ti.kernel
+    def react_to_touch(self):
+        """Compute the forces of `keep_off` on moving samples."""
+        for s in range(self.s.capacity):
+            if s < self.g.moving[None]:
+                t = self.s.rank[s]
+                o = self.s.place[t]
+                x = ti.Vector([o[0], o[1], o[2]])
+                total = ti.Vector([0.0, 0.0, 0.0])
+                if self.bounds.inside(x):
+                    if ti.static(self.listed):
+                        for k in range(self.s.near[s]):
+                            total -= self.touched(self.s.list[s, k], t)
+                    else:
+                        for ox in range(-1, 2):
+                            for oy in range(-1, 2):
+                                first, last = self.grid.run(self.grid.start, x, ox, oy, self.reach)
+                                for j in range(first, last):
+                                    total -= self.touched(j, t)
+                self.s.push[s] = total
+
+    @ti.func
+    def touched(self, j, t) -> Any:
+        """Displacement of a particle by a moving sample."""
+        at = self.p.place[1][j]
+        return self.touch(j, t, ti.Vector([at[0], at[1], at[2]]))
+
+    @ti.kernel
+    def travel(self):
+        """Move all particles to where they are at the end. Data out: buffer 0, wall impulse."""
+        for k in range(self.own.buckets):
+            self.own.fastest[k] = 0.0
+        for i in range(self.p.capacity):
+            if i < self.g.count[None]:
+                h, at = self.g.step[None], self.p.place[1][i]
+                v = self.p.velocity[0][i] + self.p.velocity[1][i]
+                self.p.velocity[0][i] = v
+                q = ti.Vector([at[0] + h * v[0], at[1] + h * v[1], at[2] + h * v[2]])
+                if not self.grid.inside(q):
+                    self.sorting.report(q)
+                held = self.p.multiplier[i]
+                self.p.place[0][i] = ti.Vector([q[0], q[1], q[2], held])
+                self.own.pressed[i] = held + self.own.divergence[i]
+                ti.atomic_max(self.own.fastest[i // BUCKET], v.norm_sqr())
+        self.finish.sum_walls()

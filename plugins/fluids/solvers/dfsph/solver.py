@@ -1,0 +1,110 @@
+"""Divergence-free SPH solver with moving boundaries."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.plugins.fluids.solver import Domain, Snapshot
+from seals.plugins.fluids.solvers.device_solver import DeviceSolver
+from seals.plugins.fluids.solvers.dfsph.pipeline import DfsphPipeline
+
+if TYPE_CHECKING:
+    from seals.plugins.fluids.solvers.dfsph.settings import DfsphSettings
+
+Array = NDArray[np.float64]
+
+
+class SolverDfsph(DeviceSolver):
+    """Divergence-free SPH with moving boundaries; fulfils `ParticleSolver`.
+
+    Equation:
+        Both of rho_i + h D rho_i / D t <= rho_0 and D rho_i / D t <= 0 at every particle, by
+        pressures p_i >= 0 with m dv_i/dt = -V sum_j (p_i + p_j) grad W_ij; solved one after the
+        other by Jacobi iterations with Chebyshev acceleration, bodies and their mobility among the
+        unknowns, until the mean residual is below the one that is asked for.
+
+    Args:
+        domain: extent and capacities.
+        settings: physics and solver.
+        engine: the owner of Taichi.
+
+    Limitations:
+        With ``sound_speed`` zero the water is incompressible: an impact is felt by all of it
+        within a substep, and its peak depends on the substep. No pressure below zero: no suction.
+
+    References:
+        Bender and Koschier 2015, doi:10.1145/2786784.2786796; Akinci et al. 2012,
+        doi:10.1145/2185520.2185558 (boundaries).
+    """
+
+    settings: DfsphSettings
+    pipeline: DfsphPipeline
+
+    def _pipeline(self, domain: Domain, accelerated: bool) -> DfsphPipeline:
+        self._swiftest = 0.0
+        return DfsphPipeline(domain, settings=self.settings, accelerated=accelerated)
+
+    @property
+    def sound_speed(self) -> float:
+        """Speed of sound of the compliance in use [m/s]; infinite for incompressible water."""
+        return self.settings.sound_speed or math.inf
+
+    @property
+    def longest_substep(self) -> float:
+        """Longest substep of the Courant condition, what falls meanwhile included [s]."""
+        return _courant_step(self._fastest(), self.settings.gravity, self._way)
+
+    @property
+    def _way(self) -> float:
+        return self.settings.own.courant * self.spacing
+
+    def _fastest(self) -> float:
+        if self._momentum is None and self.count:
+            speeds = self.velocities()
+            return max(self._swiftest, float(np.sqrt((speeds**2).sum(axis=1).max())))
+        return max(self._swiftest, self.pipeline.fastest())
+
+    def place_bodies(self, **bodies: Any) -> None:
+        """Place all bodies for the coming ``advance``, see `ParticleSolver.place_bodies`."""
+        super().place_bodies(**bodies)
+        speed = np.linalg.norm(np.asarray(bodies["velocity"]), axis=1)
+        spin = np.linalg.norm(np.asarray(bodies["spin"]), axis=1)
+        far = [
+            float(np.linalg.norm(self.boundary.points[k + 1], axis=1).max(initial=0.0))
+            if k + 1 in self.boundary.points
+            else 0.0
+            for k in range(self.bodies)
+        ]
+        self._swiftest = float((speed + spin * np.array(far)).max(initial=0.0))
+
+    def _pressed(self) -> Array:
+        return self._rows(self.pipeline.own.pressed)
+
+    def snapshot(self) -> Snapshot:
+        """Return everything needed to continue bit for bit (deterministic mode)."""
+        arrays = dict(super().snapshot().arrays)
+        arrays |= {"pressed": self.pipeline.own.pressed.to_numpy()}
+        return Snapshot(arrays | {"substep": self.pipeline.current})
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Restore a snapshot; the caller sets the bodies again."""
+        super().restore(snapshot)
+        self.pipeline.own.pressed.from_numpy(snapshot.arrays["pressed"])
+        self.pipeline.current, self.pipeline.sound = float(snapshot.arrays["substep"]), 0.0
+
+
+def _courant_step(speed: float, gravity: float, way: float) -> float:
+    """Return the time in which a way is gone from a speed under gravity [s].
+
+    Example:
+        >>> round(_courant_step(1.0, 0.0, 0.1), 6)
+        0.1
+    """
+    if gravity <= 0.0 and speed <= 0.0:
+        return math.inf
+    # way = speed t + gravity t^2 / 2, in the form that does not cancel
+    return 2.0 * way / (speed + math.sqrt(speed * speed + 2.0 * gravity * way))
