@@ -3,23 +3,33 @@
 Case ``chain``: eight links, eight effects on all of them (seven without added mass), ledger and a
 noisy IMU. Case ``aam``: the aerial-aquatic manipulator with its rotors, servos, battery, Fossen
 water, IMU, contact sensors at the finger-tips, and the controller that holds it. Steps of 4 ms.
-``--paired`` takes NumPy and compiled laws in turn, block by block, and adds a crab on the bottom.
+``--paired`` takes NumPy and compiled laws in turn, block by block, on both engines, and adds a crab
+on the bottom, the task Reach, and the engines alone.
 The time is that of the processor; other programs still slow it down, so compare the highest.
 """
 
 from __future__ import annotations
 
 import argparse
+import itertools
+import math
 import statistics
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import machine
+import numpy as np
 
+from seals import registry
+
+ENGINES = ("pybullet", "mujoco")
 HEIGHTS = {"in air": 5.0, "crossing": 0.0, "submerged": -5.0}
+CONTROLS = 40
+"""Control steps of a block, of ten steps each."""
 BLOCK = 100
 """Steps between resets, so that the robot stays in the medium that is measured."""
 
@@ -88,29 +98,75 @@ def steps_a_second(settings: Any, repeats: int) -> tuple[float, float, float]:
     return found
 
 
-def paired(folder: Path, backend: str, repeats: int) -> Iterator[str]:
-    """Yield lines: medians of steps a second with NumPy and compiled laws, and of their ratios."""
-    from seals import registry
+def paired(folder: Path, engines: Sequence[str], repeats: int) -> Iterator[str]:
+    """Yield lines: medians of steps a second with NumPy and compiled laws, and of their ratios.
 
-    engine = registry.get("backend", backend).load()
+    The last column is the engine alone: its own step of the same scene, nothing acting.
+    """
     made: dict[str, Callable[[], Any]] = {
         "aam, in air": lambda: aam_settings(added_mass=True, height=HEIGHTS["in air"]),
         "aam, crossing": lambda: aam_settings(added_mass=True, height=HEIGHTS["crossing"]),
         "crab on the bottom": crab_settings,
         "chain, crossing": lambda: chain_settings(folder, added_mass=True, height=0.0),
     }
-    for name, settings_of in made.items():
+    for (name, settings_of), engine in itertools.product(made.items(), engines):
         both = []
-        for compiled in (False, True):
+        for compiled in ("false", "true"):
             settings = settings_of()
-            settings.backend = engine(compiled=compiled)
+            settings.backend = registry.get("backend", engine).load()(compiled=compiled)
             both.append(blocks_of(settings, warm=60 if "crab" in name else 1))
-        rows = [[block() for _, block in both] for _ in range(repeats)]
-        plain, fast = (statistics.median(column) for column in zip(*rows, strict=True))
-        ratio = statistics.median(b / a for a, b in rows)
-        yield f"{name + ', ' + backend:40} {plain:9.0f} {fast:9.0f} {ratio:9.2f}"
+        yield _line(f"{name}, {engine}", [block for _, block in both], repeats, bare(both[1][0]))
         for world, _ in both:
             world.close()
+    for engine in engines:
+        yield _line(f"reach, control steps/s, {engine}", reaching(engine), repeats, math.nan)
+
+
+def _line(name: str, blocks: Sequence[Callable[[], float]], repeats: int, alone: float) -> str:
+    rows = [[block() for block in blocks] for _ in range(repeats)]
+    plain, fast = (statistics.median(column) for column in zip(*rows, strict=True))
+    ratio, best = statistics.median(b / a for a, b in rows), max(b for _, b in rows)
+    return f"{name:40} {plain:9.0f} {fast:9.0f} {best:9.0f} {ratio:9.2f} {alone:9.0f}"
+
+
+def bare(world: Any) -> float:
+    """Return the steps a second of the engine alone, from where a world is."""
+    backend = world.backend
+    if hasattr(backend, "_client"):
+        step = partial(backend._engine.stepSimulation, physicsClientId=backend._client)
+    else:
+        scene = backend._scene
+        step = partial(scene.engine.mj_step, scene.model, scene.data)
+    begin = time.process_time()
+    for _ in range(BLOCK):
+        step()
+    return BLOCK / (time.process_time() - begin)
+
+
+def reaching(engine: str) -> list[Callable[[], float]]:
+    """Return what measures control steps a second of the task Reach, by NumPy and compiled."""
+    from seals.config.compose import compose
+    from seals.learn.environments.build import build_learning
+    from seals.learn.environments.world import WorldEnvironment
+
+    def measured(compiled: str) -> Callable[[], float]:
+        words = ["env=reach", f"backend={engine}", f"backend.compiled={compiled}"]
+        environment = WorldEnvironment(*build_learning(compose(words, root="learn")))
+        actions = np.random.default_rng(0).uniform(-1.0, 1.0, (CONTROLS, 3))
+
+        def block() -> float:
+            environment.reset(0)
+            begin = time.process_time()
+            for k, action in enumerate(actions):
+                verdict = environment.step(action).verdict
+                if verdict.terminated[0] or verdict.truncated[0]:
+                    environment.reset(k)
+            return CONTROLS / (time.process_time() - begin)
+
+        block()
+        return block
+
+    return [measured("false"), measured("true")]
 
 
 def main() -> None:
@@ -119,11 +175,12 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=11, help="blocks of 100 steps of each case")
     parser.add_argument("--case", choices=("chain", "aam", "all"), default="all")
     parser.add_argument("--paired", action="store_true", help="NumPy and compiled laws in turn")
-    parser.add_argument("--backend", choices=("pybullet", "mujoco"), default="pybullet")
+    parser.add_argument("--backend", nargs="+", choices=ENGINES, default=list(ENGINES))
     given = parser.parse_args()
     print(machine.describe())
     if given.paired:
-        print(f"{'world, 4 ms, steps/s':40} {'NumPy':>9} {'compiled':>9} {'ratio':>9}")
+        heads = ("NumPy", "compiled", "best", "ratio", "engine")
+        print(f"{'world, 4 ms, steps/s':40} " + " ".join(f"{head:>9}" for head in heads))
         with tempfile.TemporaryDirectory() as folder:
             for line in paired(Path(folder), given.backend, given.repeats):
                 print(line, flush=True)

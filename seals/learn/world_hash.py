@@ -19,7 +19,7 @@ SEEN = ("frames", "ball")
 """Keys that mean nothing to a robot without cameras."""
 
 
-FREE_OF_BACKEND = ("fused",)
+FREE_OF_BACKEND = ("fused", "compiled")
 """Keys of a backend that leave the world as it is."""
 
 
