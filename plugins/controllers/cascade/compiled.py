@@ -108,14 +108,13 @@ class CompiledCascade:
         kernels = self._kernels.get(key)
         if kernels is None:
             kernels = self._kernels[key] = self._traced(s, aim, given)
-        within, order, block, *search = kernels.plain(*given)
+        within, order, block, fixed, state, bounds = kernels.plain(*given)
         if not within.item():
-            *fixed, state, low, span = search
-            for _ in range(ROUNDS * len(low)):
-                share, wrong, state = kernels.round(*fixed, state)
+            for _ in range(ROUNDS * len(order)):
+                share, wrong, state = kernels.round(fixed, state)
                 if not wrong.item():
                     break
-            order, block = kernels.bounded(*given, share, low, span)
+            order, block = kernels.bounded(*given, share, bounds)
         return ActuatorCommand(order, joints), PackedState(block, joints)
 
     def _traced(self, s: RobotState, aim: Reference, given: Sequence[Any]) -> _Kernels:
@@ -148,16 +147,20 @@ class CompiledCascade:
             bounds = {"gain": state.gain, "limit": state.limit, "low": state.low}
             wanted, within = allocation.unbounded(*given, **bounds)
             (h, soft, g, *rest), low, span = allocation.search(*given, **bounds)
-            begin = np.concatenate([x.reshape(-1) for x in rest])
-            return [within, *ended(parts, wanted), h, soft, g, begin, low, span]
+            search = ((h, soft, g), rest, (low, span))
+            flat = [np.concatenate([x.reshape(-1) for x in part]) for part in search]
+            return [within, *ended(parts, wanted), *flat]
 
         def bounded(*arrays: Array) -> list[Array]:
-            *own, share, low, span = arrays
+            *own, share, bounds = arrays
             within = np.minimum(np.maximum(share, 0.0), 1.0)
-            return ended(asked(own), allocation.of_squares(low + within * span))
+            squares = bounds[:drives] + within * bounds[drives:]
+            return ended(asked(own), allocation.of_squares(squares))
 
-        def turn(h: Array, soft: Array, g: Array, state: Array) -> list[Array]:
+        def turn(fixed: Array, state: Array) -> list[Array]:
             n = drives
+            h, soft = (fixed[k : k + n * n].reshape((1, n, n)) for k in (0, n * n))
+            g = fixed[2 * n * n :][None]
             rest = state[:n][None], state[n : 2 * n][None], state[2 * n :][:1], state[2 * n + 1 :]
             now = Search(h, soft, g, *rest)
             x, wrong = tried(now)
@@ -165,9 +168,9 @@ class CompiledCascade:
             return [x[0], np.any(wrong), np.concatenate(after)]
 
         own = [shape or (1, 1) for shape in shapes]
-        square, row = (1, drives, drives), (drives,)
+        size = 2 * drives * drives + drives
         return _Kernels(
             self._compiled(plain, own),
-            self._compiled(turn, [square, square, (1, drives), (2 * drives + 2,)]),
-            self._compiled(bounded, [*own, row, row, row]),
+            self._compiled(turn, [(size,), (2 * drives + 2,)]),
+            self._compiled(bounded, [*own, (drives,), (2 * drives,)]),
         )
