@@ -1,4 +1,4 @@
-"""Hydrostatic equilibrium of a robot at joint zero on calm water."""
+"""Hydrostatic equilibrium of a robot on calm water, legs in stance, other joints at zero."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.hydrostatics import Hull
 from seals.multibody.tree import forward
+from seals.robot.limbs import standing
 from seals.robot.model import RobotModel
 
 _TILT = math.radians(0.5)
@@ -26,7 +27,7 @@ class Placed(NamedTuple):
 
 
 class FloatingBody:
-    """All hulls of a robot, joints at zero, in base axes.
+    """All hulls of a robot in base axes, legs in stance, other joints at zero.
 
     Args:
         robot: the robot.
@@ -38,8 +39,8 @@ class FloatingBody:
     """
 
     def __init__(self, robot: RobotModel) -> None:
-        zero = np.zeros((1, robot.tree.joints))
-        origins, turns = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], zero)
+        values = standing(robot.legs, robot.tree.joints)[None]
+        origins, turns = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], values)
         self.parts = [
             Placed(hull, origins[0, k], turns[0, k])
             for k, hull in enumerate(robot.hulls)

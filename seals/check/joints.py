@@ -14,6 +14,7 @@ from seals.effects.binding import bind_effects
 from seals.effects.effect import Effect
 from seals.errors import ConfigError
 from seals.multibody.tree import forward
+from seals.robot.limbs import standing
 from seals.robot.model import RobotModel
 
 GRAVITY = 9.81
@@ -28,21 +29,24 @@ FASTEST = 60.0
 
 
 def look_at_joints(robot: RobotModel) -> Iterator[RobotFinding]:
-    """Yield findings about joint limits that allow no motion, or exclude zero."""
+    """Yield findings about joint limits that allow no motion, or exclude the start."""
     if not robot.joints:
         return
     stuck, away = [], []
-    for name, low, high in zip(robot.joints, robot.lower, robot.upper, strict=True):
+    start = standing(robot.legs, len(robot.joints))
+    for name, low, high, at in zip(robot.joints, robot.lower, robot.upper, start, strict=True):
         if high <= low:
             stuck.append(name)
-        elif not low <= 0.0 <= high:
+        elif not low <= at <= high:
             away.append(f"{name} ({low:.3g} to {high:.3g})")
     if stuck:
         advice = "They cannot move; set lower and upper, or make them type fixed."
         yield warned("joint limits", f"no travel: {listed(stuck)}", advice)
     if away:
-        advice = "Runs start at zero unless initial.joint_position says otherwise; give it."
-        yield warned("joint limits", f"zero lies outside: {listed(away)}", advice)
+        place = "zero" if not robot.legs else "the stance, zero where there is none,"
+        advice = f"Runs start at {place} unless initial.joint_position says otherwise; give it."
+        where = "zero" if not robot.legs else "the start"
+        yield warned("joint limits", f"{where} lies outside: {listed(away)}", advice)
     if not stuck and not away:
         free = int(np.sum(np.isinf(robot.lower) & np.isinf(robot.upper)))
         yield passed("joint limits", f"{len(robot.joints)} joint(s), {free} without limits")

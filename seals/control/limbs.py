@@ -11,13 +11,14 @@ from seals.arrays import Floats
 from seals.control.plant import Plant
 from seals.control.protocols import Reference
 from seals.errors import ConfigError, suggestion
+from seals.robot.limbs import standing
 from seals.robot.model import RobotModel
 from seals.state_records import state_record
 
 
 def stowed(robot: RobotModel) -> Floats:
-    """Return the rest posture: arms stowed, grippers open, others zero, shape (J,)."""
-    out = np.zeros(robot.tree.joints)
+    """Return the rest posture: arms stowed, grippers open, legs in stance, others zero, (J,)."""
+    out = standing(robot.legs, robot.tree.joints)
     for arm in robot.arms.values():
         out[list(arm.joints)] = arm.stowed
     for gripper in robot.grippers.values():

@@ -70,12 +70,14 @@ class Leg:
         joints: indices among the robot's joints, from the body on, k of them.
         foot: index of the last link.
         toe: what stands on the ground, in axes of that link [m], shape (3,).
+        stance: joint values when it stands [rad or m], shape (k,).
     """
 
     name: str
     joints: tuple[int, ...]
     foot: int
     toe: Floats
+    stance: Floats
 
 
 def build_arms(
@@ -124,7 +126,8 @@ def build_legs(
     """Return the legs of a robot by name.
 
     Raises:
-        RobotError: a joint or link does not exist, or the toe is not a position.
+        RobotError: a joint or link does not exist, the toe is not a position, or the numbers of
+            stance values and joints differ.
     """
     out = {}
     for name, leg in settings.items():
@@ -135,7 +138,22 @@ def build_legs(
             raise RobotError(
                 f"{where}.toe={list(leg.toe)} is not a position.\nAllowed: three numbers."
             )
-        out[name] = Leg(name=name, joints=found, foot=foot, toe=np.asarray(leg.toe, dtype=float))
+        stance = _values(f"{where}.stance", leg.stance or [0.0] * len(found), found)
+        toe = np.asarray(leg.toe, dtype=float)
+        out[name] = Leg(name=name, joints=found, foot=foot, toe=toe, stance=stance)
+    return out
+
+
+def standing(legs: Mapping[str, Leg], joints: int) -> Floats:
+    """Return the joint values of a robot on its legs: their stance, zero elsewhere, shape (J,).
+
+    Args:
+        legs: of the robot.
+        joints: number of all its joints, J.
+    """
+    out = np.zeros(joints)
+    for leg in legs.values():
+        out[list(leg.joints)] = leg.stance
     return out
 
 

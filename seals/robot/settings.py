@@ -95,11 +95,13 @@ class LegSettings:
         joints: from the body on.
         foot: the last link of the leg.
         toe: what stands on the ground, in axes of that link [m].
+        stance: joint values when it stands, one per joint; empty for zeros [rad or m].
     """
 
     joints: list[str] = field(default_factory=list)
     foot: str = ""
     toe: list[float] = vector((0.0, 0.0, 0.0), "m", bounds=(-1e3, 1e3), source="robot.yaml")
+    stance: list[float] = vector((), "rad or m", bounds=(-1e3, 1e3), source="robot.yaml")
 
 
 @dataclass(kw_only=True)

@@ -19,6 +19,7 @@ from seals.errors import ConfigError, suggestion
 from seals.frames import quaternion_of_rpy
 from seals.plugin_options import options_of
 from seals.robot.build import build_robot
+from seals.robot.limbs import standing
 from seals.robot.model import RobotModel
 from seals.run.effects_owned_by_fluid import refuse_fluid, resting_effects, without
 from seals.run.hover_trim import carrying
@@ -196,14 +197,16 @@ def initial_configuration(settings: RunSettings, robot: RobotModel) -> Configura
     """
     initial = settings.initial
     quaternion = quaternion_of_rpy(np.asarray([initial.rpy], dtype=float))
-    turn = _matrix(quaternion)
+    turn, count = _matrix(quaternion), robot.tree.joints
+    joints = _joint_values("joint_position", initial.joint_position, robot)
+    rates = _joint_values("joint_velocity", initial.joint_velocity, robot)
     return Configuration(
         position=np.asarray(initial.position, dtype=float),
         quaternion=quaternion[0],
         velocity=np.asarray(initial.velocity, dtype=float),
         angular_velocity=turn @ np.asarray(initial.angular_velocity, dtype=float),
-        joints=_joint_values("joint_position", initial.joint_position, robot),
-        joint_velocity=_joint_values("joint_velocity", initial.joint_velocity, robot),
+        joints=standing(robot.legs, count) if joints is None else joints,
+        joint_velocity=np.zeros(count) if rates is None else rates,
     )
 
 
@@ -225,4 +228,4 @@ def _joint_values(key: str, values: list[float], robot: RobotModel) -> Any:
             f"robot '{robot.name}' has {robot.tree.joints} joints.\n"
             f"Joints in order: {', '.join(robot.joints) or '(none)'}; leave it empty for zeros."
         )
-    return np.asarray(values, dtype=float) if values else np.zeros(robot.tree.joints)
+    return np.asarray(values, dtype=float) if values else None

@@ -10,6 +10,7 @@ import numpy as np
 from seals.control.plant import ROTOR, Layout
 from seals.effects.effect import EffectOptions
 from seals.plugin_options import options_of
+from seals.robot.limbs import standing
 from seals.robot.model import RobotModel
 from seals.run.settings import RunSettings
 
@@ -85,8 +86,8 @@ def describe_battery(settings: RunSettings) -> dict[str, float] | None:
 
 
 def stowed(robot: RobotModel) -> list[float]:
-    """Return the joint values of rest: arms stowed, others at zero."""
-    out = [0.0] * robot.tree.joints
+    """Return the joint values of rest: arms stowed, legs in stance, others at zero."""
+    out: list[float] = standing(robot.legs, robot.tree.joints).tolist()
     for arm in robot.arms.values():
         for joint, value in zip(arm.joints, arm.stowed, strict=True):
             out[joint] = float(value)

@@ -16,6 +16,7 @@ from seals.errors import ConfigError, suggestion
 from seals.fluid import Fluid
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.robot.build import build_robot
+from seals.robot.limbs import standing
 from seals.robot.model import RobotModel, Surface
 from seals.robot.robot_file import RobotFile
 from seals.robot.settings import RobotSettings
@@ -136,7 +137,7 @@ def object_configuration(name: str, settings: ObjectSettings, robot: RobotModel)
         quaternion=quaternion[0],
         velocity=np.asarray(settings.velocity, dtype=float),
         angular_velocity=turn @ np.asarray(settings.angular_velocity, dtype=float),
-        joints=np.asarray(settings.joint_position or np.zeros(joints), dtype=float),
+        joints=np.asarray(settings.joint_position or standing(robot.legs, joints), dtype=float),
         joint_velocity=np.zeros(joints),
     )
 

@@ -29,7 +29,8 @@ class InitialSettings:
         rpy: roll, pitch, yaw of the body in the world [rad].
         velocity: velocity of the body origin in the world [m/s].
         angular_velocity: angular velocity in body axes [rad/s].
-        joint_position: joint angles or travels in URDF order; empty means zeros [rad or m].
+        joint_position: joint angles or travels in URDF order; empty means zeros, and the
+            stance of legs [rad or m].
         joint_velocity: joint rates in URDF order; empty means zeros [rad/s or m/s].
         drives: whether rotors stand still, so that a flight begins with a drop of some 0.1 m, or
             run at the speed that carries the robot; only with a guide, in the air.

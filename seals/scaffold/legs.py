@@ -17,14 +17,14 @@ FEWEST = 4
 """Chains of three joints that count as legs."""
 SAG = 0.07
 """Turn of a leg's joint under its share of the weight, every second leg standing [rad]."""
-DAMPED = 0.0025
-"""Damping of a leg's servo by its stiffness [s]."""
+DAMPED, DAMPED_ON_FOUR = 0.0025, 0.015
+"""Damping of a leg's servo by its stiffness, of light legs and of four that carry a trunk [s]."""
 RESERVE = 4.0
 """Torque limit against the torque that carries [1]."""
 
 
 class Stance(NamedTuple):
-    """Stance of a robot with its joints at zero.
+    """Size of the stance of a robot.
 
     Args:
         reach: mean distance of the toes from their first joints over the ground [m].
@@ -86,12 +86,10 @@ def with_feet(
 
 def stance_of(robot: RobotModel, legs: Mapping[str, Mapping[str, Any]]) -> Stance:
     """Return reach and height of the stance."""
-    origins, turns = (
-        x[0]
-        for x in forward(
-            robot.tree, np.zeros((1, 3)), np.eye(3)[None], np.zeros((1, robot.tree.joints))
-        )
-    )
+    values = np.zeros((1, robot.tree.joints))
+    for leg in legs.values():
+        values[0, [robot.joints.index(j) for j in leg["joints"]]] = leg.get("stance") or 0.0
+    origins, turns = (x[0] for x in forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], values))
     reach, height = [], []
     for leg in legs.values():
         foot = robot.links.index(leg["foot"])
@@ -106,19 +104,29 @@ def leg_servos(robot: RobotModel, legs: Mapping[str, Mapping[str, Any]]) -> dict
     """Return servo gains with which half of the legs carry the weight."""
     carried = 9.81 * float(robot.mass.sum()) / (0.5 * len(legs))
     torque = carried * stance_of(robot, legs).span
-    values = {"kp_each": torque / SAG, "kd_each": DAMPED * torque / SAG}
+    damped = DAMPED_ON_FOUR if len(legs) == FEWEST else DAMPED
+    values = {"kp_each": torque / SAG, "kd_each": damped * torque / SAG}
     values["torque_limit_each"] = RESERVE * torque
     return {key: [float(f"{x:.3g}")] * robot.tree.joints for key, x in values.items()}
 
 
 def gait_of(robot: RobotModel, legs: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-    """Return the settings of an initial gait: strokes of two thirds of the span, low steps."""
+    """Return the settings of an initial gait: strokes of two thirds of the span, low steps.
+
+    On four legs it trots, which is to fall from one diagonal to the other: a step takes about as
+    long as the fall, and the feet carry the weight and hold the body level.
+    """
     stance = stance_of(robot, legs)
     # pendulums of the stance's height set the pace
     pace = np.sqrt(9.81 / max(stance.height, 1e-3)) / (2.0 * np.pi)
     lengths = {"stroke": 0.65 * stance.span, "lift": 0.3 * stance.height}
     paces = {"lowest": 0.5 * pace, "highest": 1.6 * pace}
-    return {key: float(f"{x:.3g}") for key, x in {**lengths, **paces}.items()}
+    if len(legs) == FEWEST:
+        lengths["lift"] *= 0.5
+        paces = {"lowest": 2.6 * pace, "highest": 3.6 * pace}
+        paces |= {"support": 1.0, "level": 8.0, "catch": 0.2 / (2.0 * np.pi * pace)}
+    numbers = {key: float(f"{x:.3g}") for key, x in {**lengths, **paces}.items()}
+    return {"pattern": "trot", **numbers} if len(legs) == FEWEST else numbers
 
 
 def _shared(names: Sequence[str]) -> str:

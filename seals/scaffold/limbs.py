@@ -20,12 +20,13 @@ _CLAW, _FINGER = r"claw|pincer|chel[ai]|cheliped", r"finger|dactyl|pollex|pincer
 
 
 class Limbs(NamedTuple):
-    """Entries of ``arms:``, ``grippers:`` and ``legs:``, and the joints that are in none."""
+    """Entries of ``arms:``, ``grippers:`` and ``legs:``, the other joints, the stance's source."""
 
     arms: dict[str, dict[str, Any]]
     grippers: dict[str, dict[str, Any]]
     others: list[str]
     legs: dict[str, dict[str, Any]] = {}  # noqa: RUF012  of a tuple, never written to
+    stance: str = ""
 
 
 def limbs_of(robot: RobotModel, passed_over: set[str]) -> Limbs:

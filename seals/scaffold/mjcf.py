@@ -106,6 +106,20 @@ class _Conversion:
                 self._joints(body, list(joints))
         for actuator in range(m.nu):
             self._actuator(actuator, set(own))
+        self._keyframe(set(own))
+
+    def _keyframe(self, own: set[int]) -> None:
+        """Read the joint values of the keyframe for standing, else of the first one."""
+        m = self.model
+        if not m.nkey:
+            return
+        names = [str(m.key(k).name).lower() for k in range(m.nkey)]
+        key = next((k for k, n in enumerate(names) if "home" in n or "stand" in n), 0)
+        for joint in range(m.njnt):
+            if int(m.jnt_bodyid[joint]) in own and m.jnt_type[joint] not in (_FREE, _BALL):
+                at = m.jnt_qposadr[joint]
+                value = float(m.key_qpos[key, at] - m.qpos0[at])
+                self.stated.pose[self._name("joint", joint)] = value
 
     def _name(self, kind: str, index: int) -> str:
         return str(getattr(self.model, kind)(index).name) or f"{kind}_{index}"
@@ -207,6 +221,8 @@ class _Conversion:
     def _joint(self, joint: int, parent: str, child: str, origin: Floats) -> Element:
         m = self.model
         low, high = m.jnt_range[joint] if m.jnt_limited[joint] else (-1e3, 1e3)
+        # the URDF's zero is the pose as drawn, where MuJoCo's joint has its reference value
+        low, high = (float(x - m.qpos0[m.jnt_qposadr[joint]]) for x in (low, high))
         slides = m.jnt_type[joint] == _SLIDE
         kind = "prismatic" if slides else "revolute" if m.jnt_limited[joint] else "continuous"
         effort = 0.0

@@ -14,7 +14,7 @@ from seals.scaffold.resources import find_resource
 from seals.untrusted_io import read_xml
 
 Element = ElementTree.Element
-_SECTIONS = ("compiler", "default", "asset", "worldbody", "actuator")
+_SECTIONS = ("compiler", "default", "asset", "worldbody", "actuator", "keyframe")
 _REFUSED = ("composite", "flexcomp", "replicate", "attach", "plugin", "flex", "skin")
 _DROPPED = (
     "light",
@@ -108,7 +108,7 @@ def _include(path: Path, home: Path, tree: Element, depth: int) -> None:
 
 
 def _strip(tree: Element, changes: list[str]) -> None:
-    """Remove appearance, plug-ins, and actuators that act on neither a joint nor a site."""
+    """Remove appearance, plug-ins, controls, and actuators of neither a joint nor a site."""
     for parent in list(tree.iter()):
         for child in list(parent):
             if (
@@ -120,6 +120,11 @@ def _strip(tree: Element, changes: list[str]) -> None:
                 parent.remove(child)
         for key in _ATTRIBUTES:
             parent.attrib.pop(key, None)
+    for frame in tree.iter("key"):
+        # controls of actuators that are left out would not fit
+        pose = {name: frame.get(name, "") for name in ("name", "qpos") if frame.get(name)}
+        frame.attrib.clear()
+        frame.attrib.update(pose)
     for section in tree.findall("actuator"):
         for child in list(section):
             if child.tag not in _ACTUATORS or not (child.get("joint") or child.get("site")):

@@ -106,6 +106,8 @@ class Stated:
     unread: list[str] = field(default_factory=list)
     servos: dict[str, tuple[float, float]] = field(default_factory=dict)
     """Stiffness and damping of position servos, by joint."""
+    pose: dict[str, float] = field(default_factory=dict)
+    """Joint values of a pose that the file holds, by joint [rad or m]."""
 
 
 def stated_of(root: ElementTree.Element) -> Stated:

@@ -28,7 +28,7 @@ def remarks_of(made: NewRobot, source: Takeover, *, chosen: bool) -> list[str]:
     robot = made.robot
     out = []
     if made.limbs.legs:
-        out.append("legs: the pose at zero is taken for the stance; the gait's numbers are chosen")
+        out.append(f"legs: the stance is {made.limbs.stance}; the gait's numbers are chosen")
     elif not made.drives:
         out.append(
             "no link is named like a rotor or thruster (rotor, prop, thruster, motor): "

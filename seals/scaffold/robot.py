@@ -23,6 +23,7 @@ from seals.scaffold.naming import free_name
 from seals.scaffold.remarks import remarks_of
 from seals.scaffold.rotors import Drives, by_carrier, drives_of
 from seals.scaffold.shapes import LinkHull, extents_of, hulls_of, rounded, with_volumes
+from seals.scaffold.stance import stances_of
 from seals.scaffold.takeover import Takeover
 from seals.scaffold.wings import add_wing_frames, lift_effects
 from seals.scaffold.writing import flow, rendered
@@ -134,7 +135,11 @@ def _fill(
     # that rotors can turn backwards is for the user to say
     reverses = given is not None and medium.wet
     limbs = limbs_of(robot, set())
-    limbs = limbs._replace(legs=with_feet(limbs.legs, hulls))
+    legs = with_feet(limbs.legs, hulls)
+    stances = stances_of(robot, legs, source.stated.pose)
+    for leg, values in stances.values.items():
+        legs[leg] |= {"stance": values} if values else {}
+    limbs = limbs._replace(legs=legs, stance=stances.source)
     made = NewRobot(
         folder, robot, drives, medium, reverses, limbs, hulls, wings, source.changes, []
     )

@@ -160,10 +160,19 @@ def _links_named(robot: RobotModel, words: str) -> list[int]:
         if k and re.search(words, name, re.IGNORECASE) and not re.search(_NOT, name, re.IGNORECASE)
     ]
     tree = robot.tree
+    fits = [k for k in fits if not _drives_a_joint(robot, k)]
     carrying = {tree.parent[k] for k in range(tree.links) if tree.joint[k] >= 0}
     return [
         k for k in fits if k not in carrying and not any(tree.parent[other] == k for other in fits)
     ]
+
+
+def _drives_a_joint(robot: RobotModel, link: int) -> bool:
+    """Return whether a link is the rotor of a joint's motor: calf_rotor, beside what moves calf."""
+    stem = re.sub(r"[_-]?(rotor|motor)$", "", robot.links[link], flags=re.IGNORECASE)
+    tree, moved = robot.tree, robot.links.index(stem) if stem in robot.links else link
+    beside = tree.parent[moved] == tree.parent[link]
+    return moved != link and beside and tree.joint[moved] >= 0 and tree.joint[link] < 0
 
 
 def _rest(robot: RobotModel) -> tuple[Floats, Floats]:

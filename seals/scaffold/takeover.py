@@ -164,7 +164,7 @@ class Takeover:
             self.changes.append(f"not read, nothing in it is used: {', '.join(unread[:6])}{more}")
 
     def _drop_dummy_base(self) -> None:
-        """Remove base links that are only a frame, such as ``base_footprint``."""
+        """Remove base links that are only a frame, such as ``base_footprint``, drawn or not."""
         while True:
             joints = self.root.findall("joint")
             children = {_end(j, "child") for j in joints}
@@ -174,7 +174,10 @@ class Takeover:
             below = [j for j in joints if _end(j, "parent") == bases[0].get("name")]
             if len(below) != 1 or below[0].get("type") != "fixed":
                 return
-            if bases[0].find("collision") is not None or bases[0].find("visual") is not None:
+            if bases[0].find("collision") is not None:
+                return
+            bare = {e.get("name") for e in self.root.findall("link") if e.find("inertial") is None}
+            if bases[0].find("visual") is not None and _end(below[0], "child") in bare:
                 return
             self.root.remove(bases[0])
             self.root.remove(below[0])

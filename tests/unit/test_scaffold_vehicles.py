@@ -216,19 +216,52 @@ def test_thrust_at_sites_of_an_mjcf(tmp_path: Path) -> None:
 
 
 def test_a_quadruped_of_mjcf(tmp_path: Path) -> None:
-    """Bodies are links at their joints, position actuators are servos, capsules keep volume."""
+    """Bodies are links at their joints, position actuators are servos, a keyframe is the stance."""
     made, data = taken(tmp_path, "quadruped.xml")
     assert list(made.limbs.legs) == ["FR", "FL", "RR", "RL"]
     servos = data["actuators"]["servos"]
     assert servos["kp_each"] == [100.0] * 12
-    assert data["legs"]["FR"]["toe"] == pytest.approx([0.14, 0.0, -0.16])
+    assert servos["kd_each"] == [1.0, 2.0, 2.0] * 4
+    assert data["legs"]["FR"]["toe"] == pytest.approx([0.0, 0.0, -0.213])
+    assert data["legs"]["RL"]["stance"] == [0.0, 0.9, -1.8]
     assert servos["torque_limit_each"][:3] == [23.7, 23.7, 35.5]
-    assert made.robot.mass.sum() == pytest.approx(6.9 + 4 * (0.68 + 1.0 + 0.17))
-    assert made.robot.upper[1] == pytest.approx(4.2)
-    length = math.hypot(0.14, 0.16)
-    capsule = math.pi * 0.017**2 * (length + 4.0 / 3.0 * 0.017)
+    assert made.robot.mass.sum() == pytest.approx(5.2 + 4 * (0.68 + 1.01 + 0.196))
+    assert made.robot.upper[1] == pytest.approx(4.5)
+    capsule = math.pi * 0.015**2 * (0.2 + 4.0 / 3.0 * 0.015)
     assert made.hulls["FL_thigh"].volume == pytest.approx(capsule, rel=1e-6, abs=1e-9)
     assert failures(made) == []
+
+
+def test_a_quadruped_without_a_stance_bends_its_knees(tmp_path: Path) -> None:
+    """Straight legs get one: toes below their lift joints, 0.72 of 0.426 m away, knees behind.
+
+    Rotors of the motors beside each joint are no propellers, and a drawn frame is no base.
+    """
+    made, data = taken(tmp_path, "quadruped.urdf")
+    assert made.drives == []
+    assert made.robot.links[0] == "trunk"
+    assert any("stance is chosen" in remark for remark in made.remarks)
+    for name, leg in data["legs"].items():
+        hip, lift, bend = leg["stance"]
+        assert hip == 0.0
+        knee = -0.213 * math.sin(lift)
+        # a grid of 81 values: 0.065 rad of the thigh is 14 mm
+        assert knee - 0.213 * math.sin(lift + bend) == pytest.approx(0.0, abs=0.015), name
+        assert 0.213 * (math.cos(lift) + math.cos(lift + bend)) == pytest.approx(0.307, abs=0.015)
+        assert knee < 0.0
+    assert failures(made) == []
+
+
+def test_a_joint_of_mjcf_with_another_reference(tmp_path: Path) -> None:
+    """A joint drawn at ref=0.5 rad has its URDF zero there: limits and keyframe move with it."""
+    text = (VEHICLES / "quadruped.xml").read_text(encoding="utf-8")
+    text = text.replace('name="FR_hip_joint"', 'name="FR_hip_joint" ref="0.5"')
+    file = tmp_path / "turned.xml"
+    file.write_text(text, encoding="utf-8")
+    made = scaffold_robot("mine", file, parent=tmp_path)
+    assert made.robot.lower[0] == pytest.approx(-1.36)
+    assert made.robot.upper[0] == pytest.approx(0.36)
+    assert made.limbs.legs["FR"]["stance"] == [-0.5, 0.9, -1.8]
 
 
 def test_a_crab_with_claws_from_macros_elsewhere(tmp_path: Path) -> None:

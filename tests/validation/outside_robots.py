@@ -89,6 +89,16 @@ def across(
     return measured
 
 
+def over(*places: tuple[float, float, float]) -> Callable[[Log], float]:
+    """Return the measure of a walk: the largest of the least level distances from its places."""
+
+    def measured(log: Log) -> float:
+        path = log.channel("position")[:, :2]
+        return max(float(np.linalg.norm(path - place[:2], axis=1).min()) for place in places)
+
+    return measured
+
+
 def at_end(x: float, y: float) -> Callable[[Log], float]:
     """Return the measure of a walk: the distance from its target at the end."""
     return lambda log: float(np.hypot(*(log.channel("position")[-1, :2] - [x, y])))
@@ -150,6 +160,21 @@ DIVED = {
 BUOY_AFLOAT = 0.2 - 0.4 * 18.0 / 998.2 / 0.045
 """Height of the buoy's float of 0.4 m and 45 litre when 18 kg of water are displaced [m]."""
 WALK = ("guide=seek", "environment.ground_level=0", "time.step=0.002")
+CORNERS = ((1.0, 0.0, 0.0), (1.0, 0.8, 0.0), (0.0, 0.8, 0.0))
+TROT = (
+    "guide=waypoints",
+    places_of(*CORNERS),
+    "guide.speed=0.3",
+    "guide.delay=1",
+    "guide.face_ahead=true",
+    "environment.ground_level=0",
+    "time.duration=25",
+)
+WALKED = {
+    "course": "trots over three corners of a rectangle of 1 m by 0.8 m, turning at each",
+    "measure": over(*CORNERS),
+    "bound": 0.05,
+}
 LEG = ("water=fossen", "controller=autopilot", "guide=los", "time.step=0.01")
 COURSES: dict[str, Course] = {
     "bluerov2": Course("bluerov2.sdf", "SDF", ROV, **DIVED),
@@ -178,19 +203,9 @@ COURSES: dict[str, Course] = {
         at_height(BUOY_AFLOAT),
         0.005,
     ),
-    "quadruped": Course(
-        "quadruped.xml",
-        "MJCF",
-        (
-            "guide=march",
-            "guide.speed=0",
-            "environment.ground_level=0",
-            "initial.position=[0,0,0.34]",
-            "time.duration=4",
-        ),
-        "stands on land, its height against that of its servos; it does not walk",
-        at_height(0.34 - 14.3 * 9.81 / 4.0 * 0.14**2 / 100.0),
-        0.002,
+    "quadruped": Course("quadruped.xml", "MJCF", (*TROT, "initial.position=[0,0,0.285]"), **WALKED),
+    "quadruped_ros": Course(
+        "quadruped.urdf", "URDF", (*TROT, "initial.position=[0,0,0.33]"), **WALKED
     ),
     "crab": Course(
         "crab_description/urdf/crab.urdf.xacro",

@@ -1,4 +1,4 @@
-"""Geometry of three-joint legs: toe positions in the stance, and inverse kinematics."""
+"""Geometry of three-joint legs: toes in the stance, inverse kinematics, Jacobian."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from seals.arrays import Array, Floats
 from seals.errors import ConfigError
 from seals.multibody.tree import forward
-from seals.robot.limbs import Leg
+from seals.robot.limbs import Leg, standing
 from seals.robot.model import RobotModel
 
 SQUARE = 1e-3
@@ -19,14 +19,14 @@ SPARE = 1e-3
 
 
 class Anatomy(NamedTuple):
-    """Geometry of all legs of an animal at zero joint values, in body axes.
+    """Geometry of all legs of a robot in body axes; axes and segments at zero joint values.
 
     In a leg's own plane the first coordinate runs outwards, square to the hip's axis, and the
     second along that axis. A leg of N is a row.
 
     Args:
         joints: indices of hip, lift and bend, shape (N, 3).
-        toe: place of the toes [m], shape (N, 3).
+        toe: place of the toes in the stance [m], shape (N, 3).
         hip: point on the hips' axes [m], shape (N, 3).
         basis: rows outwards, across, and along the hip's axis, shape (N, 3, 3).
         aside: distance of the leg's plane from the hip's axis [m], shape (N,).
@@ -83,6 +83,32 @@ class Anatomy(NamedTuple):
         inside: Array = np.minimum(np.maximum(values, self.lower), self.upper)
         return inside
 
+    def jacobian(self, values: Floats) -> Floats:
+        """Return the velocity of each toe for a unit rate of each joint of its leg [m].
+
+        Args:
+            values: hip, lift and bend [rad], shape (N, 3).
+
+        Returns:
+            Body axes, shape (N, 3, 3): a column for each joint.
+        """
+        out, across, along = self.basis.transpose(1, 0, 2)
+        turn = (np.cos(values[:, :1]), np.sin(values[:, :1]))
+        out, across = turn[0] * out + turn[1] * across, turn[0] * across - turn[1] * out
+        thigh = self.rest[:, 0] - self.sense[:, 1] * values[:, 1]
+        shank = thigh + self.rest[:, 1] - self.rest[:, 0] - self.sense[:, 2] * values[:, 2]
+        first, second = (
+            length[:, None] * (np.cos(a)[:, None] * out + np.sin(a)[:, None] * along)
+            for length, a in zip(self.length.T, (thigh, shank), strict=True)
+        )
+        knee = self.knee[:, :1] * out + self.knee[:, 1:] * along + self.aside[:, None] * across
+        columns = (
+            np.cross(along, knee + first + second),
+            self.sense[:, 1:2] * np.cross(across, first + second),
+            self.sense[:, 2:] * np.cross(across, second),
+        )
+        return np.stack(columns, axis=2)
+
     def outward(self) -> Floats:
         """Return the level directions in which the legs spread, body x and y, shape (N, 2).
 
@@ -106,9 +132,12 @@ def anatomy_of(robot: RobotModel) -> Anatomy:
             f"robot '{robot.name}' has no legs, a gait has nothing to move.\n"
             "Name them in its robot.yaml: legs: {NAME: {joints: [...], foot: LINK, toe: [x, y, z]}}"
         )
-    zero = np.zeros((1, robot.tree.joints))
-    origins, turns = (x[0] for x in forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], zero))
-    rows = [_row(robot, leg, origins, turns) for leg in robot.legs.values()]
+    stands = standing(robot.legs, robot.tree.joints)
+    # the stance with every hip at zero shows which way legs fold that are straight at zero
+    hips = stands.copy()
+    hips[[leg.joints[0] for leg in robot.legs.values() if leg.joints]] = 0.0
+    poses = [_pose(robot, values) for values in (0.0 * stands, hips, stands)]
+    rows = [_row(robot, leg, *poses) for leg in robot.legs.values()]
     table = {key: np.array([row[key] for row in rows]) for key in rows[0]}
     side = (table["toe"][:, 1] < 0.0).astype(float)
     rank = [
@@ -118,7 +147,17 @@ def anatomy_of(robot: RobotModel) -> Anatomy:
     return Anatomy(**table, side=side, rank=np.array(rank, dtype=float))
 
 
-def _row(robot: RobotModel, leg: Leg, origins: Floats, turns: Floats) -> dict[str, Floats]:
+Pose = tuple[Floats, Floats]
+"""Origins of all links [m] and their rotation matrices, body axes."""
+
+
+def _pose(robot: RobotModel, values: Floats) -> Pose:
+    """Pose of all links at joint values."""
+    found = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], values[None])
+    return found[0][0], found[1][0]
+
+
+def _row(robot: RobotModel, leg: Leg, zero: Pose, folded: Pose, stands: Pose) -> dict[str, Floats]:
     """One leg in its own plane."""
     if len(leg.joints) != 3:
         raise ConfigError(
@@ -127,36 +166,46 @@ def _row(robot: RobotModel, leg: Leg, origins: Floats, turns: Floats) -> dict[st
         )
     tree = robot.tree
     links = [tree.joint.index(j) for j in leg.joints]
-    axes = [turns[k] @ tree.axis[j] for k, j in zip(links, leg.joints, strict=True)]
-    hip, knee, ankle = (origins[k] for k in links)
-    toe = origins[leg.foot] + turns[leg.foot] @ leg.toe
+    axes = [zero[1][k] @ tree.axis[j] for k, j in zip(links, leg.joints, strict=True)]
     tilt = max(abs(float(axes[0] @ axes[1])), float(np.linalg.norm(np.cross(axes[1], axes[2]))))
     if tilt > SQUARE:
         raise ConfigError(
             f"robot '{robot.name}': leg '{leg.name}' has the axes {np.round(axes, 3).tolist()}.\n"
             "A gait needs the second and the third one parallel, and square to the first."
         )
+    hip, toe = zero[0][links[0]], _toe(leg, folded)
     out = np.cross(axes[1], axes[0])
     out = out if out @ (toe - hip) > 0.0 else -out
     across = np.cross(axes[0], out)
     plane = np.array([out, axes[0]])
-    thigh, shank = plane @ (ankle - knee), plane @ (toe - ankle)
-    rest = np.array([np.arctan2(s[1], s[0]) for s in (thigh, shank)])
-    turned = float(thigh[0] * shank[1] - thigh[1] * shank[0])
+    thigh, shank = _segments(plane, zero, links, _toe(leg, zero))
+    above, below = _segments(plane, folded, links, toe)
+    bent = float(above[0] * below[1] - above[1] * below[0])
     return {
         "joints": np.array(leg.joints),
-        "toe": toe,
+        "toe": _toe(leg, stands),
         "hip": hip,
         "basis": np.array([out, across, axes[0]]),
         "aside": np.array(across @ (toe - hip)),
-        "knee": plane @ (knee - hip),
+        "knee": plane @ (zero[0][links[1]] - hip),
         "length": np.array([np.hypot(*thigh), np.hypot(*shank)]),
-        "rest": rest,
+        "rest": np.array([np.arctan2(s[1], s[0]) for s in (thigh, shank)]),
         "sense": np.array([1.0, *(np.sign(axis @ across) for axis in axes[1:])]),
-        "fold": np.array(1.0 if turned > 0.0 else -1.0),
+        "fold": np.array(1.0 if bent > 0.0 else -1.0),
         "lower": robot.lower[list(leg.joints)],
         "upper": robot.upper[list(leg.joints)],
     }
+
+
+def _toe(leg: Leg, pose: Pose) -> Floats:
+    place: Floats = pose[0][leg.foot] + pose[1][leg.foot] @ leg.toe
+    return place
+
+
+def _segments(plane: Floats, pose: Pose, links: list[int], toe: Floats) -> tuple[Floats, Floats]:
+    """Thigh and shank in the plane of a leg whose hip is at zero [m], shape (2,) each."""
+    knee, ankle = (pose[0][k] for k in links[1:])
+    return plane @ (ankle - knee), plane @ (toe - ankle)
 
 
 def _wrapped(angle: Array) -> Array:

@@ -33,6 +33,9 @@ class Oscillators(Walker):
         turn_gain: of the heading's error [1/s].
         turn_limit: largest rate of turn [rad/s].
         smooth: time in which a change of walk is taken up [s].
+        support: share of the weight that is fed forward to the servos of the legs that stand [1].
+        level: bandwidth at which the feet hold the body level, 0 for not at all [rad/s].
+        catch: time by which the error of the velocity shifts where a toe lands [s].
         duty: share of the cycle on the ground [1].
         along: phase by which a leg lags behind the one in front [cycles].
         across: phase by which the right side lags behind the left [cycles].

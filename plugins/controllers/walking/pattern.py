@@ -15,16 +15,26 @@ class Pattern(enum.Enum):
 
     tripod: every second leg at once, both sides against each other; on eight legs this is the
     alternating tetrapod. tetrapod: thirds of the legs, one after the other. ripple: waves from the
-    rear to the front, both sides half a cycle apart. wave: one leg after the other.
+    rear to the front, both sides half a cycle apart. wave: one leg after the other. trot: the
+    diagonal pairs of four legs. crawl: one of four legs after the other, the fore leg of a side
+    after its hind leg, with a rest on all four before each (McGhee and Frank 1968).
     """
 
     tripod = "tripod"
     tetrapod = "tetrapod"
     ripple = "ripple"
     wave = "wave"
+    trot = "trot"
+    crawl = "crawl"
 
 
-DUTY = {Pattern.tripod: 0.5, Pattern.tetrapod: 2.0 / 3.0, Pattern.ripple: 0.7}
+DUTY = {
+    Pattern.tripod: 0.5,
+    Pattern.tetrapod: 2.0 / 3.0,
+    Pattern.ripple: 0.7,
+    Pattern.trot: 0.55,
+    Pattern.crawl: 0.85,
+}
 """Share of the cycle on the ground with which the groups of a pattern relieve each other [1]."""
 
 
@@ -37,7 +47,7 @@ def phases_of(pattern: Pattern, anatomy: Anatomy) -> Floats:
     """
     rank, side = anatomy.rank, anatomy.side
     count = float(rank.max()) + 1.0
-    if pattern is Pattern.tripod:
+    if pattern in (Pattern.tripod, Pattern.trot):
         return lagged(anatomy, 0.5, 0.5)
     if pattern is Pattern.tetrapod:
         return lagged(anatomy, 1.0 / 3.0, 1.0 / 3.0)

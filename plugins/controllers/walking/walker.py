@@ -13,10 +13,12 @@ import numpy as np
 
 from seals.arrays import Array, Floats
 from seals.control import ActuatorCommand, Plant, Reference, RobotState
+from seals.control.limbs import stowed
 from seals.control.protocols import NO_LEGS, Compiler, ControllerOptions
 from seals.errors import ConfigError, suggestion
 from seals.plugins.controllers.walking.anatomy import Anatomy, anatomy_of
 from seals.plugins.controllers.walking.stride import Walk, cadence, toes_of
+from seals.plugins.controllers.walking.support import Support, leg_stiffness
 from seals.schema import setting
 from seals.state_records import state_record
 
@@ -42,6 +44,7 @@ class Pace(NamedTuple):
         heading: wanted [rad].
         lively: 1 while walking, 0 standing, between them on the way [1].
         frequency: of the cycle [Hz].
+        shift: of the toes, level, to catch the body [m], shape (N, 2); empty for none.
     """
 
     phase: Floats
@@ -49,6 +52,7 @@ class Pace(NamedTuple):
     heading: float
     lively: float
     frequency: float
+    shift: Floats = NO_LEGS
 
 
 class Manner(NamedTuple):
@@ -94,6 +98,9 @@ class Walker(ControllerOptions, ABC):
         turn_gain: of the heading's error [1/s].
         turn_limit: largest rate of turn [rad/s].
         smooth: time in which a change of walk is taken up [s].
+        support: share of the weight that is fed forward to the servos of the legs that stand [1].
+        level: bandwidth at which the feet hold the body level, 0 for not at all [rad/s].
+        catch: time by which the error of the velocity shifts where a toe lands [s].
     """
 
     rate: float = setting(125.0, "Hz", bounds=(1.0, 1e4), source="chosen: 30 a cycle")
@@ -109,6 +116,10 @@ class Walker(ControllerOptions, ABC):
     turn_limit: float = setting(2.0, "rad/s", bounds=(0.0, 100.0), source="chosen")
     smooth: float = setting(0.12, "s", bounds=(1e-3, 10.0), source="chosen: a step")
 
+    support: float = setting(0.0, "1", bounds=(0.0, 2.0), source="chosen: stiff servos")
+    level: float = setting(0.0, "rad/s", bounds=(0.0, 100.0), source="chosen: many legs")
+    catch: float = setting(0.0, "s", bounds=(0.0, 1.0), source="chosen: many legs")
+
     needs_mass_properties: ClassVar[bool] = False
 
     def bind(self, plant: Plant) -> None:
@@ -123,11 +134,17 @@ class Walker(ControllerOptions, ABC):
                 "Allowed: lowest up to highest."
             )
         self._legs: Anatomy = anatomy_of(plant.robot)
-        self._rest = np.minimum(np.maximum(0.0, plant.robot.lower), plant.robot.upper)
+        self._rest = stowed(plant.robot)
         self._drives = plant.layout.drives
         self._outward = self._legs.outward()
         self._columns = self._legs.joints.astype(int)
         self._stepping: Callable[..., Sequence[Array]] = self._stepped
+        stiff = leg_stiffness(plant, self._columns) if self.support > 0.0 else None
+        self._support = (
+            None
+            if stiff is None
+            else Support(self._legs, stiff, plant.gravity, self.support, self.level)
+        )
 
     def start(self) -> Pace:
         """Return the initial legs, all in stance, in the order of the gait."""
@@ -145,9 +162,17 @@ class Walker(ControllerOptions, ABC):
         manner = self.manner(aim.manner)
         places = self._places(manner)
         pace = self._paced(situation, aim, memory, manner, places)
+        if self.catch > 0.0:
+            pace = pace._replace(shift=self._caught(situation, pace, manner))
+            places[:, :2] += pace.shift
         numbers = (*pace.walk, pace.frequency, manner.duty, manner.lift * pace.lively)
+        values, toes = self._stepping(pace.phase, places, numbers)
+        if self._support is not None:
+            stance = pace.phase / manner.duty if pace.lively > 0.0 else 0.0 * pace.phase + 0.5
+            values = values + self._support.offsets(situation, toes, stance)
+            values = np.minimum(np.maximum(values, self._legs.lower), self._legs.upper)
         joints = self._rest.copy()
-        joints[self._columns] = self._stepping(pace.phase, places, numbers)[0]
+        joints[self._columns] = values
         return ActuatorCommand(np.zeros(self._drives), joints), pace
 
     def compile(self, compiled: Compiler | None) -> None:
@@ -157,11 +182,11 @@ class Walker(ControllerOptions, ABC):
             self._stepping = compiled(self._stepped, [(legs,), (legs, 3), (6,)])
 
     def _stepped(self, phase: Array, places: Array, numbers: Any) -> Sequence[Array]:
-        """Return hip, lift and bend of every leg [rad], shape (N, 3); pure."""
+        """Return hip, lift and bend of every leg [rad] and its toe [m], shape (N, 3) each; pure."""
         ahead, aside, turn, frequency, duty, lift = numbers
         walk = Walk(ahead, aside, turn)
         toes = toes_of(phase, places, walk, frequency=frequency, duty=duty, lift=lift)
-        return (self._legs.angles(toes),)
+        return self._legs.angles(toes), toes
 
     def manner(self, wishes: Mapping[str, float]) -> Manner:
         """Return the stepping parameters: those of the gait, overridden by the reference."""
@@ -209,10 +234,26 @@ class Walker(ControllerOptions, ABC):
         going = 1.0 if max(abs(x) for x in wanted) > 1e-3 else 0.0
         lively = memory.lively + share * (going - memory.lively)
         frequency, walk = cadence(walk, places, duty=duty, stroke=manner.stroke, low=low, high=high)
-        pace = Pace(memory.phase, walk, heading, lively, frequency)
+        pace = Pace(memory.phase, walk, heading, lively, frequency, memory.shift)
         if lively < STILL:
             return pace._replace(lively=lively if going else 0.0)
         return pace._replace(phase=self.advanced(pace, manner, s.step))
+
+    def _caught(self, s: RobotState, pace: Pace, manner: Manner) -> Floats:
+        """Shift of the toes: those in the air follow the error of the velocity (Raibert 1986)."""
+        last = np.zeros((len(pace.phase), 2)) if not len(pace.shift) else pace.shift
+        forward = s.rotation[:2, 0] / max(float(np.hypot(*s.rotation[:2, 0])), 1e-9)
+        left = np.array([-forward[1], forward[0]])
+        now = np.array([forward @ s.velocity[:2], left @ s.velocity[:2]])
+        wanted = np.array([pace.walk.ahead, pace.walk.aside])
+        limit = 0.5 * manner.stroke
+        target = np.clip(self.catch * (now - wanted), -limit, limit)
+        # a toe is where it shall land when half of its way through the air is done
+        swing = np.clip((pace.phase - manner.duty) / (1.0 - manner.duty), 0.0, 1.0)
+        left_over = np.maximum(0.5 - swing, 0.0) / max(s.step * pace.frequency, 1e-9)
+        share = np.where(swing > 0.0, 1.0 / (1.0 + left_over * (1.0 - manner.duty)), 0.0)
+        out: Floats = last + pace.lively * share[:, None] * (target - last)
+        return out
 
     def _heading(self, yaw: float, aim: Reference, last: float) -> float:
         """Heading that belongs to the way [rad]."""

@@ -26,6 +26,7 @@ from seals.environment.settings import EnvironmentSettings
 from seals.errors import LogError
 from seals.plugin_options import options_of
 from seals.robot.fusing import fused
+from seals.robot.limbs import standing
 from seals.robot.model import RobotModel
 from seals.schema import parameters_of
 from seals.sysid.data.installed import loaded
@@ -123,8 +124,9 @@ def falls(actuators: Iterable[Any]) -> Floats:
 
 
 def _stowed(robot: RobotModel) -> Floats:
-    """Joint values at rest [rad or m], shape (J,): those of stowed arms and open grippers."""
-    values: Floats = np.clip(np.zeros(robot.tree.joints), robot.lower, robot.upper)
+    """Joint values at rest [rad or m], shape (J,): arms stowed, grippers open, legs in stance."""
+    stands = standing(robot.legs, robot.tree.joints)
+    values: Floats = np.clip(stands, robot.lower, robot.upper)
     for arm in robot.arms.values():
         values[list(arm.joints)] = arm.stowed
     for gripper in robot.grippers.values():
