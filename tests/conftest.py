@@ -19,6 +19,11 @@ import pytest
 
 from seals import registry
 
+ROOT = str(Path(__file__).parents[1])
+if ROOT not in sys.path:
+    # last: the benchmarks lie there, and the package itself is tested as it is installed
+    sys.path.append(ROOT)
+
 STRANGER = Path(__file__).parent / "thirdparty" / "coral-seals"
 
 URDF = """<?xml version="1.0"?>
