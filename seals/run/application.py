@@ -21,7 +21,7 @@ from seals.run.goals import missed
 from seals.run.left_out import find_left_out
 from seals.run.live_output import opened
 from seals.run.particle_snapshots import Thinned
-from seals.run.provenance import provenance
+from seals.run.provenance import compiled_of, provenance
 from seals.run.recorder import Recorder
 from seals.run.replay_config import recalled
 from seals.run.report import write_plots, write_report
@@ -166,6 +166,7 @@ def _run_into(
             folder=folder,
         )
     record.log.meta["simulated"][RUN_ID] = facts[RUN_ID]
+    facts["compiled"] = compiled_of(settings)
     write_log(folder, record, settings)
     remarks = missed(record) + find_unused(settings, overrides) + find_conflicts(settings)
     remarks += find_left_out(settings)

@@ -63,14 +63,13 @@ def revision(folder: Path) -> str | None:
 
 def provenance(settings: RunSettings) -> dict[str, Any]:
     """Return the provenance of a run: versions, revision, machine, checksums."""
-    choice = options_of(settings.backend, BackendOptions).compiled
     return {
         "versions": versions(),
         "git": revision(Path(seals.__file__).resolve().parent),
         "machine": f"{platform.system()} {platform.machine()}",
         "seed": settings.seed,
         "engine": f"{type(settings.backend).__module__}.{type(settings.backend).__qualname__}",
-        "compiled": settings.fluid is None and compiles(choice, step_count(settings)),
+        "compiled": compiled_of(settings),
         "robot": {
             "name": settings.robot.name,
             "folder": settings.robot.folder,
@@ -78,6 +77,12 @@ def provenance(settings: RunSettings) -> dict[str, Any]:
         },
         **({"objects": object_files(settings)} if settings.objects else {}),
     }
+
+
+def compiled_of(settings: RunSettings) -> bool:
+    """Return whether the laws of a run are compiled; a run that gave it up says no."""
+    choice = options_of(settings.backend, BackendOptions).compiled
+    return settings.fluid is None and compiles(choice, step_count(settings))
 
 
 def object_files(settings: RunSettings) -> dict[str, Any]:

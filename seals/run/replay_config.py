@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 from pathlib import Path
 from typing import Any
@@ -46,6 +47,11 @@ def recalled(folder: Path, *, key: str = "repeat") -> Any:
             }
         config = OmegaConf.merge(OmegaConf.structured(RunSettings), OmegaConf.create(raw))
         config.repeat = config.resume = None
+    noted = _facts(folder).get("compiled")
+    if isinstance(noted, bool) and "compiled" in (raw.get("backend") or {}):
+        # what a run of another length would decide for itself
+        missing = noted and importlib.util.find_spec("llvmlite") is None
+        config.backend.compiled = "auto" if missing else str(noted).lower()
     _same_robot(folder, config, key)
     return config
 

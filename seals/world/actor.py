@@ -139,7 +139,7 @@ class Actor:
         self.immersion = Immersion(robot) if fluid is not None else None
         self._assembly = Assembly(robot.spatial_inertia[None], self.servos.armature)
         choice = "false" if fluid is not None else options_of(backend, BackendOptions).compiled
-        self._must = choice == "true"
+        self._must, self._backend = choice == "true", backend
         self._weights: CompiledWeights | None = None
         self.compiled: CompiledStep | None = None
         if compiles(choice, steps):
@@ -153,7 +153,7 @@ class Actor:
         except REFUSED as problem:
             if self._must:
                 raise
-            warnings.warn(f"robot '{self.robot.name}' is not compiled: {problem}", stacklevel=3)
+            self._say(problem)
 
     @property
     def readings(self) -> Mapping[str, Any]:
@@ -271,11 +271,16 @@ class Actor:
             self._before = look.velocities
         self._look = None
 
+    def _say(self, problem: Exception) -> None:
+        """Say that there is no machine code; the run notes it."""
+        warnings.warn(f"robot '{self.robot.name}' goes on without: {problem}", stacklevel=4)
+        self._backend.compiled = "false"  # type: ignore[attr-defined]
+
     def _interpret(self, problem: CannotCompile) -> None:
         """Go on without machine code, in words, where that is allowed."""
         if self._must:
             raise problem
-        warnings.warn(f"robot '{self.robot.name}' goes on without: {problem}", stacklevel=3)
+        self._say(problem)
         self.compiled = self._look = self._weights = None
         self.body.interpret()  # type: ignore[attr-defined]
         if self.pilot is not None:

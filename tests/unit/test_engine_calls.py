@@ -67,8 +67,8 @@ def test_calls_come_in_the_order_of_the_protocol(tmp_path: Path) -> None:
     assert engine.calls == [
         "apply_wrenches",
         "apply_joint_forces",
-        "state",
         "contacts",
+        "state",
         "shift_base",
         "set_velocity",
     ]
@@ -87,8 +87,8 @@ def test_an_engine_that_solves_gets_inertia_and_drives(tmp_path: Path) -> None:
         "add_inertia",
         "apply_joint_forces",
         "drive_joints",
-        "state",
         "contacts",
+        "state",
         "shift_base",
         "set_velocity",
     ]
