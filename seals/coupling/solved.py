@@ -38,7 +38,7 @@ class SolvedForces:
         self._centred = not np.any(engine.reference)
         self._added = Assembly(np.zeros((1, len(robot.links), 6, 6)))
         self._outer = np.zeros(robot.tree.joints)
-        self._given = self._outer
+        self._given: Floats | None = self._outer
 
     def forget(self) -> None:
         """Forget the last step."""
@@ -46,6 +46,8 @@ class SolvedForces:
 
     def joint_forces(self) -> Floats:
         """Return the forces on the joints over the last step [N m or N], shape (J,)."""
+        if self._given is None:
+            self._given = self._outer + self._engine.drive_forces()
         return self._given
 
     def apply(
@@ -138,17 +140,15 @@ class SolvedForces:
         return xp.concat(parts, axis=2), bias + linear @ turning
 
     def measure(self) -> None:
-        """Record the drive forces after a step."""
-        self._given = self._outer
-        if self._outer.size:
-            self._given = self._outer + self._engine.drive_forces()
+        """Note that there was a step: its drive forces are found when they are asked for."""
+        self._given = None if self._outer.size else self._outer
 
     def moved(self, kick: Floats, step: float) -> None:
         """Do nothing: no prediction from the last step is needed."""
 
     def snapshot(self) -> Any:
         """Return the state outside the engine."""
-        return self._given
+        return self.joint_forces()
 
     def restore(self, kept: Any) -> None:
         """Restore a snapshot."""

@@ -185,9 +185,10 @@ class CompiledStep:
             first, last = len(kept.remembered), len(kept.remembered) + len(kept.turning)
             voltage, ahead, *body = results[last:]
             if self._body.give(form, body, look):
+                # in the order of the memory before: the kernel is given its values
                 new = {**memory, **dict(zip(kept.remembered, results, strict=False))}
                 speeds = dict(zip(kept.turning, results[first:last], strict=True))
-                later = Supply(*(x if x.size else None for x in (voltage, ahead)))
+                later = Supply(voltage if voltage.size else None, ahead if ahead.size else None)
                 return Loads(row, new, speeds, later)
 
     def _compiled(self, key: Any, memory: Mapping[str, Floats], values: Sequence[Any]) -> _Form:
