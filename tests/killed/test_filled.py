@@ -64,7 +64,7 @@ COMMANDS: dict[str, list[str]] = {
     ],
 }
 ROOM = {"add": "0", "verify": "16k", "sweep": "48k", "render": "16k", "calibrate": "32k"}
-ROOM |= {"diagnose": "16k", "teleop": "64k"}
+ROOM |= {"diagnose": "16k", "teleop": "64k", "evaluate": "16k"}
 """Room of those that write less; none at all where a single file is written."""
 
 
