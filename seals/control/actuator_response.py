@@ -66,16 +66,17 @@ def _by_sign(
     held: Floats, following: Floats, before: Floats, part: float, taus: tuple[Floats, Floats]
 ) -> Floats:
     """State at the start of every interval, where rise and fall have different time constants."""
-    out = np.empty_like(held)
     # what is kept over the two stretches of every part, rising and falling
     early, late = ([np.exp(-s / tau) for tau in taus] for s in (before, part - before))
-    state = out[0] = held[0]
-    for k in range(len(held) - 1):
-        for goal, (rise, fall) in (
-            (held[k], (early[0][k], early[1][k])),
-            (following[k], (late[0][k], late[1][k])),
-        ):
-            kept = np.where(np.abs(goal) < np.abs(state), fall, rise)
-            state = goal + (state - goal) * kept
-        out[k + 1] = state
-    return out
+    tables = np.stack([held, *early, following, *late], axis=2)
+    columns = []
+    # a few numbers: five times as fast one by one as as arrays
+    for k in range(held.shape[1]):
+        state = float(held[0, k])
+        column = [state]
+        for goal, rise, fall, then, up, down in tables[:-1, k].tolist():
+            state = goal + (state - goal) * (fall if abs(goal) < abs(state) else rise)
+            state = then + (state - then) * (down if abs(then) < abs(state) else up)
+            column.append(state)
+        columns.append(column)
+    return np.array(columns).T

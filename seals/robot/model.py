@@ -88,14 +88,19 @@ class RobotModel:
         """Number of generalised velocities."""
         return self.tree.joints + (0 if self.tree.fixed_base else 6)
 
+    @cached_property
+    def _sizes(self) -> tuple[Floats, Floats]:
+        """Volumes [m^3] and plan areas [m^2] of the hulls, many cuts each, shape (L, 1)."""
+        volumes = [0.0 if h is None else h.volume for h in self.hulls]
+        plans = [0.0 if h is None else h.plan_area for h in self.hulls]
+        return np.array(volumes)[:, None], np.array(plans)[:, None]
+
     def bodies(self, like: Array, batch: int = 1) -> Body:
         """Return the constant properties of all links, in the library of ``like``.
 
         Rows are link by link: all bodies of the batch for the first link, then for the next.
         """
-        volume = np.array([0.0 if h is None else h.volume for h in self.hulls])
-        plan = np.array([0.0 if h is None else h.plan_area for h in self.hulls])
-        table = (self.mass[:, None], self.centre, volume[:, None], plan[:, None])
+        table = (self.mass[:, None], self.centre, *self._sizes)
         if len(self.links) == 1:
             return Body(*(as_like(x, like) for x in table))
         return Body(*(as_like(np.repeat(x, batch, axis=0), like) for x in table))
