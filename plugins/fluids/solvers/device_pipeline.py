@@ -15,6 +15,7 @@ from seals.plugins.fluids.solvers.pbf.choices import Search
 from seals.plugins.fluids.solvers.pbf.device.bodies import Bodies, BodyNeighbourCount
 from seals.plugins.fluids.solvers.pbf.device.cohesion import Cohesion
 from seals.plugins.fluids.solvers.pbf.device.finish import Finish
+from seals.plugins.fluids.solvers.pbf.device.gap import Gap
 from seals.plugins.fluids.solvers.pbf.device.grid import Grid
 from seals.plugins.fluids.solvers.pbf.device.isotropy import Isotropy
 from seals.plugins.fluids.solvers.pbf.device.kernels import Smoothing
@@ -125,6 +126,16 @@ class DevicePipeline(ABC):
         self.body_neighbours = BodyNeighbourCount(
             self.bodies, self.particles, self.smoothing, self.grid
         )
+        self.gap = Gap(
+            self.bodies,
+            *parts,
+            self.grid,
+            self.bounds,
+            self.numbers,
+            self.smoothing,
+            spacing=self.spacing,
+            scale=chosen.solid_scale,
+        )
         self.finish = Finish(
             self.particles,
             self.grid,
@@ -182,6 +193,13 @@ class DevicePipeline(ABC):
             if self.samples.longest:
                 self.sorting.survey_samples()
             self.body_neighbours.count()
+
+    def _fill_gaps(self, buffer: int) -> None:
+        """Press bodies off the walls that they lie on, at the positions of a buffer."""
+        self.gap.find_heads(buffer)
+        self.gap.fill(buffer)
+        self.bodies.gather()
+        self.gap.book()
 
     def _change_velocities(self, buffer: int) -> None:
         """Apply surface tension, vorticity and viscosity at the positions of a buffer."""

@@ -29,11 +29,12 @@ _CHOSEN = "chosen"
 
 @dataclass(kw_only=True)
 class FluidParticles(ParticleFluid):
-    """Water as particles in a tank, by position-based fluids, two-way coupled with bodies.
+    """Water as particles in a tank, two-way coupled with bodies.
 
     Equation:
-        Density constraint of Macklin and Mueller 2013 with compliance (XPBD); bodies as samples
-        with volumes (Akinci et al. 2012), their mass and inertia inside the iterations. It is
+        Density constraint of Macklin and Mueller 2013 with compliance (XPBD), or with
+        ``solver=dfsph`` constant density and zero divergence (Bender and Koschier 2015); bodies as
+        samples with volumes (Akinci et al. 2012), their mass and inertia in the iterations. It is
         filled to ``environment.water_level``; its floor is ``environment.tank_bottom``, else the
         depth is ``size[2]``.
 
@@ -76,7 +77,8 @@ class FluidParticles(ParticleFluid):
 
     References:
         Macklin and Mueller 2013, doi:10.1145/2461912.2461984; Akinci et al. 2012,
-        doi:10.1145/2185520.2185558; Macklin et al. 2014, doi:10.1145/2601097.2601152.
+        doi:10.1145/2185520.2185558; Macklin et al. 2014, doi:10.1145/2601097.2601152; Bender and
+        Koschier 2015, doi:10.1145/2786784.2786796.
 
     Example:
         >>> FluidParticles(spacing=0.05).name

@@ -79,6 +79,7 @@ class DfsphPipeline(DevicePipeline):
         done += self._iterate(now.correct_density, 0, self.settings.own.compression)
         now.keep_off()
         if moving:
+            self._fill_gaps(1)
             now.react_to_touch()
             self.bodies.gather()
             self.bodies.travel()

@@ -12,7 +12,7 @@ from seals.plugins.fluids.solvers.pbf.choices import Kernel
 from seals.plugins.fluids.solvers.pbf.device.bodies import GROUP, Bodies
 from seals.plugins.fluids.solvers.pbf.fields import Globals, Samples
 from seals.plugins.fluids.solvers.pbf.lattice import Calibration
-from seals.plugins.fluids.solvers.pbf.points import weigh
+from seals.plugins.fluids.solvers.pbf.points import plane_normals, weigh
 
 Array = NDArray[np.float64]
 
@@ -45,6 +45,7 @@ class Boundary:
         self.given: dict[int, Array] = {}
         self.points: dict[int, Array] = {}
         self.weights: dict[int, Array] = {}
+        self.normals: dict[int, Array] = {}
         self.stale = True
 
     def add(
@@ -85,9 +86,13 @@ class Boundary:
         self.points[body], self.weights[body] = weigh(
             whole, spacing=self.spacing, kernel=self.kernel, lattice=self.lattice, convex=convex
         )
+        if body:
+            self.normals[body] = plane_normals(whole, self.spacing)
         if volumes is not None and bulk is not None and (bulk < 1.0).any():
             own = volumes / self.spacing**3
             self.weights[body] = bulk * self.weights[body] + (1.0 - bulk) * own
+            # what is weighed by volume is pressed from all sides
+            self.normals[body] = np.where(bulk[:, None] < 1.0, 0.0, self.normals[body])
         self.stale = True
 
     def move(self, body: int, points: Array) -> None:
@@ -99,6 +104,7 @@ class Boundary:
         self.given.pop(body, None)
         self.points.pop(body, None)
         self.weights.pop(body, None)
+        self.normals.pop(body, None)
         self.stale = True
 
     @property
@@ -117,6 +123,7 @@ class Boundary:
         capacity, bodies = self.samples.capacity, self.bodies
         point = np.zeros((capacity, 3), np.float32)
         weight, owner = np.zeros(capacity, np.float32), np.zeros(capacity, np.int32)
+        normal = np.zeros((capacity, 3), np.float32)
         group = np.zeros((bodies.most, 3), np.int32)
         spans = np.zeros((bodies.bodies + 1, 2), np.int32)
         at = groups = 0
@@ -125,6 +132,7 @@ class Boundary:
             end = at + len(points)
             point[at:end], weight[at:end], owner[at:end] = points, self.weights[body], body
             if body:
+                normal[at:end] = self.normals[body]
                 spans[body, 0] = groups
                 for first in range(at, end, GROUP):
                     group[groups] = body, first, min(first + GROUP, end)
@@ -133,6 +141,7 @@ class Boundary:
             at = end
         _write(self.samples.point, point)
         _write(self.samples.weight, weight)
+        _write(self.samples.normal, normal)
         _write(self.samples.body, owner)
         _write(bodies.group, group)
         _write(bodies.first, spans)

@@ -53,6 +53,7 @@ class Calibration(NamedTuple):
         top: largest eigenvalue of the constraints over ``stiffness``.
         virial: pressure over (multiplier / volume) in settled water; near one.
         behind: density that a wall adds to the layer of water on it.
+        press: gradient of the density that a wall adds to the layer of water on it [1/spacing].
         solid: factors of the boundary's kernel, see ``solid_factors``.
         along: what a wall adds to the moments of the layer of water on it along the wall, over what
             it adds across.
@@ -67,6 +68,7 @@ class Calibration(NamedTuple):
     top: float
     virial: float
     behind: float
+    press: float
     solid: tuple[float, float]
     along: float
 
@@ -130,6 +132,7 @@ def calibrate(kernel: Kernel, support: float = 2.0) -> Calibration:
         top=float(response.max()) / stiffness,
         virial=-SETTLED[kernel] * float((gradient * points).sum()) / 3,
         behind=factor * float(sum(sheet_mean(shape, float(k), support)[0] for k in layers)),
+        press=-2 * factor * float(sum(sheet_mean(shape, float(k), support)[1] for k in layers)),
         solid=solid,
         along=along_over_across(solid, support),
     )

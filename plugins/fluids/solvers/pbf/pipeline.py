@@ -40,6 +40,8 @@ class SubstepPipeline(DevicePipeline):
             self.bodies.predict()
         self._sort(static_changed)
         done = self._sweeps(self.moving)
+        if self.moving:
+            self._fill_gaps(buffers(done)[0])
         self._change_velocities(buffers(done)[0])
         return done
 

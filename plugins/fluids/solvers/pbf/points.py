@@ -18,6 +18,8 @@ Index = NDArray[np.int64]
 BULGE = 0.4
 # no sample is moved by more than this [spacings]
 MOST = 0.12
+# radius in which samples make a sheet [spacings], and its least spread over the next one
+SHEET, FLAT = 1.6, 0.5
 # points looked at together, to bound the memory
 BATCH = 20_000
 
@@ -113,3 +115,25 @@ def weigh(
     size = np.linalg.norm(bend, axis=1, keepdims=True)
     shift = BULGE * spacing * bend * np.minimum(1.0, MOST / np.maximum(BULGE * size, 1e-12))
     return Weighed(points - shift, weights)
+
+
+def plane_normals(points: Array, spacing: float) -> Array:
+    """Return the normal of the sheet around every point, of either sign; zero where there is none.
+
+    Args:
+        points: samples of a surface [m], shape (b, 3).
+        spacing: of the water [m].
+
+    Example:
+        >>> x, y = np.meshgrid(np.arange(3.0), np.arange(3.0))
+        >>> sheet = np.column_stack([x.ravel(), y.ravel(), np.zeros(9)])
+        >>> np.abs(plane_normals(sheet, 1.0)[4]).tolist()
+        [0.0, 0.0, 1.0]
+    """
+    spread = np.zeros((len(points), 3, 3))
+    for i, j, _ in close_pairs(points, points, SHEET * spacing):
+        off = points[i] - points[j]
+        np.add.at(spread, i, off[:, :, None] * off[:, None, :])
+    size, axes = np.linalg.eigh(spread)
+    flat = size[:, 0] < FLAT * size[:, 1]
+    return np.asarray(np.where(flat[:, None], axes[:, :, 0], 0.0))

@@ -55,6 +55,8 @@ class Bodies:
         # one row per body, see ``receive`` and ``report``
         self.inbox = fields.scalar(ti.f64, bodies + 1, INBOX)
         self.outbox = fields.scalar(ti.f64, bodies + 1, OUTBOX)
+        # piezometric head of the water around, as a multiplier, see ``device.gap``
+        self.head = fields.scalar(ti.f32, bodies + 1)
         self.neighbour_count = fields.vector(2, ti.f32, bodies + 1)
         # what the sweeps read in single precision: centre (3), inverse mass and inertia
         self.compact = fields.vector(5, ti.f32, bodies + 1)

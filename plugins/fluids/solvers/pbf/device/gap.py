@@ -1,0 +1,185 @@
+"""Pressure in gaps between bodies and static walls that are too narrow for a particle."""
+
+from typing import Any
+
+from seals.plugins.fluids.solvers.pbf.device.bodies import Bodies
+from seals.plugins.fluids.solvers.pbf.device.grid import Grid
+from seals.plugins.fluids.solvers.pbf.device.kernels import Smoothing
+from seals.plugins.fluids.solvers.pbf.fields import Globals, Particles, Samples
+from seals.plugins.fluids.solvers.pbf.language import ti
+
+# a sample nearer than this to those of a wall has no room for water between: the two stand half a
+# spacing behind their faces each [spacings]
+REACH = 1.7
+NONE = -1e9
+
+
+@ti.data_oriented
+class Gap:
+    """Water in gaps narrower than a particle: it presses a body off the wall that it lies on.
+
+    Equation:
+        F = sum_s p(z) A_s (1 - wet_s) |n_s . n| n over the samples of a body near a wall of normal
+        n, p = p_0 + rho g (z_0 - z) from the mean piezometric head of the water that touches the
+        body; wet_s is the share that particles between the two press with. The wall feels -F.
+
+    Without it particles above press a body on the floor down and none lifts it. Real gaps are
+    never sealed: the water in them has the pressure of the water around.
+
+    Args:
+        bodies: data in and out: heads, impulses.
+        particles: data in: multipliers.
+        samples: data in: sorted samples, normals.
+        grid: cells of the particles.
+        bounds: cells of the samples.
+        numbers: step, gravity, counts; data out: impulse of walls.
+        smoothing: the kernel.
+        spacing: distance at rest [m].
+        scale: weight of boundary volumes.
+
+    Assumptions:
+        The water in the gap is at rest: no suction when a body is lifted quickly off the floor.
+    """
+
+    def __init__(
+        self,
+        bodies: Bodies,
+        particles: Particles,
+        samples: Samples,
+        grid: Grid,
+        bounds: Grid,
+        numbers: Globals,
+        smoothing: Smoothing,
+        *,
+        spacing: float,
+        scale: float,
+    ) -> None:
+        self.b, self.p, self.s, self.g = bodies, particles, samples, numbers
+        self.grid, self.bounds, self.kernel = grid, bounds, smoothing
+        self.listed = particles.longest > 0
+        self.reach, self.half = REACH * spacing, 0.5 * spacing
+        self.full = smoothing.lattice.press / spacing
+        self.virial, self.scale = smoothing.lattice.virial, scale
+
+    @ti.func
+    def per_metre(self) -> Any:
+        """Change of the multiplier of water at rest with depth [m]."""
+        return self.g.gravity[None] * self.g.step[None] ** 2 / self.virial
+
+    @ti.kernel
+    def find_heads(self, src: ti.template()):
+        """Average the piezometric head around every body. Data in: positions of ``src``."""
+        for s in range(self.s.capacity):
+            if s < self.g.moving[None]:
+                o = self.s.place[self.s.rank[s]]
+                x = ti.Vector([o[0], o[1], o[2]])
+                total = ti.Vector([0.0, 0.0])
+                if self.grid.inside(x):
+                    if ti.static(self.listed):
+                        for k in range(self.s.near[s]):
+                            total += self.head_of(src, self.s.list[s, k], x)
+                    else:
+                        for ox in range(-1, 2):
+                            for oy in range(-1, 2):
+                                first, last = self.grid.run(
+                                    self.grid.start, x, ox, oy, self.grid.support
+                                )
+                                for j in range(first, last):
+                                    total += self.head_of(src, j, x)
+                self.s.count[s] = total
+        for k in range(self.b.most):
+            if k < self.b.groups[None]:
+                total = ti.Vector([0.0, 0.0])
+                for s in range(self.b.group[k][1], self.b.group[k][2]):
+                    total += self.s.count[s]
+                self.b.count_sum[k] = total
+        for b in range(1, self.b.bodies + 1):
+            total = ti.Vector([0.0, 0.0])
+            for k in range(self.b.first[b][0], self.b.first[b][1]):
+                total += self.b.count_sum[k]
+            self.b.head[b] = total[0] / total[1] if total[1] > 1e-6 else NONE
+
+    @ti.func
+    def head_of(self, src: ti.template(), j, x) -> Any:
+        """Head of a particle, and its weight at a sample."""
+        at = self.p.place[src][j]
+        e = ti.Vector([at[0] - x[0], at[1] - x[1], at[2] - x[2]])
+        w, _ = self.kernel.solid(e.norm_sqr())
+        held = self.p.multiplier[j]
+        if ti.static(self.p.isotropic):
+            # next to walls the same pressure needs more of a multiplier, see ``device.isotropy``
+            held *= self.p.third[j] / self.virial
+        return w * ti.Vector([held + self.per_metre() * at[2], 1.0])
+
+    @ti.kernel
+    def fill(self, src: ti.template()):
+        """Compute the forces on samples in gaps. Data in: heads, positions of ``src``."""
+        for s in range(self.s.capacity):
+            if s < self.g.moving[None]:
+                o = self.s.place[self.s.rank[s]]
+                x = ti.Vector([o[0], o[1], o[2]])
+                b = self.s.body[s]
+                force = ti.Vector([0.0, 0.0, 0.0])
+                if self.b.head[b] > NONE and self.bounds.inside(x):
+                    away = self.wall_normal(x)
+                    held = self.b.head[b] - self.per_metre() * (x[2] - self.half * away[2])
+                    if away.norm_sqr() > 0.0 and held > 0.0:
+                        open_share = 1.0 - ti.min(self.wetness(src, s, x, away), 1.0)
+                        area = self.scale * o[3] * self.facing(s, b, away)
+                        force = (held * self.full * area * open_share) * away
+                self.s.push[s] = force
+
+    @ti.func
+    def wall_normal(self, x) -> Any:
+        """Direction away from the static samples in reach; zero where there are none."""
+        away = ti.Vector([0.0, 0.0, 0.0])
+        for ox in range(-1, 2):
+            for oy in range(-1, 2):
+                first, last = self.bounds.run(self.bounds.start, x, ox, oy, self.reach)
+                for t in range(first, last):
+                    if self.s.owner[t] == 0:
+                        o = self.s.place[t]
+                        e = ti.Vector([x[0] - o[0], x[1] - o[1], x[2] - o[2]])
+                        r = e.norm() + 1e-9
+                        away += (ti.max(self.reach - r, 0.0) * o[3] / r) * e
+        size = away.norm()
+        return away / ti.max(size, 1e-12) if size > 1e-6 * self.reach else 0.0 * away
+
+    @ti.func
+    def facing(self, s, b, away) -> Any:
+        """Share of a sample's area that faces the wall; one where it is weighed by volume."""
+        n = self.s.normal[s]
+        turned = ti.cast(self.b.rotation[b] @ ti.cast(n, ti.f64), ti.f32)
+        return ti.abs(turned.dot(away)) if n.norm_sqr() > 0.0 else 1.0
+
+    @ti.func
+    def wetness(self, src: ti.template(), s, x, away) -> Any:
+        """Share of the pressure that particles between sample and wall hand on."""
+        wet = 0.0
+        if ti.static(self.listed):
+            for k in range(self.s.near[s]):
+                wet += self.handed_on(src, self.s.list[s, k], x, away)
+        else:
+            for ox in range(-1, 2):
+                for oy in range(-1, 2):
+                    first, last = self.grid.run(self.grid.start, x, ox, oy, self.grid.support)
+                    for j in range(first, last):
+                        wet += self.handed_on(src, j, x, away)
+        return wet / self.full
+
+    @ti.func
+    def handed_on(self, src: ti.template(), j, x, away) -> Any:
+        """Gradient along the normal of a particle on the wall's side, else zero."""
+        at = self.p.place[src][j]
+        e = ti.Vector([at[0] - x[0], at[1] - x[1], at[2] - x[2]])
+        _, g = self.kernel.solid(e.norm_sqr())
+        return ti.max(g * e.dot(away), 0.0)
+
+    @ti.kernel
+    def book(self):
+        """Let the walls feel the opposite. Data in: sums of `Bodies.gather`."""
+        for _ in range(1):
+            total = ti.Vector([0.0, 0.0, 0.0], dt=ti.f64)
+            for k in range(self.b.groups[None]):
+                total += self.b.force_sum[k]
+            self.g.walls[0] += total / ti.cast(self.g.step[None], ti.f64)
