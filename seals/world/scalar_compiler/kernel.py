@@ -16,7 +16,7 @@ import numpy as np
 
 from seals.arrays import Floats, undecided
 from seals.caches import cache_folder
-from seals.errors import ConfigError, optional_import
+from seals.errors import ConfigError, MissingExtra, optional_import
 from seals.world.scalar_compiler.graph import Node, given
 from seals.world.scalar_compiler.llvm import text_of
 from seals.world.scalar_compiler.traced import Traced, constant
@@ -96,8 +96,8 @@ def compiled(law: Callable[..., Sequence[Any]], shapes: Sequence[tuple[int, ...]
         shapes: of its arguments.
 
     Raises:
-        CannotCompile: the law asks for a number to decide what it does, or for what only NumPy has.
-        ConfigError: llvmlite is not installed.
+        CannotCompile: the law asks for a number to decide what it does, or for what only NumPy has;
+            or llvmlite is not installed, or broken.
     """
     graph: dict[Any, Node] = {}
     numbers = iter(range(sum(_size(s) for s in shapes)))
@@ -115,7 +115,11 @@ def compiled(law: Callable[..., Sequence[Any]], shapes: Sequence[tuple[int, ...]
         ) from problem
     results = [constant(x) for x in found]
     text, work = text_of([entry for x in results for entry in x.entries.flat])
-    return Kernel(_machine_code(text), shapes, results, work)
+    try:
+        code = _machine_code(text)
+    except (MissingExtra, OSError, RuntimeError) as problem:
+        raise CannotCompile(str(problem)) from problem
+    return Kernel(code, shapes, results, work)
 
 
 def _size(shape: tuple[int, ...]) -> int:
