@@ -9,7 +9,7 @@ more than 1 GB is kept in a folder.
     python benchmarks/fuzz.py --jobs 8              as many at a time
     python benchmarks/fuzz.py --seconds 20 ulog urdf
 
-The results of all targets are in `summary.json` in the folder of the findings.
+Results so far are in `TARGET.json`, those of all targets in `summary.json`, beside the findings.
 """
 
 from __future__ import annotations
@@ -157,6 +157,7 @@ def work(name: str, seconds: float, finds: Path, report: Any) -> None:
     told = sound(target, folder)
     used = _address_space()
     resource.setrlimit(resource.RLIMIT_AS, (used + MOST_MEMORY, used + MOST_MEMORY))
+    result: dict[str, Any] = {"files": 0, "findings": [], "slowest": 0.0, "peak": 0.0}
     end, count, slowest, seen = time.monotonic() + seconds, 0, 0.0, set[str]()
     current = finds / f"{name}.running"
 
@@ -189,13 +190,16 @@ def work(name: str, seconds: float, finds: Path, report: Any) -> None:
         print(f"{name}: the sound file: {told}", flush=True)
     while time.monotonic() < end:
         batch()
+        findings = [*sorted(seen), *([f"the sound file: {told}"] if told else [])]
+        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+        if peak > MOST_PEAK:
+            findings.append(f"{peak:.0f} MB at the peak")
+        result = {"files": count, "findings": findings, "slowest": slowest, "peak": peak}
+        # also for whoever cuts it off
+        (finds / f"{name}.json").write_text(json.dumps(result))
     current.unlink(missing_ok=True)
     shutil.rmtree(folder, ignore_errors=True)
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    findings = [*sorted(seen), *([f"the sound file: {told}"] if told else [])]
-    if peak > MOST_PEAK:
-        findings.append(f"{peak:.0f} MB at the peak")
-    report.put({"files": count, "findings": findings, "slowest": slowest, "peak": peak})
+    report.put(result)
 
 
 def _address_space() -> int:
