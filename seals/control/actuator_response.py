@@ -68,13 +68,13 @@ def _by_sign(
     """State at the start of every interval, where rise and fall have different time constants."""
     # what is kept over the two stretches of every part, rising and falling
     early, late = ([np.exp(-s / tau) for tau in taus] for s in (before, part - before))
-    tables = np.stack([held, *early, following, *late], axis=2)
+    tables = [x[:-1].T.tolist() for x in (held, *early, following, *late)]
     columns = []
     # a few numbers: five times as fast one by one as as arrays
     for k in range(held.shape[1]):
         state = float(held[0, k])
         column = [state]
-        for goal, rise, fall, then, up, down in tables[:-1, k].tolist():
+        for goal, rise, fall, then, up, down in zip(*(t[k] for t in tables), strict=True):
             state = goal + (state - goal) * (fall if abs(goal) < abs(state) else rise)
             state = then + (state - then) * (down if abs(then) < abs(state) else up)
             column.append(state)

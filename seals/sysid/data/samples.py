@@ -175,16 +175,21 @@ def _voltage(logs: Sequence[Log], vehicle: Vehicle, step: float) -> Floats | Non
     if not logs[0].has("battery_voltage"):
         return None
     each = [log.channel("battery_voltage")[:, :1] for log in logs]
-    seen = [v[np.isfinite(v)] for v in each]
-    if not any(v.size for v in seen):
+    measured = [np.isfinite(v) for v in each]
+    if not any(good.any() for good in measured):
         return None
     # in a log without it nothing sags
-    full = vehicle.full_voltage or full_voltage(vehicle) or float(np.mean(np.concatenate(seen)))
-    smooth = [
-        _smooth(v, step) if own.size else np.full_like(v, full)
-        for v, own in zip(each, seen, strict=True)
-    ]
-    return np.concatenate(smooth)
+    mean = float(np.nanmean(np.concatenate(each)))
+    full = vehicle.full_voltage or full_voltage(vehicle) or mean
+    known = logs[0].meta.get("known_exactly")
+    exact = isinstance(known, list) and "battery_voltage" in known
+    out = []
+    for volts, good in zip(each, measured, strict=True):
+        if not good.any():
+            out.append(np.full_like(volts, full))
+        else:
+            out.append(volts if exact and good.all() else _smooth(volts, step))
+    return np.concatenate(out)
 
 
 def _joint_commands(log: Log, vehicle: Vehicle) -> Floats:

@@ -196,9 +196,11 @@ class Plant:
         changes = self.applied(values, batch, over_steps=over_steps).items()
         given = {k: self.total(k, v) for k, v in changes if k.partition(".")[0] in bound.index}
         waves = self._waves(values, batch)
-        return BatchDynamics(
+        twin = BatchDynamics(
             self.vehicle.robot, bound, self.vehicle.environment, waves, batch=batch, values=given
         )
+        twin.evaluator.fed = self.samples.voltage is not None
+        return twin
 
     def _bound(self, used: frozenset[str]) -> EffectSet:
         """Bind the effects of the nominal model and some more, once for each choice."""

@@ -144,6 +144,9 @@ class _Runner:
         self.drive, self.parts = drive_states(model, samples, parts=parts), parts
         self.actor = world.actors[VEHICLE]
         self.turns = matrix_of(trajectory.quaternion)
+        if samples.voltage is not None:
+            # as measured: the model's battery is full again at the start of every window
+            self.actor.battery, self.actor.evaluator.fed = None, True
 
     def run(self, first: int, length: int) -> tuple[TwinState, Floats]:
         """Return states at some rows and the readings of ideal sensors at the origin.
