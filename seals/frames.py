@@ -268,3 +268,17 @@ def quaternion_of(rotation: Floats) -> Floats:
     q = np.array(rows[largest])
     found: Floats = q * (math.copysign(1.0, q[3]) / math.sqrt(float(q @ q)))
     return found
+
+
+def cross3(a: Array, b: Array) -> Array:
+    """Return the cross product of two vectors, shape (3,), faster than `numpy.cross`.
+
+    Example:
+        >>> cross3(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
+        array([0., 0., 1.])
+    """
+    if type(a) is not np.ndarray or type(b) is not np.ndarray:
+        return cross(a[None], b[None])[0]
+    ax, ay, az = a.tolist()
+    bx, by, bz = b.tolist()
+    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])

@@ -12,7 +12,7 @@ from seals.arrays import Floats
 from seals.control import ActuatorCommand, Plant, Reference, RobotState
 from seals.control.added import water_drag
 from seals.control.allocation import Saturation
-from seals.control.attitude import attitude_error, cross3
+from seals.control.attitude import attitude_error
 from seals.control.axes import (
     HEAVE,
     PITCH,
@@ -28,6 +28,7 @@ from seals.control.limbs import joint_targets, stowed
 from seals.control.mass_properties import MassPropertyEstimator
 from seals.control.model_wrench import model_wrench
 from seals.control.plant import Layout
+from seals.frames import cross3
 from seals.plugins.controllers.vehicle import VehicleController
 from seals.schema import setting
 from seals.state_records import state_record

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -19,6 +19,13 @@ from seals.effects.identification import (
 )
 from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.schema import param
+
+_LIMITS: dict[str, Any] = {
+    "bounds": (0.0, 1e5),
+    "tolerance": 0.15,
+    "relative": True,
+    "source": "zero unless the vehicle states it",
+}
 
 
 @dataclass(kw_only=True)
@@ -56,54 +63,12 @@ class DragAngular(Effect):
         0.02
     """
 
-    coefficient_x: float = param(
-        0.0,
-        "N m s/rad",
-        bounds=(0.0, 1e5),
-        tolerance=0.15,
-        relative=True,
-        source="zero unless the vehicle states it",
-    )
-    coefficient_y: float = param(
-        0.0,
-        "N m s/rad",
-        bounds=(0.0, 1e5),
-        tolerance=0.15,
-        relative=True,
-        source="zero unless the vehicle states it",
-    )
-    coefficient_z: float = param(
-        0.0,
-        "N m s/rad",
-        bounds=(0.0, 1e5),
-        tolerance=0.15,
-        relative=True,
-        source="zero unless the vehicle states it",
-    )
-    quadratic_x: float = param(
-        0.0,
-        "N m s^2/rad^2",
-        bounds=(0.0, 1e5),
-        tolerance=0.15,
-        relative=True,
-        source="zero unless the vehicle states it",
-    )
-    quadratic_y: float = param(
-        0.0,
-        "N m s^2/rad^2",
-        bounds=(0.0, 1e5),
-        tolerance=0.15,
-        relative=True,
-        source="zero unless the vehicle states it",
-    )
-    quadratic_z: float = param(
-        0.0,
-        "N m s^2/rad^2",
-        bounds=(0.0, 1e5),
-        tolerance=0.15,
-        relative=True,
-        source="zero unless the vehicle states it",
-    )
+    coefficient_x: float = param(0.0, "N m s/rad", **_LIMITS)
+    coefficient_y: float = param(0.0, "N m s/rad", **_LIMITS)
+    coefficient_z: float = param(0.0, "N m s/rad", **_LIMITS)
+    quadratic_x: float = param(0.0, "N m s^2/rad^2", **_LIMITS)
+    quadratic_y: float = param(0.0, "N m s^2/rad^2", **_LIMITS)
+    quadratic_z: float = param(0.0, "N m s^2/rad^2", **_LIMITS)
     medium: MediumKind = MediumKind.water
     accounts_for: ClassVar[tuple[str, ...]] = ("angular drag",)
     zero_when_dry: ClassVar[bool] = True

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from seals.arrays import Array
 from seals.effects.effect import Effect, MediumKind, Parameters
@@ -11,6 +11,13 @@ from seals.effects.identification import Addition, Comparison, Identification, S
 from seals.effects.power_law import power_law_additions
 from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.schema import param
+
+_LIMITS: dict[str, Any] = {
+    "bounds": (0.0, 1e5),
+    "tolerance": 0.08,
+    "relative": True,
+    "source": "zero unless the vehicle states it",
+}
 
 
 @dataclass(kw_only=True)
@@ -46,30 +53,9 @@ class DragLinear(Effect):
         0.3
     """
 
-    coefficient_x: float = param(
-        0.0,
-        "N s/m",
-        bounds=(0.0, 1e5),
-        tolerance=0.08,
-        relative=True,
-        source="zero unless the vehicle states it",
-    )
-    coefficient_y: float = param(
-        0.0,
-        "N s/m",
-        bounds=(0.0, 1e5),
-        tolerance=0.08,
-        relative=True,
-        source="zero unless the vehicle states it",
-    )
-    coefficient_z: float = param(
-        0.0,
-        "N s/m",
-        bounds=(0.0, 1e5),
-        tolerance=0.08,
-        relative=True,
-        source="zero unless the vehicle states it",
-    )
+    coefficient_x: float = param(0.0, "N s/m", **_LIMITS)
+    coefficient_y: float = param(0.0, "N s/m", **_LIMITS)
+    coefficient_z: float = param(0.0, "N s/m", **_LIMITS)
     medium: MediumKind = MediumKind.air
     accounts_for: ClassVar[tuple[str, ...]] = ("linear drag",)
     identification: ClassVar[Identification] = Identification(

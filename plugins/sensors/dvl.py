@@ -11,9 +11,9 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import ConfigError
+from seals.frames import cross3
 from seals.schema import param, setting
 from seals.sensors.instrument import Instrument, TrueValues
-from seals.sensors.mount import crossed
 from seals.sensors.noise import Noise
 from seals.sensors.protocol import SensorInput
 
@@ -137,7 +137,7 @@ class SensorDvl(Instrument):
         own = solver @ speeds[heard] + self.bias
         velocity = self._mount.turn @ own
         if self.at_origin and not self._mount.centred:
-            velocity = velocity - crossed(self._mount.turn @ seen[SPIN], self._mount.arm)
+            velocity = velocity - cross3(self._mount.turn @ seen[SPIN], self._mount.arm)
         altitude = np.array([np.mean(ranges[heard]) * math.cos(self.beam_angle)])
         return {**out, "velocity": velocity, "velocity_valid": np.ones(1), "dvl_altitude": altitude}
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from seals.logs.axes import AxesSettings
-from seals.robot.settings import RobotSettings
+from seals.robot.settings import LogRobotSettings
 
 
 @dataclass(kw_only=True)
@@ -26,8 +26,11 @@ class MotorSettings:
 
 
 @dataclass(kw_only=True)
-class ConvertSettings:
+class ConvertSettings(LogRobotSettings):
     """Settings of a conversion: foreign log, reader options, output folder.
+
+    The robot's rotors turn motor commands into speeds; its ``datasheet.yaml`` says what is known of
+    motors and sensors.
 
     Args:
         name: of the conversion, part of the name of Hydra's own folder.
@@ -37,12 +40,6 @@ class ConvertSettings:
         map: YAML file with fields of the reader, such as ``columns`` and ``units``.
         meta: YAML file with what is known of vehicle and sensors.
         urdf: description of the vehicle, which goes into the log folder.
-        robot: folder or name of the robot, whose rotors turn motor commands into speeds; its
-            ``datasheet.yaml`` says what is known of motors and sensors.
-        effects: of the robot, which a conversion has no use for.
-        sensors: of the robot, likewise.
-        actuators: of the robot, by instance name.
-        controller: of the robot, likewise without use.
         axes: in which the log stands.
         motors: from motor commands to rotor speeds.
         late: channel -> time by which its stamps are late [s].
@@ -59,11 +56,6 @@ class ConvertSettings:
     map: str | None = None
     meta: str | None = None
     urdf: str | None = None
-    robot: RobotSettings = field(default_factory=RobotSettings)
-    effects: dict[str, Any] = field(default_factory=dict)
-    sensors: dict[str, Any] = field(default_factory=dict)
-    actuators: dict[str, Any] = field(default_factory=dict)
-    controller: Any = None
     axes: AxesSettings = field(default_factory=AxesSettings)
     motors: MotorSettings = field(default_factory=MotorSettings)
     late: Any = None

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Array, namespace
-from seals.frames import cross
 
 
 def lean_for(force: Array, yaw: Any, *, tilt: Any, least: Any) -> Array:
@@ -106,12 +105,3 @@ def error_of(rotation: Array, wanted: Array) -> Array:
     first = xp.where(small, half, x * longer)
     rest = (xp.where(small, part, part * longer) for part in (y, z))
     return xp.concat((first, *rest), axis=1)
-
-
-def cross3(a: Array, b: Array) -> Array:
-    """Return the cross product of two vectors, faster than `numpy.cross`."""
-    if type(a) is not np.ndarray or type(b) is not np.ndarray:
-        return cross(a[None], b[None])[0]
-    ax, ay, az = a.tolist()
-    bx, by, bz = b.tolist()
-    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])

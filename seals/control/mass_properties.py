@@ -10,8 +10,8 @@ from seals.arrays import Array, Floats, gathered, namespace
 from seals.control.plant import Plant
 from seals.control.protocols import Buoyancy
 from seals.environment.sample import Sample
-from seals.frames import CROSS
 from seals.multibody.kinematics import Kinematics
+from seals.multibody.single import cross_rows
 from seals.multibody.tree import forward
 from seals.robot.model import RobotModel
 
@@ -102,7 +102,7 @@ class MassPropertyEstimator:
         first, mass = beyond[:, :3, 3], beyond[:, 3:, 3]
         count = len(axes)
         levers = np.concatenate((first - mass * anchors, anchors))
-        both = _products(np.concatenate((axes, axes)), levers)
+        both = cross_rows(np.concatenate((axes, axes)), levers)
         push, swing = both[:count], both[count:]
         trace = (beyond[:, 0, 0] + beyond[:, 1, 1] + beyond[:, 2, 2])[:, None]
         spin = trace * axes - (beyond[:, :3, :3] @ axes[:, :, None])[:, :, 0]
@@ -113,7 +113,7 @@ class MassPropertyEstimator:
             swing = np.where(slide, -axes, swing)
         x, y, z = centre.tolist()
         about = gathered([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]], centre)
-        return push, spin - _products(first, swing) - push @ about
+        return push, spin - cross_rows(first, swing) - push @ about
 
 
 class ImmersionEstimator:
@@ -171,9 +171,3 @@ def _pseudo(robot: RobotModel, link: int) -> Floats:
     out[:3, 3] = out[3, :3] = mass * centre
     out[3, 3] = mass
     return out
-
-
-def _products(a: Array, b: Array) -> Array:
-    """Products of rows, shape (n, 3)."""
-    product: Array = (a[:, :, None] * b[:, None, :]).reshape(-1, 9) @ CROSS
-    return product

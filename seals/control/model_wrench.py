@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from seals.arrays import Floats
-from seals.control.attitude import cross3
 from seals.control.protocols import RobotState
+from seals.frames import cross3
 
 
 def model_wrench(

@@ -98,7 +98,7 @@ def layout_of(robot: RobotModel, effects: EffectSet) -> Layout:
     table = {key: np.zeros((count, 3)) for key in ("position", "axis")}
     table |= {key: np.zeros(count) for key in NUMBERS}
     kind, link = [""] * count, [0] * count
-    origins, turns = _rest(robot)
+    origins, turns = rest_poses(robot)
     for b in bound:
         carrier = b.links[0]
         if robot.tree.joints and np.any(robot.tree.moves[carrier]):
@@ -153,8 +153,8 @@ def _refuse_arms(robot: RobotModel, carrier: int, name: str, *, rotor: bool) -> 
         )
 
 
-def _rest(robot: RobotModel) -> tuple[Floats, Floats]:
-    """Origins and rotations of all links in body axes, joints at zero."""
+def rest_poses(robot: RobotModel) -> tuple[Floats, Floats]:
+    """Return origins (L, 3) and rotations (L, 3, 3) of all links in body axes, joints at zero."""
     zero = np.zeros((1, robot.tree.joints))
     origins, turns = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], zero)
     return origins[0], turns[0]

@@ -45,7 +45,7 @@ class Single(NamedTuple):
             turning[count], turning[count + 1] = speed[3:6], speed[0:3]
         both = np.empty((tree.links, 2, 3))
         np.matmul(tree.spins, turning[: count + 1], out=both[:, 1])
-        products = _cross(np.concatenate((both[:, 1], turning[:count])), self.levers)
+        products = cross_rows(np.concatenate((both[:, 1], turning[:count])), self.levers)
         np.matmul(tree.sweep, np.concatenate((products, turning[count + 1 :])), out=both[:, 0])
         return both, self._in_links(both)
 
@@ -59,10 +59,10 @@ class Single(NamedTuple):
         """
         tree, count = self.tree, self.tree.joints
         turning = self.axes * speed[-count:, None]
-        change = _cross(angular.take(tree.parents, axis=0), turning)
+        change = cross_rows(angular.take(tree.parents, axis=0), turning)
         both = np.empty((tree.links, 2, 3))
         np.matmul(tree.moves, change, out=both[:, 1])
-        products = _cross(
+        products = cross_rows(
             np.concatenate((both[:, 1], change, turning, angular[:1])),
             np.concatenate((self.levers, linear.take(tree.children, axis=0), linear[:1])),
         )
@@ -82,7 +82,7 @@ class Single(NamedTuple):
             upper[:, :, 3:6] = across
         moves = tree.moves[:, None, :]
         np.multiply(self.axes.T, moves, out=lower[:, :, lead:])
-        own = _cross(self.axes, self.levers[tree.links :]).T
+        own = cross_rows(self.axes, self.levers[tree.links :]).T
         np.multiply(np.matmul(across, self.axes.T) - own, moves, out=upper[:, :, lead:])
         back = self.rotations.transpose(0, 2, 1)[:, None]
         turned: Floats = np.matmul(back, out).reshape(tree.links, 6, size)
@@ -98,7 +98,7 @@ class Single(NamedTuple):
 _EYE = np.eye(3)
 
 
-def _cross(a: Floats, b: Floats) -> Floats:
-    """Cross products of rows, both (N, 3)."""
+def cross_rows(a: Floats, b: Floats) -> Floats:
+    """Return the cross products of rows, both (N, 3)."""
     product: Floats = (a[:, :, None] * b[:, None, :]).reshape(-1, 9) @ CROSS
     return product

@@ -5,6 +5,7 @@ from __future__ import annotations
 import enum
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from seals.schema import optional, vector
 
@@ -134,3 +135,22 @@ class RobotSettings:
     def urdf_path(self) -> Path:
         """Return the full path of the URDF."""
         return Path(self.folder) / self.urdf
+
+
+@dataclass(kw_only=True)
+class LogRobotSettings:
+    """Robot of a log, for commands that read logs; it describes a vehicle that the log does not.
+
+    Args:
+        robot: folder or name of the robot.
+        effects: of the robot, by instance name.
+        sensors: of the robot; the log's own metadata rule.
+        actuators: of the robot, by instance name.
+        controller: of the robot, without use here.
+    """
+
+    robot: RobotSettings = field(default_factory=RobotSettings)
+    effects: dict[str, Any] = field(default_factory=dict)
+    sensors: dict[str, Any] = field(default_factory=dict)
+    actuators: dict[str, Any] = field(default_factory=dict)
+    controller: Any = None

@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.control.plant import ROTOR, THRUSTER
+from seals.control.plant import ROTOR, THRUSTER, rest_poses
 from seals.errors import RobotError, suggestion
-from seals.multibody.tree import forward
 from seals.robot.model import RobotModel
 from seals.scaffold.plug_ins import Motor
 from seals.scaffold.takeover import Takeover
@@ -117,7 +116,7 @@ def by_carrier(drives: Drives, robot: RobotModel) -> list[tuple[str, Drives]]:
             tilted[k] = link
     base = [k for k in range(len(drives.links)) if k not in tilted]
     found = [("", _rows(drives, base))] if base else []
-    origins, turns = _rest(robot)
+    origins, turns = rest_poses(robot)
     for k, link in tilted.items():
         one = _rows(drives, [k])
         one.position = (one.position - origins[link]) @ turns[link]
@@ -175,19 +174,12 @@ def _drives_a_joint(robot: RobotModel, link: int) -> bool:
     return moved != link and beside and tree.joint[moved] >= 0 and tree.joint[link] < 0
 
 
-def _rest(robot: RobotModel) -> tuple[Floats, Floats]:
-    """Origins and rotations of all links in base axes, joints at zero."""
-    zero = np.zeros((1, robot.tree.joints))
-    origins, turns = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], zero)
-    return origins[0], turns[0]
-
-
 def _axis(robot: RobotModel, link: int, kind: str) -> Floats:
     """Axis of a drive in base axes: that of its joint, else z of a rotor and x of a thruster."""
     joint = robot.tree.joint[link]
     ahead = np.array([0.0, 0.0, 1.0] if kind == ROTOR else [1.0, 0.0, 0.0])
     own = robot.tree.axis[joint] if joint >= 0 else ahead
-    axis: Floats = _rest(robot)[1][link] @ own
+    axis: Floats = rest_poses(robot)[1][link] @ own
     return axis
 
 
@@ -199,7 +191,7 @@ def _drives(
     extents: Mapping[str, float],
 ) -> Drives:
     links = [_link_of(motor, robot, source) for motor in motors]
-    origins, turns = _rest(robot)
+    origins, turns = rest_poses(robot)
     place = np.array(
         [origins[k] + turns[k] @ np.array(m.position) for k, m in zip(links, motors, strict=True)]
     )

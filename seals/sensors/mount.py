@@ -6,22 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from seals.arrays import Floats
 from seals.errors import ConfigError
-from seals.frames import matrix_of, quaternion_of_rpy
+from seals.frames import cross3, matrix_of, quaternion_of_rpy
 from seals.sensors.protocol import SensorInput
-
-
-def crossed(a: Floats, b: Floats) -> Floats:
-    """Return the cross product of two vectors, faster than NumPy's.
-
-    Example:
-        >>> crossed(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
-        array([0., 0., 1.])
-    """
-    ax, ay, az = a.tolist()
-    bx, by, bz = b.tolist()
-    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
 
 
 class Mount:
@@ -67,9 +54,9 @@ class Mount:
         spin, rate, r = felt.angular_velocity, felt.angular_acceleration, self.arm
         if not self.centred:
             position = position + felt.rotation @ r
-            around = crossed(spin, r)
+            around = cross3(spin, r)
             velocity = velocity + around
-            force = force + crossed(rate, r) + crossed(spin, around)
+            force = force + cross3(rate, r) + cross3(spin, around)
         turn = self.turn if felt.axis_misalignment is None else self.turn @ felt.axis_misalignment
         if self.aligned and felt.axis_misalignment is None:
             return felt._replace(position=position, velocity=velocity, specific_force=force)

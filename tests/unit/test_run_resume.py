@@ -29,7 +29,7 @@ BALL = [
     "effects.buoyancy.volume_change=-0.0004",
     "initial.position=[0,0,0.3]",
     "initial.velocity=[0.3,0,0]",
-    "time.duration=6",
+    "time.duration=3",
     "time.step=0.001",
     "seed=3",
 ]
@@ -43,7 +43,7 @@ TANK = [
     "fluid.physics.deterministic=true",
     "environment.tank_bottom=-0.24",
     "initial.position=[0,0,0.15]",
-    "time.duration=0.6",
+    "time.duration=0.4",
     "time.step=0.004",
 ]
 
@@ -81,7 +81,7 @@ def kill_when_kept(where: Path, words: list[str]) -> None:
 def test_a_killed_run_goes_on_bit_for_bit(elsewhere: Path) -> None:
     """Kill -9 in the middle; the run taken up has the log and ledger of one never killed."""
     whole, cut, on = elsewhere / "whole", elsewhere / "cut", elsewhere / "on"
-    kill_when_kept(cut, [*BALL, "checkpoint=0.2"])
+    kill_when_kept(cut, [*BALL, "checkpoint=0.1"])
     assert json.loads((cut / "run.json").read_text())["state"] == "running"
     assert not (cut / "log.parquet").exists()
     assert main(["run", f"resume={cut}", f"hydra.run.dir={on}"]) == 0
@@ -111,7 +111,7 @@ def test_an_interrupted_run_in_particles_goes_on_bit_for_bit(
     interrupted(TANK, elsewhere, monkeypatch)
     whole, on = elsewhere / "whole", elsewhere / "on"
     same(whole, on, "log.parquet", "ledger.parquet", "fluid.parquet")
-    assert len(read_parquet(on / "log.parquet")["t"]) == 151
+    assert len(read_parquet(on / "log.parquet")["t"]) == 101
 
 
 def interrupted(words: list[str], elsewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -158,7 +158,7 @@ def test_a_damaged_checkpoint_is_refused(
 ) -> None:
     """Half a file, no file at all, and other words beside it are said in words."""
     cut = elsewhere / "cut"
-    kill_when_kept(cut, [*BALL, "checkpoint=0.2"])
+    kill_when_kept(cut, [*BALL, "checkpoint=0.1"])
     state = cut / checkpoint.FOLDER / checkpoint.STATE
     state.write_bytes(state.read_bytes()[:1000])
     assert main(["run", f"resume={cut}"]) == 2

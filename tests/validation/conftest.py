@@ -1,13 +1,17 @@
-"""Finds the measurements: the folder that SEALS_DATA names, or one beside the checkout."""
+"""The measurements, in the folder of SEALS_DATA or beside the checkout, and a log for plans."""
 
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 
 import pytest
 
-BESIDE = Path(__file__).resolve().parents[3] / "shared" / "data"
+ROOT = Path(__file__).resolve().parents[2]
+BESIDE = ROOT.parent / "shared" / "data"
+if str(ROOT) not in sys.path:
+    sys.path.append(str(ROOT))
 
 
 @pytest.fixture
@@ -17,3 +21,14 @@ def measurements(monkeypatch: pytest.MonkeyPatch) -> None:
     if not root.is_dir():
         pytest.skip(f"no measurements: set SEALS_DATA, there is no folder {root}")
     monkeypatch.setenv("SEALS_DATA", str(root))
+
+
+@pytest.fixture(scope="session")
+def hovering(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A hover whose accelerometer reads too little: bias or scale, a hover cannot tell."""
+    from tests.validation.hidden import generate
+
+    folder = tmp_path_factory.mktemp("cases")
+    words = ["--level", "confounded", "--vehicle", "quad", "--effect", "accelerometer_scale"]
+    generate.main([str(folder), *words, "--count", "1", "--seed", "3", "--no-gain"])
+    return next(p for p in sorted(folder.iterdir()) if p.is_dir())

@@ -12,7 +12,7 @@ from seals.arrays import Array, Floats, namespace
 from seals.control import ActuatorCommand, Plant, Reference, RobotState
 from seals.control.added import added_inertia, water_drag
 from seals.control.allocation import LIFT_ROWS, Allocation
-from seals.control.attitude import attitude_error, cross3, lean_for
+from seals.control.attitude import attitude_error, lean_for
 from seals.control.filters import Lag, Rate, Trend, summed
 from seals.control.fins import Fins, with_fins
 from seals.control.limbs import Reckoned, joint_targets, servo_lag, stowed, way_of
@@ -21,6 +21,7 @@ from seals.control.plant import ROTOR
 from seals.control.protocols import Compiler
 from seals.control.tilts import tilted_drives, tilts_of
 from seals.errors import ConfigError
+from seals.frames import cross3
 from seals.plugins.controllers.cascade.batched import CascadeBatch, short
 from seals.plugins.controllers.cascade.compiled import CompiledCascade, PackedState, packed
 from seals.plugins.controllers.cascade.gains import CascadeSettings, Gains

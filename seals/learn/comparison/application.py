@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 from typing import Any
 
 from seals.errors import ConfigError
-from seals.learn.comparison.outcome import AnalysisPlan, Study
+from seals.learn.comparison.outcome import Study
 from seals.learn.comparison.page import write_study
 from seals.learn.comparison.runs import find_arms, read_run
-from seals.learn.comparison.settings import ArmsSettings
+from seals.learn.comparison.settings import AnalysisPlan, ArmsSettings
 from seals.learn.comparison.study import compare
 from seals.learn.comparison.words import arm_rows, claims, comparison_rows, terms_words, text_table
 from seals.schema import check_value, parameters_of
@@ -56,14 +57,5 @@ def study_of(config: Any) -> Study:
     declared = parameters_of(ArmsSettings)
     for name, parameter in declared.items():
         check_value(name, config[name], parameter)
-    terms = AnalysisPlan(
-        value=config.value,
-        over=config.over,
-        budget=config.budget,
-        reference=config.reference or "",
-        hold=config.hold,
-        level=config.level,
-        resamples=config.resamples,
-        seed=config.seed,
-    )
-    return compare(arms, terms)
+    terms = {one.name: config[one.name] for one in dataclasses.fields(AnalysisPlan)}
+    return compare(arms, AnalysisPlan(**terms))

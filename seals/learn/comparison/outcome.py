@@ -8,33 +8,8 @@ from typing import Any
 
 from seals.arrays import Floats
 from seals.learn.comparison.runs import Run
-from seals.learn.statistics.bootstrap import RESAMPLES
-from seals.learn.statistics.interval import LEVEL, Interval
-
-
-@dataclass(frozen=True, kw_only=True)
-class AnalysisPlan:
-    """Analysis plan of a comparison, declared before the runs are made.
-
-    Args:
-        value: column that is scored.
-        over: column of the budget.
-        budget: end of the comparison, in the unit of ``over``; 0 for the end of the shortest run.
-        reference: arm against which the others are held.
-        hold: whether a run that stopped early keeps its last value until the budget.
-        level: of all intervals.
-        resamples: of the bootstrap.
-        seed: of the bootstrap.
-    """
-
-    value: str = "success"
-    over: str = "step"
-    budget: float = 0.0
-    reference: str = ""
-    hold: bool = False
-    level: float = LEVEL
-    resamples: int = RESAMPLES
-    seed: int = 0
+from seals.learn.comparison.settings import AnalysisPlan
+from seals.learn.statistics.interval import Interval
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -9,8 +9,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from seals.errors import ConfigError, SealsError, suggestion
-from seals.learn.comparison.outcome import AnalysisPlan, Arm, ArmComparison, Band, Study
+from seals.learn.comparison.outcome import Arm, ArmComparison, Band, Study
 from seals.learn.comparison.runs import Run
+from seals.learn.comparison.settings import AnalysisPlan
 from seals.learn.statistics.bootstrap import bootstrap, bootstrap_band
 from seals.learn.statistics.curve import METRICS, Curve, held, metric, on_grid
 from seals.learn.statistics.improvement import (

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from seals.robot.settings import RobotSettings
+from seals.robot.settings import LogRobotSettings
 from seals.schema import param
 
 
 @dataclass(kw_only=True)
-class CalibrateSettings:
+class CalibrateSettings(LogRobotSettings):
     """Settings of a calibration: logs of one vehicle, numbers to estimate, output folder.
 
     Args:
@@ -25,11 +25,6 @@ class CalibrateSettings:
         apply: whether to write a copy of the robot's folder with the new numbers.
         plan: whether to look for the manoeuvre that would show what the logs do not.
         report: whether to write the page and the picture.
-        robot: folder or name of the robot, where the logs do not describe their vehicle.
-        effects: of the robot, by instance name.
-        sensors: of the robot; the logs' own metadata rule.
-        actuators: of the robot, by instance name.
-        controller: of the robot, which a calibration has no use for.
     """
 
     name: str = "calibrate"
@@ -44,8 +39,3 @@ class CalibrateSettings:
     apply: bool = False
     plan: bool = True
     report: bool = True
-    robot: RobotSettings = field(default_factory=RobotSettings)
-    effects: dict[str, Any] = field(default_factory=dict)
-    sensors: dict[str, Any] = field(default_factory=dict)
-    actuators: dict[str, Any] = field(default_factory=dict)
-    controller: Any = None

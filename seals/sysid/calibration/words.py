@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from seals.sysid.calibration.calibration import Calibration
 from seals.sysid.calibration.stated import StatedNumber
 from seals.sysid.report.naming import figure, interval
+from seals.sysid.report.words import joined
 
 _PAIRS = 3
 """Pairs of tied numbers that are named."""
@@ -64,13 +63,3 @@ def remarks(found: Calibration) -> list[str]:
 
 _LOUD = 1.2
 """Widening of the intervals from which on it is mentioned."""
-
-
-def joined(names: Sequence[str]) -> str:
-    """Join names with commas and a final 'and'.
-
-    Example:
-        >>> joined(["mass", "inertia_xx", "inertia_yy"])
-        'mass, inertia_xx and inertia_yy'
-    """
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from seals.robot.settings import RobotSettings
+from seals.robot.settings import LogRobotSettings
 
 
 @dataclass(kw_only=True)
-class DiagnoseSettings:
+class DiagnoseSettings(LogRobotSettings):
     """Settings of a diagnosis: logs of one vehicle, and the output folder.
 
     Args:
@@ -20,13 +20,8 @@ class DiagnoseSettings:
         processes: that share the work; 0 for one per core.
         plan: whether to look for the flight that would settle what stays open.
         report: whether to write the page.
-        robot: folder or name of the robot, where the log does not describe its vehicle.
-        effects: of the robot, by instance name.
-        sensors: of the robot; the log's own metadata rule.
-        actuators: of the robot, by instance name.
         without: effects to leave out of the nominal model that the log states: names of instances
             or of effects, ``waves`` for the waves.
-        controller: of the robot, which a diagnosis has no use for.
     """
 
     name: str = "diagnose"
@@ -36,9 +31,4 @@ class DiagnoseSettings:
     processes: int = 0
     plan: bool = True
     report: bool = True
-    robot: RobotSettings = field(default_factory=RobotSettings)
-    effects: dict[str, Any] = field(default_factory=dict)
-    sensors: dict[str, Any] = field(default_factory=dict)
-    actuators: dict[str, Any] = field(default_factory=dict)
     without: list[str] = field(default_factory=list)
-    controller: Any = None

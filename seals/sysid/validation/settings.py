@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from seals.robot.settings import RobotSettings
+from seals.robot.settings import LogRobotSettings
 
 
 @dataclass(kw_only=True)
-class AddSettings:
+class AddSettings(LogRobotSettings):
     """Settings of ``seals add``: the diagnosis to read and the model to write.
 
     Args:
@@ -22,11 +22,6 @@ class AddSettings:
         log: log that was diagnosed, when the diagnosis does not name it or it has moved.
         reader: plug-in that reads the log.
         replace: whether a model of this name may be overwritten.
-        robot: folder or name of the robot, where the log does not describe its vehicle.
-        effects: of the robot, by instance name.
-        sensors: of the robot; the log's own metadata rule.
-        actuators: of the robot, by instance name.
-        controller: of the robot, of no use here.
     """
 
     diagnosis: str | None = None
@@ -38,15 +33,10 @@ class AddSettings:
     log: str | None = None
     reader: Any = None
     replace: bool = False
-    robot: RobotSettings = field(default_factory=RobotSettings)
-    effects: dict[str, Any] = field(default_factory=dict)
-    sensors: dict[str, Any] = field(default_factory=dict)
-    actuators: dict[str, Any] = field(default_factory=dict)
-    controller: Any = None
 
 
 @dataclass(kw_only=True)
-class VerifySettings:
+class VerifySettings(LogRobotSettings):
     """Settings of ``seals verify``: model, held-out log, and logs it must not make worse.
 
     Args:
@@ -57,11 +47,6 @@ class VerifySettings:
         reader: plug-in that reads the logs.
         out: folder of the answer, or None for the run's folder.
         force: whether to take a model that was withdrawn.
-        robot: folder or name of the robot, where the logs do not describe their vehicle.
-        effects: of the robot, by instance name.
-        sensors: of the robot; the logs' own metadata rule.
-        actuators: of the robot, by instance name.
-        controller: of the robot, of no use here.
     """
 
     name: str = "verify"
@@ -71,8 +56,3 @@ class VerifySettings:
     reader: Any = None
     out: str | None = None
     force: bool = False
-    robot: RobotSettings = field(default_factory=RobotSettings)
-    effects: dict[str, Any] = field(default_factory=dict)
-    sensors: dict[str, Any] = field(default_factory=dict)
-    actuators: dict[str, Any] = field(default_factory=dict)
-    controller: Any = None
