@@ -89,6 +89,30 @@ def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
+@pytest.fixture
+def drawn() -> None:
+    """Pictures of runs in this process are drawn, not only named."""
+
+
+@pytest.fixture(autouse=True)
+def pictures_named(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Leave pictures of runs in this process empty: they take longer than most of the runs.
+
+    Runs in a process of their own draw them, and so does a test that asks for ``drawn``.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        if "seals.run.report" in sys.modules and "drawn" not in request.fixturenames:
+            patch.setattr("seals.run.report.write_picture", named)
+        yield
+
+
+def named(path: Path, charts: object) -> Path:
+    """Write an empty file in the place of a picture."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.touch()
+    return path
+
+
 @pytest.fixture(autouse=True)
 def memory_given_back() -> Iterator[None]:
     """Free what a test has left in reference cycles or in pools of libraries, once it is large.

@@ -76,12 +76,14 @@ def test_run_fills_its_folder(elsewhere: Path, capsys: pytest.CaptureFixture[str
     assert len(facts["robot"]["files"]["ball.urdf"]) == 64
 
 
+@pytest.mark.usefixtures("drawn")
 def test_pictures_are_written(elsewhere: Path) -> None:
     """Each subject has a picture."""
     pytest.importorskip("matplotlib", reason="pictures need matplotlib")
     assert main(["run", "robot=free_arm", "time.duration=0.1"]) == 0
-    names = {path.name for path in (only_run(elsewhere) / "plots").iterdir()}
-    assert names == {"motion.png", "loads.png", "imu.png", "joints.png"}
+    files = list((only_run(elsewhere) / "plots").iterdir())
+    assert {f.name for f in files} == {"motion.png", "loads.png", "imu.png", "joints.png"}
+    assert all(f.read_bytes().startswith(b"\x89PNG") for f in files)
 
 
 def test_run_reads_like_a_measurement(elsewhere: Path) -> None:
