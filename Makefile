@@ -66,9 +66,9 @@ demo: .venv/installed
 	echo "Installing SEALS with $$python into $$venv (about 290 MB to download, once)"; \
 	$$python -m venv $$venv; $$venv/$(PIP) $(CONSTRAINED) -e .; touch $@
 
-# one process each, so two at a time: types, documentation, examples; then the tests, on two cores
+# one process each, so two at a time: types, examples; then the tests, on two cores: one builds the documentation
 test: .venv-test/installed lint browser
-	@$(MAKE) --no-print-directory -j 2 types docs examples
+	@$(MAKE) --no-print-directory -j 2 types examples
 	@.venv-test/bin/pytest -n 2 --dist worksteal
 
 types: .venv-test/installed
