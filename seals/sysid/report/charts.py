@@ -15,13 +15,13 @@ _LOG_FROM = 6.0
 """Ratio of errors from which on the ablation's axis is logarithmic."""
 
 
-def gain_chart(entries: Sequence[Entry], *, before: float, asked: float) -> Bars | None:
+def gain_chart(entries: Sequence[Entry], *, before: float, required: float) -> Bars | None:
     """Return the held-out gains of one round as bars; None when nothing was fitted.
 
     Args:
         entries: of one round.
         before: held-out error that the round starts from.
-        asked: gain that a name needs.
+        required: gain that a name needs; the least one, where effects differ.
     """
     shown = [e for e in entries if e.gain is not None]
     if not shown:
@@ -38,8 +38,8 @@ def gain_chart(entries: Sequence[Entry], *, before: float, asked: float) -> Bars
         for e in shown
     ]
     there = before - 1.0
-    marks = [Mark(at=asked, label="needed")]
-    if there > 3.0 * asked:
+    marks = [Mark(at=required, label="needed")]
+    if there > 3.0 * required:
         marks.append(Mark(at=there, label="down to noise"))
     beside = shown[0].beside
     title = (

@@ -18,7 +18,7 @@ from seals.sysid.report.charts import ablation_chart, gain_chart
 from seals.sysid.report.gains import Step, ablation_steps
 from seals.sysid.report.naming import UNKNOWN, figure, percent, points
 from seals.sysid.report.overlay import POINTS, levels, overlay_blocks
-from seals.sysid.report.table import Entry, asked, ranking
+from seals.sysid.report.table import Entry, ranking
 from seals.sysid.report.tolerances import Moved, moved, tolerance_chart
 from seals.sysid.report.words import (
     explanation,
@@ -228,8 +228,8 @@ def _effects(diagnosis: Diagnosis, entries: Sequence[Entry]) -> Section:
     fitted = [e for e in entries if e.gain is not None]
     for beside in dict.fromkeys(e.beside for e in fitted):
         group = [e for e in fitted if e.beside == beside]
-        need = asked(diagnosis, beside=bool(beside)) / seen
-        chart = gain_chart(group, before=before, asked=need)
+        required = min(e.required for e in group if e.required is not None) / seen
+        chart = gain_chart(group, before=before, required=required)
         if chart is not None:
             blocks.append(chart)
         best = [e.gain or 0.0 for e in group if e.status == "named"]

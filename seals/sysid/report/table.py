@@ -8,10 +8,11 @@ from typing import Any
 from seals.schema import parameters_of
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.decision.evidence import evidence_temperature
+from seals.sysid.decision.required_evidence import required_evidence
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis
 from seals.sysid.predictors.linear_screen import candidate_keys, linear_gain, screen
-from seals.sysid.predictors.surface_model_error import surface_model_error
+from seals.sysid.predictors.surface_model_error import SurfaceModelError, surface_model_error
 from seals.sysid.report.gains import Gain, gain_over
 from seals.sysid.report.naming import candidate_words, figure, points
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant
@@ -34,6 +35,7 @@ class Entry:
         error: standard error of the gain.
         score: fall of the misfit on the whole log less the price of the freedom, in points of
             squared standard deviations; None when not fitted.
+        required: score that a name needs; None when not fitted.
         values: fitted values, in words.
         reason: of the status, in words.
     """
@@ -45,6 +47,7 @@ class Entry:
     gain: float | None
     error: float | None
     score: float | None
+    required: float | None
     values: str
     reason: str
 
@@ -58,8 +61,10 @@ def ranking(diagnosis: Diagnosis) -> tuple[Entry, ...]:
     search = diagnosis.search
     out: list[Entry] = []
     base = search.nominal
+    trajectory = base.fitter.trajectory
+    surface_error = surface_model_error(diagnosis.problem.plant, trajectory)
     for k, tried in enumerate(search.rounds[: max(1, len(diagnosis.answer.claims))]):
-        entries = [_entry(diagnosis, base, h, gain_over(base, h)) for h in tried]
+        entries = [_entry(diagnosis, base, h, surface_error) for h in tried]
         entries.sort(key=lambda e: (_ORDER[e.status], -(e.score or 0.0)))
         out += entries
         following = [h for h in tried if {c.label for c in h.candidates} <= _best_labels(diagnosis)]
@@ -73,27 +78,19 @@ def ranking(diagnosis: Diagnosis) -> tuple[Entry, ...]:
 _ORDER = {NAMED: 0, POSSIBLE: 1, REJECTED: 2, UNTRIED: 3}
 
 
-def asked(diagnosis: Diagnosis, *, beside: bool = False) -> float:
-    """Return the score that an effect must reach to be accepted."""
-    fitter = diagnosis.search.nominal.fitter
-    surface_error = surface_model_error(diagnosis.problem.plant, fitter.trajectory) is not None
-    policy = diagnosis.problem.policy
-    return (
-        policy.evidence
-        + (policy.evidence_surface if surface_error else 0.0)
-        + (policy.evidence_further if beside else 0.0)
-    )
-
-
 def _best_labels(diagnosis: Diagnosis) -> set[str]:
     return {c.label for c in diagnosis.search.best.candidates}
 
 
 def _entry(
-    diagnosis: Diagnosis, base: EvidenceHypothesis, tried: EvidenceHypothesis, gain: Gain
+    diagnosis: Diagnosis,
+    base: EvidenceHypothesis,
+    tried: EvidenceHypothesis,
+    surface_error: SurfaceModelError | None,
 ) -> Entry:
-    candidate = tried.candidates[-1]
+    candidate, gain = tried.candidates[-1], gain_over(base, tried)
     status = _status(diagnosis, candidate)
+    required = required_evidence(diagnosis.problem, base, candidate, surface_error=surface_error)
     return Entry(
         name=candidate.name,
         words=candidate_words(candidate),
@@ -102,8 +99,9 @@ def _entry(
         gain=gain.value,
         error=gain.error,
         score=tried.score - base.score,
+        required=required,
         values=_values(candidate, tried),
-        reason=_reason(diagnosis, base, tried, status, gain),
+        reason=_reason(diagnosis, base, tried, status, gain, required=required),
     )
 
 
@@ -124,11 +122,12 @@ def _reason(
     tried: EvidenceHypothesis,
     status: str,
     gain: Gain,
+    *,
+    required: float,
 ) -> str:
     """Reason for an effect's status."""
     answer, candidate_set = diagnosis.answer, tried.fitter.candidate_set
     candidate, score = tried.candidates[-1], tried.score - base.score
-    need = asked(diagnosis, beside=bool(base.candidates))
     if status == NAMED:
         return "explains the log, and nothing else does as well"
     if status == POSSIBLE:
@@ -140,7 +139,10 @@ def _reason(
             not is_significant(candidate, tried.fit, candidate_set),
             "the fitted change is within what the datasheet tolerates, or a mere trace",
         ),
-        (score < need, f"its score, {points(score)}, is below the {need:.3g} that a name needs"),
+        (
+            score < required,
+            f"its score, {points(score)}, is below the {required:.3g} that a name needs",
+        ),
         (
             answer.verdict is Verdict.none_of_these,
             "fits in part, but a force is left over that it does not explain",
@@ -237,6 +239,7 @@ def _bare(candidate: Candidate, reason: str) -> Entry:
         gain=None,
         error=None,
         score=None,
+        required=None,
         values="",
         reason=reason,
     )

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from itertools import combinations
 
 from seals.sysid.candidates.parameters import Candidate
+from seals.sysid.decision.required_evidence import required_evidence
 from seals.sysid.parallel import spread
 from seals.sysid.predictors.linear_screen import (
     CandidateEquations,
@@ -48,9 +49,7 @@ class WindowModels:
         self.problem, self.processes = problem, processes
         self.nominal = estimate_disturbance(problem)
         trajectory = self.nominal.fitter.trajectory
-        surface_error = surface_model_error(problem.plant, trajectory)
-        self._pierces = surface_error is not None
-        self._floats = surface_error is not None and surface_error.floats
+        self._surface_error = surface_model_error(problem.plant, trajectory)
 
     def extended(
         self, base: EvidenceHypothesis, singles: Sequence[EvidenceHypothesis]
@@ -74,7 +73,7 @@ class WindowModels:
             tried.sort(key=lambda h: -h.score + (0.0 if _in_the_arm(h) else policy.evidence_arm))
         if not tried:
             return None
-        best, least = tried[0], base.score + self._asked(base, tried[0].candidates[-1])
+        best, least = tried[0], base.score + self._required(base, tried[0].candidates[-1])
         if best.score < least:
             return None
         # stronger gusts, as far as they are admitted, may do as well as the effect
@@ -92,18 +91,8 @@ class WindowModels:
         least = self.problem.policy.noise_floor * seen - spread
         return bool(base.fit.cost < least and not self.problem.vehicle.gust.any())
 
-    def _asked(self, base: EvidenceHypothesis, added: Candidate) -> float:
-        """Evidence required of a model's next effect."""
-        policy = self.problem.policy
-        asked = policy.evidence + (policy.evidence_surface if self._pierces else 0.0)
-        asked += policy.evidence_further if base.candidates else 0.0
-        approximate = any(c.identification.approximate for c in base.candidates)
-        if base.candidates and (approximate or self._floats):
-            asked += policy.first_order_error * base.score
-        asked += policy.activity_share * base.score if added.activity is not None else 0.0
-        if self.problem.vehicle.servo and not added.in_arm:
-            asked += policy.evidence_arm
-        return asked
+    def _required(self, base: EvidenceHypothesis, added: Candidate) -> float:
+        return required_evidence(self.problem, base, added, surface_error=self._surface_error)
 
     def refined(
         self, best: EvidenceHypothesis, singles: Sequence[EvidenceHypothesis], step: Refinement
@@ -153,7 +142,7 @@ class WindowModels:
             spare = [
                 h
                 for h, added in zip(smaller, left, strict=True)
-                if best.score - h.score < self._asked(h, added)
+                if best.score - h.score < self._required(h, added)
                 or not is_significant(added, best.fit, best.fitter.candidate_set)
                 or not self._bears_out(h, best)
             ]

@@ -1,0 +1,41 @@
+"""Evidence that the next effect of a model must bring to be accepted."""
+
+from __future__ import annotations
+
+from seals.sysid.candidates.parameters import Candidate
+from seals.sysid.predictors.problem import Problem
+from seals.sysid.predictors.surface_model_error import SurfaceModelError
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
+
+
+def required_evidence(
+    problem: Problem,
+    base: EvidenceHypothesis,
+    added: Candidate,
+    *,
+    surface_error: SurfaceModelError | None,
+) -> float:
+    """Return the rise in score [2 ln B] that a model's next effect must bring.
+
+    Every case in which an effect needs more evidence than others is decided here.
+
+    Args:
+        problem: of the log; its policy holds the thresholds.
+        base: the model without the effect.
+        added: the effect.
+        surface_error: model error where the hull pierces the surface; None where it never does.
+    """
+    policy = problem.policy
+    required = policy.evidence
+    if surface_error is not None:
+        required += policy.evidence_surface
+    if base.candidates:
+        required += policy.evidence_further
+        floats = surface_error is not None and surface_error.floats
+        if floats or any(c.identification.approximate for c in base.candidates):
+            required += policy.first_order_error * base.score
+    if added.activity is not None:
+        required += policy.activity_share * base.score
+    if problem.vehicle.servo and not added.in_arm:
+        required += policy.evidence_arm
+    return required
