@@ -79,4 +79,5 @@ def _by_sign(
             state = then + (state - then) * (down if abs(then) < abs(state) else up)
             column.append(state)
         columns.append(column)
-    return np.array(columns).T
+    found: Floats = np.array(columns).T
+    return found
