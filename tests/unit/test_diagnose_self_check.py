@@ -14,6 +14,7 @@ from seals.sysid.predictors.problem import Problem, prepare
 from seals.sysid.scores import self_check as module
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, scored
 from seals.sysid.scores.self_check import self_check, simulated_readings, tipped
+from seals.sysid.selection.window_models import repeat_worse_fits
 
 ROWS = 400
 
@@ -68,3 +69,18 @@ def test_a_vehicle_that_gusts_tip_over_is_not_simulated_without_them(
     gusty = replace(hypothesis, fitter=hypothesis.fitter.with_windows(rows))
     assert tipped(gusty.fitter) == pytest.approx(100.0 * tipped(hypothesis.fitter))
     assert self_check(gusty) is None
+
+
+def test_a_fit_with_one_more_effect_is_never_left_worse_than_without(
+    fitted: tuple[Problem, EvidenceHypothesis],
+) -> None:
+    """A fit of the payload that was caught far off is repeated from the values of its base."""
+    problem, base = fitted
+    payload = next(c for c in problem.plant.candidate_set.candidates if c.name == "payload")
+    keys = candidate_keys((*base.candidates, payload))
+    far = {k: v for k, v in base.fit.values.items() if k in keys} | {payload.keys[0]: 1.0}
+    caught = base.fitter.fit(keys, start=far, iterations=0, coarse=True)
+    assert caught.cost > base.fit.cost + 100.0
+    chosen = {payload.label: (payload, caught, base.fitter)}
+    repeat_worse_fits(base, chosen, 1)
+    assert chosen[payload.label][1].cost < base.fit.cost + 1.0

@@ -279,7 +279,7 @@ def estimate_disturbance(problem: Problem) -> EvidenceHypothesis:
     return EvidenceHypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
 
 
-def _free_the_caught(
+def repeat_worse_fits(
     base: EvidenceHypothesis, chosen: dict[str, tuple[Candidate, Fit, Fitter]], processes: int
 ) -> None:
     """Repeat the fits that are worse than the base, from its values, in place.
@@ -335,7 +335,7 @@ def extensions(
         if known is None or fit.cost < known[1].cost:
             fitter = _shifted(base.fitter, begin).acting((*base.candidates, candidate))
             chosen[candidate.label] = (candidate, fit, fitter)
-    _free_the_caught(base, chosen, processes)
+    repeat_worse_fits(base, chosen, processes)
     out = [
         scored((*base.candidates, c), fit, fitter, nominal) for c, fit, fitter in chosen.values()
     ]
