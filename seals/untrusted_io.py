@@ -354,7 +354,7 @@ def plain_xml(text: str) -> ElementTree.Element:
                     raise ValueError(f"nested deeper than {limits}")
         parser.close()
     except (ElementTree.ParseError, LookupError, UnicodeError) as error:
-        raise ValueError(f"{error}; was it copied completely?") from error
+        raise ValueError(f"{error} (perhaps not copied completely)") from error
     if root is None:
         raise ValueError("it is empty")
     return root

@@ -65,7 +65,7 @@ def _parsed(where: str, text: str) -> Element:
     if root.tag != "robot":
         raise RobotError(
             f"{where} holds a <{root.tag}>, not a <robot>.\n"
-            "Other formats must be converted to URDF first."
+            "A robot folder holds a URDF; seals new robot also takes xacro, SDF and MJCF."
         )
     return root
 

@@ -72,6 +72,9 @@ def urdf_of_mjcf(path: Path, root: Element, packages: Mapping[str, Path]) -> Con
         raise RobotError(f"MJCF {path} holds no body.\nA robot needs at least one <body>.")
     made = _Conversion(path, model, root.get("model") or path.stem)
     made.run()
+    # MuJoCo fills what a keyframe leaves out with zeros
+    counts = [len(e.get("qpos", "").split()) for e in ElementTree.fromstring(text).iter("key")]
+    made.keyframe([k for k, count in enumerate(counts[: model.nkey]) if count == model.nq])
     changes = ["MJCF model converted to URDF", *changes, *made.changes]
     return Converted(made.urdf, changes, made.stated, made.meshes)
 
@@ -106,17 +109,20 @@ class _Conversion:
                 self._joints(body, list(joints))
         for actuator in range(m.nu):
             self._actuator(actuator, set(own))
-        self._keyframe(set(own))
 
-    def _keyframe(self, own: set[int]) -> None:
-        """Read the joint values of the keyframe for standing, else of the first one."""
+    def keyframe(self, whole: list[int]) -> None:
+        """Read the joint values of the keyframe for standing, else of the first one.
+
+        Args:
+            whole: keyframes that state every coordinate.
+        """
         m = self.model
-        if not m.nkey:
+        if not whole:
             return
-        names = [str(m.key(k).name).lower() for k in range(m.nkey)]
-        key = next((k for k, n in enumerate(names) if "home" in n or "stand" in n), 0)
+        names = {k: str(m.key(k).name).lower() for k in whole}
+        key = next((k for k, n in names.items() if "home" in n or "stand" in n), whole[0])
         for joint in range(m.njnt):
-            if int(m.jnt_bodyid[joint]) in own and m.jnt_type[joint] not in (_FREE, _BALL):
+            if int(m.jnt_bodyid[joint]) in self.shift and m.jnt_type[joint] not in (_FREE, _BALL):
                 at = m.jnt_qposadr[joint]
                 value = float(m.key_qpos[key, at] - m.qpos0[at])
                 self.stated.pose[self._name("joint", joint)] = value

@@ -16,6 +16,8 @@ from seals.scaffold.takeover import Takeover
 if TYPE_CHECKING:
     from seals.scaffold.robot import NewRobot
 
+_TWO_TURNS = 4.0 * np.pi + 1e-6
+
 
 def remarks_of(made: NewRobot, source: Takeover, *, chosen: bool) -> list[str]:
     """Return remarks on what to check first.
@@ -26,7 +28,7 @@ def remarks_of(made: NewRobot, source: Takeover, *, chosen: bool) -> list[str]:
         chosen: whether the medium was chosen instead of given.
     """
     robot = made.robot
-    out = []
+    out = list(_in_degrees(source))
     if made.limbs.legs:
         out.append(f"legs: the stance is {made.limbs.stance}; the gait's numbers are chosen")
     elif not made.drives:
@@ -55,6 +57,20 @@ def remarks_of(made: NewRobot, source: Takeover, *, chosen: bool) -> list[str]:
         if wing.left_out:
             out.append(f"lift of {wing.link}: not used: {wing.left_out}")
     return [*out, *_left_out(made, chosen=chosen)]
+
+
+def _in_degrees(source: Takeover) -> Iterator[str]:
+    """Name angles of more than two turns, which are degrees most likely."""
+    found = []
+    for joint in source.root.iter("joint"):
+        origin, limit = joint.find("origin"), joint.find("limit")
+        words = [] if origin is None else origin.get("rpy", "").split()
+        if limit is not None and joint.get("type") == "revolute":
+            words += [limit.get("lower", "0"), limit.get("upper", "0")]
+        if any(abs(float(word)) > _TWO_TURNS for word in words):
+            found.append(str(joint.get("name")))
+    if found:
+        yield f"angles above two turns: {', '.join(found[:6])}; radians are expected, not degrees"
 
 
 def _of_rotors(drives: Drives, robot: RobotModel) -> Iterator[str]:

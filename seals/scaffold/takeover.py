@@ -203,7 +203,21 @@ def _text_of(path: Path) -> str:
         text = read_text(path)
     except LogError as cause:
         raise RobotError(f"URDF {path} cannot be read: {cause}") from cause
+    begin = text.lstrip()[:40].lower()
+    for mark, (what, advice) in _OTHER.items():
+        if begin.startswith(mark):
+            raise RobotError(f"{path} is {what}, not a robot file.\n{advice}")
     return text
+
+
+_PAGE = ("a page of a web site", "Download the file itself: on GitHub, its raw form.")
+_OTHER = {
+    "version https://git-lfs": ("a pointer of Git LFS", "Fetch the file: git lfs pull."),
+    "<!doctype html": _PAGE,
+    "<html": _PAGE,
+    "404:": _PAGE,
+}
+"""Beginnings of what is often downloaded in place of a robot file."""
 
 
 def _tree_of(path: Path, text: str) -> Element:

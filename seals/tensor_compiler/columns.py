@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from seals.tensor_compiler.grids import MOST, Grid, along, blocks, filled_with, is_node
+from seals.tensor_compiler.grids import Grid, along, blocks, filled_with, is_node, splits
 from seals.tensor_compiler.shortening import shortened
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ class Columns:
     def constant(self, node: Node, value: Tensor) -> None:
         """Register the value of a constant; equal entries in the whole batch become numbers."""
         node.meta["val"] = value
-        if along(tuple(value.shape), self.batch) is None and value.numel() <= MOST:
+        if along(tuple(value.shape), self.batch) is None and splits(tuple(value.shape)):
             numbers = np.array(value.tolist(), dtype=object).reshape(tuple(value.shape))
             self._apart[node] = Grid(numbers, None, value.dtype)
 
@@ -63,7 +63,7 @@ class Columns:
         shape = tuple(value.shape)
         axis = along(shape, self.batch)
         form = blocks(shape, axis, self.batch)
-        if int(np.prod(form)) > MOST:
+        if not splits(form):
             return None
 
         def entry(index: tuple[int, ...]) -> Any:

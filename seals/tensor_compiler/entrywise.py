@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from seals.errors import ConfigError
 from seals.tensor_compiler import adding, moving
 from seals.tensor_compiler.columns import SAME, Columns
-from seals.tensor_compiler.grids import MOST, Grid, along, broadcast, filled_with
+from seals.tensor_compiler.grids import Grid, along, broadcast, filled_with, splits
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -155,7 +155,7 @@ class _Writing:
         grids = [self._grid(x) for x in node.all_input_nodes]
         known = [grid for grid in grids if grid is not None]
         both = broadcast(known) if known and len(known) == len(grids) else None
-        if both is None or both[0][0].size > MOST:
+        if both is None or not splits(both[0][0].shape):
             return None
         entries, axis = both
         kinds, result = [grid.kind for grid in known], node.meta["val"].dtype

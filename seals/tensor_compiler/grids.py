@@ -12,6 +12,9 @@ if TYPE_CHECKING:
 
 MOST = 256
 """Entries of the largest grid: a larger tensor stays whole."""
+LONGEST = 15
+"""Entries along the longest index of a grid: a loop over a longer one is compiled faster than its
+entries one by one, such as the points of a face, and runs as fast."""
 
 
 class Grid(NamedTuple):
@@ -46,6 +49,16 @@ def along(shape: tuple[int, ...], batch: int) -> int | None:
 def blocks(shape: tuple[int, ...], axis: int | None, batch: int) -> tuple[int, ...]:
     """Return the shape of the grid of a tensor."""
     return tuple(n // batch if k == axis else n for k, n in enumerate(shape))
+
+
+def splits(form: tuple[int, ...]) -> bool:
+    """Return whether a tensor whose grid has this shape is taken apart.
+
+    Example:
+        >>> splits((1, 6, 6)), splits((1, 48, 3)), splits((17, 17))
+        (True, False, False)
+    """
+    return int(np.prod(form)) <= MOST and max(form, default=0) <= LONGEST
 
 
 def reshaped(grid: Grid, shape: tuple[int, ...], batch: int) -> Grid | None:

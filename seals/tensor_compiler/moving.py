@@ -10,7 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from seals.tensor_compiler.grids import MOST, Grid, along, blocks, filled_with, is_node, reshaped
+from seals.tensor_compiler.grids import (
+    Grid,
+    along,
+    blocks,
+    filled_with,
+    is_node,
+    reshaped,
+    splits,
+)
 
 if TYPE_CHECKING:
     from torch.fx import Node
@@ -81,7 +89,7 @@ def expand(c: Columns, node: Node, x: Grid, size: Any, **more: Any) -> Grid | No
     more_places = len(shape) - x.entries.ndim
     axis = along(shape, c.batch) if x.axis is None else x.axis + more_places
     form = blocks(shape, axis, c.batch)
-    if int(np.prod(form)) > MOST:
+    if not splits(form):
         return None
     return x._replace(entries=np.broadcast_to(x.entries, form), axis=axis)
 
@@ -95,7 +103,7 @@ def cat(c: Columns, node: Node, parts: Any, dim: int = 0) -> Grid | None:
         return None
     at = dim % parts[0].entries.ndim
     entries = np.concatenate([x.entries for x in parts], axis=at)
-    return parts[0]._replace(entries=entries) if entries.size <= MOST else None
+    return parts[0]._replace(entries=entries) if splits(entries.shape) else None
 
 
 def stack(c: Columns, node: Node, parts: Any, dim: int = 0) -> Grid | None:
@@ -121,7 +129,7 @@ def filled(c: Columns, node: Node, *args: Any, **more: Any) -> Grid | None:
     shape = tuple(value.shape)
     axis = along(shape, c.batch)
     form = blocks(shape, axis, c.batch)
-    if is_node(number) or int(np.prod(form)) > MOST:
+    if is_node(number) or not splits(form):
         return None
     entry = torch.tensor(number, dtype=value.dtype).item()
     return Grid(filled_with(form, lambda _: entry), axis, value.dtype)

@@ -211,6 +211,40 @@ MISTAKES = {
         MJCF.format(GEOM, "<asset><mesh name='a' file='a.png'/></asset>"),
         "'a.png'",
     ),
+    "a web page": ("<!DOCTYPE html><html><body>Not Found</body></html>", "page of a web site"),
+    "an answer of a server": ("404: Not Found", "page of a web site"),
+    "a pointer": (
+        "version https://git-lfs.github.com/spec/v1\noid sha256:ab\nsize 12\n",
+        "Fetch the file: git lfs pull.",
+    ),
+    "a launch file": ("<launch><node name='n'/></launch>", "seals new robot also takes xacro"),
+    "a type misspelt": (
+        URDF.format(MASS.format(1), HINGE.format("a", "0 0 1", -1)).replace("revolute", "revolut"),
+        "Did you mean 'revolute'?",
+    ),
+    "a hinge without limits": (
+        URDF.format(MASS.format(1), HINGE.format("a", "0 0 1", -1)).replace("<limit", "<limits"),
+        "has no <limit>",
+    ),
+    "a joint without a child": (
+        URDF.format(MASS.format(1), HINGE.format("a", "0 0 1", -1)).replace(
+            '<child link="b"/>', ""
+        ),
+        "has no child link",
+    ),
+    "a ring of links": (
+        URDF.format(
+            MASS.format(1),
+            HINGE.format("a", "0 0 1", -1)
+            + '<joint name="k" type="fixed"><parent link="b"/><child link="a"/></joint>',
+        ),
+        "form a cycle",
+    ),
+    "an include that is not there": (
+        MJCF.format(GEOM, "").replace("<worldbody>", "<include file='arm.xml'/><worldbody>"),
+        "arm.xml' does not exist",
+    ),
+    "a world of no model": ('<sdf version="1.9"><world name="w"/></sdf>', "holds 0 models"),
 }
 
 
@@ -233,6 +267,23 @@ def test_strangers_files_are_refused_in_words(
     assert said in err
     assert len(err.splitlines()) == 2
     assert [path.name for path in tmp_path.iterdir()] == ["loop"]
+
+
+@pytest.mark.parametrize(
+    ("joint", "named"),
+    [
+        (HINGE.format("a", "0 0 1", -90), True),
+        (HINGE.format("a", "0 0 1", -9), False),
+        (HINGE.format("a", "0 0 1", -1).replace("<axis", '<origin rpy="0 0 180"/><axis'), True),
+    ],
+)
+def test_degrees_are_pointed_out(tmp_path: Path, joint: str, named: bool) -> None:
+    """A limit of 90 or an angle of 180 is no radian; a turn and a half may be."""
+    file = tmp_path / "robot.urdf"
+    file.write_text(URDF.format(MASS.format(1), joint), encoding="utf-8")
+    made = scaffold_robot("mine", file, parent=tmp_path)
+    said = [remark for remark in made.remarks if "angles above two turns: j" in remark]
+    assert bool(said) is named
 
 
 def test_a_wrong_medium_is_refused(

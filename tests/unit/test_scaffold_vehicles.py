@@ -252,6 +252,15 @@ def test_a_quadruped_without_a_stance_bends_its_knees(tmp_path: Path) -> None:
     assert failures(made) == []
 
 
+def test_a_keyframe_that_does_not_state_all_is_no_stance(tmp_path: Path) -> None:
+    """MuJoCo fills a short keyframe with zeros, its numbers on the wrong joints."""
+    text = (VEHICLES / "quadruped.xml").read_text(encoding="utf-8")
+    file = tmp_path / "short.xml"
+    file.write_text(text.replace("0 0 0.27 1 0 0 0", "0 0 0.27"), encoding="utf-8")
+    made = scaffold_robot("mine", file, parent=tmp_path)
+    assert any("stance is chosen" in remark for remark in made.remarks)
+
+
 def test_a_joint_of_mjcf_with_another_reference(tmp_path: Path) -> None:
     """A joint drawn at ref=0.5 rad has its URDF zero there: limits and keyframe move with it."""
     text = (VEHICLES / "quadruped.xml").read_text(encoding="utf-8")

@@ -55,6 +55,12 @@ def ainslie(f: float, t: float, s: float, depth: float, acidity: float) -> float
         ((50e3, 0.0, 35.0, 0.0, 6.0), 13.96602, 2e-3),
         # calculator of the National Physical Laboratory for this equation, rounded to 1 dB/km
         ((130e3, 8.0, 35.0, 15.0, 8.0), 38.0, 0.5 / 38.0),
+        # example and tests of the acoustics toolbox arlpy, rounded to 0.01 and to 1 dB/km
+        ((50e3, 27.0, 35.0, 10.0, 8.1), 10.71, 0.005 / 10.71),
+        ((100e3, 27.0, 35.0, 10.0, 8.1), 36.0, 0.5 / 36.0),
+        ((100e3, 14.0, 38.5, 0.0, 8.1), 40.0, 0.5 / 40.0),
+        ((100e3, 14.0, 38.5, 2000.0, 8.1), 30.0, 0.5 / 30.0),
+        ((100e3, 14.0, 38.5, 6000.0, 8.1), 16.0, 0.5 / 16.0),
     ],
 )
 def test_absorption_is_as_published(
