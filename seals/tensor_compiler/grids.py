@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 MOST = 256
 """Entries of the largest grid: a larger tensor stays whole."""
 LONGEST = 15
-"""Entries along the longest index of a grid: a loop over a longer one is compiled faster than its
-entries one by one, such as the points of a face, and runs as fast."""
+"""Entries along the longest index of a grid: a loop over a longer one, such as the strips of a hull
+or the points of a face, compiles in a third of the time of its entries and runs as fast."""
 
 
 class Grid(NamedTuple):
