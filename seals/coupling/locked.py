@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from seals.arrays import Array, Floats, namespace
 from seals.backend import Dynamics
+from seals.errors import PhysicsError
 from seals.multibody.equations import Assembly
 from seals.multibody.linear import solved
 
@@ -36,6 +39,15 @@ def locked_kick(inertia: Floats, kick: Floats) -> Floats:
     Args:
         inertia: M_b where the step began, see `base_inertia`, shape (6, n).
         kick: change of the generalised velocity over the step, about the base origin, shape (n,).
+
+    Raises:
+        PhysicsError: the locked robot has no inertia about some axis.
     """
-    found: Floats = solved(inertia[:, :6], inertia @ kick)
+    try:
+        found: Floats = solved(inertia[:, :6], inertia @ kick)
+    except np.linalg.LinAlgError as cause:
+        raise PhysicsError(
+            "the robot has no inertia about an axis of its base, and a joint stands at its limit.\n"
+            "Give at least one link of its URDF an inertia about it: ixx, iyy, izz above zero."
+        ) from cause
     return found

@@ -89,19 +89,22 @@ def _misshapen(meta: Mapping[str, Any]) -> Iterator[Finding]:
     for name in _MAPPINGS:
         if meta.get(name) is not None and not isinstance(meta[name], Mapping):
             yield _finding(name, meta[name], "a mapping of names to values")
+    sensors = meta.get("sensors")
+    channels = sensors.get("channels") if isinstance(sensors, Mapping) else None
+    entries = channels.values() if isinstance(channels, Mapping) else [channels or {}]
+    if any(not isinstance(entry, Mapping) for entry in entries):
+        yield _finding("sensors.channels", channels, "a mapping of channels to mappings")
     gusts = meta.get("disturbance")
     if isinstance(gusts, Mapping):
         yield from _wrong("disturbance", gusts, _GUSTS, whole=False)
     for name in _LISTS:
-        entries = meta.get(name)
-        if entries is None:
+        listed = meta.get(name)
+        if listed is None:
             continue
-        if not isinstance(entries, list | tuple) or any(
-            not isinstance(e, Mapping) for e in entries
-        ):
-            yield _finding(name, entries, "a list of mappings")
-        elif name == "baseline" and any(not isinstance(e.get("name"), str) for e in entries):
-            yield _finding(name, entries, "a list of effects, each with its name")
+        if not isinstance(listed, list | tuple) or any(not isinstance(e, Mapping) for e in listed):
+            yield _finding(name, listed, "a list of mappings")
+        elif name == "baseline" and any(not isinstance(e.get("name"), str) for e in listed):
+            yield _finding(name, listed, "a list of effects, each with its name")
 
 
 def _parts(meta: Mapping[str, Any]) -> Iterator[tuple[str, Any, tuple[_Wanted, ...]]]:

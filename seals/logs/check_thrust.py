@@ -35,7 +35,9 @@ def hover_ratio(log: Log, vehicle: Mapping[str, Any], channel: str = "rotor_spee
         vehicle: ``mass`` and ``rotors`` as in ``meta.yaml``.
         channel: of the speeds.
     """
-    rotors = [rotor for rotor in vehicle.get("rotors") or [] if isinstance(rotor, Mapping)]
+    stated = vehicle.get("rotors")
+    listed = stated if isinstance(stated, list | tuple) else ()
+    rotors = [rotor for rotor in listed if isinstance(rotor, Mapping)]
     mass = vehicle.get("mass")
     usable = log.has(channel) and log.has("specific_force") and isinstance(mass, int | float)
     if not rotors or not usable or log.channel(channel).shape[1] != len(rotors):

@@ -187,8 +187,10 @@ def _rotor(element: ElementTree.Element, said: str, constant: str) -> Motor:
         "rotorDragCoefficient": "drag",
     }
     values = _values(element, said, names)
-    if "torque" in values:
+    if "torque" in values and "thrust" in values:
         values["torque"] *= values["thrust"]
+    else:
+        values.pop("torque", None)  # stated as a length: nothing without a thrust
     turning = (_text(element, "turningDirection") or _text(element, "direction")).lower()
     if turning in ("cw", "ccw"):
         values["direction"] = 1.0 if turning == "ccw" else -1.0

@@ -9,20 +9,29 @@ import sqlite3
 import struct
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
 from seals.cli.train import _begun
 from seals.control.key_events import read_track
-from seals.errors import ConfigError, LogError, RobotError
+from seals.coupling.locked import locked_kick
+from seals.errors import ConfigError, LogError, PhysicsError, RobotError
 from seals.hydrostatics.meshes import MOST_WORK, hull_from_mesh
 from seals.learn.comparison.runs import read_run
 from seals.learn.training.rows import Rows
 from seals.logs.arrays import read_npy
+from seals.logs.check import refuse_if_bad
+from seals.logs.native import read_native
+from seals.logs.shipped import shipped_logs
 from seals.plugins.readers.mcap import ReaderMcap
 from seals.plugins.readers.rosbag2 import ReaderRosbag2
+from seals.scaffold.plug_ins import stated_of
+from seals.scaffold.robot import scaffold_robot
+from seals.sysid.data.join import join_logs
 from seals.sysid.validation.answer import read_answer
 
 
@@ -197,3 +206,54 @@ def test_an_answer_tells_a_link_by_its_number_or_name(
     effect = {"name": "payload", "parameters": {}, "link": link}
     (tmp_path / "diagnosis.json").write_text(json.dumps({"verdict": "named", "effects": [effect]}))
     assert read_answer(tmp_path).effects[0]["link"] == link
+
+
+def test_a_motor_that_states_no_thrust(tmp_path: Path) -> None:
+    """Its moment is stated as a share of the thrust: without one it states nothing."""
+    inertia = "<inertia><ixx>.1</ixx><iyy>.1</iyy><izz>.1</izz></inertia>"
+    inertial = f"<inertial><mass>1</mass>{inertia}</inertial>"
+    links = "".join(f"<link name='{name}'>{inertial}</link>" for name in ("body", "rotor_0"))
+    joint = "<joint name='j' type='revolute'><parent>body</parent><child>rotor_0</child>"
+    motor = "<plugin filename='a.so' name='p'><jointName>j</jointName><linkName>rotor_0</linkName>"
+    motor += "<motorConstant>0</motorConstant><momentConstant>0.01</momentConstant></plugin>"
+    axis = "<axis><xyz>0 0 1</xyz></axis></joint>"
+    text = f"<sdf version='1.9'><model name='m'>{links}{joint}{axis}{motor}</model></sdf>"
+    (found,) = stated_of(ElementTree.fromstring(text)).motors
+    assert found.values == {}
+    (tmp_path / "a.sdf").write_text(text)
+    scaffold_robot("made", tmp_path / "a.sdf", parent=tmp_path)
+
+
+def test_a_robot_without_inertia_at_a_joint_stop() -> None:
+    """The stop changes no momentum; about an axis without inertia that says nothing."""
+    inertia = np.diag([1.0, 1.0, 1.0, 0.0, 1.0, 1.0])
+    with pytest.raises(PhysicsError, match="no inertia about an axis"):
+        locked_kick(inertia, np.ones(6))
+    inertia[3, 3] = 0.5
+    assert np.allclose(locked_kick(inertia, np.ones(6)), 1.0)
+
+
+@pytest.mark.parametrize("channels", [1 << 70, [None], {"position": 3}, "a"])
+def test_channels_of_another_kind(channels: object) -> None:
+    """Logs are joined before anything else looks at what their sensors state."""
+    log = read_native(shipped_logs()["hidden_effect/flight_a"])
+    log = replace(log, meta={**log.meta, "sensors": {"channels": channels}})
+    with pytest.raises(LogError, match=r"sensors\.channels: meta.yaml says"):
+        refuse_if_bad(log)
+
+
+def test_logs_with_a_channel_that_states_no_noise_are_joined() -> None:
+    """Its noise is that of the vehicle, as in a single log."""
+    log = read_native(shipped_logs()["hidden_effect/flight_a"])
+    channels = {**log.meta["sensors"]["channels"], "counter": {"rate": 10}}
+    log = replace(log, meta={**log.meta, "sensors": {"channels": channels}})
+    refuse_if_bad(log)
+    assert "counter" not in join_logs([log, log]).meta["logs"][1]["sigma"]
+
+
+def test_rotors_that_are_no_list() -> None:
+    """The check of the thrust leaves the complaint to that of the description."""
+    log = read_native(shipped_logs()["hidden_effect/flight_a"])
+    meta = {**log.meta, "vehicle": {**log.meta["vehicle"], "rotors": True}}
+    with pytest.raises(LogError, match="rotors"):
+        refuse_if_bad(replace(log, meta=meta))

@@ -83,7 +83,11 @@ def _each(logs: Sequence[Log]) -> list[dict[str, Any]]:
                 "begin": begin,
                 "shift": begin - first,
                 "baseline": log.meta.get("baseline") or [],
-                "sigma": {k: float(v["sigma"]) for k, v in _channels(log).items()},
+                "sigma": {
+                    name: float(entry["sigma"])
+                    for name, entry in _channels(log).items()
+                    if isinstance(entry.get("sigma"), int | float)
+                },
             }
         )
         begin += float(log.time.max()) - first + GAP
