@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from benchmarks.guard import Guard
+from benchmarks.guard import FOUND, Guard
 
 ODD, TRIAL = "tests/unit/test_hostile_descriptions.py", "tests/unit/test_isolated_reading.py"
 _MOTORS, _SHEET = "seals.logs.motor_curve", "seals.scaffold.datasheet"
@@ -120,6 +120,41 @@ DESCRIPTIONS: dict[str, Guard] = {
         "1 << 40",
         TRIAL,
         "swells",
+    ),
+    "channels of sensors": Guard(
+        "seals.logs.check_meta",
+        "if any(not isinstance(entry, Mapping) for entry in entries):",
+        "if False:",
+        FOUND,
+        "channels_of_another_kind",
+    ),
+    "noise of a joined channel": Guard(
+        "seals.sysid.data.join",
+        'if isinstance(entry.get("sigma"), int | float)',
+        "",
+        FOUND,
+        "states_no_noise",
+    ),
+    "list of rotors": Guard(
+        "seals.logs.check_thrust",
+        "listed = stated if isinstance(stated, list | tuple) else ()",
+        "listed = stated or []",
+        FOUND,
+        "rotors_that_are",
+    ),
+    "moment without thrust": Guard(
+        "seals.scaffold.plug_ins",
+        'if "torque" in values and "thrust" in values:',
+        'if "torque" in values:',
+        FOUND,
+        "states_no_thrust",
+    ),
+    "robot without inertia": Guard(
+        "seals.coupling.locked",
+        "except np.linalg.LinAlgError as cause:",
+        "except KeyError as cause:",
+        FOUND,
+        "without_inertia",
     ),
 }
 """Every one of them by name."""
