@@ -90,6 +90,20 @@ def test_a_servo_of_limited_speed_follows_a_jump_along_a_ramp() -> None:
     assert _followed(slow, time, speed, None) is slow
 
 
+def test_commands_of_a_run_begin_with_the_run() -> None:
+    """Rows know the first row of their run, the earliest whose command may still act."""
+    samples = Samples(
+        time=np.arange(5.0),
+        step=1.0,
+        runs=((0, 2), (2, 5)),
+        channels={},
+        command=np.zeros((5, 0)),
+        voltage=None,
+        joint_command=np.zeros((5, 0)),
+    )
+    assert samples.begins.tolist() == [0, 0, 2, 2, 2]
+
+
 def test_a_servo_does_not_move_from_one_run_to_the_next() -> None:
     """Where time goes back it starts at its command; over a gap of one run it goes on."""
     command, speed = np.array([[0.0], [0.0], [1.0], [1.0]]), np.array([4.0])

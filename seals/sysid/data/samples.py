@@ -78,6 +78,14 @@ class Samples:
             clock[log.first : log.last] += log.shift
         return clock
 
+    @cached_property
+    def begins(self) -> NDArray[np.int64]:
+        """First row of the run of every row, before which nothing was commanded, shape (T,)."""
+        begins = np.zeros(self.rows, dtype=np.int64)
+        for first, last in self.runs:
+            begins[first:last] = first
+        return begins
+
     @property
     def log_index(self) -> NDArray[np.int64]:
         """Index of the log of every row, shape (T,)."""

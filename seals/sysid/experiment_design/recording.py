@@ -59,7 +59,7 @@ def planned_plant(
         runs=tuple((int(e - n), int(e)) for e, n in zip(ends, lengths, strict=True)),
         channels={} if trajectory is None else _channels(problem, trajectory, every, rows),
         command=command,
-        voltage=None if problem.samples.voltage is None else voltage,
+        voltage=voltage if problem.samples.voltage is not None and vehicle.full_voltage else None,
         joint_command=joint_command,
     )
     return _Planned(

@@ -258,7 +258,7 @@ class Plant:
             whole, share = _in_force(
                 delay, samples.step, held, latency=self.vehicle.command_latency
             )
-            newer, older = (np.maximum(rows - whole - k, 0) for k in (0, 1))
+            newer, older = (np.maximum(rows - whole - k, samples.begins[rows]) for k in (0, 1))
             command = samples.joint_command
             joint = share * command[older] + (1.0 - share) * command[newer]
         return Inputs(0.0, torque, drive, voltage, joint)

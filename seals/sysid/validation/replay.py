@@ -187,7 +187,7 @@ class _Runner:
             actor.voltage = samples.voltage[row][None]
         if samples.joint_command.shape[1]:
             late = min(self.latency / self.world.step_size, 1.0) if part == 0 else 0.0
-            both = samples.joint_command[[max(row - 1, 0), row]]
+            both = samples.joint_command[[max(row - 1, samples.begins[row]), row]]
             actor.joint_command = (late * both[0] + (1.0 - late) * both[1])[None]
 
     def _felt(self, seen: Configuration, length: int) -> tuple[TwinState, Floats]:
