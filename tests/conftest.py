@@ -54,7 +54,7 @@ os.environ.setdefault("TORCHINDUCTOR_VEC_ISA_OK", "1")
 STATM = Path("/proc/self/statm")
 GROWTH = 100e6
 """Growth of a test process from which on unreachable objects are looked for [byte]."""
-_kept = [0.0]
+_kept, _file = [0.0], [""]
 
 
 def resident() -> float:
@@ -127,14 +127,12 @@ def memory_given_back() -> Iterator[None]:
     _kept[0] = min(_kept[0], resident())
 
 
-@pytest.hookimpl(hookwrapper=True)
-def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> Iterator[None]:
-    """Free what the fixtures of a file have held, before the next file begins."""
-    yield
-    ends = nextitem is None or nextitem.path != item.path
-    if ends and resident() > _kept[0] + 0.25 * GROWTH:
+def pytest_runtest_logstart(location: tuple[str, int | None, str]) -> None:
+    """Free what the fixtures of the last file have held, before the first test of another one."""
+    if location[0] != _file[0] and resident() > _kept[0] + 0.25 * GROWTH:
         _give_back()
         _kept[0] = resident()
+    _file[0] = location[0]
 
 
 def _give_back() -> None:
