@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import sys
 import tempfile
 import time
@@ -24,6 +25,9 @@ from seals.run.simulation import simulate
 from seals.scaffold.robot import scaffold_robot
 
 VEHICLES = Path(__file__).parents[1] / "unit/urdfs/vehicles"
+_found = importlib.util.find_spec("pybullet_data")
+PUBLISHED = Path(_found.origin).parent if _found and _found.origin else Path("pybullet_data")
+"""Files of makers that come with PyBullet; not there where it is not installed."""
 
 
 class Course(NamedTuple):
@@ -206,6 +210,15 @@ COURSES: dict[str, Course] = {
     "quadruped": Course("quadruped.xml", "MJCF", (*TROT, "initial.position=[0,0,0.285]"), **WALKED),
     "quadruped_ros": Course(
         "quadruped.urdf", "URDF", (*TROT, "initial.position=[0,0,0.33]"), **WALKED
+    ),
+    "a1": Course(
+        str(PUBLISHED / "a1/a1.urdf"), "URDF", (*TROT, "initial.position=[0,0,0.305]"), **WALKED
+    ),
+    "aliengo": Course(
+        str(PUBLISHED / "aliengo/aliengo.urdf"),
+        "URDF",
+        (*TROT, "initial.position=[0,0,0.384]"),
+        **WALKED,
     ),
     "crab": Course(
         "crab_description/urdf/crab.urdf.xacro",
