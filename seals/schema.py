@@ -107,7 +107,9 @@ def param(
     return field
 
 
-def setting(default: float, unit: str, *, bounds: tuple[float, float], source: str) -> float:
+def setting(
+    default: float, unit: str, *, bounds: tuple[float, float], source: str, later: bool = False
+) -> float:
     """Declare a float field that somebody chose: exact, and no fit changes it.
 
     Args:
@@ -115,11 +117,12 @@ def setting(default: float, unit: str, *, bounds: tuple[float, float], source: s
         unit: SI unit as text.
         bounds: lowest and highest admissible value.
         source: why this value.
+        later: whether the class got this field later, see `LATER`.
 
     Raises:
         ConfigError: the bounds are empty, or exclude the default.
     """
-    return param(default, unit, bounds=bounds, tolerance=0.0, source=source, fit=False)
+    return param(default, unit, bounds=bounds, tolerance=0.0, source=source, fit=False, later=later)
 
 
 def later_defaults(plugin: type) -> dict[str, Any]:

@@ -21,6 +21,8 @@ SEEN = ("frames", "ball")
 
 FREE_OF_BACKEND = ("fused", "compiled")
 """Keys of a backend that leave the world as it is."""
+_LEG: dict[str, Any] = {"stance": []}
+"""What the settings of a leg got later."""
 
 
 def world_config(config: Any) -> dict[str, Any]:
@@ -46,7 +48,7 @@ def world_config(config: Any) -> dict[str, Any]:
 def _placeless(value: Any) -> Any:
     """Drop the path of the robot's folder, which differs between machines, and later fields."""
     if isinstance(value, dict):
-        neutral = _later(value.get("_target_"))
+        neutral = _later(value.get("_target_")) or (_LEG if "toe" in value else {})
         kept = {k: v for k, v in value.items() if k != "folder"}
         return {k: _placeless(v) for k, v in kept.items() if k not in neutral or v != neutral[k]}
     return value

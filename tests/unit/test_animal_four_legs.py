@@ -10,6 +10,7 @@ import pytest
 
 from seals.config.compose import compose
 from seals.control import RobotState
+from seals.learn.world_hash import world_config
 from seals.multibody.tree import forward
 from seals.plugins.controllers.walking.anatomy import Anatomy, anatomy_of
 from seals.plugins.controllers.walking.pattern import Pattern, duty_of, phases_of
@@ -151,3 +152,11 @@ def test_a_quadruped_walks_as_fast_as_it_is_told(
     assert abs(gone[1]) < 0.06
     assert lean < 6.0
     assert abs(path[late, 2] - height).max() < 0.015
+
+
+def test_worlds_from_before_keep_their_hash() -> None:
+    """Fields at the defaults that they got later are no part of a world; other values are."""
+    for words, named in (([], False), (["controller.support=1"], True)):
+        world = world_config(compose(["env=crab_walk", *words], root="learn"))
+        assert ("support" in world["controller"]) is named
+        assert "stance" not in world["robot"]["legs"]["left_1"]

@@ -116,9 +116,11 @@ class Walker(ControllerOptions, ABC):
     turn_limit: float = setting(2.0, "rad/s", bounds=(0.0, 100.0), source="chosen")
     smooth: float = setting(0.12, "s", bounds=(1e-3, 10.0), source="chosen: a step")
 
-    support: float = setting(0.0, "1", bounds=(0.0, 2.0), source="chosen: stiff servos")
-    level: float = setting(0.0, "rad/s", bounds=(0.0, 100.0), source="chosen: many legs")
-    catch: float = setting(0.0, "s", bounds=(0.0, 1.0), source="chosen: many legs")
+    support: float = setting(0.0, "1", bounds=(0.0, 2.0), source="chosen: stiff servos", later=True)
+    level: float = setting(
+        0.0, "rad/s", bounds=(0.0, 100.0), source="chosen: many legs", later=True
+    )
+    catch: float = setting(0.0, "s", bounds=(0.0, 1.0), source="chosen: many legs", later=True)
 
     needs_mass_properties: ClassVar[bool] = False
 
