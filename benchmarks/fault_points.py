@@ -30,7 +30,7 @@ ADDRESSES = 20
 """Number of steps of the whole memory, up to what the command takes."""
 _ENV = "SEALS_FAULT_ADDRESS"
 HERE = Path(__file__).resolve()
-PATIENCE = 120.0
+PATIENCE = 300.0
 """Time for one command [s]."""
 OF_SYSTEM = 98
 """Exit code of a command that ended with an error without words."""
