@@ -133,8 +133,8 @@ class DevicePipeline(ABC):
             self.bounds,
             self.numbers,
             self.smoothing,
+            self.pressure,
             spacing=self.spacing,
-            scale=chosen.solid_scale,
         )
         self.finish = Finish(
             self.particles,

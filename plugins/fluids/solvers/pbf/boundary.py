@@ -46,6 +46,7 @@ class Boundary:
         self.points: dict[int, Array] = {}
         self.weights: dict[int, Array] = {}
         self.normals: dict[int, Array] = {}
+        self.thin: dict[int, Array] = {}
         self.stale = True
 
     def add(
@@ -88,11 +89,11 @@ class Boundary:
         )
         if body:
             self.normals[body] = plane_normals(whole, self.spacing)
+            self.thin[body] = np.zeros(len(whole))
         if volumes is not None and bulk is not None and (bulk < 1.0).any():
             own = volumes / self.spacing**3
             self.weights[body] = bulk * self.weights[body] + (1.0 - bulk) * own
-            # what is weighed by volume is pressed from all sides
-            self.normals[body] = np.where(bulk[:, None] < 1.0, 0.0, self.normals[body])
+            self.thin[body] = 1.0 - bulk
         self.stale = True
 
     def move(self, body: int, points: Array) -> None:
@@ -105,6 +106,7 @@ class Boundary:
         self.points.pop(body, None)
         self.weights.pop(body, None)
         self.normals.pop(body, None)
+        self.thin.pop(body, None)
         self.stale = True
 
     @property
@@ -123,7 +125,7 @@ class Boundary:
         capacity, bodies = self.samples.capacity, self.bodies
         point = np.zeros((capacity, 3), np.float32)
         weight, owner = np.zeros(capacity, np.float32), np.zeros(capacity, np.int32)
-        normal = np.zeros((capacity, 3), np.float32)
+        normal, thin = np.zeros((capacity, 3), np.float32), np.zeros(capacity, np.float32)
         group = np.zeros((bodies.most, 3), np.int32)
         spans = np.zeros((bodies.bodies + 1, 2), np.int32)
         at = groups = 0
@@ -132,7 +134,7 @@ class Boundary:
             end = at + len(points)
             point[at:end], weight[at:end], owner[at:end] = points, self.weights[body], body
             if body:
-                normal[at:end] = self.normals[body]
+                normal[at:end], thin[at:end] = self.normals[body], self.thin[body]
                 spans[body, 0] = groups
                 for first in range(at, end, GROUP):
                     group[groups] = body, first, min(first + GROUP, end)
@@ -142,6 +144,7 @@ class Boundary:
         _write(self.samples.point, point)
         _write(self.samples.weight, weight)
         _write(self.samples.normal, normal)
+        _write(self.samples.thin, thin)
         _write(self.samples.body, owner)
         _write(bodies.group, group)
         _write(bodies.first, spans)

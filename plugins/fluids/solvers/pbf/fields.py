@@ -109,6 +109,8 @@ class Samples:
         self.weight = fields.scalar(ti.f32, count)
         # of the sheet of samples around it, in body axes; zero for what has none
         self.normal = fields.vector(3, ti.f32, count)
+        # share of the weight that is by volume
+        self.thin = fields.scalar(ti.f32, count)
         self.body = fields.scalar(ti.i32, count)
         self.world = fields.vector(3, ti.f32, count)
         self.cell = fields.scalar(ti.i32, count)

@@ -5,6 +5,7 @@ from typing import Any
 from seals.plugins.fluids.solvers.pbf.device.bodies import Bodies
 from seals.plugins.fluids.solvers.pbf.device.grid import Grid
 from seals.plugins.fluids.solvers.pbf.device.kernels import Smoothing
+from seals.plugins.fluids.solvers.pbf.device.pressure import Pressure
 from seals.plugins.fluids.solvers.pbf.fields import Globals, Particles, Samples
 from seals.plugins.fluids.solvers.pbf.language import ti
 
@@ -21,7 +22,9 @@ class Gap:
     Equation:
         F = sum_s p(z) A_s (1 - wet_s) |n_s . n| n over the samples of a body near a wall of normal
         n, p = p_0 + rho g (z_0 - z) from the mean piezometric head of the water that touches the
-        body; wet_s is the share that particles between the two press with. The wall feels -F.
+        body; wet_s is the share that particles between the two press with. A sample that is
+        weighed by its volume V_s and pressed by F_s gets (rho g V_s e_z - F_s) . n (1 - wet_s) n
+        instead: Archimedes for it alone. The wall feels -F.
 
     Without it particles above press a body on the floor down and none lifts it. Real gaps are
     never sealed: the water in them has the pressure of the water around.
@@ -34,8 +37,8 @@ class Gap:
         bounds: cells of the samples.
         numbers: step, gravity, counts; data out: impulse of walls.
         smoothing: the kernel.
+        pressure: force of a particle on a sample.
         spacing: distance at rest [m].
-        scale: weight of boundary volumes.
 
     Assumptions:
         The water in the gap is at rest: no suction when a body is lifted quickly off the floor.
@@ -50,16 +53,16 @@ class Gap:
         bounds: Grid,
         numbers: Globals,
         smoothing: Smoothing,
+        pressure: Pressure,
         *,
         spacing: float,
-        scale: float,
     ) -> None:
         self.b, self.p, self.s, self.g = bodies, particles, samples, numbers
         self.grid, self.bounds, self.kernel = grid, bounds, smoothing
         self.listed = particles.longest > 0
         self.reach, self.half = REACH * spacing, 0.5 * spacing
         self.full = smoothing.lattice.press / spacing
-        self.virial, self.scale = smoothing.lattice.virial, scale
+        self.virial, self.scale, self.q = smoothing.lattice.virial, pressure.scale, pressure
 
     @ti.func
     def per_metre(self) -> Any:
@@ -124,9 +127,13 @@ class Gap:
                     away = self.wall_normal(x)
                     held = self.b.head[b] - self.per_metre() * (x[2] - self.half * away[2])
                     if away.norm_sqr() > 0.0 and held > 0.0:
-                        open_share = 1.0 - ti.min(self.wetness(src, s, x, away), 1.0)
-                        area = self.scale * o[3] * self.facing(s, b, away)
-                        force = (held * self.full * area * open_share) * away
+                        wet, pressed = self.wetness(src, s, x, away)
+                        area = self.full * self.scale * o[3] * self.facing(s, b, away)
+                        lift = self.g.gravity[None] * self.g.step[None] ** 2 * away[2]
+                        alone = self.scale * o[3] * lift - pressed
+                        thin = self.s.thin[s]
+                        size = thin * alone + (1.0 - thin) * held * area
+                        force = ((1.0 - ti.min(wet, 1.0)) * size) * away
                 self.s.push[s] = force
 
     @ti.func
@@ -147,33 +154,34 @@ class Gap:
 
     @ti.func
     def facing(self, s, b, away) -> Any:
-        """Share of a sample's area that faces the wall; one where it is weighed by volume."""
+        """Share of a sample's area that faces the wall; all of it at an edge."""
         n = self.s.normal[s]
         turned = ti.cast(self.b.rotation[b] @ ti.cast(n, ti.f64), ti.f32)
         return ti.abs(turned.dot(away)) if n.norm_sqr() > 0.0 else 1.0
 
     @ti.func
     def wetness(self, src: ti.template(), s, x, away) -> Any:
-        """Share of the pressure that particles between sample and wall hand on."""
-        wet = 0.0
+        """Share that particles towards the wall press with, and the force of all along normal."""
+        total = ti.Vector([0.0, 0.0])
         if ti.static(self.listed):
             for k in range(self.s.near[s]):
-                wet += self.handed_on(src, self.s.list[s, k], x, away)
+                total += self.handed_on(src, s, self.s.list[s, k], x, away)
         else:
             for ox in range(-1, 2):
                 for oy in range(-1, 2):
                     first, last = self.grid.run(self.grid.start, x, ox, oy, self.grid.support)
                     for j in range(first, last):
-                        wet += self.handed_on(src, j, x, away)
-        return wet / self.full
+                        total += self.handed_on(src, s, j, x, away)
+        return total[0] / self.full, total[1]
 
     @ti.func
-    def handed_on(self, src: ti.template(), j, x, away) -> Any:
-        """Gradient along the normal of a particle on the wall's side, else zero."""
+    def handed_on(self, src: ti.template(), s, j, x, away) -> Any:
+        """Gradient of one particle along the normal, if it is towards the wall, and its force."""
         at = self.p.place[src][j]
-        e = ti.Vector([at[0] - x[0], at[1] - x[1], at[2] - x[2]])
-        _, g = self.kernel.solid(e.norm_sqr())
-        return ti.max(g * e.dot(away), 0.0)
+        q = ti.Vector([at[0], at[1], at[2]])
+        _, g = self.kernel.solid((q - x).norm_sqr())
+        force = self.q.push(j, self.s.rank[s], q, self.p.multiplier[j])
+        return ti.Vector([ti.max(g * (q - x).dot(away), 0.0), -force.dot(away)])
 
     @ti.kernel
     def book(self):
