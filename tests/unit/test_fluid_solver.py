@@ -10,10 +10,13 @@ import pytest
 from numpy.typing import NDArray
 
 from seals.environment.settings import EnvironmentSettings
+from seals.errors import ConfigError
 from seals.fluid import BodyStates, FluidBody, Surrounding
 from seals.plugins.fluids.coupling import ParticleFluid
 from seals.plugins.fluids.moving_domain import FluidWindow
 from seals.plugins.fluids.solver import Domain, Exchange, ParticleSolver, Snapshot
+from seals.plugins.fluids.solvers.dfsph.settings import DfsphSettings
+from seals.plugins.fluids.solvers.pbf.choices import Kernel
 from seals.plugins.fluids.tank import FluidParticles
 from seals.plugins.waves.still import WaveStill
 from seals.robot.pieces import Piece
@@ -170,3 +173,9 @@ def test_a_domain_runs_on_another_solver(kind: type[ParticleFluid]) -> None:
     assert (fluid.particles()[0] == there).all()
     fluid.close()
     assert solver.closed
+
+
+def test_divergence_free_sph_refuses_a_kernel_that_lets_its_pressures_run_away() -> None:
+    """The refusal names the kernel to use."""
+    with pytest.raises(ConfigError, match=r"unstable with fluid.solver=dfsph(.|\n)*kernel=spline"):
+        DfsphSettings(kernel=Kernel.wendland)

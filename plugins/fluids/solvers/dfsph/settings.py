@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from seals.errors import ConfigError
 from seals.plugins.fluids.solver import Domain
 from seals.plugins.fluids.solvers.device_settings import DeviceSettings
+from seals.plugins.fluids.solvers.pbf.choices import Kernel
 from seals.schema import setting
 
 if TYPE_CHECKING:
@@ -49,6 +50,19 @@ class DfsphSettings(DeviceSettings):
     """
 
     own: DfsphOptions = field(default_factory=DfsphOptions)
+
+    def __post_init__(self) -> None:
+        """Check the kernel.
+
+        Raises:
+            ConfigError: a kernel with which the pressures run away.
+        """
+        super().__post_init__()
+        if self.kernel is not Kernel.spline:
+            raise ConfigError(
+                f"fluid.physics.kernel={self.kernel.value} is unstable with fluid.solver=dfsph: "
+                "the water is compressed by a quarter.\nUse fluid.physics.kernel=spline."
+            )
 
     @classmethod
     def of(cls, shared: DeviceSettings, own: DfsphOptions) -> DfsphSettings:
