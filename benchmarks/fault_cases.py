@@ -9,9 +9,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
 from seals.cli.main import main
-from seals.errors import SealsError
+from seals.errors import ConfigError, SealsError
 from seals.logs.log import Log
 from seals.logs.native import read_native, write_native
 from seals.logs.run_folder import LOCK, held
@@ -109,7 +110,9 @@ def _sweep(before: Path, after: Path, code: int) -> str:
         return f"jobs without a sweep: {left}" if left else "before"
     if not any((place / name).exists() for name in ("0", "1")):
         return "cut"
-    rows = {str(row.values["run"]): row for row in find_rows(place)}
+    rows: dict[str, Any] = {}
+    with contextlib.suppress(ConfigError):  # a job whose folder is empty yet is no run
+        rows = {str(row.values["run"]): row for row in find_rows(place)}
     done = 0
     for name in ("0", "1"):
         row = rows.get(name)
