@@ -110,11 +110,14 @@ def reports(names: Sequence[str], *more: str, jobs: int = 1) -> Iterator[str]:
             for name in names
         ]
         for process in running:
-            assert process.stdout is not None
-            yield from process.stdout
-            worst = max(worst, abs(process.wait()))
+            with process:
+                assert process.stdout is not None
+                yield from process.stdout
+            worst = max(worst, abs(process.returncode))
         yield f"exit code {worst}\n"
     finally:
+        os.close(tokens.ears)
+        os.close(tokens.mouth)
         shutil.rmtree(shim.parent)
 
 
