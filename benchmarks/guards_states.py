@@ -198,7 +198,7 @@ STORED_STATES: dict[str, Guard] = {
         "only_its_owner",
     ),
     "particles of a state": Guard(
-        "seals.plugins.fluids.solvers.pbf.solver",
+        "seals.plugins.fluids.solvers.device_solver",
         "        check_state(arrays, self.capacity)\n",
         "",
         WATER,

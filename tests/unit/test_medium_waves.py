@@ -109,7 +109,7 @@ def test_waves_are_guessed_from_the_force_on_a_hull(depth: float) -> None:
     subject: Any = SimpleNamespace(
         hull=hull,
         environment=EnvironmentSettings(water_level=0.0, water_density=998.0, gravity=9.81),
-        nominal=lambda instance, stem: np.zeros(3),
+        nominal=lambda name, stem, medium: np.zeros(3),
     )
     residual = Residual(position=position, force=force, time=time, subject=subject)
     found = WaveAiry.guesses(residual)[0]
