@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from seals.sysid.candidates.activity import Activity
+from seals.sysid.decision.required_evidence import required_evidence
 from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.predictors.windows_fit import is_determined
 from seals.sysid.scores.held_out import held_out_fall
@@ -97,14 +98,17 @@ def test_a_superfluous_effect_pays_what_a_further_one_must() -> None:
     one = model(["wind"], misfit=1.0, score=10000.0)
     passing = one.candidates[0].acting(Activity(spans=()))
     made = family(0.2)
-    made._pierces = made._floats = False
     made.problem.vehicle.servo = {}  # type: ignore[attr-defined]
-    assert made._asked(one, one.candidates[0]) == POLICY.evidence + POLICY.evidence_further
-    made._floats = True
-    more = made._asked(one, one.candidates[0]) - POLICY.evidence - POLICY.evidence_further
+
+    def needed(added: Any, floats: bool = False) -> float:
+        surface: Any = SimpleNamespace(floats=True) if floats else None
+        return required_evidence(made.problem, one, added, surface_error=surface)
+
+    least = POLICY.evidence + POLICY.evidence_further
+    assert needed(one.candidates[0]) == least
+    more = needed(one.candidates[0], floats=True) - least - POLICY.evidence_surface
     assert more == pytest.approx(POLICY.first_order_error * 10000.0)
-    made._floats = False
-    more = made._asked(one, passing) - made._asked(one, one.candidates[0])
+    more = needed(passing) - needed(one.candidates[0])
     assert more == pytest.approx(POLICY.activity_share * 10000.0)
 
 
@@ -116,7 +120,7 @@ def test_an_effect_of_no_size_is_superfluous(monkeypatch: pytest.MonkeyPatch) ->
     both = replace(both, fit=replace(both.fit, values={**both.fit.values, **sizes}))
     smaller = [replace(both, candidates=(c,), score=10.0) for c in both.candidates]
     made = family(0.2)
-    made._pierces = made._floats = False
+    made._surface_error = None
     made.processes, made.nominal = 1, both
     made.problem.vehicle.servo = {}  # type: ignore[attr-defined]
     monkeypatch.setattr(WindowModels, "_bears_out", lambda *given: True)
