@@ -294,7 +294,7 @@ class Subject:
         for kind in (medium, MediumKind.any):
             effect = self.effects.get(f"{name}_{kind.value}")
             if effect is not None:
-                total = total + [float(vars(effect)[f"{stem}_{a}"]) for a in AXES]
+                total = total + [float(vars(effect).get(f"{stem}_{a}", 0.0)) for a in AXES]
         return total
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from seals.backend import (
     Backend,
     BackendOptions,
     BodyOptions,
+    CompiledBody,
     Configuration,
     Dynamics,
     compiles,
@@ -274,7 +275,7 @@ class Actor:
     def _say(self, problem: Exception) -> None:
         """Say that there is no machine code; the run notes it."""
         warnings.warn(f"robot '{self.robot.name}' goes on without: {problem}", stacklevel=4)
-        self._backend.compiled = "false"  # type: ignore[attr-defined]
+        cast("BackendOptions", self._backend).compiled = "false"
 
     def _interpret(self, problem: CannotCompile) -> None:
         """Go on without machine code, in words, where that is allowed."""
@@ -282,7 +283,7 @@ class Actor:
             raise problem
         self._say(problem)
         self.compiled = self._look = self._weights = None
-        self.body.interpret()  # type: ignore[attr-defined]
+        cast("CompiledBody", self.body).interpret()
         if self.pilot is not None:
             self.pilot.compile(None)
 

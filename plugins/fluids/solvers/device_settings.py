@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(kw_only=True)
-class DeviceSettings:
+class DeviceSettings(ABC):
     """Physics and numerics that all particle solvers on a device share.
 
     Args:
@@ -80,6 +81,6 @@ class DeviceSettings:
         if not 32 <= self.neighbours <= 255:
             raise ConfigError(f"neighbours={self.neighbours} must be in 32..255.\nUse 80.")
 
+    @abstractmethod
     def build(self, domain: Domain, *, device: str, threads: int) -> DeviceSolver:
         """Allocate the solver, see `SolverSettings.build`; Taichi starts with the first one."""
-        raise NotImplementedError
