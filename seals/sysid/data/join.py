@@ -13,15 +13,19 @@ from seals.errors import LogError
 from seals.logs.log import Log
 from seals.sysid.data.contact import contact_free
 from seals.sysid.data.known_sea import GAP, sea_laws
+from seals.sysid.data.thinned import thinned
 
 _OWN = ("initial_state",)
 """Facts that belong to a log's own runs, one entry each."""
-_LABELS = ("name", "description", "notes", "date", "recording", "motor_command", "motors", "clock")
+_LABELS = (
+    "name", "description", "notes", "date", "recording", "motor_command", "motors", "clock",
+    "guide", "simulated",
+)  # fmt: skip
 """Facts that may differ between logs of one vehicle."""
 
 
 def join_logs(logs: Log | Sequence[Log]) -> Log:
-    """Return one log with the runs of all of them, in order; of each the part without contact.
+    """Return one log with the runs of all of them, in order: without contact, fast ones thinned.
 
     What the logs know of their surroundings, figures of their sensors and the level of their gusts
     may differ: the entry ``logs`` of the metadata keeps those of each. A channel that one log lacks
@@ -38,6 +42,8 @@ def join_logs(logs: Log | Sequence[Log]) -> Log:
     if not every:
         raise LogError("no log is given.\nGive one log or several logs of one vehicle.")
     every = [contact_free(log) for log in every]
+    rows = sum(log.rows for log in every)
+    every = [thinned(log, rows) for log in every]
     first = every[0]
     if len(every) == 1:
         return first

@@ -1,0 +1,153 @@
+"""Thinning of a fast log to the rate at which the motion of bodies needs to be known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.arrays import Floats
+from seals.logs.channels import columns_of
+from seals.logs.log import Log
+
+STEP = 0.01
+"""Step between the rows that are kept, at most [s]: drives and servos are slower."""
+ROWS = 4000
+"""Rows of all logs together up to which every row is used."""
+_COMPLETE = 0.9
+"""Share of whole neighbourhoods from which on a channel is smoothed."""
+
+
+def thinned(log: Log, rows: int) -> Log:
+    """Return every n-th row of a long log of a high rate; a short or slow one as it is.
+
+    A measured channel that has samples in all rows is smoothed by a local parabola over 2 h + 1
+    rows, h = n / 2 rounded down, which leaves cubics as they are (Savitzky and Golay 1964), and its
+    stated noise becomes smaller accordingly. Of a channel with fewer samples those in the rows kept
+    are taken. A command becomes its mean until the next row kept.
+
+    Args:
+        log: in the native format.
+        rows: of all logs that are fitted together.
+    """
+    steps = [np.diff(part.time) for part in log.segments() if part.rows > 1]
+    step = float(np.median(np.concatenate(steps))) if steps else 0.0
+    most = int(STEP / step * (1.0 + 1e-6)) if step > 0.0 else 1
+    if rows <= ROWS or most < 2:
+        return log
+    groups = [np.flatnonzero(log.segment == part.segment[0]) for part in log.segments()]
+    measured = [name for name in _stated(log.meta) if log.has(name)]
+    for n in range(most, 1, -1):
+        kept = [_kept(log, group, measured, n) for group in groups]
+        if all(k is not None for k in kept):
+            return _taken(log, groups, [k for k in kept if k is not None], measured, n)
+    return log
+
+
+def _stated(meta: Mapping[str, Any]) -> dict[str, float]:
+    """White noise of the channels, 1-sigma, by name."""
+    channels: Mapping[str, Any] = (meta.get("sensors") or {}).get("channels") or {}
+    given = {k: v.get("sigma") for k, v in channels.items() if isinstance(v, Mapping)}
+    return {k: float(v) for k, v in given.items() if isinstance(v, int | float)}
+
+
+def _kept(
+    log: Log, group: NDArray[np.int64], measured: list[str], n: int
+) -> NDArray[np.int64] | None:
+    """Rows of one run to keep, which hold all samples of slow channels; None for none such.
+
+    Without a measured pose the first row is kept: the log states the state there.
+    """
+    if group.size < 2 * n:
+        return None
+    phases = set() if log.has("position") else {0}
+    for name in measured:
+        sampled = np.flatnonzero(np.isfinite(log.channel(name)[group]).any(axis=1))
+        if sampled.size and sampled.size <= group.size * (1.0 / n + 0.02) + 1:
+            phases |= set((sampled % n).tolist())
+    if len(phases) > 1:
+        return None
+    kept: NDArray[np.int64] = group[phases.pop() if phases else 0 :: n]
+    return kept
+
+
+def _taken(
+    log: Log,
+    groups: list[NDArray[np.int64]],
+    kept: list[NDArray[np.int64]],
+    measured: list[str],
+    n: int,
+) -> Log:
+    """Return the log in the rows kept."""
+    columns, calmer = dict(log.columns), dict[str, float]()
+    for name in (s for s in log.channels() if s.endswith("_cmd")):
+        for column in columns_of(name, log.columns):
+            columns[column] = _means(log.columns[column], groups, n)
+    for name in measured:
+        smooth, gain = _smoothed(log, name, groups, n)
+        here = {k: i for i, k in enumerate(columns_of(name, log.columns)) if k in columns}
+        whole = np.isfinite(smooth[np.concatenate(kept)][:, list(here.values())]).all(axis=1)
+        if whole.mean() >= _COMPLETE:
+            calmer[name] = gain
+            columns |= {k: smooth[:, i] for k, i in here.items()}
+    order = np.concatenate(kept)
+    return replace(
+        log,
+        columns={k: v[order] for k, v in columns.items()},
+        segment=log.segment[order],
+        meta=_with_noise(log.meta, calmer),
+    )
+
+
+def _with_noise(meta: Mapping[str, Any], gain: Mapping[str, float]) -> dict[str, Any]:
+    """Return the metadata with the noise of smoothed channels."""
+    if not gain:
+        return dict(meta)
+    sensors = dict(meta.get("sensors") or {})
+    channels = {
+        k: {**v, "sigma": v["sigma"] * gain[k]} if k in gain else v
+        for k, v in (sensors.get("channels") or {}).items()
+    }
+    return {**meta, "sensors": {**sensors, "channels": channels}}
+
+
+def _means(values: Floats, groups: list[NDArray[np.int64]], n: int) -> Floats:
+    """Mean of a held command over each row and the n - 1 after it."""
+    out = values.copy()
+    for group in groups:
+        own = values[group]
+        last = np.maximum.accumulate(np.where(np.isfinite(own), np.arange(own.size), 0))
+        own = np.concatenate([own[last], np.full(n - 1, own[last[-1]])])
+        out[group] = np.lib.stride_tricks.sliding_window_view(own, n).mean(axis=1)
+    return out
+
+
+def _smoothed(log: Log, name: str, groups: list[NDArray[np.int64]], n: int) -> tuple[Floats, float]:
+    """Local parabola of a channel, NaN where a neighbour is missing, and its noise over that."""
+    half = n // 2
+    lags = np.arange(-half, half + 1, dtype=float)
+    weight = np.linalg.pinv(np.vander(lags, min(3, lags.size), increasing=True))[0]
+    values = log.channel(name)
+    out = np.full_like(values, np.nan)
+    for group in groups:
+        own = values[group]
+        if name == "orientation":
+            own = _unflipped(own)
+        windows = np.lib.stride_tricks.sliding_window_view(own, lags.size, axis=0)
+        found = windows @ weight
+        if name == "orientation":
+            found /= np.linalg.norm(found, axis=1, keepdims=True)
+        out[group[half : own.shape[0] - half]] = found
+    return out, float(np.sqrt(np.sum(weight**2)))
+
+
+def _unflipped(q: Floats) -> Floats:
+    """Quaternions whose sign does not change along the rows."""
+    good = np.flatnonzero(np.isfinite(q).all(axis=1))
+    out = q.copy()
+    dots = np.sum(q[good[1:]] * q[good[:-1]], axis=1)
+    out[good[1:]] *= np.cumprod(np.where(dots < 0.0, -1.0, 1.0))[:, None]
+    return out
