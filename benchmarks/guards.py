@@ -1,20 +1,27 @@
 """Mutation test of input checks (guards): each is removed, and its tests must fail.
 
-    python -m benchmarks.guards [GUARD ...]
+    python benchmarks/guards.py [GUARD ...] [--jobs N] [--seconds S]
 
 The command ends with 1 when the tests of a guard pass without it. The guards are those of
-``docs/security.md``.
+``docs/security.md``. With ``--jobs``, each of N guards at a time has a copy of the checkout and of
+the installed package.
 """
 
 from __future__ import annotations
 
-import os
+import argparse
+import importlib.util
 import re
 import subprocess
 import sys
+import time
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
+# at the end: the installed package comes before the checkout
+sys.path.append(str(Path(__file__).resolve().parents[1]))
+from benchmarks.copies import Place, side_by_side
 from benchmarks.guard import BOUNDS, CLASSES, FILES, Guard
 from benchmarks.guards_described import DESCRIPTIONS
 from benchmarks.guards_page import PAGE
@@ -22,7 +29,6 @@ from benchmarks.guards_reading import ROBOTS_AND_TABLES
 from benchmarks.guards_runs import RUN_FOLDERS
 from benchmarks.guards_states import STORED_STATES
 
-ROOT = Path(__file__).parents[1]
 DEMOS, POLICY = "tests/unit/test_learn_demonstrations.py", "tests/unit/test_learn_policy.py"
 SWEEP, RUNS = "tests/unit/test_sweep.py", "tests/unit/test_runs_verb.py"
 DISK = "tests/unit/test_disk_full.py"
@@ -246,26 +252,33 @@ GUARDS: dict[str, Guard] = {
 """Every guard by name."""
 
 
-def unguarded(name: str) -> tuple[int, str]:
+def unguarded(name: str, place: Place | None = None) -> tuple[int, str]:
     """Run the tests of a guard without it, in a child process.
+
+    Args:
+        name: of the guard.
+        place: checkout to run in; by default this one.
 
     Returns:
         The exit code of pytest, 1 when a test noticed; and its words.
     """
-    guard = GUARDS[name]
+    guard, place = GUARDS[name], place or Place()
     words = [
         *("-p", "benchmarks.unguard", "-q", "-x", "-m", "", "-p", "no:cacheprovider"),
         *(guard.tests, "-k", guard.words),
     ]
-    done = subprocess.run(
-        [sys.executable, "-c", _CHILD.format(root=str(ROOT)), *words],
-        cwd=ROOT,
-        env={**os.environ, "SEALS_UNGUARD": name},
-        capture_output=True,
-        text=True,
-        timeout=_PATIENCE,
-        check=False,
-    )
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", _CHILD.format(root=str(place.root)), *words],
+            cwd=place.root,
+            env={**place.environment(), "SEALS_UNGUARD": name},
+            capture_output=True,
+            text=True,
+            timeout=_PATIENCE,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        return -1, f"no end within {_PATIENCE:.0f} s"
     return done.returncode, done.stdout + done.stderr
 
 
@@ -275,22 +288,39 @@ def held(code: int, said: str) -> bool:
     return code == 1 and failed is not None and wrong is None
 
 
-def main(names: Sequence[str]) -> int:
-    """Remove the named guards, or all, one after the other."""
-    unknown = [name for name in names if name not in GUARDS]
+def _lacking(name: str) -> str:
+    """Return the package without which the tests of a guard are left out; empty for none."""
+    needed = GUARDS[name].needs
+    return needed if needed and importlib.util.find_spec(needed) is None else ""
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Remove the named guards, or all."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("guard", nargs="*", metavar="GUARD")
+    parser.add_argument("--jobs", type=int, default=1, help="guards at a time")
+    parser.add_argument("--seconds", type=float, default=1e9, help="after which no guard begins")
+    given = parser.parse_args(words)
+    unknown = [name for name in given.guard if name not in GUARDS]
     if unknown:
-        print(f"there is no guard '{unknown[0]}'; there are: {', '.join(GUARDS)}", file=sys.stderr)
-        return 2
-    missed = 0
-    for name in names or GUARDS:
-        code, said = unguarded(name)
-        good = held(code, said)
-        missed += not good
-        print(f"{name:32} {'noticed' if good else f'NOT NOTICED (pytest {code})'}", flush=True)
-        if not good:
+        parser.error(f"there is no guard '{unknown[0]}'; there are: {', '.join(GUARDS)}")
+    begin, every, count = time.perf_counter(), given.guard or list(GUARDS), Counter[str]()
+    able = [name for name in every if not _lacking(name)]
+    for name in every:
+        if name not in able:
+            count["left out"] += 1
+            print(f"{name:32} left out: {_lacking(name)} is not installed", flush=True)
+    for name, found in side_by_side(unguarded, able, given.jobs, given.seconds):
+        code, said = found or (0, "")
+        word = "no time" if found is None else "noticed" if held(code, said) else "NOT NOTICED"
+        count[word] += 1
+        print(f"{name:32} {word}{f' (pytest {code})' if word == 'NOT NOTICED' else ''}", flush=True)
+        if word == "NOT NOTICED":
             print("\n".join(said.splitlines()[-12:]), flush=True)
-    return 1 if missed else 0
+    told = ", ".join(f"{number} {word}" for word, number in count.items())
+    print(f"{len(every)} guards: {told}; {time.perf_counter() - begin:.0f} s")
+    return 1 if count["NOT NOTICED"] or count["no time"] else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(main())

@@ -1,11 +1,12 @@
 """Mutation test of the effects: every law is broken, and its tests must fail.
 
-    python -m benchmarks.mutations [EFFECT ...] [--contract]
+    python benchmarks/mutations.py [EFFECT ...] [--contract] [--jobs N] [--seconds S]
 
 A law guarded by nothing is found: the command ends with 1 when a mutant survives. A mutant is first
 compared with the law at random instants; one that changes nothing there is no mutant. Then the unit
 tests that name the effect run with the broken law (`benchmarks.mutate`) until the first fails;
-where none does, or with ``--contract``, the effect's contract check runs, too.
+where none does, or with ``--contract``, the effect's contract check runs, too. With ``--jobs``,
+each of N effects at a time has a copy of the checkout and of the installed package.
 """
 
 from __future__ import annotations
@@ -18,21 +19,25 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.mutate import CONTROL, Mutant, broken, mutants_of
-from seals import registry
-from seals.effects.binding import bind_effects
-from seals.testing import check_effect
-from seals.testing.calling import call_hook
-from seals.testing.instants import leaves, random_instant
-from seals.testing.material import material_effect
+ROOT = Path(__file__).resolve().parents[1]
+# at the end: the installed package comes before the checkout
+sys.path.append(str(ROOT))
+from benchmarks.copies import Place, side_by_side  # noqa: E402
+from benchmarks.mutate import CONTROL, Mutant, broken, mutants_of  # noqa: E402
+from seals import registry  # noqa: E402
+from seals.effects.binding import bind_effects  # noqa: E402
+from seals.testing import check_effect  # noqa: E402
+from seals.testing.calling import call_hook  # noqa: E402
+from seals.testing.instants import leaves, random_instant  # noqa: E402
+from seals.testing.material import material_effect  # noqa: E402
 
-ROOT = Path(__file__).parents[1]
 KINDS = ("effect", "actuator")
 VALUES: dict[str, dict[str, Any]] = {
     "servos": {"kp": 0.2, "kd": 0.004},
@@ -193,26 +198,69 @@ def plugins_of(names: Sequence[str]) -> list[tuple[str, str]]:
     return [(kind, name) for kind, name in installed if not names or name in names]
 
 
+def reported(name: str, *, contract: bool) -> Counter[str]:
+    """Break the laws of one plug-in, print a line for each, and return how many came to what."""
+    count: Counter[str] = Counter()
+    for kind, found in plugins_of([name]):
+        for outcome in examined(mutants_of(kind, found), contract=contract):
+            print(outcome.line(), flush=True)
+            control = outcome.mutant.mutation == CONTROL
+            if control:
+                count["controls that fail"] += not outcome.kept
+            elif outcome.changes:
+                count["caught" if outcome.kept else "survived"] += 1
+            else:
+                count["change nothing"] += 1
+    return count
+
+
+def _elsewhere(name: str, place: Place, *, contract: bool) -> Counter[str]:
+    """Do the same in a process of its own, in a copy: a law is broken for its whole process."""
+    line = [sys.executable, str(place.root / "benchmarks" / "mutations.py"), name, "--counts"]
+    done = subprocess.run(
+        [*line, *["--contract"] * contract],
+        env=place.environment(),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    told, _, counts = done.stdout.rstrip().rpartition("\n")
+    if done.returncode or not counts.startswith("{"):
+        print(f"{name:22s} DID NOT RUN: {done.stderr[-900:]}", flush=True)
+        return Counter({"did not run": 1})
+    print(told, flush=True)
+    return Counter(json.loads(counts))
+
+
 def main(words: list[str] | None = None) -> int:
     """Break every law and print the tests that failed."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("effects", nargs="*")
     parser.add_argument("--contract", action="store_true", help="always ask the contract, too")
+    parser.add_argument("--jobs", type=int, default=1, help="effects at a time")
+    parser.add_argument("--seconds", type=float, default=1e9, help="after which no effect begins")
+    parser.add_argument("--counts", action="store_true", help=argparse.SUPPRESS)
     chosen = parser.parse_args(words)
-    begin, outcomes = time.perf_counter(), []
-    for kind, name in plugins_of(chosen.effects):
-        for outcome in examined(mutants_of(kind, name), contract=chosen.contract):
-            outcomes.append(outcome)
-            print(outcome.line(), flush=True)
-    real = [o for o in outcomes if o.changes]
-    lost = [o for o in outcomes if not o.kept]
-    print(
-        f"{len(real)} mutants: {len([o for o in real if o.kept])} caught, "
-        f"{len([o for o in real if not o.kept])} survived; "
-        f"{len([o for o in outcomes if not o.changes and o.mutant.mutation != CONTROL])} "
-        f"change nothing; {time.perf_counter() - begin:.0f} s"
-    )
-    return 1 if lost else 0
+    begin, total = time.perf_counter(), Counter[str]()
+    names = list(dict.fromkeys(name for _, name in plugins_of(chosen.effects)))
+
+    def work(name: str, place: Place) -> Counter[str]:
+        if place.own is None:
+            return reported(name, contract=chosen.contract)
+        return _elsewhere(name, place, contract=chosen.contract)
+
+    for name, count in side_by_side(work, names, chosen.jobs, chosen.seconds):
+        if count is None:
+            print(f"{name:22s} no time", flush=True)
+        total += Counter({"no time": 1}) if count is None else count
+    if chosen.counts:
+        print(json.dumps(total))
+        return 0
+    told = ", ".join(f"{number} {word}" for word, number in total.items())
+    mutants = sum(total[word] for word in ("caught", "survived"))
+    seconds = time.perf_counter() - begin
+    print(f"{mutants} mutants of {len(names)} plug-ins: {told}; {seconds:.0f} s")
+    return 1 if set(total) - {"caught", "change nothing"} else 0
 
 
 if __name__ == "__main__":
