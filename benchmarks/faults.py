@@ -1,13 +1,15 @@
 """Fault injection: every write, flush, rename and close fails or kills once; results are checked.
 
     python benchmarks/faults.py [CASE ...] [--jobs N] [--share K/N] [--out FOLDER]
-                                [--most POINTS] [--fresh]
+                                [--most POINTS] [--seconds S] [--fresh]
+    python benchmarks/faults.py --told FOLDER
 
 A library in C that is loaded before all others counts the calls below the command's folder and
 ends, or fails, the n-th, for n from 1 to the last. Afterwards the folder is as before, complete, or
 of a run that says that it was cut off; what can be taken up is. One process a case imports
 everything and makes the files that the command needs; it forks a child a point. With ``--fresh``,
 each point is tried once more in a process that starts afresh, and both must come to the same.
+Each point becomes a line in ``--out`` as it ends: ``--told`` sums up a call that was cut off, too.
 Linux, with a C compiler.
 """
 
@@ -181,6 +183,7 @@ class Server:
             self.prepare()
         finally:
             self.tokens.give()
+        self.note()
         if self.bad:
             return
         end = time.monotonic() + self.given.seconds
@@ -224,23 +227,29 @@ class Server:
             self.tokens.give()
             told = self.root / f"{mode}_{n}.json"
             fate = Fate(*json.loads(told.read_text())) if told.exists() else Fate("not judged", -1)
-            self.counts[mode][("crashed, " if fate.crashed else "") + self._kind(fate)] += 1
+            kind = ("crashed, " if fate.crashed else "") + self._kind(fate)
+            self.counts[mode][kind] += 1
             if fate.bad:
                 last = last_of(mode, self.calls)
                 self.bad.append(f"{self.name}, {mode} at {n} of {last}: {fate.verdict}")
-            self.note()
+            self.note(kind, mode, n, fate)
 
     @staticmethod
     def _kind(fate: Fate) -> str:
         return "bad" if fate.bad else fate.verdict
 
-    def note(self) -> None:
-        """Write what is known so far."""
+    def note(self, kind: str = "", mode: str = "", n: int = 0, fate: Fate | None = None) -> None:
+        """Add a line on a point, or what there is to do, to the file of this case."""
         if self.given.out is None:
             return
-        facts = {"case": self.name, "calls": self.calls, "peak": self.peak, "bad": self.bad}
-        file = self.given.out / f"{self.name.replace(' ', '_')}.json"
-        file.write_text(json.dumps({**facts, "points": self.counts}, indent=1))
+        facts: dict[str, Any] = {"calls": self.calls, "all": len([*self.points()])}
+        if fate is not None:
+            facts = {"mode": mode, "n": n, "kind": kind, "code": fate.code}
+            facts |= {"bad": fate.verdict} if fate.bad else {}
+        elif self.bad:
+            facts = {"bad": self.bad[0]}
+        with (self.given.out / f"{self.name.replace(' ', '_')}.jsonl").open("a") as file:
+            file.write(json.dumps(facts) + "\n")
 
     @property
     def total(self) -> int:
@@ -268,7 +277,6 @@ def served(name: str, given: argparse.Namespace) -> int:
     try:
         server.serve()
     finally:
-        server.note()
         shutil.rmtree(server.root, ignore_errors=True)
     seconds = time.monotonic() - start
     kinds = sum(server.counts.values(), collections.Counter())
@@ -277,6 +285,25 @@ def served(name: str, given: argparse.Namespace) -> int:
     for words in server.bad:
         print(f"  {words}")
     return int(bool(server.bad))
+
+
+def told(folder: Path) -> Iterator[str]:
+    """Yield a line on each case of a folder, with its bad points behind it, and one on them all."""
+    sums = collections.Counter[str]()
+    for file in sorted(folder.glob("*.jsonl")):
+        kinds, bad, every = collections.Counter[str](), list[str](), 0
+        lines = file.read_text().split("\n")
+        for facts in map(json.loads, lines[:-1]):  # what a cut left of a line is no point
+            every += facts.get("all", 0)
+            if "kind" in facts:
+                kinds[f"{facts['mode']} {facts['kind']}"] += 1
+            if "bad" in facts:
+                bad.append(f"{facts.get('mode', 'start')} at {facts.get('n', 0)}: {facts['bad']}")
+        sums.update(tried=kinds.total(), all=every, bad=len(bad))
+        words = ", ".join(f"{count} {kind}" for kind, count in sorted(kinds.items()))
+        yield f"{file.stem}: {kinds.total()} of {every} points tried, {len(bad)} bad; {words}"
+        yield from (f"  {line}" for line in bad)
+    yield f"all: {sums['tried']} of {sums['all']} points tried, {sums['bad']} bad"
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -291,21 +318,29 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--share", default="0/1", help="K/N: every N-th point, from the K-th")
     parser.add_argument("--seconds", type=float, default=1e9, help="after which no point begins")
     parser.add_argument("--fresh", action="store_true", help="compare with fresh processes")
-    parser.add_argument("--out", type=Path, help="folder of a JSON file for each case")
+    parser.add_argument("--out", type=Path, help="folder of a file of lines for each case")
+    parser.add_argument("--told", type=Path, help="sum up such a folder")
     parser.add_argument("--tokens", type=int, nargs=2, help=argparse.SUPPRESS)
     given = parser.parse_args(arguments)
     unknown = [*{*given.case} - {*CASES}, *{*given.modes.split(",")} - {*MODES}]
     if unknown:
         parser.error(f"there is no {unknown[0]}; there are {', '.join((*CASES, *MODES))}")
+    if given.told:
+        print("\n".join(told(given.told)))
+        return 0
     if given.out:
         given.out = given.out.resolve()
         given.out.mkdir(parents=True, exist_ok=True)
+        for file in () if given.tokens else given.out.glob("*.jsonl"):
+            file.unlink()  # of an earlier call
     if given.tokens:
         given.modes = given.modes.split(",")
         return served(given.case[0], given)
     last = ""
     for last in reports(given.case, *_passed_on(given), jobs=given.jobs):
         print(last, end="", flush=True)
+    if given.out:
+        print("\n".join(told(given.out)))
     return int(last.split()[-1])
 
 

@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[2]
 # at the end: the installed package comes before the checkout
 sys.path.append(str(ROOT))
 from benchmarks.fault_cases import CASES  # noqa: E402  no part of the installed package
-from benchmarks.faults import reports  # noqa: E402  no part of the installed package
+from benchmarks.faults import reports, told  # noqa: E402  no part of the installed package
 
 sys.path.remove(str(ROOT))
 
@@ -23,11 +23,14 @@ needs_shim = pytest.mark.skipif(
 
 
 @needs_shim
-def test_some_points_of_a_conversion() -> None:
+def test_some_points_of_a_conversion(tmp_path: Path) -> None:
     """A few calls of the shortest command, each killed once."""
-    lines = list(reports(["convert"], "--most", "8", "--modes", "kill"))
+    lines = list(reports(["convert"], "--most", "8", "--modes", "kill", "--out", str(tmp_path)))
     assert lines[-1] == "exit code 0\n", lines
-    assert int(lines[0].split()[1]) >= 5
+    assert (count := int(lines[0].split()[1])) >= 5
+    with (tmp_path / "convert.jsonl").open("a") as file:
+        file.write('{"mode": "kill", "n":')  # cut off in the middle of a line
+    assert list(told(tmp_path))[-1] == f"all: {count} of {count} points tried, 0 bad"
 
 
 @needs_shim
