@@ -1,11 +1,12 @@
 """Sensitivity of the answers to each threshold of the diagnosis, lowered and raised.
 
-    python -m benchmarks.thresholds OUT LOGS... [--by 0.3] [--processes N] [--seconds S]
+    python -m benchmarks.thresholds OUT LOGS... [--by 0.3] [--only NAME,...] [--jobs N]
 
-LOGS are folders in which logs lie at any depth. Every log is diagnosed once with thresholds that
-tell which comparisons would turn out otherwise; only those changes are diagnosed again, since no
-other can change an answer. Changes that matter to the verdict alone repeat the verdict alone. What
-is in OUT already is not done again, and OUT/thresholds.md is written at the end.
+LOGS are folders in which logs lie at any depth; a log of a case with a folder `robot` is of that
+robot. Every log is diagnosed once with thresholds that tell which comparisons would turn out
+otherwise; only those changes are diagnosed again, since no other can change an answer. Changes that
+matter to the verdict alone repeat the verdict alone. What is in OUT already is not done again, and
+OUT/thresholds.md is written at the end.
 """
 
 from __future__ import annotations
@@ -26,7 +27,9 @@ from typing import Any, TypeAlias
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from benchmarks.traced import Change, Trace, Traced
+from seals.errors import suggestion
 from seals.logs.native import read_native
+from seals.sysid.data.robot_description import RobotDescription, describe_robot
 from seals.sysid.decision.evidence import decide
 from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.predictors.problem import prepare
@@ -34,21 +37,30 @@ from seals.sysid.selection.log_search import search_log
 
 Answer: TypeAlias = list[Any]
 """Verdict and names."""
-Job: TypeAlias = tuple[Path, Path, str, float]
-"""Folder of results, log, change as text, size of the changes."""
+Job: TypeAlias = tuple[Path, Path, str, float, frozenset[str]]
+"""Folder of results, log, change as text, size of the changes, names of the thresholds."""
+ALL = frozenset(t.name for t in DecisionPolicy().thresholds())
+"""Names of all thresholds."""
 FIRST = "first"
 """Job of a log with the standard thresholds."""
 
 
-def traced(by: float, trace: Trace) -> DecisionPolicy:
-    """Return the standard policy with every threshold traced under its two changes."""
+def traced(by: float, trace: Trace, names: frozenset[str] = ALL) -> DecisionPolicy:
+    """Return the standard policy with the named thresholds traced under their two changes."""
     values = {
         t.name: Traced(
             t.value, {(t.name, sign): t.value * (1.0 + sign * by) for sign in (-1, 1)}, trace
         )
         for t in DecisionPolicy().thresholds()
+        if t.name in names
     }
     return DecisionPolicy(**values)
+
+
+def robot_of(log: Path) -> RobotDescription | None:
+    """Robot of the case that a log belongs to; None where its metadata describe the vehicle."""
+    folder = log.parents[1] / "robot"
+    return describe_robot(str(folder)) if folder.is_dir() else None
 
 
 def answer_of(problem: Any, found: Any) -> Answer:
@@ -57,12 +69,12 @@ def answer_of(problem: Any, found: Any) -> Answer:
     return [answer.verdict.value, sorted(claim.name for claim in answer.claims)]
 
 
-def first(log: Path, by: float) -> dict[str, Any]:
+def first(log: Path, by: float, names: frozenset[str] = ALL) -> dict[str, Any]:
     """Diagnose with traced thresholds, then repeat the decision with changed thresholds."""
     trace = Trace()
-    policy = traced(by, trace)
+    policy = traced(by, trace, names)
     trace.stage = "search"
-    problem = prepare(read_native(log), policy=policy)
+    problem = prepare(read_native(log), policy=policy, robot=robot_of(log))
     found = search_log(problem)
     trace.stage = "verdict"
     base = answer_of(problem, found)
@@ -78,6 +90,7 @@ def first(log: Path, by: float) -> dict[str, Any]:
         object.__setattr__(policy, name, value)
     return {
         "answer": base,
+        "traced": sorted(names),
         "used": sorted(trace.used),
         "search": sorted(key_of(c) for c in searched),
         "answers": answers,
@@ -88,7 +101,8 @@ def again(log: Path, change: Change, by: float) -> dict[str, Any]:
     """Diagnose with one threshold changed."""
     name, sign = change
     value = getattr(DecisionPolicy(), name) * (1.0 + sign * by)
-    problem = prepare(read_native(log), policy=replace(DecisionPolicy(), **{name: value}))
+    policy = replace(DecisionPolicy(), **{name: value})
+    problem = prepare(read_native(log), policy=policy, robot=robot_of(log))
     return {"answer": answer_of(problem, search_log(problem))}
 
 
@@ -104,13 +118,13 @@ def file_of(out: Path, log: Path, key: str) -> Path:
 
 def work(job: Job) -> str:
     """Run one job and store its result or error."""
-    out, log, key, by = job
+    out, log, key, by, names = job
     warnings.simplefilter("ignore")
     path = file_of(out, log, key)
     begin = time.perf_counter()
     try:
         change = (key[:-1], 1 if key[-1] == "+" else -1)
-        found = first(log, by) if key == FIRST else again(log, change, by)
+        found = first(log, by, names) if key == FIRST else again(log, change, by)
     except Exception as problem:  # one broken case must not end the others
         found = {"error": f"{type(problem).__name__}: {problem}", "answer": ["error", []]}
     found["seconds"] = time.perf_counter() - begin
@@ -123,7 +137,7 @@ def work(job: Job) -> str:
 
 def share(jobs: Sequence[Job], processes: int, until: float) -> None:
     """Run the jobs without a result in parallel processes, until a time."""
-    left = [j for j in jobs if not file_of(j[0], j[1], j[2]).exists()]
+    left = [j for j in jobs if not done(j)]
     random.Random(0).shuffle(left)
     with multiprocessing.Pool(processes) as pool:
         for k, line in enumerate(pool.imap_unordered(work, left), start=1):
@@ -138,20 +152,28 @@ def read(path: Path) -> dict[str, Any] | None:
     return json.loads(path.read_text(encoding="utf-8")) if path.exists() else None
 
 
-def table(out: Path, logs: Sequence[Path], by: float) -> str:
-    """Lines of Markdown: each threshold, its reason, and how many answers change."""
+def done(job: Job) -> bool:
+    """Return true if a job has a result, a first one with all its thresholds traced."""
+    found = read(file_of(job[0], job[1], job[2]))
+    if found is None or job[2] != FIRST:
+        return found is not None
+    return "error" in found or job[4] <= set(found.get("traced", ALL))
+
+
+def table(out: Path, logs: Sequence[Path], by: float, names: frozenset[str] = ALL) -> str:
+    """Lines of Markdown: each named threshold, its reason, and how many answers change."""
     firsts = {log: read(file_of(out, log, FIRST)) for log in logs}
-    done = {log: f for log, f in firsts.items() if f is not None and "error" not in f}
+    found = {log: f for log, f in firsts.items() if f is not None and "error" not in f}
     lines = [
-        f"Answers (verdict and names) of {len(done)} logs that change when one threshold is "
+        f"Answers (verdict and names) of {len(found)} logs that change when one threshold is "
         f"{by:.0%} lower or higher.",
         "",
         f"| threshold | value | unit | reason | -{by:.0%} | +{by:.0%} |",
         "|---|---|---|---|---|---|",
     ]
-    for t in DecisionPolicy().thresholds():
-        used = any(t.name in f["used"] for f in done.values())
-        cells = [_changed(out, done, key_of((t.name, sign))) if used else "-" for sign in (-1, 1)]
+    for t in (t for t in DecisionPolicy().thresholds() if t.name in names):
+        used = any(t.name in f["used"] for f in found.values())
+        cells = [_changed(out, found, key_of((t.name, sign))) if used else "-" for sign in (-1, 1)]
         lines.append(f"| `{t.name}` | {t.value:g} | {t.unit} | {t.reason} | {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
 
@@ -169,6 +191,14 @@ def _changed(out: Path, done: dict[Path, dict[str, Any]], key: str) -> str:
     return f"{changed}" + (f" ({missing} not run)" if missing else "")
 
 
+def names_of(words: str) -> frozenset[str]:
+    """Names of thresholds, separated by commas."""
+    names = frozenset(words.split(","))
+    for name in sorted(names - ALL):
+        raise argparse.ArgumentTypeError(f"no threshold '{name}'. {suggestion(name, sorted(ALL))}")
+    return names
+
+
 def main(words: Sequence[str] | None = None) -> int:
     """Run the command."""
     parser = argparse.ArgumentParser(
@@ -177,19 +207,21 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("out", type=Path)
     parser.add_argument("logs", type=Path, nargs="+")
     parser.add_argument("--by", type=float, default=0.3)
-    parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--only", type=names_of, default=ALL, metavar="NAME,...")
+    parser.add_argument("--jobs", "--processes", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--seconds", type=float, default=86_400.0)
     asked = parser.parse_args(words)
     until = time.monotonic() + asked.seconds
     logs = sorted({p.parent for top in asked.logs for p in top.rglob("meta.yaml")})
-    share([(asked.out, log, FIRST, asked.by) for log in logs], asked.processes, until)
+    share([(asked.out, log, FIRST, asked.by, asked.only) for log in logs], asked.jobs, until)
     more = []
     for log in logs:
         base = read(file_of(asked.out, log, FIRST))
-        more += [(asked.out, log, key, asked.by) for key in (base or {}).get("search", ())]
+        keys = [k for k in (base or {}).get("search", ()) if k[:-1] in asked.only]
+        more += [(asked.out, log, key, asked.by, asked.only) for key in keys]
     if time.monotonic() < until:
-        share(more, asked.processes, until)
-    text = table(asked.out, logs, asked.by)
+        share(more, asked.jobs, until)
+    text = table(asked.out, logs, asked.by, asked.only)
     (asked.out / "thresholds.md").write_text(text, encoding="utf-8")
     print(text)
     return 0

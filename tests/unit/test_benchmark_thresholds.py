@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import argparse
 import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from benchmarks.thresholds import FIRST, file_of, key_of, table
+from benchmarks.thresholds import ALL, FIRST, done, file_of, key_of, names_of, table, traced
 from benchmarks.traced import Trace, Traced
 
 
@@ -76,6 +77,28 @@ def test_the_table_counts_changed_answers_and_those_not_asked(tmp_path: Path) ->
     assert [c.strip() for c in rows["evidence"]] == ["1", "0"]
     assert [c.strip() for c in rows["screen"]] == ["0 (1 not run)", "0"]
     assert [c.strip() for c in rows["temperature"]] == ["-", "-"]
+
+
+def test_only_the_named_thresholds_are_traced_and_told(tmp_path: Path) -> None:
+    """The others are plain numbers; a result that traced fewer is made again; typos are told."""
+    names, trace = names_of("absent,joint_quiet"), Trace()
+    policy = traced(0.3, trace, names)
+    assert {t.name for t in policy.thresholds() if isinstance(t.value, Traced)} == names
+    log = Path("some") / "log"
+    path = file_of(tmp_path, log, FIRST)
+    assert not done((tmp_path, log, FIRST, 0.3, names))
+    path.parent.mkdir(parents=True)
+    path.write_text(
+        '{"answer": ["named", []], "traced": ["absent", "joint_quiet"], "used": ["absent"],'
+        ' "search": [], "answers": {}}',
+        encoding="utf-8",
+    )
+    assert done((tmp_path, log, FIRST, 0.3, names))
+    assert not done((tmp_path, log, FIRST, 0.3, ALL))
+    rows = _rows(table(tmp_path, [log], 0.3, names))
+    assert [r.split("`")[1] for r in rows] == ["absent", "joint_quiet"]
+    with pytest.raises(argparse.ArgumentTypeError, match="joint_quiet"):
+        names_of("joint_quit")
 
 
 def _rows(text: str) -> list[str]:
