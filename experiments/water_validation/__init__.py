@@ -16,6 +16,7 @@ from seals.experiments.water_validation import (
     heave,
     hydrostatics,
     standing_wave,
+    tow,
 )
 from seals.experiments.water_validation.case import Case, Grade, Outcome
 from seals.experiments.water_validation.page import Result, write_page
@@ -29,6 +30,7 @@ CASES: tuple[Case, ...] = (
     flume.CASE,
     heave.CASE,
     entry.CASE,
+    tow.CASE,
 )
 
 

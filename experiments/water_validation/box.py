@@ -44,10 +44,7 @@ def filled_box(
     places = places[np.asarray(inside(places), dtype=bool)]
     walls = box_walls(np.zeros(3), high, spacing)
     margin = 3.0 * spacing
-    chosen = physics or PbfSettings()
-    if grade.solver is Method.dfsph:
-        chosen = DfsphSettings.of(chosen, DfsphOptions())
-    water = chosen.build(
+    water = solver_of(
         Domain(
             spacing=spacing,
             lower=np.full(3, -margin),
@@ -56,12 +53,28 @@ def filled_box(
             boundary_capacity=len(walls.points),
             bodies=0,
         ),
-        device=grade.device.value,
-        threads=grade.threads,
+        grade=grade,
+        physics=physics,
     )
     water.add_boundary(body=0, points=walls.points)
     water.add_particles(places)
     return water
+
+
+def solver_of(
+    domain: Domain, *, grade: Grade = HERE, physics: DeviceSettings | None = None
+) -> DeviceSolver:
+    """Return an empty solver of a grade.
+
+    Args:
+        domain: extent and capacities.
+        grade: where it runs, and by which solver.
+        physics: options of the solver; as it comes for None.
+    """
+    chosen = physics or PbfSettings()
+    if grade.solver is Method.dfsph:
+        chosen = DfsphSettings.of(chosen, DfsphOptions())
+    return chosen.build(domain, device=grade.device.value, threads=grade.threads)
 
 
 def advance(water: DeviceSolver, step: float) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -36,32 +38,74 @@ def measured(speed: int) -> list[tuple[Floats, Floats]]:
     return out
 
 
+class Entry(NamedTuple):
+    """Entry of the impactor at one speed.
+
+    Args:
+        time: since it touched the water [s], shape (rows,).
+        felt: force over mass, mean of each step [m/s^2], shape (rows,).
+        particles: of water.
+        spacing: of them [m].
+    """
+
+    time: Floats
+    felt: Floats
+    particles: int
+    spacing: float
+
+    @property
+    def change(self) -> float:
+        """Change of velocity over 50 ms [m/s]."""
+        return float(self.felt[self.time < LASTS].sum() * STEP)
+
+    @property
+    def peak(self) -> float:
+        """Largest mean over a step in the first 20 ms [m/s^2]."""
+        return float(self.felt[self.time < EARLY].max())
+
+
+def enter(speed: int, across: float, grade: Grade, more: Sequence[str] = ()) -> Entry:
+    """Drop the impactor into a tank at a speed.
+
+    Args:
+        speed: nominal, of the recordings [m/s].
+        across: spacings across the impactor.
+        grade: where it runs, and by which solver.
+        more: further overrides.
+    """
+    ball = 4.0 / 3.0 * math.pi * RADIUS**3
+    shape = Shape("capsule", (RADIUS, 0.15), ball + math.pi * RADIUS**2 * 0.15, 0.15 + 2 * RADIUS)
+    found = drift(
+        shape,
+        MASS,
+        spacing=2.0 * RADIUS / across,
+        tank=(0.2, 0.2, 0.36),
+        start=0.5 * shape.height + 0.002,
+        speed=-float(speed),
+        until=LASTS + 0.004,
+        step=STEP,
+        more=(
+            "fluid.freeboard=0.4",
+            f"fluid.physics.sound_speed={MACH * speed}",
+            *grade.words(),
+            *more,
+        ),
+    )
+    first = int(np.argmax(found.felt > 0.5))
+    return Entry(
+        found.time[first:] - found.time[first], found.felt[first:], found.particles, found.spacing
+    )
+
+
 def run(grade: Grade) -> Outcome:
     """Drop at 2, 4 and 6 m/s; compare the change of velocity over 50 ms, and the peak."""
     across = 5 if grade.quick else 16
-    ball = 4.0 / 3.0 * math.pi * RADIUS**3
-    shape = Shape("capsule", (RADIUS, 0.15), ball + math.pi * RADIUS**2 * 0.15, 0.15 + 2 * RADIUS)
     lines, series, count, d = [], [], 0, 0.0
     for speed in (4,) if grade.quick else (2, 4, 6):
-        found = drift(
-            shape,
-            MASS,
-            spacing=2.0 * RADIUS / across,
-            tank=(0.2, 0.2, 0.36),
-            start=0.5 * shape.height + 0.002,
-            speed=-float(speed),
-            until=LASTS + 0.004,
-            step=STEP,
-            more=(
-                "fluid.freeboard=0.4",
-                f"fluid.physics.sound_speed={MACH * speed}",
-                *grade.words(),
-            ),
-        )
-        first = int(np.argmax(found.felt > 0.5))
-        t, felt = found.time[first:] - found.time[first], found.felt[first:]
+        found = enter(speed, across, grade)
+        t, felt = found.time, found.felt
         drops = measured(speed)
-        lines += _compared(speed, t, felt, drops)
+        lines += _compared(speed, found, drops)
         series.append(Series(name=f"simulated {speed} m/s", x=t[t < LASTS], y=felt[t < LASTS]))
         t, z = drops[0]
         series.append(Series(name=f"measured {speed} m/s", x=t[t < LASTS], y=z[t < LASTS]))
@@ -79,20 +123,20 @@ def run(grade: Grade) -> Outcome:
     return Outcome(lines, [chart], count, d, across, "IMpack, CC BY-SA 4.0", remark)
 
 
-def _compared(
-    speed: int, time: Floats, felt: Floats, drops: list[tuple[Floats, Floats]]
-) -> list[Line]:
-    """Change of velocity and peak of one speed against the mean of the drops."""
+def references(drops: list[tuple[Floats, Floats]]) -> tuple[float, float]:
+    """Return change of velocity [m/s] and peak [m/s^2] of drops, their mean."""
     change = float(np.mean([np.trapezoid(z[t < LASTS], t[t < LASTS]) for t, z in drops]))
     peak = float(np.mean([np.convolve(z[t < EARLY], [0.5, 0.5]).max() for t, z in drops]))
+    return change, peak
+
+
+def _compared(speed: int, found: Entry, drops: list[tuple[Floats, Floats]]) -> list[Line]:
+    """Change of velocity and peak of one speed against the mean of the drops."""
+    change, peak = references(drops)
+    name = f"{speed} m/s: change of velocity over 50 ms [m/s]"
     return [
-        relative(
-            f"{speed} m/s: change of velocity over 50 ms [m/s]",
-            float(felt[time < LASTS].sum() * STEP),
-            change,
-            0.15,
-        ),
-        relative(f"{speed} m/s: peak [m/s^2]", float(felt[time < EARLY].max()), peak, 0.30),
+        relative(name, found.change, change, 0.15),
+        relative(f"{speed} m/s: peak [m/s^2]", found.peak, peak, 0.30),
     ]
 
 

@@ -1,0 +1,184 @@
+"""Entry of a hemisphere and drag of a sphere in particle water over several spacings.
+
+Both solvers, both cases; of every figure the value at spacing zero with its band. Cases go from the
+coarsest spacing to the finest, and the file holds what is done after each, so that a run that is
+stopped loses one case only. ``--page`` writes docs/water_convergence.md from the files of runs.
+
+    python benchmarks/water_convergence.py entry tow --across 4,5,6 --out build/convergence.json
+    python benchmarks/water_convergence.py entry tow --across 5,7,10,14,20 --device cuda --limit 400
+    python benchmarks/water_convergence.py --page build/convergence.json
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from seals.experiments.water_validation import entry, tow
+from seals.experiments.water_validation.case import Grade
+from seals.experiments.water_validation.richardson import extrapolate
+from seals.plugins.fluids.coupling import Device, Method
+from seals.report.figures import Chart, Series
+from seals.report.pictures import write_picture
+
+ROOT = Path(__file__).parents[1]
+PAGE = ROOT / "docs" / "water_convergence.md"
+Row = dict[str, Any]
+HEAD = """\
+# Convergence of the particle water
+
+Written by `python benchmarks/water_convergence.py --page` from the figures of its runs. Spacings
+are counted across the body. The value at spacing zero is that of a fit after Eça and Hoekstra
+(2014), with the band that holds the truth in nine cases of ten. Where no order between 0.5 and 2 is
+clear, the fit is of first order and its band three times the distance to the finest figure.
+"""
+
+
+def options() -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("cases", nargs="*", help="entry, tow")
+    parser.add_argument("--across", default="4,5,6", help="spacings across the body, comma between")
+    parser.add_argument("--speeds", default="", help="[m/s]; all of each case when left out")
+    parser.add_argument("--solver", default="pbf,dfsph")
+    parser.add_argument("--device", choices=[d.value for d in Device], default="cpu")
+    parser.add_argument("--threads", type=int, default=0, help="on the cpu; 0 for all")
+    parser.add_argument("--limit", type=float, default=1e9, help="no case begins later [s]")
+    parser.add_argument("--out", type=Path, default=ROOT / "build" / "convergence.json")
+    parser.add_argument("--set", action="append", default=[], help="further override of an entry")
+    parser.add_argument("--page", nargs="+", type=Path, help="files to write the page from")
+    return parser.parse_args()
+
+
+def entry_figures(speed: float, across: float, grade: Grade, more: Sequence[str]) -> Row:
+    """Return the figures of an entry."""
+    found = entry.enter(round(speed), across, grade, more)
+    return {"change": found.change, "peak": found.peak, "particles": found.particles}
+
+
+def tow_figures(speed: float, across: float, grade: Grade, more: Sequence[str]) -> Row:
+    """Return the figures of a tow."""
+    found = tow.tow(speed, across, grade)
+    return {"drag": found.steady, "particles": found.particles}
+
+
+CASES: dict[str, tuple[Callable[..., Row], tuple[float, ...]]] = {
+    "entry": (entry_figures, (2.0, 4.0, 6.0)),
+    "tow": (tow_figures, (1.0, 2.0, 4.0)),
+}
+FIGURES = {
+    "change": "change of velocity in 50 ms [m/s]",
+    "peak": "peak of means over 1 ms [m/s²]",
+    "drag": "drag coefficient of a sphere towed [1]",
+}
+
+
+def run(args: argparse.Namespace) -> None:
+    """Run all cases, from the coarsest spacing to the finest."""
+    rows: list[Row] = []
+    begin = time.perf_counter()
+    for across in sorted(float(x) for x in args.across.split(",")):
+        for name in args.cases or list(CASES):
+            figures, speeds = CASES[name]
+            wanted = [float(v) for v in args.speeds.split(",")] if args.speeds else speeds
+            for solver in args.solver.split(","):
+                for speed in wanted:
+                    row: Row = {"case": name, "solver": solver, "speed": speed, "across": across}
+                    grade = Grade(False, Device(args.device), args.threads, Method(solver))
+                    spent = time.perf_counter() - begin
+                    if spent > args.limit:
+                        row["left_out_at_s"] = round(spent, 1)
+                    else:
+                        row |= _timed(figures, speed, across, grade, args.set)
+                    rows.append(row | {"device": args.device})
+                    print(json.dumps(rows[-1]), flush=True)
+                    args.out.parent.mkdir(parents=True, exist_ok=True)
+                    args.out.write_text(json.dumps(rows, indent=1))
+
+
+def _timed(
+    figures: Callable[..., Row], speed: float, across: float, grade: Grade, more: Sequence[str]
+) -> Row:
+    """Return the figures of one case, and its wall time; an error is a figure, too."""
+    start = time.perf_counter()
+    try:
+        found = figures(speed, across, grade, more)
+    except Exception as error:  # the other cases count as well
+        return {"error": repr(error)}
+    return found | {"seconds": round(time.perf_counter() - start, 1)}
+
+
+def write_page(files: Sequence[Path]) -> None:
+    """Write table and picture of all figures in some files."""
+    rows = [row for path in files for row in json.loads(path.read_text(encoding="utf-8"))]
+    references = {("drag", v): tow.DRAG for v in CASES["tow"][1]}
+    for speed in CASES["entry"][1]:
+        change, peak = entry.references(entry.measured(round(speed)))
+        references |= {("change", speed): change, ("peak", speed): peak}
+    parts, charts = [HEAD], []
+    for figure, title in FIGURES.items():
+        table, chart = _section(figure, title, rows, references)
+        parts.append(table)
+        charts.append(chart)
+    write_picture(PAGE.parent / "water_validation" / "convergence.webp", charts)
+    parts.append("![Convergence](water_validation/convergence.webp)\n")
+    PAGE.write_text("\n".join(parts), encoding="utf-8")
+    print(f"page: {PAGE}")
+
+
+def _section(
+    figure: str, title: str, rows: Sequence[Row], references: dict[tuple[str, float], float]
+) -> tuple[str, Chart]:
+    """Table and chart of one figure."""
+    have = [row for row in rows if figure in row]
+    across = sorted({row["across"] for row in have})
+    names = [f"{a:g}" for a in across]
+    lines = [f"## {title[0].upper()}{title[1:]}\n"]
+    lines.append(f"| solver | speed [m/s] | {' | '.join(names)} | at zero | order | reference | |")
+    lines.append("|" + "---|" * (len(across) + 6))
+    series = []
+    for solver, speed in sorted({(row["solver"], row["speed"]) for row in have}, reverse=True):
+        part = {row["across"]: row[figure] for row in have
+                if (row["solver"], row["speed"]) == (solver, speed)}  # fmt: skip
+        known = references[figure, speed]
+        cells = [f"{part[a]:.3g}" if a in part else "" for a in across]
+        at, order, off = "", "", ""
+        if len(part) >= 3:
+            e = extrapolate([1.0 / a for a in part], list(part.values()))
+            at, order = f"{e.value:.3g} ± {e.band:.2g}", f"{e.order:.2g}" if e.clear else "unclear"
+            off = f"{e.value / known - 1.0:+.0%}"
+        cells = [f"`{solver}`", f"{speed:g}", *cells, at, order, f"{known:.3g}", off]
+        lines.append(f"| {' | '.join(cells)} |")
+        x = np.array([1.0 / a for a in part])
+        y = np.array([v / known for v in part.values()])
+        series.append(Series(name=f"{solver} {speed:g} m/s", x=x, y=y))
+    chart = Chart(
+        title=title, y_label="over the reference [1]", x_label="spacing over body [1]",
+        series=tuple(series),
+    )  # fmt: skip
+    return "\n".join(lines) + "\n", chart
+
+
+def main() -> int:
+    """Run, or write the page."""
+    args = options()
+    for name in args.cases:
+        if name not in CASES:
+            print(f"{name!r} is unknown.\nAllowed: {', '.join(CASES)}")
+            return 2
+    if args.page:
+        write_page(args.page)
+    else:
+        run(args)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
