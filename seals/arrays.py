@@ -146,6 +146,28 @@ def fixed(value: Floats, like: Array) -> Array:
     return _FIXED[key][1]
 
 
+_INDICES: dict[tuple[int, Any], tuple[Any, Array]] = {}
+
+
+def index_on(rows: NDArray[np.int64], like: Array) -> Array:
+    """Return constant indices as an array of the kind of ``like``, converted once on accelerators.
+
+    Example:
+        >>> index_on(np.array([2, 0]), np.zeros(1))
+        array([2, 0])
+    """
+    if type(like) is np.ndarray:
+        return rows
+    device = getattr(like, "device", None)
+    if not on_accelerator(like):
+        return namespace(like).asarray(rows, device=device)
+    key = (id(rows), device)
+    if key not in _INDICES:
+        # the constant is kept beside it: its address must not come to mean another one
+        _INDICES[key] = (rows, namespace(like).asarray(rows, device=device))
+    return _INDICES[key][1]
+
+
 def column_of(value: Any, like: Array) -> Array:
     """Return a number as an array (1, 1) of the library of ``like``; an array (N, 1) stays."""
     if isinstance(value, int | float):

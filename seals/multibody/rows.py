@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from seals.arrays import Array, namespace
+from seals.arrays import Array, index_on, namespace
 from seals.motion import Body, Motion
 from seals.multibody.kinematics import Kinematics, LinkVelocities
 
@@ -84,5 +84,4 @@ def _pick(x: Array, rows: Any) -> Array:
         return x
     if isinstance(rows, slice):
         return x[rows]
-    xp = namespace(x)
-    return xp.take(x, xp.asarray(rows, device=getattr(x, "device", None)), axis=0)
+    return namespace(x).take(x, index_on(rows, x), axis=0)

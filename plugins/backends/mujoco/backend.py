@@ -70,7 +70,7 @@ class BackendMujoco:
         """Start an empty scene with ground or bottom."""
         self.step = step
         self._bodies = []
-        self._scene = Scene(_engine(), step, solids_of(environment), self.solver_iterations)
+        self._scene = Scene(engine(), step, solids_of(environment), self.solver_iterations)
 
     def add(self, robot: RobotModel) -> RigidBody:
         """Add a robot to the scene."""
@@ -111,7 +111,7 @@ class BackendMujoco:
         self._bodies = []
 
 
-def _engine() -> Any:
+def engine() -> Any:
     """Import the engine."""
     with optional_import(
         "backend=mujoco needs the package mujoco", "Install it: pip install 'mujoco==3.17.*'"

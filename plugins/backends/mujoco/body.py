@@ -33,6 +33,9 @@ class MujocoBody:
         scene: to add it to.
         robot: model to add.
         number: of the robot in the scene.
+
+    Attributes:
+        description: names of its parts in the engine's model.
     """
 
     top_speed = np.inf
@@ -44,7 +47,7 @@ class MujocoBody:
         self._engine, self._free = scene.engine, not robot.tree.fixed_base
         self._lead = 6 if self._free else 0
         self.reference = robot.centre[0] if self._free else np.zeros(3)
-        self._description = scene.add(robot, self)
+        self.description = scene.add(robot, self)
         self._inertia: Floats | None = None
         self._force = np.zeros(robot.tree.joints)
         self._drive: _Drive | None = None
@@ -55,7 +58,7 @@ class MujocoBody:
 
     def bind(self) -> None:
         """Look up indices in the compiled model, and views of its arrays."""
-        m, d, names = self._scene.model, self._scene.data, self._description
+        m, d, names = self._scene.model, self._scene.data, self.description
         self._rows = np.array([m.body(name).id for name in names.bodies])
         joints = [m.joint(name).id for name in names.joints]
         turning = [int(m.jnt_dofadr[j]) for j in joints]

@@ -1,0 +1,95 @@
+"""Backend ``mujoco_warp``: MuJoCo in a run; in learning thousands of worlds on one GPU."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from seals.errors import optional_import
+from seals.plugins.backends.mujoco import BackendMujoco
+
+if TYPE_CHECKING:
+    from seals.effects.binding import EffectSet
+    from seals.environment.settings import EnvironmentSettings
+    from seals.environment.waves import Waves
+    from seals.plugins.backends.mujoco_warp.worlds import WarpWorlds
+    from seals.robot.model import RobotModel
+
+
+@dataclass(kw_only=True)
+class BackendMujocoWarp(BackendMujoco):
+    """Backend ``mujoco`` in a run; in learning on a GPU many worlds with contacts in one batch.
+
+    Equation:
+        (M + J^T A J + gains of the drives) a = forces + J_c^T f, semi-implicit Euler steps, as
+        ``mujoco``; added mass A enters M before it is factored, by world.
+
+    Args:
+        solver_iterations: most iterations of the contact solver.
+        second_order: see `BackendMujoco`; batches take first-order steps.
+        compiled: see `BackendMujoco`.
+        touching: most contact points of one world, on average over the batch.
+        repeatable: whether sums are taken in one order, so that runs repeat bit for bit; slower.
+
+    Assumptions:
+        Those of ``mujoco``; one robot a world, with a free base and servos.
+
+    Limitations:
+        float32. The convex contact problem is solved once a step: a sliding contact opens by
+        friction times slip. Joint drives are limited by the acceleration of the step before.
+
+    References:
+        Todorov, Erez and Tassa 2012, doi:10.1109/IROS.2012.6386109; MuJoCo Warp, Google DeepMind
+        and NVIDIA, 2025.
+
+    Example:
+        >>> BackendMujocoWarp().repeatable
+        False
+    """
+
+    touching: int = 24
+    repeatable: bool = False
+
+    def worlds(
+        self,
+        robot: RobotModel,
+        effects: EffectSet,
+        environment: EnvironmentSettings,
+        waves: Waves,
+        *,
+        count: int,
+        step: float,
+        device: str,
+        values: Mapping[str, Any] | None = None,
+    ) -> WarpWorlds:
+        """Return a batch of worlds.
+
+        Args:
+            robot: of every world.
+            effects: bound to its links.
+            environment: of every world.
+            waves: motion of the water surface.
+            count: number of worlds B.
+            step: h [s].
+            device: ``cuda`` or ``cpu``.
+            values: ``"effect.parameter"`` to a number or B numbers, in place of the settings.
+
+        Raises:
+            ConfigError: mujoco-warp is not installed, or the robot has no form in a batch.
+        """
+        import torch
+
+        from seals.batch.loads import BatchLoads
+        from seals.plugins.backends.mujoco_warp.worlds import WarpWorlds
+
+        with optional_import(
+            "backend=mujoco_warp needs the package mujoco-warp",
+            "Install it: pip install 'aam-seals[warp]'",
+        ):
+            import mujoco_warp  # noqa: F401
+        like = torch.zeros(1, dtype=torch.float32, device=device)
+        loads = BatchLoads(
+            robot, effects, environment, waves, batch=count, like=like, values=values
+        )
+        return WarpWorlds(self, loads, environment, step=step)
