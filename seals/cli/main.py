@@ -254,7 +254,7 @@ VERBS = {
         target="seals.cli.new:new",
         summary="create a robot folder from a URDF, or a package for an effect or a sensor",
         usage="robot NAME --urdf FILE [--package NAME=FOLDER] [--density KG_PER_M3]\n"
-        "      [--medium air|water|both],\n"
+        "      [--medium air|water|both] [--missing-meshes boxes] [--forward=-x],\n"
         "   or: seals new datasheet log=FLIGHT robot=FOLDER\n"
         "   or: seals new hydrodynamics robot=FOLDER [method=bem|ellipsoid] [replace=true]\n"
         "   or: seals new effect NAME, or: seals new sensor NAME\n"
@@ -266,6 +266,8 @@ VERBS = {
         "  --urdf    a URDF, xacro, SDF or MJCF file\n"
         "  --density gives links without <inertial> the mass of their shapes\n"
         "  --medium  where it works: writes rotors under water, drag in air, or both\n"
+        "  --missing-meshes boxes  puts boxes of the links' inertia in their places\n"
+        "  --forward axis of the base link that points forward: x, -x, y or -y\n"
         "  datasheet writes datasheet.yaml into the robot's folder: noise, tolerances, delays\n"
         "  hydrodynamics writes added mass and radiation of a hull into robot.yaml: link=NAME,\n"
         "            panels=500, density=KG_PER_M3; method=bem needs aam-seals[hydro]\n"

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 PLUGINS = ("effect", "sensor", "controller", "guide", "task")
 KINDS = ("robot", "datasheet", "hydrodynamics", *PLUGINS)
 OPTIONS = {
-    "robot": ("urdf", "package", "density", "medium"),
+    "robot": ("urdf", "package", "density", "medium", "missing-meshes", "forward"),
     "datasheet": ("log", "robot", "replace"),
     "hydrodynamics": ("robot", "link", "method", "panels", "density", "replace"),
     **dict.fromkeys(PLUGINS, ()),
@@ -135,10 +135,35 @@ def _robot(name: str, options: list[tuple[str, str]]) -> int:
     density = _density([value for key, value in options if key == "density"])
     medium = _medium([value for key, value in options if key == "medium"])
     made = scaffold_robot(
-        name, Path(urdfs[0]), parent=Path(), packages=packages, density=density, medium=medium
+        name,
+        Path(urdfs[0]),
+        parent=Path(),
+        packages=packages,
+        density=density,
+        medium=medium,
+        boxes=_boxes([value for key, value in options if key == "missing-meshes"]),
+        forward=_forward([value for key, value in options if key == "forward"]),
     )
     print("\n".join(_told(name, made)))
     return 0
+
+
+def _forward(given: list[str]) -> str:
+    """Axis of the base that points forward."""
+    from seals.scaffold.mending import FORWARD
+
+    if given and given[-1] not in FORWARD:
+        raise ConfigError(
+            f"--forward {given[-1]} is not allowed.\nAllowed: {', '.join(FORWARD)}; --forward=-x"
+        )
+    return given[-1] if given else "x"
+
+
+def _boxes(given: list[str]) -> bool:
+    """Whether boxes take the places of missing meshes."""
+    if given and given[-1] != "boxes":
+        raise ConfigError(f"--missing-meshes {given[-1]} is not allowed.\nAllowed: boxes.")
+    return bool(given)
 
 
 def _medium(given: list[str]) -> str | None:

@@ -15,6 +15,7 @@ from seals.robot.model import RobotModel
 from seals.scaffold.drag import AIR, WATER, LinkDrag, drag_of
 from seals.scaffold.estimates import added_mass, short
 from seals.scaffold.hydrodynamics.link import added_mass_fields
+from seals.scaffold.naming import plain
 from seals.scaffold.plug_ins import Hydrodynamics
 from seals.scaffold.rotors import GRAVITY, Drives
 from seals.scaffold.shapes import LinkHull
@@ -86,7 +87,7 @@ def effects_of(
     if medium.wet:
         stated = {_link(each, robot, source): each for each in source.stated.hydrodynamics}
         for link, each in stated.items():
-            word = "hull" if link == robot.links[0] else link
+            word = "hull" if link == robot.links[0] else plain(link)
             out |= dict(_of_file(word, link, afloat(each, robot, hulls)))
         out |= _chosen(robot, hulls, stated)
     if medium.dry and robot.links[0] in hulls:
@@ -163,16 +164,18 @@ def _chosen(
 ) -> dict[str, Entry]:
     """Drag and added mass from shapes, for links without values from a plug-in.
 
-    Numbers of a file for the base are those of the whole vehicle: links fixed to it have none.
+    Numbers of a file for the base, or for a link fixed to it, are those of the whole vehicle: the
+    others fixed to it have none.
     """
     base, out = robot.links[0], {}
-    own = stated.get(base)
     moving = [k for k in range(len(robot.links)) if robot.tree.joints and robot.tree.moves[k].any()]
+    still = [name for k, name in enumerate(robot.links) if k not in moving]
+    own = next((stated[name] for name in still if name in stated), None)
     for name, hull in hulls.items():
         each = stated.get(name)
         if name != base and each is None and own and robot.links.index(name) not in moving:
             each = own
-        word = "hull" if name == base else name
+        word = "hull" if name == base else plain(name)
         if each is None or each.added is None:
             source = "chosen: ellipsoid of the hull's volume and extent"
             row = {"effect": "added_mass", **added_mass_fields(added_mass(hull)), "links": [name]}

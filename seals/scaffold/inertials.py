@@ -11,6 +11,16 @@ from seals.arrays import Floats
 from seals.scaffold.shapes import LinkHull
 from seals.scaffold.takeover import Element
 
+INERTIA_KEYS = {
+    "ixx": (0, 0),
+    "ixy": (0, 1),
+    "ixz": (0, 2),
+    "iyy": (1, 1),
+    "iyz": (1, 2),
+    "izz": (2, 2),
+}
+"""Rows and columns of the inertia's attributes."""
+
 
 def add_inertials(root: Element, hulls: Mapping[str, LinkHull], density: float) -> list[str]:
     """Add mass properties to links without ``<inertial>``, from their shapes.
@@ -50,14 +60,6 @@ def _inertial(hull: LinkHull, density: float) -> Element:
     words = " ".join(f"{x:.6g}" for x in centre)
     ElementTree.SubElement(element, "origin", {"xyz": words, "rpy": "0 0 0"})
     ElementTree.SubElement(element, "mass", {"value": f"{total:.6g}"})
-    rows = {
-        "ixx": (0, 0),
-        "ixy": (0, 1),
-        "ixz": (0, 2),
-        "iyy": (1, 1),
-        "iyz": (1, 2),
-        "izz": (2, 2),
-    }
-    values = {key: f"{inertia[place]:.6g}" for key, place in rows.items()}
+    values = {key: f"{inertia[place]:.6g}" for key, place in INERTIA_KEYS.items()}
     ElementTree.SubElement(element, "inertia", values)
     return element

@@ -12,13 +12,17 @@ from xml.etree import ElementTree
 import numpy as np
 
 from seals.errors import RobotError
+from seals.frames import matrix_of, quaternion_of_rpy
 from seals.hydrostatics.formats import refuse_strange_format
 from seals.hydrostatics.references import MOST_BYTES, without_references
-from seals.scaffold.resources import find_resource
+from seals.scaffold.resources import MissingMesh, find_resource
+from seals.scaffold.urdf_elements import pose_text
 from seals.untrusted_io import read_bytes
 
 FAR = 20.0
 """Extent beyond which a mesh was probably drawn in millimetres [m]."""
+_THIN = 0.02
+"""Least edge of a box by its largest one, where an inertia is that of a plate or a rod [1]."""
 COMPILED = "compiled://"
 """Scheme of meshes that are texts in memory instead of files."""
 
@@ -29,8 +33,13 @@ def copy_meshes(
     folder: Path,
     packages: Mapping[str, Path],
     texts: Mapping[str, str],
+    *,
+    boxes: bool = False,
 ) -> list[str]:
     """Copy every mesh to ``folder/meshes``, update its path, and return messages for the user.
+
+    Drawings of a link that has a collision shape are left out where they are not there or hold no
+    triangles.
 
     Args:
         root: of a URDF; changed.
@@ -38,29 +47,113 @@ def copy_meshes(
         folder: of the robot.
         packages: folders of packages, by name.
         texts: OBJ texts of the meshes ``compiled://NAME``, by name.
+        boxes: whether boxes of their links' inertia take the places of missing collision meshes.
 
     Raises:
         RobotError: a mesh is missing, cannot be read, or is far too large for metres.
     """
-    taken: dict[Path, str] = {}
-    changes: list[str] = []
-    for mesh in root.iter("mesh"):
-        given = str(mesh.get("filename"))
-        if given.startswith(COMPILED):
-            mesh.set("filename", _written(given.removeprefix(COMPILED), folder, texts))
-            continue
-        source = find_resource(given, path, packages)
-        if source not in taken:
-            taken[source] = _copy(source, folder, set(taken.values()), changes)
-            _refuse_millimetres(mesh, given, folder / taken[source])
-        mesh.set("filename", taken[source])
+    copies = _Copies(path, folder, packages, texts)
+    for link in root.iter("link"):
+        copies.of_link(link, boxes=boxes)
     for material in root.iter("material"):
         # pictures on surfaces weigh much and say nothing to physics
         for texture in material.findall("texture"):
             material.remove(texture)
-    if taken:
-        changes.append(f"{len(taken)} mesh file(s) copied to meshes/")
-    return changes
+    return copies.summary()
+
+
+class _Copies:
+    """Meshes on their way into a folder: copied, left out, or replaced by boxes."""
+
+    def __init__(
+        self, path: Path, folder: Path, packages: Mapping[str, Path], texts: Mapping[str, str]
+    ) -> None:
+        self.path, self.folder, self.packages, self.texts = path, folder, packages, texts
+        self.taken: dict[Path, str] = {}
+        self.changes: list[str] = []
+        self.lost: list[str] = []
+        self.boxed: list[str] = []
+
+    def of_link(self, link: ElementTree.Element, *, boxes: bool) -> None:
+        """Copy the meshes of one link."""
+        parts = [(kind, p) for kind in ("collision", "visual") for p in link.findall(kind)]
+        before = len(self.boxed)
+        for kind, part in parts:
+            mesh = part.find("geometry/mesh")
+            if mesh is None:
+                continue
+            try:
+                self._take(mesh)
+            except MissingMesh:
+                if kind == "visual" and (link.find("collision") is not None or self.boxed[before:]):
+                    self.lost.append(str(mesh.get("filename")))
+                elif boxes:
+                    self.boxed.append(str(link.get("name")))
+                else:
+                    raise
+                link.remove(part)
+        if self.boxed[before:]:
+            _box(link)
+
+    def _take(self, mesh: ElementTree.Element) -> None:
+        """Copy the file of one mesh unless it was, and update its path."""
+        given = str(mesh.get("filename"))
+        if given.startswith(COMPILED):
+            mesh.set("filename", _written(given.removeprefix(COMPILED), self.folder, self.texts))
+            return
+        source = find_resource(given, self.path, self.packages)
+        if source not in self.taken:
+            name = _copy(source, self.folder, set(self.taken.values()), self.changes)
+            _refuse_millimetres(mesh, given, self.folder / name)
+            self.taken[source] = name
+        mesh.set("filename", self.taken[source])
+
+    def summary(self) -> list[str]:
+        """Return what was done, in words."""
+        words = list(self.changes)
+        if self.lost:
+            words.append(
+                f"{len(self.lost)} drawing(s) left out, not there or empty: {_some(self.lost)}"
+            )
+        if self.boxed:
+            words.append(f"missing meshes are boxes of the inertia: {_some(self.boxed)}")
+        if self.taken:
+            words.append(f"{len(self.taken)} mesh file(s) copied to meshes/")
+        return words
+
+
+def _some(names: list[str]) -> str:
+    names = list(dict.fromkeys(Path(name).name for name in names))
+    return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
+
+
+def _box(link: ElementTree.Element) -> None:
+    """Give a link the box that has its mass and principal moments, as its collision shape."""
+    inertial = link.find("inertial")
+    if inertial is None:
+        return
+    mass, inertia, origin = (inertial.find(tag) for tag in ("mass", "inertia", "origin"))
+    weight = 0.0 if mass is None else float(mass.get("value", "0"))
+    if inertia is None or weight <= 0.0:
+        return
+    tensor = np.array(
+        [[float(inertia.get("i" + "".join(sorted(a + b)), "0")) for a in "xyz"] for b in "xyz"]
+    )
+    moments, axes = np.linalg.eigh(tensor)
+    squares = 6.0 / weight * (moments.sum() - 2.0 * moments)
+    if squares.max() <= 0.0:
+        return
+    edges = np.sqrt(np.maximum(squares, _THIN**2 * squares.max()))
+    pose = np.eye(4)
+    if origin is not None:
+        pose[:3, 3] = [float(x) for x in (origin.get("xyz") or "0 0 0").split()]
+        turn = np.array([[float(x) for x in (origin.get("rpy") or "0 0 0").split()]])
+        pose[:3, :3] = matrix_of(quaternion_of_rpy(turn))[0]
+    pose[:3, :3] = pose[:3, :3] @ axes * np.array([1.0, 1.0, np.linalg.det(axes)])
+    part = ElementTree.SubElement(link, "collision")
+    ElementTree.SubElement(part, "origin", pose_text(pose))
+    size = " ".join(f"{x:.6g}" for x in edges)
+    ElementTree.SubElement(ElementTree.SubElement(part, "geometry"), "box", {"size": size})
 
 
 def _written(name: str, folder: Path, texts: Mapping[str, str]) -> str:
@@ -117,7 +210,7 @@ def load_mesh(path: Path) -> Any:
             f"mesh {path} cannot be read: {text}.\nExport it as STL or OBJ, in metres."
         ) from cause
     if not faces:
-        raise RobotError(f"mesh {path} has no triangles.\nExport it as STL or OBJ, in metres.")
+        raise MissingMesh(f"mesh {path} has no triangles.\nExport it as STL or OBJ, in metres.")
     unit = re.match(r"([\d.e+-]+) \* meters", str(mesh.units or ""))
     if unit:
         # COLLADA files say their unit

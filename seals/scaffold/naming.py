@@ -45,3 +45,13 @@ def free_name(kind: str, name: str, parent: Path, *, folder: str = "") -> Path:
     if not parent.is_dir():
         raise ConfigError(f"there is no folder '{parent}'.\nMake it first, or go to another one.")
     return target
+
+
+def plain(name: str) -> str:
+    """Return the name of a link as a name of an effect can hold it.
+
+    Example:
+        >>> plain("wamv/base_link")
+        'wamv_base_link'
+    """
+    return re.sub(r"[^\w-]", "_", name)

@@ -167,6 +167,9 @@ def _motors(plugin: ElementTree.Element, said: str) -> Iterator[Motor]:
         yield _gz_thruster(plugin, said)
     if plugin.find("conversion") is not None and plugin.find("thrusterID") is not None:
         yield _uuv_thruster(plugin, said)
+    for control in plugin.findall("control"):
+        if "thrust" in _text(control, "cmd_topic") and _text(control, "jointName"):
+            yield _commanded_thruster(control, said)
     for thruster in plugin.findall("thruster"):
         if thruster.find("maxForceFwd") is not None:
             values = _values(
@@ -213,6 +216,18 @@ def _gz_thruster(plugin: ElementTree.Element, said: str) -> Motor:
     if "radius" in values:
         values["radius"] /= 2.0
     return Motor(THRUSTER, "", _text(plugin, "joint_name"), values, said)
+
+
+def _commanded_thruster(control: ElementTree.Element, said: str) -> Motor:
+    """Thruster of an autopilot's channel, whose command is multiplier * (0 to 1, plus offset)."""
+    scale, offset = (
+        _finite(_text(control, tag) or default, f"{said}: {tag}")
+        for tag, default in (("multiplier", "1"), ("offset", "0"))
+    )
+    ends = sorted((scale * offset, scale * (1.0 + offset)))
+    values = {"max_force": max(abs(x) for x in ends), "back_force": min(abs(x) for x in ends)}
+    values = {key: value for key, value in values.items() if value > 0.0}
+    return Motor(THRUSTER, "", _text(control, "jointName"), values, said)
 
 
 def _uuv_thruster(plugin: ElementTree.Element, said: str) -> Motor:

@@ -17,6 +17,10 @@ _SHOWN = 5
 _MOST_MANIFEST = 1 << 20
 
 
+class MissingMesh(RobotError):
+    """A mesh that is not there, or holds no triangles."""
+
+
 def find_resource(name: str, urdf: Path, packages: Mapping[str, Path]) -> Path:
     """Return the file to which a mesh's ``filename`` refers.
 
@@ -26,7 +30,7 @@ def find_resource(name: str, urdf: Path, packages: Mapping[str, Path]) -> Path:
         packages: folders of packages that the user gave, by name.
 
     Raises:
-        RobotError: it is nowhere; the message lists the places that were tried.
+        MissingMesh: it is nowhere; the message lists the places that were tried.
     """
     tried: list[Path] = []
     for place in _places(name, urdf.resolve(), packages):
@@ -38,7 +42,10 @@ def find_resource(name: str, urdf: Path, packages: Mapping[str, Path]) -> Path:
     more = f" and {len(tried) - _SHOWN} more" if len(tried) > _SHOWN else ""
     package = urlparse(name).netloc
     advice = f" Say where it is: --package {package}=FOLDER" if package else ""
-    raise RobotError(f"mesh '{name}' of {urdf} is not there.\nTried: {shown}{more}.{advice}")
+    raise MissingMesh(
+        f"mesh '{name}' of {urdf} is not there.\nTried: {shown}{more}.{advice} "
+        "Or --missing-meshes boxes: boxes of the inertia in its place."
+    )
 
 
 def _places(name: str, urdf: Path, packages: Mapping[str, Path]) -> Iterator[Path]:

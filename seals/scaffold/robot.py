@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,7 +20,8 @@ from seals.scaffold.estimates import servo_values, short
 from seals.scaffold.inertials import add_inertials
 from seals.scaffold.legs import gait_of, leg_servos, with_feet
 from seals.scaffold.limbs import Limbs, limbs_of
-from seals.scaffold.naming import free_name
+from seals.scaffold.mending import mended
+from seals.scaffold.naming import free_name, plain
 from seals.scaffold.remarks import remarks_of
 from seals.scaffold.rotors import Drives, by_carrier, drives_of
 from seals.scaffold.shapes import LinkHull, extents_of, hulls_of, rounded, with_volumes
@@ -72,6 +74,8 @@ def scaffold_robot(
     packages: Mapping[str, Path] | None = None,
     density: float | None = None,
     medium: str | None = None,
+    boxes: bool = False,
+    forward: str = "x",
 ) -> NewRobot:
     """Create a robot folder from a URDF, xacro, SDF or MJCF file.
 
@@ -83,6 +87,8 @@ def scaffold_robot(
         density: that gives links without ``<inertial>`` the mass of their shapes [kg/m^3]; None
             leaves them without mass.
         medium: ``air``, ``water`` or ``both``; None for what its drives tell.
+        boxes: whether boxes of the inertia take the places of missing collision meshes.
+        forward: axis of the base link that points forward: ``x``, ``-x``, ``y``, ``-y``.
 
     Raises:
         RobotError: the name is taken, or the URDF or a mesh cannot be used; nothing is left behind.
@@ -93,6 +99,8 @@ def scaffold_robot(
     shutil.rmtree(beside, ignore_errors=True)
     beside.mkdir(parents=True)
     try:
+        source.changes += mended(source.root, forward)
+        source.copy_meshes(beside, boxes=boxes)
         made = _fill(beside, name, source, density, medium)
         beside.rename(folder)
     finally:
@@ -104,7 +112,6 @@ def _fill(
     folder: Path, name: str, source: Takeover, density: float | None, given: str | None
 ) -> NewRobot:
     """Write all files of the folder."""
-    source.copy_meshes(folder)
     if density is not None:
         links = add_inertials(source.root, hulls_of(source.root, folder, set()), density)
         words = f"mass at {density:g} kg/m^3 of its shapes given to: {', '.join(links) or 'none'}"
@@ -121,10 +128,15 @@ def _fill(
     propellers |= {link for each in drives if each.kind == ROTOR for link in each.links}
     for each in drives:
         source.fix_joints(each.joints, each.kind)
-    if any(each.joints for each in drives):
+    if source.fixed_base and _only_drives(robot, drives):
+        # a vehicle on a test stand, or one that another file lets fly
+        source.fixed_base = False
+        source.changes.append("bolted to the world in the file, freed: fixed_base of robot.yaml")
+    if any(each.joints for each in drives) or source.fixed_base != settings.fixed_base:
         source.write(path)
+        settings = replace(settings, fixed_base=source.fixed_base)
         robot = build_robot(settings)
-    hulls = hulls_of(source.root, folder, set())
+    hulls = hulls_of(source.root, folder, source.drawn_only)
     turning = [link for link in hulls if link in propellers and link != robot.links[0]]
     if turning:
         names = ", ".join(turning[:6])
@@ -134,7 +146,7 @@ def _fill(
     medium = medium_of(given, drives, source)
     # that rotors can turn backwards is for the user to say
     reverses = given is not None and medium.wet
-    limbs = limbs_of(robot, set())
+    limbs = limbs_of(robot, {name for each in drives for name in each.tilting.values()})
     legs = with_feet(limbs.legs, hulls)
     stances = stances_of(robot, legs, source.stated.pose)
     for leg, values in stances.values.items():
@@ -148,6 +160,12 @@ def _fill(
     for file in ("robot.yaml", "README.md"):
         (folder / file).write_text(rendered(f"{file}.jinja", facts), encoding="utf-8")
     return made
+
+
+def _only_drives(robot: RobotModel, drives: list[Drives]) -> bool:
+    """Return whether all that moves on a robot are its drives and what tilts them."""
+    moved = {name for each in drives for name in (*each.joints, *each.tilting.values())}
+    return bool(drives) and set(robot.joints) <= moved
 
 
 def _built(settings: RobotSettings, source: Takeover) -> RobotModel:
@@ -236,7 +254,7 @@ def _drive_facts(made: NewRobot) -> list[dict[str, Any]]:
         for carrier, drives in by_carrier(whole, made.robot):
             facts = {
                 "kind": drives.kind,
-                "name": f"{carrier}_{drives.kind}s" if carrier else f"{drives.kind}s",
+                "name": f"{plain(carrier)}_{drives.kind}s" if carrier else f"{drives.kind}s",
                 "carrier": carrier,
                 "links": drives.links,
                 "first": first,

@@ -23,6 +23,8 @@ REACTION = 0.12
 """Reaction torque by thrust and radius [1]; propellers of this size lie near 0.1 to 0.15."""
 PUSH = 0.5
 """Force of all thrusters together by the weight [1]: a brisk underwater vehicle has 0.3 to 1."""
+BRISK = 2.0
+"""Speed whose stated drag all thrusters together can bear, where that is less [m/s]."""
 SMALL = 0.04, 50.0
 """Radius [m] and largest force [N] of a small underwater thruster."""
 _ROTOR_LAG, _THRUSTER_LAG = 0.05, 0.1
@@ -239,15 +241,24 @@ def _drives(
         tilting=_tilting(robot, links, joints),
     )
     found.spin_down = _stated(motors, "spin_down", found.time_constant, sources)
-    _strengths(found, motors, GRAVITY * float(robot.mass.sum()))
+    weight = GRAVITY * float(robot.mass.sum())
+    _strengths(found, motors, weight, min(PUSH * weight, _drag_ahead(source) or np.inf))
     return found
 
 
-def _strengths(drives: Drives, motors: Sequence[Motor], weight: float) -> None:
+def _drag_ahead(source: Takeover) -> float:
+    """Drag along x at a brisk speed that a file states [N]; zero where it states none."""
+    rows = source.stated.hydrodynamics
+    linear = sum(float(each.linear[0]) for each in rows if each.linear is not None)
+    quadratic = sum(float(each.quadratic[0]) for each in rows if each.quadratic is not None)
+    return linear * BRISK + quadratic * BRISK**2
+
+
+def _strengths(drives: Drives, motors: Sequence[Motor], weight: float, push: float) -> None:
     """Coefficients of thrust and torque, or largest forces."""
     count = len(motors)
     if drives.kind == THRUSTER:
-        drives.thrust = _stated(motors, "max_force", PUSH * weight / count, drives.sources)
+        drives.thrust = _stated(motors, "max_force", push / count, drives.sources)
         return
     largest = [motor.values.get("max_force", 2.0 * weight / count) for motor in motors]
     if any("max_force" in motor.values for motor in motors):

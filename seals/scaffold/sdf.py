@@ -30,9 +30,16 @@ _DEEPEST_FRAME = 50
 
 
 class Frames(NamedTuple):
-    """Poses of the links, joints and frames of a model, and the frame each is relative to."""
+    """Poses of the links, joints and frames of a model.
+
+    Args:
+        poses: frame that each is given relative to, and pose in it, shape (4, 4), by name.
+        carriers: what joints and frames move with: child links, and what they are attached to.
+        where: the file, for messages.
+    """
 
     poses: Mapping[str, tuple[str, Floats]]
+    carriers: Mapping[str, str]
     where: str
 
     def pose(self, name: str, depth: int = 0) -> Floats:
@@ -72,7 +79,7 @@ def urdf_of_sdf(
     where = f"SDF {path}"
     changes = ["SDF model converted to URDF"]
     model = with_includes(path, _model(where, root), packages, changes)
-    links, joints = _flat(model, "link"), _flat(model, "joint")
+    links, joints = _flat(model, "link"), [*_flat(model, "joint"), *_held(model, changes)]
     if not links:
         raise RobotError(f"{where}: its model has no links.\nA robot needs at least one <link>.")
     frames = _frames(where, model)
@@ -117,6 +124,21 @@ def _flat(model: Element, tag: str) -> list[Element]:
     return [*model.findall(tag), *inner]
 
 
+def _held(model: Element, changes: list[str]) -> list[Element]:
+    """Fixed joints for links of the model that a plug-in holds until it lets them go."""
+    found = []
+    for plugin in model.iter("plugin"):
+        parent, child = (plugin.findtext(f"{end}_link") or "" for end in ("parent", "child"))
+        own = (plugin.findtext("child_model") or "").strip() in ("__model__", model.get("name"))
+        if own and parent.strip() and child.strip():
+            joint = ElementTree.Element("joint", {"name": f"{_last(child)}_held", "type": "fixed"})
+            ElementTree.SubElement(joint, "parent").text = parent
+            ElementTree.SubElement(joint, "child").text = child
+            found.append(joint)
+            changes.append(f"{_last(child)} is held by {_last(parent)}, as a plug-in does")
+    return found
+
+
 def _name(where: str, element: Element) -> str:
     name = element.get("name", "")
     if not name:
@@ -129,21 +151,27 @@ def _name(where: str, element: Element) -> str:
 def _frames(where: str, model: Element, base: str = "") -> Frames:
     """Poses of all links, joints and frames; those of a nested model are relative to it."""
     poses: dict[str, tuple[str, Floats]] = {}
+    carriers: dict[str, str] = {}
     for inner in model.findall("model"):
         name = f"__{inner.get('name')}__"
         pose = inner.find("pose")
         poses[name] = (_relative(pose) or base, _pose(where, pose))
-        poses |= _frames(where, inner, name).poses
+        within = _frames(where, inner, name)
+        poses |= within.poses
+        carriers |= within.carriers
     for element in (*model.findall("link"), *model.findall("frame")):
         pose = element.find("pose")
         attached = _last(element.get("attached_to")) if element.tag == "frame" else ""
         poses[_name(where, element)] = (_relative(pose) or attached or base, _pose(where, pose))
+        if attached:
+            carriers[_name(where, element)] = attached
     for joint in model.findall("joint"):
         pose = joint.find("pose")
         poses.setdefault(
             _name(where, joint), (_relative(pose) or _end(joint, "child"), _pose(where, pose))
         )
-    return Frames(poses, where)
+        carriers.setdefault(_name(where, joint), _end(joint, "child"))
+    return Frames(poses, carriers, where)
 
 
 def _relative(pose: Element | None) -> str:
@@ -189,7 +217,7 @@ def frames_link(frames: Frames, name: str, links: list[str]) -> str:
     for _ in range(_DEEPEST_FRAME):
         if name in links or name not in frames.poses:
             break
-        name = frames.poses[name][0]
+        name = frames.carriers.get(name, frames.poses[name][0])
     if name not in links:
         raise RobotError(
             f"{frames.where}: a joint names the link '{name}'.\n{suggestion(name, links)}"

@@ -40,6 +40,8 @@ class Takeover:
         stated: numbers of plug-ins and actuators.
         dropped: links that were left out at the base.
         fixed_base: whether the file bolts it to the world.
+        drawn_only: links that are drawn and displace nothing: those of an SDF without collision
+            shape beside links with one, on which alone Gazebo's buoyancy acts.
         changes: what was changed, in words.
 
     Raises:
@@ -52,6 +54,7 @@ class Takeover:
         self.path, self.packages = path, packages
         self.changes: list[str] = []
         self.dropped: list[str] = []
+        self.drawn_only: set[str] = set()
         self._texts: Mapping[str, str] = {}
         text = _text_of(path)
         if holds_macros(text):
@@ -69,6 +72,8 @@ class Takeover:
         tree = _tree_of(self.path, text)
         if tree.tag == "sdf":
             urdf, changes = urdf_of_sdf(self.path, tree, self.packages)
+            bare = {str(e.get("name")) for e in urdf.iter("link") if e.find("collision") is None}
+            self.drawn_only = bare if len(bare) < len(urdf.findall("link")) else set()
             self.stated = stated_of(with_includes(self.path, tree, self.packages, []))
         elif tree.tag == "mujoco":
             urdf, changes, self.stated, self._texts = urdf_of_mjcf(self.path, tree, self.packages)
@@ -135,13 +140,19 @@ class Takeover:
                 f"{len(names)} {kind} joint(s) fixed: a {kind}'s speed belongs to its actuator"
             )
 
-    def copy_meshes(self, folder: Path) -> None:
+    def copy_meshes(self, folder: Path, *, boxes: bool = False) -> None:
         """Copy every mesh to ``folder/meshes`` and update its path.
+
+        Args:
+            folder: of the robot.
+            boxes: whether boxes of the inertia take the places of missing collision meshes.
 
         Raises:
             RobotError: a mesh is missing, cannot be read, or is far too large for metres.
         """
-        self.changes += copy_meshes(self.root, self.path, folder, self.packages, self._texts)
+        self.changes += copy_meshes(
+            self.root, self.path, folder, self.packages, self._texts, boxes=boxes
+        )
 
     def write(self, path: Path) -> None:
         """Write the modified URDF."""

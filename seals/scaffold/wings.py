@@ -10,6 +10,7 @@ import numpy as np
 
 from seals.errors import RobotError, suggestion
 from seals.frames import rpy_of
+from seals.scaffold.naming import plain
 from seals.scaffold.plug_ins import Wing
 from seals.scaffold.takeover import Element
 
@@ -72,7 +73,7 @@ def lift_effects(wings: Sequence[Wing], links: Sequence[str]) -> dict[str, tuple
         values: dict[str, Any] = {"effect": "lift", "coefficient": area}
         values |= {"medium": "water" if wet else "air", "links": []}
         found.setdefault((area, wet), (values, wing.source))[0]["links"].append(link)
-    return {f"{values['links'][0]}_lift": (values, said) for values, said in found.values()}
+    return {f"{plain(values['links'][0])}_lift": (values, said) for values, said in found.values()}
 
 
 def _words(values: Any) -> str:

@@ -1,0 +1,192 @@
+"""Changes to a robot's file without which no body has its numbers, or that unburden the robot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from xml.etree import ElementTree
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.frames import matrix_of, quaternion_of_rpy
+from seals.scaffold.inertials import INERTIA_KEYS
+from seals.scaffold.takeover import Element
+from seals.scaffold.urdf_elements import joint_element, link_element, pose_text
+
+SMALL_PART = 0.05
+"""Share of the robot's mass up to which an impossible inertia of a link is made sound [1]."""
+SLACK = 1e-4
+"""Share of the largest moment by which a made inertia keeps the triangle inequality [1]."""
+PART_DENSITY = 1000.0
+"""Density of the ball whose inertia a small part gets that has mass and no inertia [kg/m^3]."""
+FORWARD = {"x": 0.0, "-x": math.pi, "y": -math.pi / 2.0, "-y": math.pi / 2.0}
+"""Turn about z that lays an axis of the base along x [rad]."""
+
+
+def mended(root: Element, forward: str) -> list[str]:
+    """Change a URDF so that bodies can have its numbers, and return what was changed, in words.
+
+    Args:
+        root: of the URDF; changed.
+        forward: axis of the base link that points forward, a key of :data:`FORWARD`.
+    """
+    changes = []
+    if FORWARD.get(forward):
+        changes.append(f"the frame '{turned_base(root, forward)}' is the base: x ahead, z up")
+    name = weighted_base(root)
+    if name:
+        changes.append(f"mass of '{name}' belongs to the base it is fixed to, which had none")
+    still = fixed_joints(root)
+    if still:
+        changes.append(f"joints without room to move fixed: {', '.join(still[:6])}")
+    sound = sound_inertias(root)
+    if sound:
+        changes.append(f"inertia of no body made the nearest of one: {', '.join(sound[:6])}")
+    return changes
+
+
+def turned_base(root: Element, forward: str) -> str:
+    """Add a frame above the base link that points forward along x, and return its name."""
+    children = {_end(joint, "child") for joint in root.findall("joint")}
+    names = [str(link.get("name")) for link in root.findall("link")]
+    base = next((name for name in names if name not in children), names[0])
+    name = "body"
+    while name in names:
+        name += "_2"
+    pose = np.eye(4)
+    pose[:3, :3] = matrix_of(quaternion_of_rpy(np.array([[0.0, 0.0, FORWARD[forward]]])))[0]
+    root.insert(0, link_element(name))
+    root.append(joint_element(f"{name}_joint", "fixed", name, base, pose))
+    return name
+
+
+def weighted_base(root: Element) -> str:
+    """Give a base without mass the mass properties of the heaviest link fixed to it.
+
+    Returns:
+        Name of that link, empty where none is needed or there is none.
+    """
+    joints = root.findall("joint")
+    children = {_end(joint, "child") for joint in joints}
+    links = {str(link.get("name")): link for link in root.findall("link")}
+    bases = [name for name in links if name not in children]
+    if len(bases) != 1 or _mass(links[bases[0]]) > 0.0:
+        return ""
+    fixed = [j for j in joints if j.get("type") == "fixed" and _end(j, "parent") == bases[0]]
+    joint = max(fixed, key=lambda j: _mass(links.get(_end(j, "child"))), default=None)
+    heavy = None if joint is None else links.get(_end(joint, "child"))
+    inertial = None if heavy is None else heavy.find("inertial")
+    if joint is None or heavy is None or inertial is None or _mass(heavy) <= 0.0:
+        return ""
+    for old in links[bases[0]].findall("inertial"):
+        links[bases[0]].remove(old)
+    heavy.remove(inertial)
+    none = ElementTree.SubElement(heavy, "inertial")
+    ElementTree.SubElement(none, "mass", {"value": "0"})
+    ElementTree.SubElement(none, "inertia", dict.fromkeys(INERTIA_KEYS, "0"))
+    placed = _pose(joint.find("origin")) @ _pose(inertial.find("origin"))
+    for old in inertial.findall("origin"):
+        inertial.remove(old)
+    inertial.insert(0, ElementTree.Element("origin", pose_text(placed)))
+    links[bases[0]].insert(0, inertial)
+    return str(heavy.get("name"))
+
+
+def fixed_joints(root: Element) -> list[str]:
+    """Fix joints whose two limits are one, as sensors are mounted; return their names."""
+    found = []
+    for joint in root.findall("joint"):
+        limit = joint.find("limit")
+        if joint.get("type") not in ("revolute", "prismatic") or limit is None:
+            continue
+        lower, upper = (_value(limit, key) for key in ("lower", "upper"))
+        if lower == upper == 0.0 and limit.get("lower") and limit.get("upper"):
+            joint.set("type", "fixed")
+            for part in (*joint.findall("axis"), *joint.findall("dynamics"), limit):
+                joint.remove(part)
+            found.append(str(joint.get("name")))
+    return found
+
+
+def sound_inertias(root: Element) -> list[str]:
+    """Change inertias that no body has to the nearest that one has, on small parts of the robot.
+
+    Sensors and frames are often written with an inertia that breaks the triangle inequality of the
+    principal moments, or is zero; beside the robot they weigh nothing. Inertias of parts above
+    :data:`SMALL_PART` are left as they are, for the robot's own check to refuse.
+
+    Args:
+        root: of the URDF; changed.
+
+    Returns:
+        Names of the links.
+    """
+    links = root.findall("link")
+    total = sum(_mass(link) for link in links)
+    changed = []
+    for link in links:
+        inertia = link.find("inertial/inertia")
+        if inertia is None or not 0.0 < _mass(link) <= SMALL_PART * total:
+            continue
+        near = _sound(_tensor(inertia), _mass(link))
+        if near is None:
+            continue
+        for key, place in INERTIA_KEYS.items():
+            inertia.set(key, f"{near[place]:.9g}")
+        changed.append(str(link.get("name")))
+    return changed
+
+
+def _sound(tensor: Floats, mass: float) -> Floats | None:
+    """Return the nearest inertia that a body has; None where it is one, or far from all."""
+    if not np.all(np.isfinite(tensor)):
+        return None
+    if not np.any(tensor):
+        radius = (0.75 * mass / (math.pi * PART_DENSITY)) ** (1.0 / 3.0)
+        return np.asarray(0.4 * mass * radius**2 * np.eye(3), dtype=np.float64)
+    moments, axes = np.linalg.eigh(tensor)
+    excess = moments[2] - moments[0] - moments[1]
+    if moments[0] < -1e-3 * moments[2] or excess <= 1e-3 * moments[2]:
+        return None
+    # the nearest point, by squares, of the plane on which one moment is the sum of the others
+    moments += np.array([1.0, 1.0, -1.0]) * (excess + SLACK * moments[2]) / 3.0
+    return np.asarray((axes * moments) @ axes.T, dtype=np.float64)
+
+
+def _tensor(inertia: Element) -> Floats:
+    tensor = np.zeros((3, 3))
+    for key, (i, j) in INERTIA_KEYS.items():
+        tensor[i, j] = tensor[j, i] = _value(inertia, key)
+    return tensor
+
+
+def _mass(link: Element | None) -> float:
+    mass = None if link is None else link.find("inertial/mass")
+    value = 0.0 if mass is None else _value(mass, "value")
+    return value if math.isfinite(value) else 0.0
+
+
+def _pose(origin: Element | None) -> Floats:
+    pose = np.eye(4)
+    if origin is not None:
+        pose[:3, 3] = list(_three(origin.get("xyz")))
+        turn = np.array([list(_three(origin.get("rpy")))])
+        pose[:3, :3] = matrix_of(quaternion_of_rpy(turn))[0]
+    return pose
+
+
+def _three(text: str | None) -> Iterator[float]:
+    return (float(word) for word in (text or "0 0 0").split())
+
+
+def _end(joint: Element, which: str) -> str:
+    element = joint.find(which)
+    return "" if element is None else str(element.get("link"))
+
+
+def _value(element: Element, key: str) -> float:
+    try:
+        return float(element.get(key, "0"))
+    except ValueError:
+        return math.nan

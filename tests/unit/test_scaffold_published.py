@@ -1,0 +1,237 @@
+"""Files of other projects, with their own numbers: what is read, made sound, left out, and said."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from seals.check.robot import Verdict, check_robot
+from seals.config.compose import compose
+from seals.control.plant import rest_poses
+from seals.errors import RobotError
+from seals.run.build import build_run
+from seals.scaffold.mending import fixed_joints, sound_inertias, turned_base, weighted_base
+from seals.scaffold.robot import NewRobot, scaffold_robot
+
+PUBLISHED = Path(__file__).parent / "urdfs/published"
+
+
+def made(file: str, parent: Path, **options: object) -> NewRobot:
+    """Take over a published file."""
+    return scaffold_robot("my", PUBLISHED / file, parent=parent, **options)  # type: ignore[arg-type]
+
+
+def failures(new: NewRobot) -> list[str]:
+    """What ``seals check`` fails."""
+    run = build_run(compose([f"robot={new.folder}"]))
+    found = check_robot(run.robot, run.actuators, run.effects)
+    return [str(one) for one in found if one.verdict is Verdict.FAIL]
+
+
+def said(new: NewRobot) -> str:
+    """Changes and remarks as one text."""
+    return "\n".join((*new.changes, *new.remarks))
+
+
+def test_bicopter(tmp_path: Path) -> None:
+    """Rotors on two servos, a mesh of each link missing, and a joint that holds it in its stand."""
+    with pytest.raises(RobotError, match=r"base\.stl.*is not there[\s\S]*--missing-meshes boxes"):
+        made("bicopter/model.sdf", tmp_path)
+    new = made("bicopter/model.sdf", tmp_path, boxes=True)
+    assert failures(new) == []
+    (rotors,) = new.drives
+    # motorConstant and momentConstant of the file; 1500 rad/s give 45 N each
+    np.testing.assert_allclose(rotors.thrust, 2e-5)
+    np.testing.assert_allclose(rotors.torque, 2e-5 * 0.06)
+    np.testing.assert_allclose(rotors.max_speed, 1500.0)
+    assert rotors.tilting == {"ccw_mot_link": "servo_1_joint", "cw_mot_link": "servo_0_joint"}
+    assert new.limbs.grippers == {}
+    assert new.limbs.arms == {}
+    assert "freed" in said(new)
+    # the box of 0.16 x 0.12 x 0.10 m that the inertia of its base is that of
+    (box,) = new.hulls["base_link"].boxes
+    np.testing.assert_allclose(np.sort(box.edges), [0.10, 0.12, 0.16], rtol=1e-3)
+
+
+def test_bluerov2(tmp_path: Path) -> None:
+    """Thrusters whose largest force only the autopilot's channels state."""
+    new = made("bluerov2/model.sdf", tmp_path)
+    assert failures(new) == []
+    (thrusters,) = new.drives
+    # multiplier 100, offset -0.5
+    np.testing.assert_allclose(thrusters.thrust, 50.0)
+    assert "max_force" in thrusters.sources
+    # 10.05 kg of water displaced by 10.012 kg
+    assert new.hulls["base_link"].volume == pytest.approx(10.05e-3, rel=1e-6)
+    text = (new.folder / "robot.yaml").read_text()
+    assert "coefficient_x: 33.8, coefficient_y: 54.2687, coefficient_z: 73.3714" in text
+    assert "quadratic_x: 4.0, quadratic_y: 4.0, quadratic_z: 4.0" in text
+    assert "added_mass" not in text.split("effects:")[1].split("sensors:")[0]
+
+
+def test_x500(tmp_path: Path) -> None:
+    """Rotors of an included model, with drawings that are not there."""
+    new = made("x500/model.sdf", tmp_path)
+    assert failures(new) == []
+    (rotors,) = new.drives
+    np.testing.assert_allclose(rotors.thrust, 8.54858e-6)
+    assert rotors.direction.tolist() == [1.0, 1.0, -1.0, -1.0]
+    assert "1345_prop_ccw.stl, 1345_prop_cw.stl" in said(new)
+
+
+def test_tethys(tmp_path: Path) -> None:
+    """An AUV that faces -x, with a weight that a plug-in holds and a battery within its hull."""
+    new = made("tethys_equipped/model.sdf", tmp_path, forward="-x")
+    assert failures(new) == []
+    assert new.robot.links[0] == "body"
+    assert "drop_weight is held by base_link" in said(new)
+    # Gazebo's buoyancy acts on collision shapes alone
+    assert "battery" not in new.hulls
+    volume = 2.0 * 0.3 * 0.245945166667 + 2 * 0.1 * 0.1 * 0.02 + 0.03 * 0.1 * 0.1
+    assert sum(hull.volume for hull in new.hulls.values()) == pytest.approx(volume, rel=1e-5)
+    # the propeller lies astern of the turned base
+    (thruster,) = new.drives
+    np.testing.assert_allclose(thruster.position, [[-1.43162, 0.0, 0.0]], atol=1e-8)
+    # largest force: the drag of the file at 2 m/s
+    np.testing.assert_allclose(thruster.thrust, 6.2282 * 4.0)
+    text = (new.folder / "robot.yaml").read_text()
+    assert "mass_x: 4.87616, mass_y: 126.325, mass_z: 126.325" in text
+    assert "links: [vertical_fins_wing, horizontal_fins_wing]" in text
+
+
+def test_wamv(tmp_path: Path) -> None:
+    """Names with a slash, and packages that include each other's macros."""
+    new = made("vrx/wamv_gazebo/urdf/wamv_gazebo.urdf.xacro", tmp_path)
+    assert failures(new) == []
+    assert new.robot.links[0] == "wamv/base_link"
+    (thrusters,) = new.drives
+    # (51.3 + 72.4 v) v / 2 at 7.71667 m/s
+    np.testing.assert_allclose(thrusters.thrust, (51.3 + 72.4 * 7.71667) * 7.71667 / 2.0, rtol=1e-6)
+    names = re.findall(r"^  (\w+): \{effect", (new.folder / "robot.yaml").read_text(), re.M)
+    assert "wamv_left_engine_link_added_mass" in names
+
+
+def test_rexrov(tmp_path: Path) -> None:
+    """A work-class ROV with the full matrix of added mass of its file."""
+    new = made("uuv_descriptions/models/rexrov/urdf/rexrov_base.xacro", tmp_path, boxes=True)
+    assert failures(new) == []
+    assert new.hulls["rexrov/base_link"].volume == pytest.approx(1.83826)
+    assert "joints without room to move fixed: rexrov/pose_sensor_joint" in said(new)
+    text = (new.folder / "robot.yaml").read_text()
+    assert "mass_x: 779.79, mass_y: 1222.0, mass_z: 3659.9" in text
+    # the file's axes are those of a hull with z down: surge by pitch changes its sign
+    assert "coupling: [[0.0, 6.8773, 103.32, 8.5426, 165.54, 7.8033]" in text
+    (thrusters,) = new.drives
+    assert thrusters.thrust.sum() == pytest.approx(74.82 * 2.0 + 748.22 * 4.0)
+
+
+@pytest.mark.parametrize(
+    ("file", "volume"),
+    [("robotx_light_buoy", 1.5 * 1.5 * 0.4 + np.pi * 0.4**2 * 1.75), ("round_buoy", 0.0654)],
+)
+def test_buoys(file: str, volume: float, tmp_path: Path) -> None:
+    """Buoys whose drawings are not there float by their collision shapes."""
+    new = made(f"buoys/{file}.sdf", tmp_path)
+    assert failures(new) == []
+    (hull,) = new.hulls.values()
+    assert hull.volume == pytest.approx(volume, rel=1e-3)
+
+
+def _robot(*parts: str) -> ElementTree.Element:
+    return ElementTree.fromstring(f"<robot name='r'>{''.join(parts)}</robot>")
+
+
+def _link(name: str, mass: float, moments: tuple[float, ...], place: str = "0 0 0") -> str:
+    rows = " ".join(f'{k}="{x}"' for k, x in zip(("ixx", "iyy", "izz"), moments, strict=True))
+    return (
+        f'<link name="{name}"><inertial><origin xyz="{place}"/><mass value="{mass}"/>'
+        f'<inertia {rows} ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    )
+
+
+def test_sound_inertias() -> None:
+    """The nearest inertia of a body, on small parts alone."""
+    root = _robot(
+        _link("base", 10.0, (1.0, 1.0, 3.0)),
+        _link("camera", 0.1, (0.0, 0.0, 3e-6)),
+        _link("imu", 0.01, (0.0, 0.0, 0.0)),
+        _link("sound", 0.1, (1e-4, 1e-4, 1e-4)),
+        _link("negative", 0.1, (-1.0, 1.0, 1.0)),
+    )
+    assert sound_inertias(root) == ["camera", "imu"]
+    found = {
+        str(link.get("name")): [
+            float(link.find("inertial/inertia").get(k))  # type: ignore[union-attr, arg-type]
+            for k in ("ixx", "iyy", "izz")
+        ]
+        for link in root
+    }
+    assert found["base"] == [1.0, 1.0, 3.0]
+    np.testing.assert_allclose(found["camera"], [1e-6, 1e-6, 2e-6], rtol=2e-4)
+    assert found["camera"][2] < found["camera"][0] + found["camera"][1]
+    radius = (0.75 * 0.01 / (np.pi * 1000.0)) ** (1.0 / 3.0)
+    np.testing.assert_allclose(found["imu"], 0.4 * 0.01 * radius**2, rtol=1e-6)
+
+
+def test_base_without_mass_gets_that_of_what_is_fixed_to_it() -> None:
+    """Mass, place and axes are those of the whole robot as before."""
+    joint = (
+        '<joint name="j" type="fixed"><parent link="frame"/><child link="{}"/>'
+        '<origin xyz="0 0 0.5" rpy="0 0 1.5707963267948966"/></joint>'
+    )
+    root = _robot(
+        '<link name="frame"/>',
+        _link("small", 1.0, (1.0, 1.0, 1.0)),
+        _link("body", 5.0, (1.0, 2.0, 2.5), "0.2 0 0"),
+        joint.format("small").replace('"j"', '"k"'),
+        joint.format("body"),
+    )
+    assert weighted_base(root) == "body"
+    base = root.find("link[@name='frame']/inertial")
+    assert base is not None
+    origin = base.find("origin")
+    assert origin is not None
+    place = [float(x) for x in origin.get("xyz", "").split()]
+    np.testing.assert_allclose(place, [0.0, 0.2, 0.5], atol=1e-9)
+    np.testing.assert_allclose(
+        [float(x) for x in origin.get("rpy", "").split()], [0.0, 0.0, np.pi / 2], atol=1e-9
+    )
+    left = root.find("link[@name='body']/inertial/mass")
+    assert left is not None
+    assert left.get("value") == "0"
+    assert weighted_base(root) == ""
+
+
+def test_joints_without_room_are_fixed() -> None:
+    """A servo needs two limits that differ; a joint without limits moves freely."""
+    joint = '<joint name="{}" type="revolute"><axis xyz="0 0 1"/>{}</joint>'
+    root = _robot(
+        joint.format("mount", '<limit lower="0" upper="0" effort="0" velocity="0"/>'),
+        joint.format("hinge", '<limit lower="-1" upper="1"/>'),
+        joint.format("unsaid", '<limit effort="1" velocity="1"/>'),
+    )
+    assert fixed_joints(root) == ["mount"]
+    assert [j.get("type") for j in root] == ["fixed", "revolute", "revolute"]
+
+
+@pytest.mark.parametrize("forward", ["-x", "y", "-y"])
+def test_forward(forward: str, tmp_path: Path) -> None:
+    """The axis named forward lies along x of the new base."""
+    file = tmp_path / "r.urdf"
+    text = ElementTree.tostring(_robot(_link("hull", 5.0, (1.0, 1.0, 1.0))), encoding="unicode")
+    file.write_text(text)
+    new = scaffold_robot("r", file, parent=tmp_path, forward=forward)
+    turn = rest_poses(new.robot)[1][new.robot.links.index("hull")]
+    axis = np.eye(3)["xyz".index(forward[-1])] * (-1.0 if forward[0] == "-" else 1.0)
+    np.testing.assert_allclose(turn @ axis, [1.0, 0.0, 0.0], atol=1e-8)  # nine digits
+    assert new.robot.mass[0] == 5.0
+
+
+def test_turned_base_takes_a_free_name() -> None:
+    """A link of that name may be there."""
+    root = _robot(_link("body", 1.0, (1.0, 1.0, 1.0)))
+    assert turned_base(root, "-x") == "body_2"
