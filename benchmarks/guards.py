@@ -294,6 +294,12 @@ def _lacking(name: str) -> str:
     return needed if needed and importlib.util.find_spec(needed) is None else ""
 
 
+def _word(code: int, said: str) -> str:
+    if code == 0 and re.search(r"\b\d+ skipped\b", said) and not re.search(r"\b\d+ passed", said):
+        return "left out, with its tests"  # which say why, and need what is not installed
+    return "noticed" if held(code, said) else "NOT NOTICED"
+
+
 def main(words: Sequence[str] | None = None) -> int:
     """Remove the named guards, or all."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
@@ -312,7 +318,7 @@ def main(words: Sequence[str] | None = None) -> int:
             print(f"{name:32} left out: {_lacking(name)} is not installed", flush=True)
     for name, found in side_by_side(unguarded, able, given.jobs, given.seconds):
         code, said = found or (0, "")
-        word = "no time" if found is None else "noticed" if held(code, said) else "NOT NOTICED"
+        word = "no time" if found is None else _word(code, said)
         count[word] += 1
         print(f"{name:32} {word}{f' (pytest {code})' if word == 'NOT NOTICED' else ''}", flush=True)
         if word == "NOT NOTICED":
