@@ -56,6 +56,46 @@ DESCRIPTIONS: dict[str, Guard] = {
         ODD,
         "odd_answer",
     ),
+    "size of an answer": Guard(
+        _FORM, "if len(effects) > _MOST_EFFECTS:", "if False:", ODD, "odd_answer and hundreds"
+    ),
+    "confidence in an answer": Guard(
+        _FORM,
+        """    _number(effect.get("confidence") or 0.0, f"{where}.confidence")\n""",
+        "",
+        ODD,
+        "odd_answer and confidence",
+    ),
+    "nuisances of an answer": Guard(
+        _FORM,
+        """        _number(value, f"{where}.nuisance.{key}")\n""",
+        "        pass\n",
+        ODD,
+        "odd_answer and nuisance",
+    ),
+    "largest number of an answer": Guard(
+        _FORM, "_LARGEST = 1e30", "_LARGEST = 1e300", ODD, "odd_answer and beyond"
+    ),
+    "verdict of an answer": Guard(
+        "seals.sysid.validation.answer",
+        "if verdict not in (*_GIVING, *_REFUSED) or (verdict in _GIVING and not names):",
+        "if False:",
+        ODD,
+        "without_an_effect",
+    ),
+    "values of a refit": Guard(
+        "seals.sysid.validation.refit", "if isinstance(value, str):", "if False:", ODD, "left_open"
+    ),
+    "empty entries of a refit": Guard(
+        "seals.sysid.validation.refit",
+        '(effect.get("parameters") or {}).items()',
+        'effect.get("parameters", {}).items()',
+        ODD,
+        "left_open",
+    ),
+    "choices of a refit": Guard(
+        "seals.sysid.validation.refit", "if count > _MOST_CHOICES:", "if False:", ODD, "left_open"
+    ),
     "entries of an answer that is planned with": Guard(
         "seals.sysid.experiment_design.application",
         "        refuse_damaged(answer)\n",

@@ -26,8 +26,9 @@ from seals.scaffold.datasheet import write_datasheet
 from seals.sysid.data.vehicle import read_vehicle
 from seals.sysid.experiment_design.application import read_diagnosis
 from seals.sysid.validation import answer
-from seals.sysid.validation.answer import log_digest, read_answer
+from seals.sysid.validation.answer import Finding, log_digest, read_answer
 from seals.sysid.validation.application import _lies_in
+from seals.sysid.validation.refit import refit
 from seals.untrusted_io import plain_json, plain_yaml
 
 MOTORS: dict[str, Any] = {
@@ -224,6 +225,11 @@ ANSWERS: dict[str, Any] = {
             {**EFFECT, "active": [{"log": "a", "end": {**MOMENT, "value": 1e999}, "start": None}]}
         ]
     },
+    "confidence as text": {"effects": [{**EFFECT, "confidence": "sure"}]},
+    "nuisance as list": {"effects": [{**EFFECT, "nuisance": [1.0]}]},
+    "nuisance as text": {"effects": [{**EFFECT, "nuisance": {"position_x": "far"}}]},
+    "nuisance beyond everything": {"effects": [{**EFFECT, "nuisance": {"position_x": 1e99}}]},
+    "hundreds of effects": {"effects": [EFFECT] * 33},
     "log as list": {"log": ["a"]},
     "nominal as list": {"nominal": [1]},
     "nominal of text": {"nominal": {"mass": "a"}},
@@ -243,6 +249,46 @@ def test_an_odd_answer_is_refused(name: str, tmp_path: Path) -> None:
     for read in (read_answer, read_diagnosis):
         with pytest.raises(ConfigError, match="is damaged"):
             read(tmp_path)
+
+
+@pytest.mark.parametrize("verdict", [["named"], "perhaps", "named", "ambiguous"])
+def test_a_verdict_without_an_effect_is_no_answer(verdict: Any, tmp_path: Path) -> None:
+    """``add`` would write a model of nothing, and say that it holds an effect."""
+    effects = [] if verdict in ("named", "ambiguous") else [EFFECT]
+    (tmp_path / "diagnosis.json").write_text(json.dumps({"verdict": verdict, "effects": effects}))
+    with pytest.raises(ConfigError, match="is damaged: verdict"):
+        read_answer(tmp_path)
+
+
+REFITTED: dict[str, tuple[dict[str, Any], int, str]] = {
+    "parameters of nothing": ({"name": "wind", "parameters": None, "nuisance": None}, 1, ""),
+    "a value in words": ({"name": "wind", "parameters": {"velocity_x": {"value": "x"}}}, 1, "'x'"),
+    "any rotor, twice": ({"name": "weak_rotor", "parameters": {}}, 2, "leaves 16 choices open"),
+}
+
+
+@pytest.mark.parametrize("name", REFITTED)
+def test_what_an_answer_leaves_open_is_bounded(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Entries may be left out, values are numbers, and variants are not multiplied without end."""
+    monkeypatch.setattr("seals.sysid.validation.refit._MOST_CHOICES", 15)
+    effect, count, wrong = REFITTED[name]
+    log = read_native(shipped_logs()["hidden_effect/flight_a"])
+    columns = {key: values[:200] for key, values in log.columns.items()}
+    short = Log(name="short", columns=columns, meta=log.meta)
+    finding = Finding(
+        file=Path("a"),
+        effects=(effect,) * count,
+        verdict="named",
+        chosen=False,
+        log="",
+        sha256="",
+        nominal={},
+    )
+    if not wrong:
+        assert refit(short, finding).candidates[0].name == effect["name"]
+        return
+    with pytest.raises(ConfigError, match=wrong):
+        refit(short, finding)
 
 
 def test_a_sound_answer_is_read(tmp_path: Path) -> None:

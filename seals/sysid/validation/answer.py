@@ -18,6 +18,8 @@ KEY = "diagnosis"
 """Key by which a diagnosis is given."""
 FORMULA = "formula"
 """Name of the effect of a formula, and the word that accepts it."""
+_GIVING = ("named", "ambiguous")
+"""Verdicts of an answer that gives something to add."""
 _REFUSED = {
     "nothing_missing": "nothing is missing, so there is nothing to add",
     "none_of_these": "no effect of the library explains the log",
@@ -85,6 +87,8 @@ def read_answer(
         refuse_damaged(raw)
         verdict, effects = str(raw["verdict"]), list(raw["effects"])
         names = [str(effect["name"]) for effect in effects]
+        if verdict not in (*_GIVING, *_REFUSED) or (verdict in _GIVING and not names):
+            raise ValueError(f"verdict {verdict!r:.40} with {len(names)} effects")
         why = "; ".join(str(reason) for reason in raw.get("reasons") or ())
         log, nominal = dict(raw.get("log") or {}), _determined(raw.get("nominal") or {})
         text = str((raw.get("formula") or {}).get("text", ""))

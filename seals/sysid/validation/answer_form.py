@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-_LARGEST = 1e300
+_LARGEST = 1e30
+"""Numbers beyond it are no measurement; their squares and cubes still are numbers."""
+_MOST_EFFECTS = 32
+"""Effects of an answer: each may have a variant for every rotor, and all are tried together."""
 _MOMENT = {"value", "low90", "high90"}
 
 
@@ -24,7 +27,10 @@ def refuse_damaged(answer: Any) -> None:
         ValueError: effects[0].parameters is a int, a mapping belongs there
     """
     _kind(answer, Mapping, "the file")
-    for k, effect in enumerate(_kind(answer.get("effects") or [], list, "effects")):
+    effects = _kind(answer.get("effects") or [], list, "effects")
+    if len(effects) > _MOST_EFFECTS:
+        raise ValueError(f"it holds {len(effects)} effects, at most {_MOST_EFFECTS} are allowed")
+    for k, effect in enumerate(effects):
         _effect(_kind(effect, Mapping, f"effects[{k}]"), f"effects[{k}]")
     for key in ("log", "nominal", "formula"):
         _kind(answer.get(key) or {}, Mapping, key)
@@ -44,6 +50,7 @@ def _effect(effect: Mapping[str, Any], where: str) -> None:
     _kind(effect.get("name"), str, f"{where}.name")
     _kind(effect.get("medium") or "", str, f"{where}.medium")
     _kind(effect.get("variant") or {}, Mapping, f"{where}.variant")
+    _number(effect.get("confidence") or 0.0, f"{where}.confidence")
     if not isinstance(effect.get("link"), str):  # of a robot's folder by its name
         _kind(effect.get("link") or 0, int, f"{where}.link")
     for key, entry in _kind(effect.get("parameters") or {}, Mapping, f"{where}.parameters").items():

@@ -7,6 +7,7 @@ medium, on which link, and the nominal values that were fitted alongside.
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -33,6 +34,8 @@ from seals.sysid.validation.answer import Finding
 
 _LATE = 2e-3
 """Delay of the inertial sensors from which on the windows follow it [s]."""
+_MOST_CHOICES = 256
+"""Choices of variants that are fitted: two effects of a vehicle with 16 rotors."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,7 +84,7 @@ def refit(log: Log, finding: Finding, *, robot: RobotDescription | None = None) 
         robot: as its folder describes it; None for the vehicle of the metadata.
 
     Raises:
-        ConfigError: an effect is none that this vehicle could be missing.
+        ConfigError: an effect is none that this vehicle could be missing, or has too many variants.
         LogError: the log cannot be used.
     """
     problem = prepare(log, robot=robot)
@@ -89,6 +92,7 @@ def refit(log: Log, finding: Finding, *, robot: RobotDescription | None = None) 
         [_acting(c, effect, log.name) for c in candidates_for(problem, effect)]
         for effect in finding.effects
     ]
+    _refuse_many(choices)
     fits = [(combo, *_fitted(problem, combo, finding)) for combo in itertools.product(*choices)]
     combo, fit, fitter = min(fits, key=lambda f: f[1].cost)
     # the model holds an effect as it is while it acts
@@ -107,6 +111,21 @@ def refit(log: Log, finding: Finding, *, robot: RobotDescription | None = None) 
         speeds=typical_speeds(problem.fitter.trajectory),
         alone=estimate_disturbance(problem).fit.values,
     )
+
+
+def _refuse_many(choices: list[list[Candidate]]) -> None:
+    """Refuse effects that leave too many variants open.
+
+    Raises:
+        ConfigError: there are more choices than are fitted.
+    """
+    count = math.prod(map(len, choices))
+    if count > _MOST_CHOICES:
+        names = ", ".join(dict.fromkeys(found[0].name for found in choices if len(found) > 1))
+        raise ConfigError(
+            f"the diagnosis leaves {count:.3g} choices open, at most {_MOST_CHOICES} are fitted.\n"
+            f"Give the variant (rotor, link) of: {names}; or diagnose the log again."
+        )
 
 
 def _acting(candidate: Candidate, effect: Mapping[str, Any], log: str) -> Candidate:
@@ -134,7 +153,7 @@ def candidates_for(problem: Problem, effect: Mapping[str, Any]) -> list[Candidat
         ConfigError: there is none.
     """
     every, name = problem.plant.candidate_set.candidates, str(effect["name"])
-    given = {k: p["value"] for k, p in effect.get("parameters", {}).items()}
+    given = {k: p["value"] for k, p in (effect.get("parameters") or {}).items()}
     given |= effect.get("variant") or {}
     if isinstance(link := effect.get("link"), str):
         names = problem.vehicle.robot.links
@@ -156,8 +175,19 @@ def candidates_for(problem: Problem, effect: Mapping[str, Any]) -> list[Candidat
 def stated(
     candidate: Candidate, effect: Mapping[str, Any], candidate_set: CandidateSet
 ) -> dict[str, float]:
-    """Return the values of a diagnosis by parameter key, nuisance parameters included."""
-    given, beside = effect.get("parameters", {}), effect.get("nuisance", {})
+    """Return the values of a diagnosis by parameter key, nuisance parameters included.
+
+    Raises:
+        ConfigError: a parameter is a text.
+    """
+    given, beside = effect.get("parameters") or {}, effect.get("nuisance") or {}
+    for name in {*candidate.reported} & {*given}:
+        value = given[name]["value"]
+        if isinstance(value, str):
+            raise ConfigError(
+                f"{candidate.name}: {name} is {value!r:.60}, a number belongs there.\n"
+                "Diagnose the log again."
+            )
     pairs = zip(candidate.keys, candidate.reported, strict=True)
     found = {key: float(given[name]["value"]) for key, name in pairs if name in given}
     names = ((key, candidate_set.parameters[key].parameter) for key in candidate.nuisance)
