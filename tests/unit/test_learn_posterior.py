@@ -172,6 +172,16 @@ def test_a_rotor_is_found_by_its_number(tmp_path: Path) -> None:
     assert set(found) == {"weak_2.relative_loss"}
 
 
+def test_what_was_found_on_the_root_link_is_known_by_its_name(tmp_path: Path) -> None:
+    """A diagnosis says ``body``, an effect ``root``: both are the link that bears the others."""
+    told = {"name": "payload", "link": "body", "parameters": {"mass": number(0.25, 0.01)}}
+    folder, effects = answer(tmp_path / "a", told), effects_of("+effect@effects.load=payload")
+    found = posterior_of(folder, effects, root="body").estimates
+    assert found["load.mass"] == pytest.approx((0.25, 0.01))
+    with pytest.raises(ConfigError, match="payload on link body"):
+        posterior_of(folder, effects, root="hull")
+
+
 @pytest.mark.parametrize(
     ("entry", "more", "words", "said"),
     [

@@ -60,7 +60,11 @@ class Posterior(NamedTuple):
 
 
 def posterior_of(
-    where: str | Path, effects: Mapping[str, Any], model: Mapping[str, Any] | None = None
+    where: str | Path,
+    effects: Mapping[str, Any],
+    model: Mapping[str, Any] | None = None,
+    *,
+    root: str = "root",
 ) -> Posterior:
     """Return the parameters of an environment's effects that a diagnosis has estimated.
 
@@ -71,6 +75,7 @@ def posterior_of(
         where: folder that ``seals diagnose`` wrote, or its file.
         effects: of the environment by name.
         model: content of the model that the environment has taken over, or None.
+        root: name of the robot's root link.
 
     Returns:
         Estimates of the missing effects, and of the values of the data sheet that were fitted
@@ -86,7 +91,7 @@ def posterior_of(
         _refuse_other(finding, model)
     found = {key: (name, one) for name, key, one in _data_sheet_estimates(finding, effects)}
     for k, entry in enumerate(finding.effects):
-        own = _effect_estimates(finding, entry, effects, added=model is not None)
+        own = _effect_estimates(finding, entry, effects, root, added=model is not None)
         found |= {key: (f"effects.{k}.{field}", one) for field, key, one in own}
     correlation = _correlation(finding, [name for name, _ in found.values()])
     return Posterior({key: one for key, (_, one) in found.items()}, correlation)
@@ -116,7 +121,12 @@ def _correlation(finding: Finding, names: Sequence[str]) -> Floats:
 
 
 def _effect_estimates(
-    finding: Finding, entry: Mapping[str, Any], effects: Mapping[str, Any], *, added: bool
+    finding: Finding,
+    entry: Mapping[str, Any],
+    effects: Mapping[str, Any],
+    root: str,
+    *,
+    added: bool,
 ) -> Iterator[tuple[str, str, Estimate]]:
     """Yield the estimates of one missing effect; ``added`` if the environment has them."""
     kind, parameters = str(entry["name"]), entry.get("parameters") or {}
@@ -130,9 +140,10 @@ def _effect_estimates(
             f"has no such effect.\nAdd it: '+effect@effects.{kind}={kind}', or +model=NAME that "
             f"seals add made.  {suggestion(kind, effects, label='Effects')}"
         )
-    # of a robot's folder by name: the root's own is not known here
-    place = entry.get("link") or "root"
-    elsewhere = place not in ("root", *(n for a in alike for n in effects[a].links)) and not added
+    place = entry.get("link") or root
+    elsewhere = (
+        place not in (root, "root", *(n for a in alike for n in effects[a].links)) and not added
+    )
     if len(alike) > 1 or elsewhere:
         where = f"it found {kind} on link {entry['link']}" if elsewhere else f"it found {kind}"
         raise ConfigError(

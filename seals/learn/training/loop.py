@@ -215,7 +215,8 @@ class Training:
     def _save(self) -> None:
         network, tensors = self.agent.policy()
         metadata = {**self.metadata, "step": self.step, "updates": self.updates}
-        save_policy(self.folder / POLICY, network=network, tensors=tensors, metadata=metadata)
+        for name in (POLICY, f"{POLICY}_{self.step}") if self.course.keep else (POLICY,):
+            save_policy(self.folder / name, network=network, tensors=tensors, metadata=metadata)
 
     def _table(self, name: str, columns: tuple[str, ...]) -> Rows:
         if name not in self._rows:

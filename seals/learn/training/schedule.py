@@ -20,6 +20,7 @@ class TrainingSchedule:
         stop_at: share of successes at which the training ends early; 0 for never [1].
         in_a_row: evaluations in a row that must reach it.
         checkpoint: wall time between two checkpoints; 0 for none [s].
+        keep: whether the policy of every evaluation stays, as ``policy_STEP``.
     """
 
     steps: int = 50_000
@@ -29,6 +30,7 @@ class TrainingSchedule:
     stop_at: float = setting(0.0, "1", bounds=(0.0, 1.0), source="chosen")
     in_a_row: int = 2
     checkpoint: float = setting(60.0, "s", bounds=(0.0, 1e6), source="chosen")
+    keep: bool = False
 
     def __post_init__(self) -> None:
         """Refuse numbers out of range.

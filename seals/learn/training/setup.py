@@ -15,6 +15,7 @@ from seals.learn.learner import Agent, Spaces
 from seals.learn.starts import training_seed
 from seals.learn.training.settings import TrainSettings
 from seals.learn.world_hash import world_hash
+from seals.robot.build import build_robot
 from seals.schema import check_value, parameters_of
 
 
@@ -68,8 +69,12 @@ def _randomised_parameters(config: Any, count: int, seed: int) -> dict[str, Any]
     from seals.learn.environments.domain_randomisation import drawn_parameters
     from seals.learn.environments.posterior import posterior_of
 
-    effects = build_learning(config)[0].effects
-    known = None if diagnosis is None else posterior_of(str(diagnosis), effects, config.model)
+    settings = build_learning(config)[0]
+    effects = settings.effects
+    known = None
+    if diagnosis is not None:
+        root = build_robot(settings.robot).links[0]
+        known = posterior_of(str(diagnosis), effects, config.model, root=root)
     rng = np.random.default_rng(seed)
     return dict(drawn_parameters(effects, count, share=share, rng=rng, known=known))
 

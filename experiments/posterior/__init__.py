@@ -1,0 +1,142 @@
+"""Does a diagnosis help a robot learn? Training with and without it; see README.md."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from importlib.resources import files
+from pathlib import Path
+from subprocess import CalledProcessError
+
+from seals.errors import ConfigError, suggestion
+from seals.experiments.command import show_table
+from seals.experiments.learning_study.arms import Training
+from seals.experiments.learning_study.running import run_all, run_verb
+from seals.experiments.posterior.outcome import EPISODES, gather, kept, tell
+from seals.experiments.posterior.tasks import (
+    TASKS,
+    RealTask,
+    stated_of,
+    trainings,
+    write_stated,
+)
+
+NAMED = 10
+"""Exit code of a diagnosis that names what is missing."""
+STAGES = ("fly", "train", "judge", "tell")
+EPISODES_JUDGED = 100
+"""Held-out starts of a judgement."""
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Run a stage of the experiment; the same command goes on where an earlier one was cut off.
+
+    Raises:
+        ConfigError: there is no such task or stage.
+    """
+    parser = argparse.ArgumentParser(prog="posterior", description=__doc__)
+    parser.add_argument("task", help=", ".join(TASKS))
+    parser.add_argument("stage", help=", ".join(STAGES))
+    parser.add_argument("--out", type=Path, help="folder; runs/posterior/TASK when left out")
+    parser.add_argument("--answers", type=Path, help="what the arms know; that which comes along")
+    parser.add_argument("--seeds", type=int, default=5, help="trainings of an arm")
+    parser.add_argument("--jobs", type=int, default=2, help="processes at once, one core each")
+    parser.add_argument("--limit", type=float, default=0.0, help="stop politely after so many s")
+    parser.add_argument("--part", default="1/1", help="which share of the trainings, such as 2/4")
+    parser.add_argument("--device", default="cpu", help="of the trainings: cpu or cuda")
+    parser.add_argument("more", nargs="*", help="further overrides of a training")
+    given = parser.parse_intermixed_args(words)
+    for value, known in ((given.task, TASKS), (given.stage, STAGES)):
+        if value not in known:
+            raise ConfigError(f"there is no '{value}'.\n{suggestion(value, known)}")
+    out = given.out or Path("runs/posterior") / given.task
+    task, answers = TASKS[given.task], given.answers or shipped(given.task)
+    if given.stage == "fly":
+        return fly(task, out)
+    if given.stage == "tell":
+        show_table(out, tell(kept(out / EPISODES), out))
+        return 0
+    jobs = trainings(
+        out, task, answers.resolve(), seeds=given.seeds, device=given.device, more=(*given.more,)
+    )
+    jobs = share_of(jobs, given.part)
+    if given.stage == "judge":
+        judge(jobs, task, at_once=given.jobs)
+        gather(out)
+        return 0
+    left = run_all(jobs, at_once=given.jobs, limit=given.limit)
+    if left:
+        print(f"{left} of {len(jobs)} trainings are not finished: the same command goes on.")
+    return 1 if left else 0
+
+
+def shipped(name: str) -> Path:
+    """Return the folder of what the arms of a task know, as it comes along."""
+    return Path(str(files("seals.experiments.posterior"))) / "answers" / name
+
+
+def share_of(jobs: Sequence[Training], part: str) -> list[Training]:
+    """Return every n-th training, from the k-th on.
+
+    Args:
+        jobs: all trainings.
+        part: ``k/n``, from 1/n to n/n.
+
+    Raises:
+        ConfigError: it is no such part.
+
+    Example:
+        >>> [job.words for job in share_of([Training(Path(), (x,)) for x in "abc"], "2/2")]
+        [('b',)]
+    """
+    first, _, every = part.partition("/")
+    if not (first.isdecimal() and every.isdecimal() and 1 <= int(first) <= int(every)):
+        raise ConfigError(f"--part {part} is no part.\nAllowed: k/n with k from 1 to n.")
+    return list(jobs[int(first) - 1 :: int(every)])
+
+
+def fly(task: RealTask, out: Path) -> int:
+    """Fly in the real world, diagnose the log, and write what each arm knows.
+
+    Args:
+        task: with its hidden effects.
+        out: folder; the log goes to ``out/log``, what the arms know to ``out/answers/ARM``.
+    """
+    answers = out / "answers"
+    hidden = f"hide=[{','.join(task.kinds.values())}]"
+    run_verb("run", *task.flight, *task.real, hidden, f"hydra.run.dir={out / 'log'}")
+    try:
+        run_verb("diagnose", f"log={out / 'log'}", f"out={answers / 'posterior'}")
+    except CalledProcessError as ended:
+        if ended.returncode != NAMED:
+            raise
+    for arm, values in stated_of(task).items():
+        write_stated(task, values, answers / arm)
+    return 0
+
+
+def judge(jobs: Sequence[Training], task: RealTask, *, at_once: int) -> None:
+    """Judge all policies that trainings kept in the real world, those judged already left out.
+
+    Args:
+        jobs: the trainings.
+        task: with its hidden effects.
+        at_once: processes at a time.
+    """
+    pending = []
+    for job in jobs:
+        for policy in sorted(job.folder.glob("policy_*")):
+            done = job.folder / "judged" / policy.name.removeprefix("policy_")
+            if not (done / EPISODES.replace("parquet", "csv")).exists():
+                pending.append((policy, done))
+    world = ("evaluate", *task.task, *task.real, "beside=[]", f"episodes={EPISODES_JUDGED}")
+    with ThreadPoolExecutor(max(1, at_once)) as pool:
+        running = [
+            pool.submit(
+                run_verb, *world, f"policy={policy}", f"out={done}", f"hydra.run.dir={done}_run"
+            )
+            for policy, done in pending
+        ]
+        for each in running:
+            each.result()
