@@ -13,6 +13,7 @@ from pathlib import Path
 import seals
 from seals.child_process import command, environment
 from seals.experiments.learning_study.arms import COMPARISONS, Training
+from seals.learn.evaluation.page import NUMBERS
 from seals.run.progress import progress
 
 EPISODES = 10
@@ -116,7 +117,9 @@ def _tell_failure(job: Training, process: subprocess.Popen[bytes]) -> None:
 
 
 def _state(folder: Path) -> str:
-    """What ``run.json`` says of a training; empty before its start."""
+    """What ``run.json`` says of a training, or of an evaluation; empty before its start."""
+    if (folder / NUMBERS).exists():
+        return "done"
     file = folder / "run.json"
     return str(json.loads(file.read_text()).get("state", "")) if file.exists() else ""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from importlib.resources import files
 from pathlib import Path
 from subprocess import CalledProcessError
@@ -15,6 +14,7 @@ from seals.experiments.learning_study.arms import Training
 from seals.experiments.learning_study.running import run_all, run_verb
 from seals.experiments.posterior.outcome import EPISODES, gather, kept, tell
 from seals.experiments.posterior.tasks import (
+    ARMS,
     TASKS,
     RealTask,
     stated_of,
@@ -25,8 +25,6 @@ from seals.experiments.posterior.tasks import (
 NAMED = 10
 """Exit code of a diagnosis that names what is missing."""
 STAGES = ("fly", "train", "judge", "tell")
-EPISODES_JUDGED = 100
-"""Held-out starts of a judgement."""
 
 
 def main(words: Sequence[str] | None = None) -> int:
@@ -44,6 +42,7 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("--jobs", type=int, default=2, help="processes at once, one core each")
     parser.add_argument("--limit", type=float, default=0.0, help="stop politely after so many s")
     parser.add_argument("--part", default="1/1", help="which share of the trainings, such as 2/4")
+    parser.add_argument("--episodes", type=int, default=100, help="held-out starts of a judgement")
     parser.add_argument("--device", default="cpu", help="of the trainings: cpu or cuda")
     parser.add_argument("more", nargs="*", help="further overrides of a training")
     given = parser.parse_intermixed_args(words)
@@ -55,19 +54,18 @@ def main(words: Sequence[str] | None = None) -> int:
     if given.stage == "fly":
         return fly(task, out)
     if given.stage == "tell":
-        show_table(out, tell(kept(out / EPISODES), out))
+        there = [arm for arm in ARMS if (out / arm).is_dir()]
+        show_table(out, tell(gather(out) if there else kept(out / EPISODES), out))
         return 0
     jobs = trainings(
-        out, task, answers.resolve(), seeds=given.seeds, device=given.device, more=(*given.more,)
+        out, task, answers.resolve(), seeds=given.seeds, device=given.device, more=tuple(given.more)
     )
     jobs = share_of(jobs, given.part)
     if given.stage == "judge":
-        judge(jobs, task, at_once=given.jobs)
-        gather(out)
-        return 0
+        jobs = judgements(jobs, task, episodes=given.episodes)
     left = run_all(jobs, at_once=given.jobs, limit=given.limit)
     if left:
-        print(f"{left} of {len(jobs)} trainings are not finished: the same command goes on.")
+        print(f"{left} of {len(jobs)} processes are not finished: the same command goes on.")
     return 1 if left else 0
 
 
@@ -116,27 +114,19 @@ def fly(task: RealTask, out: Path) -> int:
     return 0
 
 
-def judge(jobs: Sequence[Training], task: RealTask, *, at_once: int) -> None:
-    """Judge all policies that trainings kept in the real world, those judged already left out.
+def judgements(jobs: Sequence[Training], task: RealTask, *, episodes: int) -> list[Training]:
+    """Return the evaluations, in the real world, of all policies that trainings kept.
 
     Args:
         jobs: the trainings.
         task: with its hidden effects.
-        at_once: processes at a time.
+        episodes: held-out starts of each.
     """
-    pending = []
+    world = ("evaluate", *task.task, *task.real, "beside=[]", f"episodes={episodes}")
+    found = []
     for job in jobs:
         for policy in sorted(job.folder.glob("policy_*")):
-            done = job.folder / "judged" / policy.name.removeprefix("policy_")
-            if not (done / EPISODES.replace("parquet", "csv")).exists():
-                pending.append((policy, done))
-    world = ("evaluate", *task.task, *task.real, "beside=[]", f"episodes={EPISODES_JUDGED}")
-    with ThreadPoolExecutor(max(1, at_once)) as pool:
-        running = [
-            pool.submit(
-                run_verb, *world, f"policy={policy}", f"out={done}", f"hydra.run.dir={done}_run"
-            )
-            for policy, done in pending
-        ]
-        for each in running:
-            each.result()
+            folder = job.folder / "judged" / policy.name.removeprefix("policy_")
+            words = (*world, f"policy={policy}", f"hydra.run.dir={folder}")
+            found.append(Training(folder, words))
+    return found
