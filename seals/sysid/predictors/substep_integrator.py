@@ -224,7 +224,8 @@ class SubstepFitter(Fitter):
         """Whitened misfit of the model at given values."""
         return self.windows.whiten(self.windows.residual(self.predicted(values))[:, :, None])
 
-    def _columns(self, keys: Sequence[str], values: Mapping[str, float]) -> Columns:
+    def columns_at(self, keys: Sequence[str], values: Mapping[str, float]) -> Columns:
+        """Return the derivatives by parameters at given values, from row to row."""
         return self.integrator.columns(self.substeps(values), self.fine, values, tuple(keys))
 
 
