@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
@@ -54,7 +55,8 @@ class Dynamics:
         input_matrix: G, the effect of a constant wrench over one step, shape (T, n, 6).
         output_matrix: C, shape (T, 3, n).
         feedthrough: D, shape (T, 3, 6).
-        state_matrix: A, shape (T, n, n).
+        integral: of the transition over one step, shape (T, n, n), see `discrete`; None where
+            accelerations at the rows do not say what is pushed.
         friction_correction: factor on the error of a step that was found without the steep slope of
             dry friction, shape (T, n, n); None without dry friction.
     """
@@ -63,20 +65,58 @@ class Dynamics:
     input_matrix: Floats
     output_matrix: Floats
     feedthrough: Floats
-    state_matrix: Floats
+    integral: Floats | None = None
     friction_correction: Floats | None = None
-    _kept: dict[float, Floats] = field(default_factory=dict)
 
-    def integral(self, step: float) -> Floats:
-        """Integral of the transition over a step [s], shape (T, n, n), see `discrete`."""
-        if step not in self._kept:
-            self._kept[step] = discrete(self.state_matrix, step)[1]
-        return self._kept[step]
+    def pushed(self, rates: Floats) -> Floats:
+        """State error after one step by accelerations at its two ends, shape (T, n, p).
+
+        Args:
+            rates: derivatives of the state at the rows, shape (T, n, p).
+        """
+        assert self.integral is not None
+        out: Floats = np.matmul(self.integral, _average(rates))
+        return out
 
     def corrected(self, defect: Floats) -> Floats:
         """Return the one-step error corrected for the slope of dry friction, shape (T, n)."""
         factor = self.friction_correction
         return defect if factor is None else _times(factor, defect)
+
+
+class ReleasableDynamics:
+    """Dynamics along a trajectory that are computed where they are used, and again once released.
+
+    Args:
+        plant: extended model.
+        trajectory: about which it is linear.
+        at: values of the linearisation by parameter key.
+        cache: the plant along the trajectory.
+    """
+
+    def __init__(
+        self,
+        plant: Plant,
+        trajectory: Trajectory,
+        at: Mapping[str, float],
+        cache: TrajectoryCache,
+    ) -> None:
+        self.plant, self.trajectory, self.at, self.cache = plant, trajectory, at, cache
+
+    @cached_property
+    def found(self) -> Dynamics:
+        """The dynamics."""
+        return dynamics_along(self.plant, self.trajectory, self.at, cache=self.cache)
+
+    def release(self) -> None:
+        """Release the memory of the dynamics and of the evaluations along the trajectory."""
+        self.__dict__.pop("found", None)
+        self.cache.release()
+
+
+def dynamics_of(given: Dynamics | ReleasableDynamics) -> Dynamics:
+    """Return dynamics, computed where they are not at hand."""
+    return given if isinstance(given, Dynamics) else given.found
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,8 +168,8 @@ def predict(
         joints = trajectory.joints.shape[1]
         rate = accelerations(rates) - expansion_point.rate
         change[:, 6:12], change[:, 12 + joints :] = rate[:, :6], rate[:, 6:]
-        integral = dynamics.integral(plant.samples.step)
-        defect = dynamics.corrected(expansion_point.defect) + _times(integral, _average(change))
+        pushed = dynamics.pushed(change[:, :, None])[:, :, 0]
+        defect = dynamics.corrected(expansion_point.defect) + pushed
     reading = _stacked(plant.reading(cache.state, cache.sensor_rates(used), used))
     late = used.get(plant.candidate_set.sensor_delay, 0.0) - delay
     if late:
@@ -193,15 +233,13 @@ def dynamics_along(
         transition, integral = discrete(state_matrix, plant.samples.step)
         friction_correction = np.matmul(integral, np.linalg.inv(plain))
     input_matrix = np.matmul(integral, _average(rate))
-    kept = {plant.samples.step: integral}
     return Dynamics(
         transition=transition,
         input_matrix=input_matrix,
         output_matrix=output_matrix,
         feedthrough=feedthrough,
-        state_matrix=state_matrix,
+        integral=integral,
         friction_correction=friction_correction,
-        _kept=kept,
     )
 
 
@@ -272,7 +310,7 @@ def columns_along(
         reading[:, :, i] = _reading_change(plant, change)
     for key, change in _sensed(cache, used, sensed, delay).items():
         reading[:, :, index[key]] = change
-    push = np.matmul(dynamics.integral(plant.samples.step), _average(rate))
+    push = dynamics.pushed(rate)
     for key in moving:
         if key.partition(".")[0] in plant.timed:
             # a command jumps inside a step, where the rates at its two ends do not see it

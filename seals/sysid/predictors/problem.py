@@ -22,7 +22,12 @@ from seals.sysid.data.thinned import thinned
 from seals.sysid.data.trajectory import Trajectory, difference, measured_trajectory
 from seals.sysid.data.vehicle import Vehicle, read_vehicle
 from seals.sysid.decision.policy import DecisionPolicy, SearchBudget
-from seals.sysid.predictors.linearise import Columns, Dynamics, dynamics_along, predict
+from seals.sysid.predictors.linearise import (
+    Dynamics,
+    ReleasableDynamics,
+    dynamics_along,
+    predict,
+)
 from seals.sysid.predictors.plant import Plant
 from seals.sysid.predictors.rollout import simulated_trajectory, start_states
 from seals.sysid.predictors.surface_model_error import enters, surface_model_error
@@ -158,10 +163,8 @@ def linearise_model(
     gusts: float = GUSTS,
 ) -> Fitter:
     """Linearise the model along a trajectory and set up the windows."""
-    cache = TrajectoryCache(plant, trajectory)
-    dynamics = dynamics_along(plant, trajectory, at, cache=cache)
-    about = Linearisation(trajectory=trajectory, dynamics=dynamics, at=dict(at), gusts=gusts)
-    return about.fitter(plant, window=window, cache=cache)
+    about = Linearisation(trajectory=trajectory, at=dict(at), gusts=gusts)
+    return about.fitter(plant, window=window)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -170,60 +173,40 @@ class Linearisation:
 
     Args:
         trajectory: about which the model is linear.
-        dynamics: derivatives along it.
         at: parameters of the linearisation.
         gusts: factor on their stated level.
-        columns: responses of the tolerances, when they are known.
     """
 
     trajectory: Trajectory
-    dynamics: Dynamics
     at: Mapping[str, float]
     gusts: float
-    columns: Columns | None = None
 
     @classmethod
     def of(cls, fitter: Fitter) -> Linearisation:
         """Return the linearisation of a fitter made by `linearise_model`."""
-        return cls(
-            trajectory=fitter.trajectory,
-            dynamics=fitter.dynamics,
-            at=fitter.at,
-            gusts=fitter.windows.gusts,
-            columns=fitter.columns,
-        )
+        return cls(trajectory=fitter.trajectory, at=fitter.at, gusts=fitter.windows.gusts)
 
-    def fitter(
-        self, plant: Plant, *, window: float = WINDOW, cache: TrajectoryCache | None = None
-    ) -> Fitter:
-        """Rebuild the fitter for a plant.
+    def fitter(self, plant: Plant, *, window: float = WINDOW) -> Fitter:
+        """Build the fitter for a plant; what it needs is computed where it is used.
 
         Args:
             plant: extended model.
             window: length of the windows [s].
-            cache: the plant along the trajectory, when it is known.
         """
+        cache = TrajectoryCache(plant, self.trajectory)
+        dynamics = ReleasableDynamics(plant, self.trajectory, self.at, cache)
         delay = self.at.get(plant.candidate_set.sensor_delay, 0.0)
         delay = delay if abs(delay) > LATE else 0.0
         windows = windows_of(
-            plant, self.trajectory, self.dynamics, window=window, gusts=self.gusts, delay=delay
+            plant, self.trajectory, dynamics, window=window, gusts=self.gusts, delay=delay
         )
-        cache = TrajectoryCache(plant, self.trajectory) if cache is None else cache
-        return Fitter(
-            plant,
-            self.trajectory,
-            self.dynamics,
-            windows,
-            at=self.at,
-            columns=self.columns,
-            cache=cache,
-        )
+        return Fitter(plant, self.trajectory, dynamics, windows, at=self.at, cache=cache)
 
 
 def windows_of(
     plant: Plant,
     trajectory: Trajectory,
-    dynamics: Dynamics,
+    dynamics: Dynamics | ReleasableDynamics,
     *,
     window: float = WINDOW,
     gusts: float = GUSTS,
@@ -269,7 +252,7 @@ def rewindowed(fitter: Fitter, *, gusts: float = 1.0, delay: float | None = None
     level = gusts * fitter.windows.gusts
     if late == fitter.windows.delay:
         return fitter.with_windows(fitter.windows.with_disturbance(level))
-    windows = windows_of(fitter.plant, fitter.trajectory, fitter.dynamics, gusts=level, delay=late)
+    windows = windows_of(fitter.plant, fitter.trajectory, fitter.along, gusts=level, delay=late)
     return fitter.with_windows(windows)
 
 

@@ -100,7 +100,6 @@ class SubstepIntegrator:
             input_matrix=self._joined(fine, fine.input_matrix),
             output_matrix=fine.output_matrix[:: self.parts],
             feedthrough=fine.feedthrough[:: self.parts],
-            state_matrix=fine.state_matrix[:: self.parts],
         )
         return rows, fine
 

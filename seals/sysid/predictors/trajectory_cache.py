@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -51,17 +52,27 @@ class TrajectoryCache:
     """
 
     def __init__(self, plant: Plant, trajectory: Trajectory) -> None:
-        """Compute poses and surroundings."""
+        """Keep the arguments; nothing is evaluated yet."""
         self.plant, self.trajectory = plant, trajectory
         self.rows = np.arange(plant.samples.rows)
         self.state: TwinState = trajectory.state(self.rows)
         self.time: Floats = plant.samples.clock[:, None]
-        self._posture = plant.twin({}, len(self.rows)).posture(self.state, self.time)
         # shared by the plants in which effects act for a time: each has many models, one at a time
         self._responses: dict[tuple[Plant, Any], Response] = {}
         self._expansion_points: dict[Any, ExpansionPoint] = {}
         self._sensor_rates: dict[Any, Rates] = {}
         self._parts: dict[frozenset[str], EffectSet] = {}
+
+    @cached_property
+    def _posture(self) -> Posture:
+        """Poses and surroundings of the nominal model."""
+        return self.plant.twin({}, len(self.rows)).posture(self.state, self.time)
+
+    def release(self) -> None:
+        """Release the memory of all evaluations: they are made again where they are asked for."""
+        self.__dict__.pop("_posture", None)
+        for kept in (self._responses, self._expansion_points, self._sensor_rates):
+            kept.clear()
 
     def acting(self, plant: Plant) -> TrajectoryCache:
         """Return the cache of the same plant with other active times of effects."""

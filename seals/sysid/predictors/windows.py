@@ -14,7 +14,13 @@ from seals.frames import multiply, rotation_vector
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.data.vehicle import Vehicle
-from seals.sysid.predictors.linearise import Columns, Dynamics, Prediction
+from seals.sysid.predictors.linearise import (
+    Columns,
+    Dynamics,
+    Prediction,
+    ReleasableDynamics,
+    dynamics_of,
+)
 from seals.sysid.predictors.whitened import Marginal, Weights, Whitened
 
 _KNOT = 0.35
@@ -52,7 +58,7 @@ class Windows:
         samples: Samples,
         vehicle: Vehicle,
         trajectory: Trajectory,
-        dynamics: Dynamics,
+        dynamics: Dynamics | ReleasableDynamics,
         *,
         length: float,
         gusts: float,
@@ -69,12 +75,22 @@ class Windows:
         self._bias, self._knot, self.delay = bias, knot, delay
         self._ignored = ignore
         self._stated = stated
-        self.dynamics, self.size = dynamics, trajectory.size
+        self.along, self.size = dynamics, trajectory.size
         self.rows = window_rows(samples, length, skip)
         self.count, self.length = self.rows.shape
         self._reference(blur)
         self.gusts, self._extra = gusts, extra
         self._gusts(gusts * vehicle.gust, extra)
+
+    @property
+    def dynamics(self) -> Dynamics:
+        """Derivatives along the trajectory."""
+        return dynamics_of(self.along)
+
+    def release(self) -> None:
+        """Release the memory of all but rows, readings and weights."""
+        for name in ("_march", "_marginal", "_weights"):
+            self.__dict__.pop(name, None)
 
     def with_disturbance(self, gusts: float) -> Windows:
         """Return the same windows with another level of the gusts."""

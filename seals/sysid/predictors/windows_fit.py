@@ -16,7 +16,9 @@ from seals.sysid.predictors.linearise import (
     Columns,
     Dynamics,
     Prediction,
+    ReleasableDynamics,
     columns_along,
+    dynamics_of,
     predict,
 )
 from seals.sysid.predictors.normal_equations import Fit
@@ -72,7 +74,7 @@ class Fitter:
         self,
         plant: Plant,
         trajectory: Trajectory,
-        dynamics: Dynamics,
+        dynamics: Dynamics | ReleasableDynamics,
         windows: Windows,
         *,
         at: Mapping[str, float] | None = None,
@@ -81,21 +83,41 @@ class Fitter:
         fixed: Whitened | None = None,
         square: Floats | None = None,
     ) -> None:
-        self.plant, self.trajectory, self.dynamics, self.windows = (
-            plant,
-            trajectory,
-            dynamics,
-            windows,
-        )
-        self.cache = cache
+        self.plant, self.trajectory, self.windows = plant, trajectory, windows
+        self.along, self.cache = dynamics, cache
         self.candidate_set: CandidateSet = plant.candidate_set
         self.tolerances = self.candidate_set.tolerances
         self.at = dict(at or {})
-        self.columns = columns or self.columns_at(self.tolerances, self.at)
+        if columns is not None:
+            self.columns = columns
         if fixed is not None:
             self.fixed = fixed
         if square is not None:
             self._square = square
+
+    @property
+    def dynamics(self) -> Dynamics:
+        """Derivatives along the trajectory."""
+        return dynamics_of(self.along)
+
+    @cached_property
+    def columns(self) -> Columns:
+        """Responses of the tolerances, row by row."""
+        return self.columns_at(self.tolerances, self.at)
+
+    def release(self) -> None:
+        """Release the memory of a linearisation that loses: where it is asked again, it returns.
+
+        Rows, readings and weights of the windows stay. One that cannot be computed again is kept.
+        """
+        if isinstance(self.along, Dynamics):
+            return
+        self.along.release()
+        self.windows.release()
+        if self.cache is not None:
+            self.cache.release()
+        for name in ("columns", "fixed", "_square"):
+            self.__dict__.pop(name, None)
 
     @cached_property
     def fixed(self) -> Whitened:
@@ -112,7 +134,7 @@ class Fitter:
         return Fitter(
             self.plant,
             self.trajectory,
-            self.dynamics,
+            self.along,
             windows,
             at=self.at,
             columns=self.columns,
@@ -128,7 +150,7 @@ class Fitter:
         return Fitter(
             plant,
             self.trajectory,
-            self.dynamics,
+            self.along,
             self.windows,
             at=self.at,
             columns=self.columns,

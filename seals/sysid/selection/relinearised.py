@@ -31,7 +31,7 @@ def relinearise(
     *,
     processes: int = 1,
 ) -> list[EvidenceHypothesis]:
-    """Relinearise and repeat the best fits about their own values."""
+    """Relinearise and repeat the best fits about their own values; the losing ones are released."""
     out = list(tried)
     least = problem.policy.relinearise
     least = max(least, hopeful(out[0].score, base)) if out else least
@@ -42,13 +42,20 @@ def relinearise(
         return found.fit, Linearisation.of(found.fitter)
 
     if min(processes, len(chosen)) > 1:
-        # a fitter would not come back through a pipe: it is built again on what the child found
+        # a linearisation costs less than its way through a pipe: it is computed again if it wins
         for i, (fit, about) in zip(chosen, spread(work, chosen, processes), strict=True):
             fitter = about.fitter(out[i].fitter.plant)
             out[i] = scored(out[i].candidates, fit, fitter, nominal)
     else:
+        best = None
         for i in chosen:
             out[i] = refit_about_own_values(problem, nominal, out[i])
+            if best is None or out[i].score > best.score:
+                best, loser = out[i], best
+            else:
+                loser = out[i]
+            if loser is not None:
+                loser.fitter.release()
     return sorted(out, key=lambda h: -h.score)
 
 

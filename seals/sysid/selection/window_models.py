@@ -65,6 +65,13 @@ class WindowModels:
         self, base: EvidenceHypothesis, tried: Sequence[EvidenceHypothesis]
     ) -> EvidenceHypothesis | None:
         """Return the best extension where its evidence is strong enough."""
+        chosen = self._accepted(base, tried)
+        self._release(chosen or base, (base, *tried))
+        return chosen
+
+    def _accepted(
+        self, base: EvidenceHypothesis, tried: Sequence[EvidenceHypothesis]
+    ) -> EvidenceHypothesis | None:
         candidate_set, policy = self.problem.plant.candidate_set, self.problem.policy
         if self._within_noise(base):
             return None
@@ -79,6 +86,13 @@ class WindowModels:
         # stronger gusts, as far as they are admitted, may do as well as the effect
         calm = disturbance_level(base).allowance - disturbance_level(best).allowance
         return None if best.score - calm < least else self._retimed(best)
+
+    def _release(self, best: EvidenceHypothesis, others: Sequence[EvidenceHypothesis]) -> None:
+        """Release the linearisations that neither the nominal nor the best model stands on."""
+        held = [f.along for f in (self.problem.fitter, self.nominal.fitter, best.fitter)]
+        for fitter in (h.fitter for h in others):
+            if not any(fitter.along is one for one in held):
+                fitter.release()
 
     def _within_noise(self, base: EvidenceHypothesis) -> bool:
         """Return true if a model's error is below that expected from the stated noise.
@@ -112,6 +126,7 @@ class WindowModels:
         for rival in tried:
             if rival.score > best.score + self.problem.policy.exchange_gain:
                 best = rival
+        self._release(best, (before,))
         return best if best is before else self._retimed(best), tried
 
     def _retimed(self, best: EvidenceHypothesis) -> EvidenceHypothesis:
