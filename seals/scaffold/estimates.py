@@ -21,6 +21,10 @@ FREQUENCY, DAMPING = 6.0, 1.0
 RESERVE = 3.0
 """Torque of a servo whose URDF states none, by the torque that holds its joint level."""
 _LEAST_TORQUE = 0.01
+WATER_PRESSURE, AIR_PRESSURE = 2000.0, 240.0
+"""Dynamic pressure of water at 2 m/s and of air at 20 m/s [Pa]."""
+LIQUID = 100.0
+"""Density above which the medium of a wing is water [kg/m^3]."""
 STIFFEST = 30.0
 """Natural frequency up to which a control surface is held by its stated effort [Hz]."""
 
@@ -36,9 +40,10 @@ def servo_values(robot: RobotModel, source: Takeover) -> dict[str, list[float]]:
     slowest = 2.0 * math.pi * FREQUENCY
     safe = np.maximum(inertia, 1e-7)
     stated = np.array([source.effort_limit(name) for name in robot.joints])
-    limit = np.where(stated > 0.0, stated, np.maximum(RESERVE * hold, _LEAST_TORQUE))
     # what turns in the flow is held by the whole effort at the end of its travel
     travel = np.maximum(np.minimum(np.abs(robot.lower), np.abs(robot.upper)), 1e-3)
+    stated = np.where(stated > 0.0, stated, _hinge_torques(robot, source, travel))
+    limit = np.where(stated > 0.0, stated, np.maximum(RESERVE * hold, _LEAST_TORQUE))
     flown = [
         re.search(SURFACE, f"{name} {robot.links[robot.tree.child[j]]}", re.IGNORECASE) is not None
         for j, name in enumerate(robot.joints)
@@ -50,6 +55,23 @@ def servo_values(robot: RobotModel, source: Takeover) -> dict[str, list[float]]:
         "kd_each": [short(x) for x in 2.0 * DAMPING * safe * rate],
         "torque_limit_each": [short(x) for x in limit],
     }
+
+
+def _hinge_torques(robot: RobotModel, source: Takeover, travel: Floats) -> Floats:
+    """Torques that hold the stated wings on links of joints at the end of their travel [N m].
+
+    Equation:
+        The lift q A d of slope A at the deflection d, at a tenth of the root of A from the hinge;
+        q of water or air in brisk motion.
+    """
+    found = np.zeros(len(robot.joints))
+    for wing in source.stated.wings:
+        pressure = WATER_PRESSURE if wing.density > LIQUID else AIR_PRESSURE
+        for j, link in enumerate(robot.tree.child[: len(found)]):
+            if robot.links[link] == wing.link:
+                lift = pressure * wing.area * min(float(travel[j]), 0.5)
+                found[j] = max(found[j], 0.1 * lift * math.sqrt(wing.area))
+    return found
 
 
 def added_mass(hull: LinkHull) -> Floats:

@@ -10,12 +10,10 @@ import numpy as np
 
 from seals.errors import RobotError, suggestion
 from seals.frames import rpy_of
+from seals.scaffold.estimates import LIQUID
 from seals.scaffold.naming import plain
 from seals.scaffold.plug_ins import Wing
 from seals.scaffold.takeover import Element
-
-LIQUID = 100.0
-"""Density above which the medium of a wing is water [kg/m^3]."""
 
 
 def add_wing_frames(root: Element, wings: Sequence[Wing]) -> list[str]:
