@@ -84,17 +84,21 @@ DESCRIPTIONS: dict[str, Guard] = {
         "without_an_effect",
     ),
     "values of a refit": Guard(
-        "seals.sysid.validation.refit", "if isinstance(value, str):", "if False:", ODD, "left_open"
+        "seals.sysid.validation.refit",
+        "if isinstance(value, str):",
+        "if False:",
+        ODD,
+        "leaves_open",
     ),
     "empty entries of a refit": Guard(
         "seals.sysid.validation.refit",
         '(effect.get("parameters") or {}).items()',
         'effect.get("parameters", {}).items()',
         ODD,
-        "left_open",
+        "leaves_open",
     ),
     "choices of a refit": Guard(
-        "seals.sysid.validation.refit", "if count > _MOST_CHOICES:", "if False:", ODD, "left_open"
+        "seals.sysid.validation.refit", "if count > _MOST_CHOICES:", "if False:", ODD, "leaves_open"
     ),
     "entries of an answer that is planned with": Guard(
         "seals.sysid.experiment_design.application",
