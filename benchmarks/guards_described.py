@@ -5,6 +5,7 @@ from __future__ import annotations
 from benchmarks.guard import FOUND, Guard
 
 ODD, TRIAL = "tests/unit/test_hostile_descriptions.py", "tests/unit/test_isolated_reading.py"
+COUNTS = "tests/unit/test_hostile_counts.py"
 _MOTORS, _SHEET = "seals.logs.motor_curve", "seals.scaffold.datasheet"
 _FORM, _EDIT = "seals.sysid.validation.answer_form", "seals.robot.yaml_edit"
 _MODEL = "seals.config.overlay"
@@ -55,6 +56,27 @@ DESCRIPTIONS: dict[str, Guard] = {
         "",
         ODD,
         "odd_answer",
+    ),
+    "bounds of counts": Guard(
+        "seals.schema",
+        "if span is not None and isinstance(value, int) and not span[0] <= value <= span[1]:",
+        "if False:",
+        COUNTS,
+        "has_bounds",
+    ),
+    "size of a basin": Guard(
+        "seals.plugins.fluids.tank.simulation",
+        "        refuse_large(math.prod(basin.counts), basin.boundary, settings.most)\n",
+        "",
+        COUNTS,
+        "too_large and basin",
+    ),
+    "size of a window": Guard(
+        "seals.plugins.fluids.moving_domain.simulation",
+        "        refuse_large(math.prod(box.counts), box.boundary, settings.most)\n",
+        "",
+        COUNTS,
+        "too_large and window",
     ),
     "size of an answer": Guard(
         _FORM, "if len(effects) > _MOST_EFFECTS:", "if False:", ODD, "odd_answer and hundreds"

@@ -17,6 +17,7 @@ from seals.errors import ConfigError
 
 _KEY = "seals.parameter"
 _LENGTH = "seals.length"
+_SPAN = "seals.span"
 _LATER = "seals.later"
 LATER = {_LATER: True}
 """Metadata of a field that its class got later: hashes of worlds leave it out at its default, so
@@ -123,6 +124,19 @@ def setting(
         ConfigError: the bounds are empty, or exclude the default.
     """
     return param(default, unit, bounds=bounds, tolerance=0.0, source=source, fit=False, later=later)
+
+
+def count(default: int, *, bounds: tuple[int, int]) -> int:
+    """Declare a whole number, which no fit changes: of iterations, threads, waves, pixels.
+
+    What it counts takes time and memory: a configuration comes from a stranger, too.
+
+    Args:
+        default: value.
+        bounds: lowest and highest admissible value.
+    """
+    field: int = dataclasses.field(default=default, metadata={_SPAN: bounds})
+    return field
 
 
 def later_defaults(plugin: type) -> dict[str, Any]:
@@ -248,6 +262,10 @@ def check_fields(cls: type, values: dict[str, Any], *, where: str) -> None:
             raise ConfigError(
                 f"{key}={value} has {len(value)} numbers.\nAllowed: {length} numbers."
             )
+        span = fields[name].metadata.get(_SPAN) if name in fields else None
+        if span is not None and isinstance(value, int) and not span[0] <= value <= span[1]:
+            allowed = "a whole number from {} to {}".format(*span)
+            raise ConfigError(f"{key}={value} is not allowed.\nAllowed: {allowed}")
         if name not in declared:
             check_tree(value, where=key)
         elif isinstance(value, list | tuple):

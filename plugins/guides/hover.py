@@ -16,7 +16,7 @@ from seals.control.tracking import Place, pursued
 from seals.errors import ConfigError
 from seals.robot.limbs import Arm
 from seals.robot.model import RobotModel
-from seals.schema import setting, vector
+from seals.schema import count, setting, vector
 from seals.state_records import state_record
 
 WAVES = 4
@@ -69,7 +69,7 @@ class Hover:
     frequency: float = setting(0.5, "Hz", bounds=(0.01, 10.0), source="task 1 of the paper")
     share: float = setting(1.0, "1", bounds=(0.0, 1.0), source="chosen: the whole range")
     delay: float = setting(3.0, "s", bounds=(0.0, 1e4), source="chosen: rotors spin up")
-    seed: int = 1
+    seed: int = count(1, bounds=(0, 2**63 - 1))
     position_gain: float = setting(
         1.8, "1/s", bounds=(0.0, 50.0), source="chosen: below the speed's"
     )

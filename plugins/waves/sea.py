@@ -12,7 +12,7 @@ from seals.arrays import Array, Floats, as_like, columns, namespace
 from seals.environment.linear_waves import jonswap, wavenumber
 from seals.environment.waves import Sea, WaveOptions, gradient_along
 from seals.errors import ConfigError
-from seals.schema import optional, param
+from seals.schema import count, optional, param
 
 _CHOSEN = "chosen"
 STEEPEST = 2.0 * math.pi / 15.0
@@ -82,8 +82,8 @@ class WaveSea(WaveOptions):
     peakedness: float = param(
         3.3, "1", bounds=(1.0, 10.0), tolerance=0.5, source="Hasselmann et al. 1973", fit=False
     )
-    components: int = 40
-    seed: int = 0
+    components: int = count(40, bounds=(1, 10_000))
+    seed: int = count(0, bounds=(0, 2**63 - 1))
     gravity: float = param(
         9.81, "m/s^2", bounds=(0.1, 30.0), tolerance=0.01, source="standard gravity", fit=False
     )

@@ -14,6 +14,7 @@ from seals.errors import optional_import
 from seals.plugins.backends.mujoco.body import MujocoBody
 from seals.plugins.backends.mujoco.scene import Scene
 from seals.robot.model import RobotModel
+from seals.schema import count
 
 
 @dataclass(kw_only=True)
@@ -51,7 +52,7 @@ class BackendMujoco:
         True
     """
 
-    solver_iterations: int = 100
+    solver_iterations: int = count(100, bounds=(1, 10_000))
     second_order: bool = True
     compiled: str = "auto"
 

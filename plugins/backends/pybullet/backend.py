@@ -19,6 +19,7 @@ from seals.plugins.backends.pybullet.body import PybulletBody
 from seals.plugins.backends.pybullet.stored import whole
 from seals.plugins.backends.pybullet.trial import survived
 from seals.robot.model import RobotModel
+from seals.schema import count
 
 
 @dataclass(kw_only=True)
@@ -56,7 +57,7 @@ class BackendPybullet:
         True
     """
 
-    solver_iterations: int = 50
+    solver_iterations: int = count(50, bounds=(1, 10_000))
     second_order: bool = True
     compiled: str = "auto"
 

@@ -21,7 +21,7 @@ from seals.plugins.fluids.sampling import Thin
 from seals.plugins.fluids.solver import SolverSettings
 from seals.plugins.fluids.solvers.device_settings import DeviceSettings
 from seals.plugins.fluids.solvers.dfsph.settings import DfsphOptions, DfsphSettings
-from seals.schema import setting, vector
+from seals.schema import count, setting, vector
 
 _CHOSEN = "chosen"
 
@@ -64,13 +64,13 @@ class ParticleFluid:
     spacing: float = setting(0.05, "m", bounds=(1e-3, 5.0), source=_CHOSEN)
     size: list[float] = vector((1.2, 1.2, 0.8), "m", bounds=(0.01, 1e3), source=_CHOSEN)
     freeboard: float = setting(0.6, "m", bounds=(0.0, 1e3), source=_CHOSEN)
-    substeps: int = 0
+    substeps: int = count(0, bounds=(0, 10_000))
     solver: Method = Method.pbf
     physics: SolverSettings
     dfsph: DfsphOptions = field(default_factory=DfsphOptions)
     device: Device = Device.cpu
-    threads: int = 0
-    most: int = 2_000_000
+    threads: int = count(0, bounds=(0, 1024))
+    most: int = count(2_000_000, bounds=(1, 10**9))
     thin: Thin = Thin.volume
     look: float = setting(0.02, "s", bounds=(0.0, 10.0), source=_CHOSEN)
 

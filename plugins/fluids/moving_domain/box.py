@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
-from seals.plugins.fluids.sampling import Samples, box_walls
+from seals.plugins.fluids.sampling import Samples, box_walls, fewest_places
 from seals.state_records import state_record
 
 Marks = NDArray[np.bool_]
@@ -93,8 +93,17 @@ class Box(NamedTuple):
         out: Floats = np.expm1(s**SOFT) / math.expm1(1.0)
         return out
 
+    @property
+    def boundary(self) -> int:
+        """Least number of samples of floor and sides, without sampling them."""
+        return fewest_places((*self.counts[:2], self.counts[2] + self._rows))
+
+    @property
+    def _rows(self) -> int:
+        """Rows of the sides above the surface at rest."""
+        return math.ceil(self.freeboard / self.spacing)
+
     def sides(self) -> Samples:
         """Samples of floor and sides."""
-        rows = math.ceil(self.freeboard / self.spacing)
-        high = self.upper + np.array([0.0, 0.0, rows * self.spacing])
+        high = self.upper + np.array([0.0, 0.0, self._rows * self.spacing])
         return box_walls(self.lower, high, self.spacing)

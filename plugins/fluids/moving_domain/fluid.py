@@ -19,7 +19,7 @@ from seals.plugins.fluids.moving_domain.outer_sea import OuterSea
 from seals.plugins.fluids.moving_domain.refusals import refuse_box, refuse_ground, refuse_sea
 from seals.plugins.fluids.moving_domain.simulation import MovingDomain
 from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
-from seals.schema import setting, vector
+from seals.schema import count, setting, vector
 
 _CHOSEN = "chosen"
 MACH = 10.0
@@ -84,8 +84,8 @@ class FluidWindow(ParticleFluid):
     size: list[float] = vector((2.0, 1.6, 0.8), "m", bounds=(0.01, 1e3), source=_CHOSEN)
     freeboard: float = setting(0.3, "m", bounds=(0.0, 1e3), source=_CHOSEN)
     physics: PbfSettings = field(default_factory=PbfSettings)
-    ring: int = 5
-    cell: int = 1
+    ring: int = count(5, bounds=(1, 1000))
+    cell: int = count(1, bounds=(1, 100))
     rate: float = setting(300.0, "1/s", bounds=(0.0, 1e4), source="measured on shifts")
     lag: float = setting(0.1, "s", bounds=(1e-3, 1e3), source=_CHOSEN)
     current: list[float] = vector((0.0, 0.0), "m/s", bounds=(-10.0, 10.0), source=_CHOSEN)

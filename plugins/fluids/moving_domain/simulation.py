@@ -12,7 +12,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import PhysicsError
 from seals.fluid import BodyStates, FluidBody
-from seals.plugins.fluids.coupling import HeightField, Simulation
+from seals.plugins.fluids.coupling import HeightField, Simulation, refuse_large
 from seals.plugins.fluids.moving_domain.box import Box
 from seals.plugins.fluids.moving_domain.level import LevelController
 from seals.plugins.fluids.moving_domain.outer_sea import OuterSea
@@ -72,6 +72,7 @@ class MovingDomain(Simulation):
         bodies: Sequence[FluidBody],
     ) -> None:
         """Sample all boundaries and allocate the solver."""
+        refuse_large(math.prod(box.counts), box.boundary, settings.most)
         super().__init__(settings, physics, bodies, box.spacing)
         self.outer, self._first, self._sides = outer, box, box.sides()
         if bodies:

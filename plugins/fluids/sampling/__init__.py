@@ -4,7 +4,7 @@ from seals.plugins.fluids.sampling.faces import PITCH
 from seals.plugins.fluids.sampling.pieces import Thin, refuse_coarse, sample_pieces, thickness
 from seals.plugins.fluids.sampling.samples import Samples, joined
 from seals.plugins.fluids.sampling.shapes import ALL, SEEN
-from seals.plugins.fluids.sampling.tank import box_walls
+from seals.plugins.fluids.sampling.tank import box_walls, fewest_places
 
 __all__ = [
     "ALL",
@@ -13,6 +13,7 @@ __all__ = [
     "Samples",
     "Thin",
     "box_walls",
+    "fewest_places",
     "joined",
     "refuse_coarse",
     "sample_pieces",

@@ -17,6 +17,22 @@ SIDES = ("x_low", "x_high", "y_low", "y_high", "z_low", "z_high")
 """Sides of a box, in order of axis and end."""
 
 
+def fewest_places(cells: tuple[int, int, int], *, closed: Collection[str] = SIDES[:5]) -> int:
+    """Return the least number of samples of the walls of a box, without sampling them.
+
+    Args:
+        cells: spacings along each side.
+        closed: sides that have a wall.
+
+    Example:
+        >>> fewest_places((10, 10, 10)) <= len(box_walls(np.zeros(3), np.ones(3), 0.1).points)
+        True
+    """
+    x, y, z = map(int, cells)
+    faces = dict(zip(SIDES, (y * z, y * z, x * z, x * z, x * y, x * y), strict=True))
+    return int(sum(faces[side] for side in closed) / PITCH**2)
+
+
 def box_walls(
     lower: Floats, upper: Floats, spacing: float, *, closed: Collection[str] = SIDES[:5]
 ) -> Samples:
@@ -39,13 +55,16 @@ def box_walls(
     first, last = lower - 0.5 * exact, upper + 0.5 * exact
     counts = np.round((last - first) / (PITCH * exact)).astype(int) - 1
     step = (last - first) / (counts + 1)
-    index = np.stack(
-        np.meshgrid(*(np.arange(-WALL, n + WALL) for n in counts), indexing="ij"), -1
-    ).reshape(-1, 3)
-    low, high = index < 0, index >= counts
-    behind = np.stack([low, high], -1).reshape(len(index), 6)
     shut = np.array([side in closed for side in SIDES])
-    kept = (behind & shut).any(axis=1) & ~(behind & ~shut).any(axis=1)
-    points = first + step * (index[kept] + 1)
+    across = np.meshgrid(*(np.arange(-WALL, n + WALL) for n in counts[1:]), indexing="ij")
+    plane = np.stack([np.zeros_like(across[0]), *across], -1).reshape(-1, 3)
+    found = []
+    # one plane after the other: all places of the inside at once would take the room of its volume
+    for k in range(-WALL, counts[0] + WALL):
+        plane[:, 0] = k
+        behind = np.stack([plane < 0, plane >= counts], -1).reshape(len(plane), 6)
+        found.append(plane[(behind & shut).any(axis=1) & ~(behind & ~shut).any(axis=1)])
+    index = np.concatenate(found)
+    points = first + step * (index + 1)
     share = exact.prod() * PITCH**2
     return Samples(points, np.full(len(points), float(share)))

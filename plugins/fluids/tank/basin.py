@@ -10,7 +10,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.environment.ground_settings import ObstacleSettings, SolidType
 from seals.errors import ConfigError
-from seals.plugins.fluids.sampling import PITCH, Samples, box_walls
+from seals.plugins.fluids.sampling import PITCH, Samples, box_walls, fewest_places
 from seals.plugins.fluids.sampling.tank import SIDES, WALL
 
 FEWEST = 6
@@ -48,6 +48,12 @@ class Basin(NamedTuple):
     def depth(self) -> float:
         """Depth of the water [m]."""
         return float(self.upper[2] - self.lower[2])
+
+    @property
+    def boundary(self) -> int:
+        """Least number of boundary samples of floor and walls, without sampling them."""
+        closed = {*SIDES[:5]} - self.open_sides - ({"x_low"} if self.behind else set())
+        return fewest_places((*self.counts[:2], self._rows), closed=closed)
 
     def domain(self, reach: float = 0.0) -> tuple[Floats, Floats]:
         """Corners of the solver's domain [m].

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from seals.errors import ConfigError
-from seals.schema import param, setting
+from seals.schema import count, param, setting
 
 _CHOSEN = "chosen"
 
@@ -58,8 +58,8 @@ class MakerSettings:
     peakedness: float = param(
         3.3, "1", bounds=(1.0, 10.0), tolerance=0.5, source="Hasselmann et al. 1973", fit=False
     )
-    components: int = 40
-    seed: int = 0
+    components: int = count(40, bounds=(1, 10_000))
+    seed: int = count(0, bounds=(0, 2**63 - 1))
 
     def __post_init__(self) -> None:
         """Refuse combinations without a theory."""

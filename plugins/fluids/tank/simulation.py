@@ -11,7 +11,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.environment.settings import EnvironmentSettings
 from seals.fluid import BodyStates, FluidBody, Surrounding
-from seals.plugins.fluids.coupling import HeightField, Simulation
+from seals.plugins.fluids.coupling import HeightField, Simulation, refuse_large
 from seals.plugins.fluids.sampling import Samples, joined
 from seals.plugins.fluids.sampling.solids import sample_solid
 from seals.plugins.fluids.solver import SolverSettings
@@ -54,6 +54,7 @@ class TankSimulation(Simulation):
         bodies: Sequence[FluidBody],
     ) -> None:
         """Sample all boundaries and allocate the solver."""
+        refuse_large(math.prod(basin.counts), basin.boundary, settings.most)
         super().__init__(settings, physics, bodies, basin.spacing)
         self.basin, self._step = basin, around.step
         e = around.environment

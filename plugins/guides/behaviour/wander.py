@@ -10,7 +10,7 @@ import numpy as np
 
 from seals.control import Reference, RobotState
 from seals.plugins.guides.behaviour.over_ground import Behaviour, apart, heading_for
-from seals.schema import setting
+from seals.schema import count, setting
 from seals.state_records import state_record
 
 
@@ -55,7 +55,7 @@ class Wander(Behaviour):
     walk: float = setting(11.2, "s", bounds=(0.1, 1e4), source="Weinstein 1995")
     pause: float = setting(23.4, "s", bounds=(0.0, 1e4), source="Weinstein 1995")
     radius: float = setting(1.0, "m", bounds=(0.0, 1e4), source="chosen")
-    seed: int = 0
+    seed: int = count(0, bounds=(0, 2**63 - 1))
 
     def start(self, situation: RobotState) -> WanderState:
         """Return the initial state: home position, first bout due."""

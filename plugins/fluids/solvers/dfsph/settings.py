@@ -9,7 +9,7 @@ from seals.errors import ConfigError
 from seals.plugins.fluids.solver import Domain
 from seals.plugins.fluids.solvers.device_settings import DeviceSettings
 from seals.plugins.fluids.solvers.pbf.choices import Kernel
-from seals.schema import setting
+from seals.schema import count, setting
 
 if TYPE_CHECKING:
     from seals.plugins.fluids.solvers.device_solver import DeviceSolver
@@ -31,7 +31,7 @@ class DfsphOptions:
 
     compression: float = setting(1e-4, "1", bounds=(1e-5, 0.1), source="Bender, Koschier 2015")
     divergence: float = setting(1e-4, "1", bounds=(0.0, 0.1), source="measured on waves")
-    iterations: int = 100
+    iterations: int = count(100, bounds=(2, 10_000))
     courant: float = setting(0.4, "1", bounds=(0.05, 1.0), source="Bender, Koschier 2015")
     warm: float = setting(1.0, "1", bounds=(0.0, 1.0), source="measured")
 

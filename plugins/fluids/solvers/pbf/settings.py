@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from seals.errors import ConfigError
 from seals.plugins.fluids.solver import Domain
 from seals.plugins.fluids.solvers.device_settings import DeviceSettings
-from seals.schema import setting
+from seals.schema import count, setting
 
 if TYPE_CHECKING:
     from seals.plugins.fluids.solvers.device_solver import DeviceSolver
@@ -24,7 +24,7 @@ class PbfSettings(DeviceSettings):
         warm_start: share of the last substep's multipliers that a substep starts from [1].
     """
 
-    iterations: int = 4
+    iterations: int = count(4, bounds=(1, 1000))
     tolerance: float = setting(0.0, "1", bounds=(0.0, 0.1), source="chosen")
     warm_start: float = setting(0.0, "1", bounds=(0.0, 1.0), source="chosen")
 

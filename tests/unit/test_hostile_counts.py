@@ -1,0 +1,82 @@
+"""Whole numbers and sizes in a configuration by strangers: refused in words, nothing allocated."""
+
+from __future__ import annotations
+
+import dataclasses
+import tracemalloc
+from typing import Any
+
+import numpy as np
+import pytest
+
+from seals import registry
+from seals.cli.main import main
+from seals.errors import ConfigError
+from seals.plugins.fluids.coupling import ParticleFluid
+from seals.plugins.fluids.sampling import box_walls, fewest_places
+from seals.plugins.fluids.solvers.dfsph.settings import DfsphOptions
+from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
+from seals.plugins.fluids.tank.settings import MakerSettings
+from seals.schema import check_fields
+
+COUNTS: list[tuple[type, str, int]] = [
+    *[(PbfSettings, "iterations", wrong) for wrong in (0, 10**9)],
+    *[(DfsphOptions, "iterations", wrong) for wrong in (1, 10**12)],
+    *[(MakerSettings, "components", wrong) for wrong in (0, 10**9)],
+    *[(MakerSettings, "seed", wrong) for wrong in (-1, 2**64)],
+    *[(ParticleFluid, "substeps", wrong) for wrong in (-1, 10**9)],
+    *[(ParticleFluid, "threads", wrong) for wrong in (-5, 10**6)],
+    *[(ParticleFluid, "most", wrong) for wrong in (0, 10**15)],
+    *[(registry.get("wave", "sea").load(), "components", wrong) for wrong in (0, 10**9)],
+    *[(registry.get("wave", "sea").load(), "seed", wrong) for wrong in (-1, 2**64)],
+    *[(registry.get("fluid", "window").load(), "ring", wrong) for wrong in (0, 10**9)],
+    *[(registry.get("guide", "hover").load(), "seed", wrong) for wrong in (-1, 2**64)],
+    *[(registry.get("backend", "mujoco").load(), "solver_iterations", w) for w in (0, 10**9)],
+]
+
+
+@pytest.mark.parametrize(("cls", "name", "wrong"), COUNTS)
+def test_a_count_has_bounds(cls: type, name: str, wrong: int) -> None:
+    """A count beyond its bounds is refused before anything is built; its default is within."""
+    default = next(f.default for f in dataclasses.fields(cls) if f.name == name)
+    check_fields(cls, {name: default}, where="it")
+    with pytest.raises(ConfigError, match=rf"it\.{name}={wrong} is not allowed.\nAllowed: a whole"):
+        check_fields(cls, {name: wrong}, where="it")
+
+
+RUN = ("run", "robot=ball", "initial.position=[0,0,0]", "time.duration=0.01")
+LARGE: dict[str, tuple[str, ...]] = {
+    "a basin": ("water=particles", "fluid.size=[1000,1000,1000]", "environment.tank_bottom=-1000"),
+    "a room above": ("water=particles", "fluid.freeboard=1000", "fluid.spacing=0.001"),
+    "a window": ("water=window", "fluid.size=[1000,1000,1000]"),
+    "a window's room above": ("water=window", "fluid.freeboard=1000", "fluid.spacing=0.01"),
+    "a count": ("water=particles", "fluid.physics.iterations=1000000000"),
+}
+
+
+@pytest.mark.parametrize("name", LARGE)
+def test_what_is_too_large_is_refused_before_it_is_there(
+    name: str, elsewhere: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A domain of particles is counted before it is sampled."""
+    tracemalloc.start()
+    try:
+        assert main([*RUN, *LARGE[name], "hydra.run.dir=a"]) == 2
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    said = capsys.readouterr().err
+    assert "Allowed by fluid.most" in said or "a whole number from 1 to 1000" in said
+    assert peak < 100e6
+
+
+def test_walls_take_no_room_of_the_inside() -> None:
+    """Samples of a large box are found plane by plane; they are as many as was foreseen."""
+    tracemalloc.start()
+    try:
+        walls = box_walls(np.zeros(3), np.array([120.0, 120.0, 120.0]), 1.0)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert 0.9 < fewest_places((120, 120, 120)) / len(walls.points) <= 1.0
+    assert peak < 60e6  # a place takes 24 bytes; 180 planes of 180 x 180 would take 140e6
