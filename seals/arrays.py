@@ -158,13 +158,12 @@ def index_on(rows: NDArray[np.int64], like: Array) -> Array:
     """
     if type(like) is np.ndarray:
         return rows
-    device = getattr(like, "device", None)
     if not on_accelerator(like):
-        return namespace(like).asarray(rows, device=device)
-    key = (id(rows), device)
+        return namespace(like).asarray(rows)
+    key = (id(rows), like.device)
     if key not in _INDICES:
         # the constant is kept beside it: its address must not come to mean another one
-        _INDICES[key] = (rows, namespace(like).asarray(rows, device=device))
+        _INDICES[key] = (rows, namespace(like).asarray(rows, device=like.device))
     return _INDICES[key][1]
 
 

@@ -185,14 +185,19 @@ class TaskWalk(Task):
 
     def aim(self, action: Array, now: Instant) -> Reference:
         """Return velocity, yaw rate and gait parameters of an action."""
-        velocity, yaw = self.command(action, now)
-        shares = 0.5 * (1.0 + action[0, 3:])
+        velocity, turn, manner = self.steer(action, now)
+        yaw = float(yaw_of(now)[0, 0])
+        plain = {name: float(value[0, 0]) for name, value in manner.items()}
+        return Reference(velocity=velocity[0], yaw=yaw, yaw_rate=float(turn[0, 0]), manner=plain)
+
+    def steer(self, action: Array, now: Instant) -> tuple[Array, Array, dict[str, Array]]:
+        """Return velocities (N, 3), yaw rates (N, 1) and gait parameters (N, 1) of N actions."""
+        shares = 0.5 * (1.0 + action[:, 3:])
         manner = {
-            name: float(low + share * (high - low))
-            for (name, (low, high)), share in zip(self.manner.items(), shares, strict=True)
+            name: low + shares[:, k : k + 1] * (high - low)
+            for k, (name, (low, high)) in enumerate(self.manner.items())
         }
-        turn = self.turning * float(action[0, 2])
-        return Reference(velocity=velocity[0], yaw=float(yaw[0, 0]), yaw_rate=turn, manner=manner)
+        return self.command(action, now)[0], self.turning * action[:, 2:3], manner
 
     def command(self, action: Array, now: Instant) -> tuple[Array, Array]:
         """Return the wanted velocity, world axes, and the present heading."""

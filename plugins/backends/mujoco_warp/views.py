@@ -56,8 +56,10 @@ class Views:
         device: str,
     ) -> None:
         """Compile the same model as on a processor, and put it on the device."""
-        import mujoco_warp as mjw
         import warp as wp
+
+        wp.config.quiet = True
+        import mujoco_warp as mjw
 
         mujoco = engine()
         self.robot, self.count, self.device = robot, count, device

@@ -10,7 +10,7 @@ from seals.batch.loads import BatchLoads, LinkStates, Loads
 from seals.environment.settings import EnvironmentSettings
 from seals.frames import matrix_of
 from seals.motion import Inputs, Joints
-from seals.plugins.backends.mujoco_warp.graphs import recorded_torch, recorded_warp
+from seals.plugins.backends.mujoco_warp.graphs import Work, recorded_torch, recorded_warp
 from seals.plugins.backends.mujoco_warp.views import Views
 from seals.world.drivetrain import speeds_of
 
@@ -87,6 +87,10 @@ class WarpWorlds:
         self._act()
         self._solve()
         self._note()
+
+    def record(self, work: Work) -> Work:
+        """Return work on tensors, in place, recorded where there is a GPU; it is called before."""
+        return recorded_torch(work, self.device)
 
     def _begin(self) -> None:
         """Find poses, inertia, contacts and bias forces."""

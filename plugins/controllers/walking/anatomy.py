@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
-from seals.arrays import Array, Floats
+from seals.arrays import Array, Floats, namespace
 from seals.errors import ConfigError
 from seals.multibody.tree import forward
 from seals.robot.limbs import Leg, standing
@@ -66,21 +67,22 @@ class Anatomy(NamedTuple):
         Returns:
             Hip, lift and bend within the joint limits [rad], shape (N, 3).
         """
+        xp = namespace(toes)
         out, across, along = (self.basis @ (toes - self.hip)[:, :, None])[:, :, 0].T
-        radius = np.sqrt(np.maximum(out * out + across * across - self.aside**2, 1e-12))
-        hip = np.arctan2(across, out) - np.arctan2(self.aside, radius)
+        radius = xp.sqrt(xp.maximum(out * out + across * across - self.aside**2, 1e-12))
+        hip = xp.atan2(across, out) - xp.atan2(self.aside, radius)
         x, z = radius - self.knee[:, 0], along - self.knee[:, 1]
         first, second = self.length[:, 0], self.length[:, 1]
         longest, shortest = (first + second) * (1 - SPARE), abs(first - second) * (1 + SPARE)
-        far = np.minimum(np.maximum(np.sqrt(x * x + z * z), shortest), longest)
+        far = xp.minimum(xp.maximum(xp.sqrt(x * x + z * z), shortest), longest)
         cosine = (far * far - first**2 - second**2) / (2.0 * first * second)
-        bend = np.arccos(np.minimum(np.maximum(cosine, -1.0), 1.0))
-        lead = np.arctan2(second * np.sin(bend), first + second * np.cos(bend))
-        thigh = np.arctan2(z, x) - self.fold * lead
+        bend = xp.acos(xp.minimum(xp.maximum(cosine, -1.0), 1.0))
+        lead = xp.atan2(second * xp.sin(bend), first + second * xp.cos(bend))
+        thigh = xp.atan2(z, x) - self.fold * lead
         raised = thigh - self.rest[:, 0]
         folded = thigh + self.fold * bend - self.rest[:, 1] - raised
-        values = self.sense * np.stack((hip, -_wrapped(raised), -_wrapped(folded)), axis=1)
-        inside: Array = np.minimum(np.maximum(values, self.lower), self.upper)
+        values = self.sense * xp.stack((hip, -_wrapped(raised), -_wrapped(folded)), axis=1)
+        inside: Array = xp.minimum(xp.maximum(values, self.lower), self.upper)
         return inside
 
     def jacobian(self, values: Floats) -> Floats:
@@ -210,5 +212,5 @@ def _segments(plane: Floats, pose: Pose, links: list[int], toe: Floats) -> tuple
 
 def _wrapped(angle: Array) -> Array:
     """Angles between -pi and pi [rad]."""
-    turned: Array = angle - 2.0 * np.pi * np.floor(angle / (2.0 * np.pi) + 0.5)
+    turned: Array = angle - 2.0 * math.pi * namespace(angle).floor(angle / (2.0 * math.pi) + 0.5)
     return turned

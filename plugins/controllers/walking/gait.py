@@ -6,9 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats
+from seals.errors import ConfigError
+from seals.plugins.controllers.walking.batched import BatchGait
 from seals.plugins.controllers.walking.pattern import Pattern, duty_of, phases_of
-from seals.plugins.controllers.walking.walker import Manner, Pace, Walker
+from seals.plugins.controllers.walking.walker import Facing, Manner, Pace, Walker
 from seals.schema import setting
 
 
@@ -59,6 +61,24 @@ class Gait(Walker):
 
     pattern: Pattern = Pattern.tripod
     duty: float = setting(0.0, "1", bounds=(0.0, 0.95), source="chosen: the pattern's")
+
+    def walking(self, batch: int, like: Array) -> BatchGait:
+        """Return the gait over a batch of robots.
+
+        Args:
+            batch: number of robots.
+            like: array whose library, type and device to use.
+
+        Raises:
+            ConfigError: it turns the robot itself, or feels what a batch does not.
+        """
+        if self.facing is not Facing.aim or self.turn_gain or self.support or self.catch:
+            raise ConfigError(
+                f"controller.facing={self.facing.value}, turn_gain={self.turn_gain:g}, "
+                f"support={self.support:g}, catch={self.catch:g} have no form over a batch.\n"
+                "Say controller.facing=aim and zero for the others, as env=crab_walk does"
+            )
+        return BatchGait(self, self._legs, batch=batch, like=like)
 
     def rhythm(self) -> dict[str, float]:
         """Return the duty factor."""

@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from seals.arrays import Array, Floats
+from seals.arrays import Array, Floats, namespace
 from seals.state_records import state_record
 
 
@@ -28,7 +26,8 @@ class Walk(NamedTuple):
     def at(self, places: Array) -> Array:
         """Return the velocity of body-fixed points [m/s], shape (N, 2)."""
         x, y = places[:, 0], places[:, 1]
-        return np.stack((self.ahead - self.turn * y, self.aside + self.turn * x), axis=1)
+        both = (self.ahead - self.turn * y, self.aside + self.turn * x)
+        return namespace(places).stack(both, axis=1)
 
     def fastest(self, places: Floats) -> float:
         """Return the largest speed among body-fixed points [m/s]."""
@@ -81,11 +80,13 @@ def toes_of(
         duty: share of the cycle on the ground [1].
         lift: height of the toes in the middle of their way through the air [m].
     """
-    way = walk.at(places) * (duty / frequency)
-    swing = np.maximum(phase - duty, 0.0) / (1.0 - duty)
-    back = 0.5 - np.minimum(phase / duty, 1.0)
-    turn = 2.0 * np.pi * swing
-    along = back + swing - np.sin(turn) / (2.0 * np.pi)
+    xp = namespace(places)
+    share = duty / frequency
+    way = walk.at(places) * (share if isinstance(share, float) else share[..., None])
+    swing = xp.maximum(phase - duty, 0.0) / (1.0 - duty)
+    back = 0.5 - xp.minimum(phase / duty, 1.0)
+    turn = 2.0 * math.pi * swing
+    along = back + swing - xp.sin(turn) / (2.0 * math.pi)
     level = places[:, :2] + along[:, None] * way
-    height = places[:, 2] + 0.5 * lift * (1.0 - np.cos(turn))
-    return np.concatenate((level, height[:, None]), axis=1)
+    height = places[:, 2] + 0.5 * lift * (1.0 - xp.cos(turn))
+    return xp.concat((level, height[:, None]), axis=1)

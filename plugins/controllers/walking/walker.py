@@ -203,6 +203,10 @@ class Walker(ControllerOptions, ABC):
         )
         return wished(own, wishes)
 
+    def share(self, step: float) -> float:
+        """Return the share of a change of walk that is taken up in a step [s]."""
+        return 1.0 - math.exp(-step / self.smooth)
+
     @abstractmethod
     def rhythm(self) -> dict[str, float]:
         """Return the stepping parameters that depend on the kind of gait."""
@@ -231,7 +235,7 @@ class Walker(ControllerOptions, ABC):
         wanted = self._wanted(yaw, aim, heading)
         duty, low, high = manner.duty, manner.low, manner.high
         _, wanted = cadence(wanted, places, duty=duty, stroke=manner.stroke, low=low, high=high)
-        share = 1.0 - math.exp(-s.step / self.smooth)
+        share = self.share(s.step)
         walk = Walk(*(a + share * (b - a) for a, b in zip(memory.walk, wanted, strict=True)))
         going = 1.0 if max(abs(x) for x in wanted) > 1e-3 else 0.0
         lively = memory.lively + share * (going - memory.lively)

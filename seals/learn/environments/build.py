@@ -50,10 +50,12 @@ def batched_of(
 ) -> Batched:
     """Build N environments: one batch with ``backend=twin``, else N worlds.
 
+    With ``backend=mujoco_warp`` the worlds are one batch on a GPU, and MuJoCo's on a processor.
+
     Args:
         config: composed, with the keys of `seals.learn.settings.LearnSettings`.
         count: N.
-        device: of all tensors; worlds step on the processor whatever it is.
+        device: of all tensors; other worlds step on the processor whatever it is.
         seed: of the starts that are not asked for by seed.
         values: ``"effect.parameter"`` to a number or N numbers, for twins.
         fused: whether twins are compiled; None as the backend says.
@@ -71,6 +73,10 @@ def batched_of(
             settings, task, count=count, device=device, seed=seed, values=values, fused=fused
         )
         return _with_pixels(batch, settings, config, seed=seed)
+    if hasattr(settings.backend, "worlds") and device != "cpu":
+        from seals.learn.environments.batch_worlds import BatchWorlds
+
+        return BatchWorlds(settings, task, count=count, device=device, seed=seed, values=values)
     from seals.learn.environments.sequential import SequentialEnvironments
     from seals.learn.environments.world import WorldEnvironment
 

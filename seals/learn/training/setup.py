@@ -59,10 +59,10 @@ def _randomised_parameters(config: Any, count: int, seed: int) -> dict[str, Any]
     diagnosis = config.varied_from
     if share == 0.0 and diagnosis is None:
         return None
-    if "interval" not in config.backend:
+    if not {"interval", "touching"} & set(config.backend):
         said = f"varied={share:g}" if diagnosis is None else f"varied_from={diagnosis}"
         raise ConfigError(
-            f"{said}: only twins differ from one another.\n"
+            f"{said}: only twins differ from one another, and batches of worlds.\n"
             "Say backend=twin, or leave varied and varied_from out"
         )
     from seals.learn.environments.build import build_learning

@@ -1,0 +1,248 @@
+"""Worlds with contacts in one batch, on Warp's processor device, against MuJoCo's own worlds."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from seals.backend import Configuration
+from seals.config.compose import compose
+from seals.control import RobotState
+from seals.control.plant import build_plant
+from seals.control.protocols import NOTHING, Buoyancy, Reference
+from seals.errors import ConfigError
+from seals.frames import matrix_of, quaternion_of_rpy
+from seals.learn.environments.batch_worlds import BatchWorlds
+from seals.learn.environments.build import build_learning
+from seals.learn.environments.world import WorldEnvironment
+from seals.run.assembly import ROBOT, build_model
+
+torch = pytest.importorskip("torch")
+pytest.importorskip("mujoco_warp")
+
+SEA = (
+    "env=crab_walk",
+    "water=fossen",
+    "environment.ground_level=null",
+    "environment.tank_bottom=-1.0",
+    "task.height=-0.971",
+)
+SEEDS = (5, 6)
+
+
+def batch(*words: str, count: int = 2) -> BatchWorlds:
+    """Return a batch of worlds of a crab on the sea bed."""
+    settings, task = build_learning(compose([*SEA, "backend=mujoco_warp", *words], root="learn"))
+    return BatchWorlds(settings, task, count=count, device="cpu", seed=1)
+
+
+def world(*words: str) -> WorldEnvironment:
+    """Return the same crab in a world of MuJoCo."""
+    own = ("backend=mujoco", "backend.compiled=false", "backend.second_order=false")
+    return WorldEnvironment(*build_learning(compose([*SEA, *own, *words], root="learn")))
+
+
+@pytest.fixture(scope="module")
+def crabs() -> BatchWorlds:
+    """Return one batch for all tests: it is compiled once."""
+    return batch()
+
+
+def test_a_crab_at_rest_weighs_on_the_ground_what_it_weighs_in_water(crabs: BatchWorlds) -> None:
+    """The sum of all contact forces is weight less buoyancy, within 1e-3 of it, in every world."""
+    crabs.reset(SEEDS)
+    for _ in range(200):
+        crabs.worlds.advance()
+    robot = crabs.robot
+    volume = sum(hull.volume for hull in robot.hulls if hull is not None)
+    density = float(crabs.worlds.loads.water_density(-0.97))
+    weight = 9.81 * (float(robot.mass.sum()) - density * volume)
+    found = crabs.worlds.normals().sum(1).numpy()
+    np.testing.assert_allclose(found, weight, rtol=1e-3)
+    np.testing.assert_allclose(crabs.worlds.submersion.numpy(), 1.0, atol=1e-6)
+
+
+def test_free_motion_with_added_mass_is_that_of_mujoco(crabs: BatchWorlds) -> None:
+    """Thrown through the water, tilted, legs loose: the place after 0.2 s within 20 um, 1e-4 rad."""
+    place, velocity = np.array([0.1, -0.2, -0.5]), np.array([0.4, -0.3, 0.2])
+    quaternion = quaternion_of_rpy(np.array([[0.5, -0.4, 1.0]]))
+    crabs.reset(SEEDS)
+    start = (torch.as_tensor(np.repeat(x, 2, 0)).float() for x in (place[None], quaternion))
+    speed = torch.as_tensor(np.repeat(velocity[None], 2, 0)).float()
+    posture = torch.as_tensor(crabs.task.posture).float()
+    crabs.worlds.place(torch.ones(2, dtype=torch.bool), *start, speed, posture)
+    for _ in range(50):
+        crabs.worlds.advance()
+    other = world()
+    other.reset(5)
+    joints = np.asarray(other.task.posture)
+    still = np.zeros_like(joints)
+    other.world.backend.restore(other._fresh)
+    other.world.reset(
+        {ROBOT: Configuration(place, quaternion[0], velocity, np.zeros(3), joints, still)}
+    )
+    for _ in range(50):
+        other.world.step()
+    body = other.actor.body.read()
+    turn = matrix_of(body.quaternion[None])[0]
+    for found, told in zip(crabs.worlds.base()[:3], (body.position, turn, body.velocity)):
+        np.testing.assert_allclose(found[0].numpy(), told, atol=1e-4)
+    np.testing.assert_allclose(crabs.worlds.base()[0][0].numpy(), body.position, atol=2e-5)
+    np.testing.assert_allclose(crabs.worlds.joints()[0].numpy(), body.joints, atol=5e-4)
+    assert np.abs(body.position - place).max() > 0.02
+    assert np.abs(body.joints).max() > 1e-3
+    other.close()
+
+
+def test_a_scripted_walk_is_that_of_mujoco_within_the_spread_of_two_steps(
+    crabs: BatchWorlds,
+) -> None:
+    """After 1 s the batch is as near to MuJoCo as MuJoCo is with half its step, worst against worst.
+
+    So are the facts from which the rewards are made, within a quarter.
+    """
+    crabs.reset(SEEDS)
+    actions, way = [], []
+    for _ in range(5):
+        actions.append(crabs.scripted_policy())
+        crabs.step(actions[-1])
+        way.append(crabs.now.position.numpy().copy())
+    places: dict[float, Any] = {}
+    for step in (0.004, 0.002):
+        places[step] = []
+        for row, seed in enumerate(SEEDS):
+            own = world(f"time.step={step}")
+            own.reset(seed)
+            for action in actions:
+                own.step(action[row].numpy().astype(float))
+            places[step].append(own.now.position[0].copy())
+            power = own.now.facts["power"].item()
+            assert float(crabs.now.facts["power"][row]) == pytest.approx(power, rel=0.25)
+            phase = own.now.facts["phase"][0]
+            np.testing.assert_allclose(crabs.now.facts["phase"][row].numpy(), phase, atol=1e-3)
+            own.close()
+    off = np.linalg.norm(way[-1] - np.array(places[0.004]), axis=1).max()
+    spread = np.linalg.norm(np.array(places[0.002]) - places[0.004], axis=1).max()
+    gone = np.linalg.norm(way[-1] - way[0], axis=1).min()
+    assert off < max(spread, 3e-3), f"{1e3 * off:.2f} mm against {1e3 * spread:.2f} mm"
+    assert gone > 0.08
+
+
+def test_steps_repeat_bit_for_bit_and_go_on_from_a_snapshot(crabs: BatchWorlds) -> None:
+    """The same seeds and actions give the same numbers; so does a restored snapshot."""
+    action = torch.linspace(-1.0, 1.0, 14).reshape(2, 7)
+
+    def course() -> list[Any]:
+        return [crabs.step(action).observation for _ in range(3)]
+
+    crabs.reset(SEEDS)
+    first = course()
+    crabs.reset(SEEDS)
+    crabs.step(action)
+    kept = crabs.snapshot()
+    second = course()
+    crabs.restore(kept)
+    third = course()
+    for a, b in zip(first[1:], second, strict=False):
+        assert torch.equal(a, b)
+    for a, b in zip(second, third, strict=True):
+        assert torch.equal(a, b)
+
+
+def test_an_episode_that_ends_begins_anew_and_leaves_the_others_alone(crabs: BatchWorlds) -> None:
+    """A robot that is nowhere any more loses its episode, and stands at a start after it."""
+    crabs.reset(SEEDS)
+    still = torch.zeros(2, 7)
+    crabs.step(still)
+    crabs.worlds._views.position[0, 0] = float("nan")
+    result = crabs.step(still)
+    assert result.terminated.tolist() == [True, False]
+    assert result.success.tolist() == [False, False]
+    assert torch.isfinite(result.observation).all()
+    assert crabs.now.time[:, 0].tolist() == pytest.approx([0.0, 0.4])
+    far = torch.linalg.norm(crabs.now.position[0, :2])
+    assert float(far) == pytest.approx(0.4, abs=1e-5)
+    assert torch.isfinite(crabs.step(still).observation).all()
+
+
+def test_a_batch_of_gaits_steps_as_one_gait_does() -> None:
+    """Joint values and phases of both agree to float64's last places, through stops and turns."""
+    settings, _ = build_learning(compose([*SEA, "backend=mujoco"], root="learn"))
+    robot, effects = build_model(settings)
+    gait: Any = settings.controller
+    gait.bind(build_plant(robot, effects, settings.environment))
+    many = gait.walking(2, torch.zeros(1, dtype=torch.float64))
+    ones, pace = [gait.start(), gait.start()], many.start()
+    rng = np.random.default_rng(0)
+    for k in range(60):
+        yaw, velocity = rng.uniform(-3, 3, 2), rng.uniform(-0.3, 0.3, (2, 3)) * (k % 20 < 12)
+        turn = rng.uniform(-2.5, 2.5, (2, 1)) * (k % 20 < 12)
+        manner = {"frequency": rng.uniform(1, 6, (2, 1)), "stroke": rng.uniform(0.015, 0.05, (2, 1))}
+        manner |= {"lift": rng.uniform(0.003, 0.02, (2, 1)), "duty": rng.uniform(0.4, 0.8, (2, 1))}
+        rotation = matrix_of(quaternion_of_rpy(np.stack((0 * yaw, 0 * yaw, yaw), axis=1)))
+        given = [torch.as_tensor(x) for x in (rotation, velocity, turn)]
+        wishes = {name: torch.as_tensor(x) for name, x in manner.items()}
+        values, pace = many.command(*given, wishes, pace, 0.008)
+        for row in range(2):
+            plain = {name: float(x[row, 0]) for name, x in manner.items()}
+            aim = Reference(
+                velocity=velocity[row], yaw=yaw[row], yaw_rate=float(turn[row, 0]), manner=plain
+            )
+            order, ones[row] = gait.command(_situation(rotation[row], robot), aim, ones[row])
+            told = order.joints[many.joints]
+            np.testing.assert_allclose(values[row].numpy(), told, atol=1e-12)
+            np.testing.assert_allclose(pace.phase[row].numpy(), ones[row].phase, atol=1e-12)
+
+
+def _situation(rotation: Any, robot: Any) -> RobotState:
+    """Return what a gait asks for."""
+    none, joints = np.zeros(3), np.zeros(robot.tree.joints)
+    return RobotState(
+        time=0.0,
+        step=0.008,
+        position=none,
+        rotation=rotation,
+        velocity=none,
+        angular_velocity=none,
+        joints=joints,
+        joint_velocity=joints,
+        mass=1.0,
+        centre=none,
+        inertia=np.eye(3),
+        centre_map=np.zeros((3, 0)),
+        momentum_map=np.zeros((3, 0)),
+        submersion=0.0,
+        buoyancy=Buoyancy(0.0, none),
+        depth=0.0,
+        gain=joints,
+        limit=joints,
+        low=joints,
+        readings=NOTHING,
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("controller.turn_gain=3.0",), "turn_gain=3"),
+        (("env=hover",), "rotors or thrusters|no gait|steers no gait"),
+        (("+effects.late={effect: command_delay, delay: 0.02}",), "late"),
+    ],
+)
+def test_what_has_no_form_in_a_batch_is_refused(words: tuple[str, ...], said: str) -> None:
+    """The words name what is wrong and what to say in its place."""
+    base = () if words[0].startswith("env=") else SEA
+    settings, task = build_learning(compose([*base, "backend=mujoco_warp", *words], root="learn"))
+    with pytest.raises(ConfigError, match=said):
+        BatchWorlds(settings, task, count=1, device="cpu")
+
+
+def test_on_a_processor_the_worlds_are_those_of_mujoco() -> None:
+    """``backend=mujoco_warp device=cpu`` steps MuJoCo's worlds one by one."""
+    from seals.learn.environments import batched_of
+
+    found = batched_of(compose([*SEA, "backend=mujoco_warp"], root="learn"), count=1)
+    assert [type(w) for w in found.worlds] == [WorldEnvironment]  # type: ignore[attr-defined]
+    found.close()
