@@ -57,6 +57,8 @@ class BatchWorlds:
 
     Attributes:
         worlds: what moves the robots.
+        physics_steps: steps of the worlds in a control step.
+        walk: lets the gaits command the servos for their next period.
 
     Raises:
         ConfigError: the run holds what a batch of worlds has not: objects, a fluid, sensors.
@@ -96,10 +98,10 @@ class BatchWorlds:
         controller: Any = settings.controller
         controller.bind(build_plant(robot, effects, settings.environment))
         self._gait = controller.walking(count, torch.zeros(1, device=device))
-        self._steps = max(1, round(1.0 / (task.rate * step)))
+        self.physics_steps = max(1, round(1.0 / (task.rate * step)))
         self._every = max(1, round(1.0 / (controller.rate * step)))
         self._period = self._every * step
-        self._span = self._steps * step
+        self._span = self.physics_steps * step
         self._posture = self._tensor(task.posture)
         self.episodes = Episodes(task)
         self.observation_size = len(task.observation_names)
@@ -121,7 +123,7 @@ class BatchWorlds:
         self._place(self._all, start)
         now = self._instant(still, start[3], still[:, :1])
         self._wish = [x.clone() for x in self._steered(still, now)]
-        self._walk = self.worlds.record(self._stepped)
+        self.walk = self.worlds.record(self._stepped)
 
     def _steered(self, action: Array, now: Instant) -> list[Array]:
         """Velocity, rate of turn, and the manner of stepping in the task's order."""
@@ -190,9 +192,9 @@ class BatchWorlds:
             kept.copy_(value)
         self.worlds.work.zero_()
         self.worlds.slid.zero_()
-        for _ in range(self._steps):
+        for _ in range(self.physics_steps):
             if self._calls % self._every == 0:
-                self._walk()
+                self.walk()
             self.worlds.advance()
             self._calls += 1
 
