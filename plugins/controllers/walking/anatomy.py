@@ -69,14 +69,14 @@ class Anatomy(NamedTuple):
         """
         xp = namespace(toes)
         out, across, along = (self.basis @ (toes - self.hip)[:, :, None])[:, :, 0].T
-        radius = xp.sqrt(xp.maximum(out * out + across * across - self.aside**2, 1e-12))
+        radius = xp.sqrt(xp.clip(out * out + across * across - self.aside**2, 1e-12, None))
         hip = xp.atan2(across, out) - xp.atan2(self.aside, radius)
         x, z = radius - self.knee[:, 0], along - self.knee[:, 1]
         first, second = self.length[:, 0], self.length[:, 1]
         longest, shortest = (first + second) * (1 - SPARE), abs(first - second) * (1 + SPARE)
         far = xp.minimum(xp.maximum(xp.sqrt(x * x + z * z), shortest), longest)
         cosine = (far * far - first**2 - second**2) / (2.0 * first * second)
-        bend = xp.acos(xp.minimum(xp.maximum(cosine, -1.0), 1.0))
+        bend = xp.acos(xp.clip(cosine, -1.0, 1.0))
         lead = xp.atan2(second * xp.sin(bend), first + second * xp.cos(bend))
         thigh = xp.atan2(z, x) - self.fold * lead
         raised = thigh - self.rest[:, 0]

@@ -83,8 +83,8 @@ def toes_of(
     xp = namespace(places)
     share = duty / frequency
     way = walk.at(places) * (share if isinstance(share, float) else share[..., None])
-    swing = xp.maximum(phase - duty, 0.0) / (1.0 - duty)
-    back = 0.5 - xp.minimum(phase / duty, 1.0)
+    swing = xp.clip(phase - duty, 0.0, None) / (1.0 - duty)
+    back = 0.5 - xp.clip(phase / duty, None, 1.0)
     turn = 2.0 * math.pi * swing
     along = back + swing - xp.sin(turn) / (2.0 * math.pi)
     level = places[:, :2] + along[:, None] * way
