@@ -52,6 +52,7 @@ def options() -> argparse.Namespace:
     parser.add_argument("--threads", type=int, default=0, help="on the cpu; 0 for all")
     parser.add_argument("--limit", type=float, default=1e9, help="no case begins later [s]")
     parser.add_argument("--out", type=Path, default=ROOT / "build" / "convergence.json")
+    parser.add_argument("--settle", type=float, default=0.6, help="time before an entry [s]")
     parser.add_argument("--set", action="append", default=[], help="further override of an entry")
     parser.add_argument("--page", nargs="+", type=Path, help="files to write the page from")
     return parser.parse_args()
@@ -91,12 +92,19 @@ def run(args: argparse.Namespace) -> None:
             for solver in args.solver.split(","):
                 for speed in wanted:
                     row: Row = {"case": name, "solver": solver, "speed": speed, "across": across}
+                    row |= {"set": args.set} if args.set else {}
                     grade = Grade(False, Device(args.device), args.threads, Method(solver))
                     spent = time.perf_counter() - begin
                     if spent > args.limit:
                         row["left_out_at_s"] = round(spent, 1)
                     else:
-                        row |= _timed(figures, speed, across, grade, args.set)
+                        row |= _timed(
+                            figures,
+                            speed,
+                            across,
+                            grade,
+                            (f"fluid.settle={args.settle}", *args.set),
+                        )
                     rows.append(row | {"device": args.device})
                     print(json.dumps(rows[-1]), flush=True)
                     args.out.parent.mkdir(parents=True, exist_ok=True)
@@ -144,9 +152,9 @@ def _section(
     lines.append(f"| solver | speed [m/s] | {' | '.join(names)} | at zero | order | reference | |")
     lines.append("|" + "---|" * (len(across) + 6))
     series = []
-    for solver, speed in sorted({(row["solver"], row["speed"]) for row in have}, reverse=True):
+    for solver, speed in sorted({(_method(row), row["speed"]) for row in have}, reverse=True):
         part = {row["across"]: row[figure] for row in have
-                if (row["solver"], row["speed"]) == (solver, speed)}  # fmt: skip
+                if (_method(row), row["speed"]) == (solver, speed)}  # fmt: skip
         known = references[figure, speed]
         cells = [f"{part[a]:.3g}" if a in part else "" for a in across]
         at, order, off = "", "", ""
@@ -154,7 +162,7 @@ def _section(
             e = extrapolate([1.0 / a for a in part], list(part.values()))
             at, order = f"{e.value:.3g} ± {e.band:.2g}", f"{e.order:.2g}" if e.clear else "unclear"
             off = f"{e.value / known - 1.0:+.0%}"
-        cells = [f"`{solver}`", f"{speed:g}", *cells, at, order, f"{known:.3g}", off]
+        cells = [solver, f"{speed:g}", *cells, at, order, f"{known:.3g}", off]
         lines.append(f"| {' | '.join(cells)} |")
         x = np.array([1.0 / a for a in part])
         y = np.array([v / known for v in part.values()])
@@ -164,6 +172,11 @@ def _section(
         series=tuple(series),
     )  # fmt: skip
     return "\n".join(lines) + "\n", chart
+
+
+def _method(row: Row) -> str:
+    """Solver of a row, with what was set besides."""
+    return " ".join(f"`{word}`" for word in (row["solver"], *row.get("set", ())))
 
 
 def main() -> int:

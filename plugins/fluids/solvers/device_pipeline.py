@@ -122,6 +122,7 @@ class DevicePipeline(ABC):
             spacing=self.spacing,
             scale=chosen.solid_scale,
             touching=not self.in_place,
+            suction=chosen.suction > 0,
         )
         self.body_neighbours = BodyNeighbourCount(
             self.bodies, self.particles, self.smoothing, self.grid
@@ -169,6 +170,8 @@ class DevicePipeline(ABC):
         self.numbers.compliance[None] = soft
         self.numbers.blend[None] = 1 - math.exp(-self.settings.viscosity * step)
         self.numbers.damping[None] = 1 - math.exp(-self.settings.artificial_viscosity * step)
+        scale = self.smoothing.lattice.virial * self.settings.density / step**2
+        self.numbers.tension[None] = self.settings.suction / scale
         self._plan(step, soft * self.spacing**2 / self.smoothing.lattice.stiffness)
         self.current, self.sound = step, sound
 

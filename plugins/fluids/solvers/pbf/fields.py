@@ -120,6 +120,8 @@ class Samples:
         self.place = fields.vector(4, ti.f32, count)
         self.owner = fields.scalar(ti.i32, count)
         self.push = fields.vector(3, ti.f32, count)
+        # sum of the pushes by pressure in a substep
+        self.pressed = fields.vector(3, ti.f32, count)
         self.count = fields.vector(2, ti.f32, count)
         self.longest = neighbours
         self.near = fields.scalar(ti.i32, count)
@@ -141,6 +143,8 @@ class Globals:
         self.blend = fields.scalar(ti.f32)
         self.damping = fields.scalar(ti.f32)
         self.gravity = fields.scalar(ti.f32)
+        # least multiplier of water in tension, see ``device.pressure``
+        self.tension = fields.scalar(ti.f32)
         self.trouble = fields.scalar(ti.i32, 8)
         self.chunks = (particles + CHUNK - 1) // CHUNK
         # velocity (3), its square, compression, its largest, residual

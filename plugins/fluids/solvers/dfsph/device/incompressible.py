@@ -7,7 +7,7 @@ divided by the mass of a particle [m^2], the pressure is ``virial * density * mu
 from typing import Any
 
 from seals.plugins.fluids.solvers.pbf.device.finish import Finish
-from seals.plugins.fluids.solvers.pbf.device.pressure import Pressure
+from seals.plugins.fluids.solvers.pbf.device.pressure import Pressure, along
 from seals.plugins.fluids.solvers.pbf.device.sorting import Sorting
 from seals.plugins.fluids.solvers.pbf.fields import Fields
 from seals.plugins.fluids.solvers.pbf.language import ti
@@ -30,6 +30,8 @@ class SolverFields:
     def __init__(self, fields: Fields, capacity: int) -> None:
         self.diagonal = fields.scalar(ti.f32, capacity)
         self.divergence = fields.scalar(ti.f32, capacity)
+        # least multiplier, below zero where water may be in tension
+        self.least = fields.scalar(ti.f32, capacity)
         self.pressed = fields.scalar(ti.f32, capacity)
         self.buckets = (capacity + BUCKET - 1) // BUCKET
         self.residual = fields.scalar(ti.i32, self.buckets)
@@ -80,9 +82,11 @@ class Incompressible:
                                     )
                 square += slope.norm_sqr()
                 if self.p.beside[i] > 0:
-                    more, extra = self.q.boundary_density(i, q, slope, square)
+                    more, extra, wall = self.q.boundary_density(i, q, slope, square)
                     rho += more
                     square = extra
+                    slope -= along(slope, wall)
+                self.own.least[i] = self.q.tension(rho, slope)
                 self.p.density[i] = rho
                 self.own.diagonal[i] = ti.max(square, self.q.floor)
                 self.own.divergence[i] = 0.0
@@ -97,10 +101,11 @@ class Incompressible:
                     rate = self.g.step[None] * self.divergence_of(i, self.p.velocity[1])
                 have, size = self.own.divergence[i], self.own.diagonal[i]
                 old = self.p.place[1][i][3] if memory != 0.0 else 0.0
-                new = ti.max(have + gain * rate / size + memory * old, 0.0)
+                least = self.own.least[i]
+                new = ti.max(have + gain * rate / size + memory * old, least)
                 self.own.divergence[i] = new
                 self.p.place[1][i][3] = new - have
-                self.count_residual(i, ti.max(rate, -have * size))
+                self.count_residual(i, ti.max(rate, (least - have) * size))
 
     @ti.kernel
     def correct_density(self, gain: ti.f32, memory: ti.f32):
@@ -112,10 +117,11 @@ class Incompressible:
                 over = self.p.density[i] + rate - 1.0 - soft * have
                 old = self.p.place[1][i][3] if memory != 0.0 else 0.0
                 size = self.own.diagonal[i] + soft
-                new = ti.max(have + gain * over / size + memory * old, 0.0)
+                least = self.own.least[i]
+                new = ti.max(have + gain * over / size + memory * old, least)
                 self.p.multiplier[i] = new
                 self.p.place[1][i][3] = new - have
-                self.count_residual(i, ti.max(over, -have * size))
+                self.count_residual(i, ti.max(over, (least - have) * size))
 
     @ti.func
     def count_residual(self, i, left):

@@ -257,9 +257,13 @@ class BodyNeighbourCount:
 
     @ti.kernel
     def count(self):
-        """Count the particles near each body. Data in: positions in buffer 1, samples."""
+        """Count the particles near each body. Data in: positions in buffer 1, samples.
+
+        Data out: counts; what presses on samples starts anew.
+        """
         for s in range(self.s.capacity):
             if s < self.g.moving[None]:
+                self.s.pressed[s] = ti.Vector([0.0, 0.0, 0.0])
                 o = self.s.place[self.s.rank[s]]
                 x = ti.Vector([o[0], o[1], o[2]])
                 force = ti.Vector([0.0, 0.0, 0.0])

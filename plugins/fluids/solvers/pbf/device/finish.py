@@ -161,7 +161,8 @@ class Finish:
                 over = ti.max(self.p.density[i] - 1.0, 0.0)
                 squeezed += over
                 most = ti.max(most, over)
-                residual += ti.max(over - self.g.compliance[None] * self.p.multiplier[i], 0.0)
+                held = ti.max(self.p.multiplier[i], 0.0)
+                residual += ti.max(over - self.g.compliance[None] * held, 0.0)
             for k in ti.static(range(3)):
                 self.g.partial[c, k] = flow[k]
             self.g.partial[c, 3] = energy

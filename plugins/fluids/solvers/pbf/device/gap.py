@@ -12,6 +12,9 @@ from seals.plugins.fluids.solvers.pbf.language import ti
 # a sample nearer than this to those of a wall has no room for water between: the two stand half a
 # spacing behind their faces each [spacings]
 REACH = 1.7
+# the same for samples that are weighed by their volume: up to the first distance all of their force
+# along the wall's normal is Archimedes', from the second on none [spacings]
+NEAR, FAR = 1.6, 2.0
 NONE = -1e9
 
 
@@ -23,8 +26,8 @@ class Gap:
         F = sum_s p(z) A_s (1 - wet_s) |n_s . n| n over the samples of a body near a wall of normal
         n, p = p_0 + rho g (z_0 - z) from the mean piezometric head of the water that touches the
         body; wet_s is the share that particles between the two press with. A sample that is
-        weighed by its volume V_s and pressed by F_s gets (rho g V_s e_z - F_s) . n (1 - wet_s) n
-        instead: Archimedes for it alone. The wall feels -F.
+        weighed by its volume V_s and pressed by F_s gets (rho g V_s e_z - F_s) . n n instead,
+        whatever particles are beside it: Archimedes for it alone. The wall feels -F.
 
     Without it particles above press a body on the floor down and none lifts it. Real gaps are
     never sealed: the water in them has the pressure of the water around.
@@ -32,12 +35,12 @@ class Gap:
     Args:
         bodies: data in and out: heads, impulses.
         particles: data in: multipliers.
-        samples: data in: sorted samples, normals.
+        samples: data in: sorted samples, normals, what presses on them.
         grid: cells of the particles.
         bounds: cells of the samples.
         numbers: step, gravity, counts; data out: impulse of walls.
         smoothing: the kernel.
-        pressure: force of a particle on a sample.
+        pressure: whose weight of boundary volumes is used.
         spacing: distance at rest [m].
 
     Assumptions:
@@ -61,8 +64,9 @@ class Gap:
         self.grid, self.bounds, self.kernel = grid, bounds, smoothing
         self.listed = particles.longest > 0
         self.reach, self.half = REACH * spacing, 0.5 * spacing
+        self.near, self.far = NEAR * spacing, min(FAR * spacing, smoothing.support)
         self.full = smoothing.lattice.press / spacing
-        self.virial, self.scale, self.q = smoothing.lattice.virial, pressure.scale, pressure
+        self.virial, self.scale = smoothing.lattice.virial, pressure.scale
 
     @ti.func
     def per_metre(self) -> Any:
@@ -124,33 +128,41 @@ class Gap:
                 b = self.s.body[s]
                 force = ti.Vector([0.0, 0.0, 0.0])
                 if self.b.head[b] > NONE and self.bounds.inside(x):
-                    away = self.wall_normal(x)
+                    thin = self.s.thin[s]
+                    away, close = self.wall_normal(x, self.far if thin > 0.0 else self.reach)
                     held = self.b.head[b] - self.per_metre() * (x[2] - self.half * away[2])
                     if away.norm_sqr() > 0.0 and held > 0.0:
-                        wet, pressed = self.wetness(src, s, x, away)
+                        wet = self.wetness(src, s, x, away)
                         area = self.full * self.scale * o[3] * self.facing(s, b, away)
                         lift = self.g.gravity[None] * self.g.step[None] ** 2 * away[2]
-                        alone = self.scale * o[3] * lift - pressed
-                        thin = self.s.thin[s]
-                        size = thin * alone + (1.0 - thin) * held * area
-                        force = ((1.0 - ti.min(wet, 1.0)) * size) * away
+                        alone = close * (self.scale * o[3] * lift - self.s.pressed[s].dot(away))
+                        dry = held * area * (1.0 - ti.min(wet, 1.0))
+                        force = (thin * alone + (1.0 - thin) * dry) * away
                 self.s.push[s] = force
 
     @ti.func
-    def wall_normal(self, x) -> Any:
-        """Direction away from the static samples in reach; zero where there are none."""
-        away = ti.Vector([0.0, 0.0, 0.0])
+    def wall_normal(self, x, reach) -> Any:
+        """Direction away from the static samples in reach, zero for none, and how close they are.
+
+        Closeness is 1 up to ``near``, 0 from ``far`` on.
+        """
+        away, least = ti.Vector([0.0, 0.0, 0.0]), reach
         for ox in range(-1, 2):
             for oy in range(-1, 2):
-                first, last = self.bounds.run(self.bounds.start, x, ox, oy, self.reach)
+                first, last = self.bounds.run(self.bounds.start, x, ox, oy, reach)
                 for t in range(first, last):
                     if self.s.owner[t] == 0:
                         o = self.s.place[t]
                         e = ti.Vector([x[0] - o[0], x[1] - o[1], x[2] - o[2]])
                         r = e.norm() + 1e-9
-                        away += (ti.max(self.reach - r, 0.0) * o[3] / r) * e
+                        # squared: samples that come into reach hardly turn it
+                        w = ti.max(reach - r, 0.0)
+                        away += (w * w * o[3] / r) * e
+                        least = ti.min(least, r)
         size = away.norm()
-        return away / ti.max(size, 1e-12) if size > 1e-6 * self.reach else 0.0 * away
+        share = (self.far - least) / (self.far - self.near)
+        unit = away / ti.max(size, 1e-12) if size > 1e-6 * reach * reach else 0.0 * away
+        return unit, ti.min(ti.max(share, 0.0), 1.0)
 
     @ti.func
     def facing(self, s, b, away) -> Any:
@@ -161,27 +173,26 @@ class Gap:
 
     @ti.func
     def wetness(self, src: ti.template(), s, x, away) -> Any:
-        """Share that particles towards the wall press with, and the force of all along normal."""
-        total = ti.Vector([0.0, 0.0])
+        """Share that particles towards the wall press with."""
+        total = 0.0
         if ti.static(self.listed):
             for k in range(self.s.near[s]):
-                total += self.handed_on(src, s, self.s.list[s, k], x, away)
+                total += self.handed_on(src, self.s.list[s, k], x, away)
         else:
             for ox in range(-1, 2):
                 for oy in range(-1, 2):
                     first, last = self.grid.run(self.grid.start, x, ox, oy, self.grid.support)
                     for j in range(first, last):
-                        total += self.handed_on(src, s, j, x, away)
-        return total[0] / self.full, total[1]
+                        total += self.handed_on(src, j, x, away)
+        return total / self.full
 
     @ti.func
-    def handed_on(self, src: ti.template(), s, j, x, away) -> Any:
-        """Gradient of one particle along the normal, if it is towards the wall, and its force."""
+    def handed_on(self, src: ti.template(), j, x, away) -> Any:
+        """Gradient of one particle along the normal, if it is towards the wall."""
         at = self.p.place[src][j]
         q = ti.Vector([at[0], at[1], at[2]])
         _, g = self.kernel.solid((q - x).norm_sqr())
-        force = self.q.push(j, self.s.rank[s], q, self.p.multiplier[j])
-        return ti.Vector([ti.max(g * (q - x).dot(away), 0.0), -force.dot(away)])
+        return ti.max(g * (q - x).dot(away), 0.0)
 
     @ti.kernel
     def book(self):

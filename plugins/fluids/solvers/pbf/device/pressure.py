@@ -18,6 +18,8 @@ from seals.plugins.fluids.solvers.pbf.language import ti
 # be held by a single layer of samples [spacings]
 CONTACT = 0.72
 CONTACT_SHARE = 0.5
+# densities between which water tears: a single layer on a wall has 0.85
+TORN, WHOLE = 0.86, 0.92
 
 
 @ti.data_oriented
@@ -35,6 +37,7 @@ class Pressure:
         spacing: distance at rest [m].
         scale: weight of boundary volumes.
         touching: whether `push` keeps lone particles off the samples, too.
+        suction: whether enclosed water may be in tension, see `tension`.
     """
 
     def __init__(
@@ -50,8 +53,11 @@ class Pressure:
         spacing: float,
         scale: float,
         touching: bool = True,
+        suction: bool = False,
     ) -> None:
-        self.touching = touching
+        self.touching, self.suction = touching, suction
+        # gradient of the density at a flat free surface
+        self.free = 0.5 * smoothing.lattice.press / spacing
         self.p, self.s, self.b, self.g = particles, samples, bodies, numbers
         self.grid, self.bounds, self.kernel = grid, bounds, smoothing
         self.listed = particles.longest > 0
@@ -91,16 +97,33 @@ class Pressure:
                             )
         square += slope.norm_sqr()
         if self.p.beside[i] > 0:
-            more, extra = self.boundary_density(i, q, slope, square)
+            more, extra, wall = self.boundary_density(i, q, slope, square)
             rho += more
             square = extra
+            slope -= along(slope, wall)
         self.p.density[i] = rho
-        have = self.p.multiplier[i]
+        have, least = self.p.multiplier[i], self.tension(rho, slope)
         soft = self.g.compliance[None]
         wanted = (rho - 1.0 - soft * have) / (ti.max(square, self.floor) + soft)
-        new = ti.max(have + gain * wanted + memory * at[3], 0.0)
+        new = ti.max(have + gain * wanted + memory * at[3], least)
         self.p.multiplier[i] = new
         self.p.place[src][i][3] = new - have
+
+    @ti.func
+    def tension(self, rho, slope) -> Any:
+        """Least multiplier of a particle: below zero inside of the water, zero at its surface.
+
+        Args:
+            rho: density of water and walls.
+            slope: gradient of the density of water, but for what is along that of walls: a wall
+                that draws away leaves the layer on it enclosed, until its density says otherwise.
+        """
+        least = 0.0
+        if ti.static(self.suction):
+            even = ti.min(ti.max(2.0 - 4.0 * slope.norm() / self.free, 0.0), 1.0)
+            full = ti.min(ti.max((rho - TORN) / (WHOLE - TORN), 0.0), 1.0)
+            least = -even * full * self.g.tension[None]
+        return least
 
     @ti.func
     def fluid_contribution(self, src: ti.template(), j, q, rho, slope, square) -> Any:
@@ -117,7 +140,7 @@ class Pressure:
 
     @ti.func
     def boundary_density(self, i, q, slope, square) -> Any:
-        """Boundary density, and the diagonal with the motion of bodies in it."""
+        """Boundary density, the diagonal with the motion of bodies in it, and the gradient."""
         rho = 0.0
         wall = ti.Vector([0.0, 0.0, 0.0])
         moved = ti.Vector([0.0, 0.0, 0.0])
@@ -144,7 +167,7 @@ class Pressure:
         total = square - slope.norm_sqr() + whole.norm_sqr()
         if body > 0:
             total += self.b.body_response(body, moved.norm(), turned.norm())
-        return rho, total
+        return rho, total, wall
 
     @ti.func
     def boundary_contribution(self, t, q) -> Any:
@@ -281,3 +304,10 @@ class Pressure:
                                     q = ti.Vector([at[0], at[1], at[2]])
                                     total -= self.push(j, t, q, at[3])
                 self.s.push[s] = total
+                self.s.pressed[s] += total
+
+
+@ti.func
+def along(v, n) -> Any:
+    """Return the part of a vector that is along another one."""
+    return v.dot(n) / ti.max(n.norm_sqr(), 1e-12) * n
