@@ -229,6 +229,24 @@ def test_curves_begin_before_learning_and_end_at_the_budget(tmp_path: Path) -> N
     assert table(tmp_path / "training.csv")[0]["step"] == "52"
 
 
+def test_policies_of_all_evaluations_stay_where_it_is_said(tmp_path: Path) -> None:
+    """One policy a look, of that step; the last is the policy. By default there is only that."""
+    course = TrainingSchedule(steps=400, look_every=200, episodes=2, keep=True)
+    training_of(SAC(**SMALL), tmp_path / "a", course=course).run()
+    names = ["policy", "policy_0", "policy_200", "policy_400"]
+    assert sorted(p.name for p in (tmp_path / "a").glob("policy*")) == names
+    tables = [(tmp_path / "a" / name / "policy.safetensors").read_bytes() for name in names]
+    assert tables[0] == tables[3]
+    assert len(set(tables)) == 3
+    assert [load_policy(tmp_path / "a" / name).metadata["step"] for name in names[1:]] == [
+        0,
+        200,
+        400,
+    ]
+    training_of(SAC(**SMALL), tmp_path / "b").run()
+    assert [p.name for p in (tmp_path / "b").glob("policy*")] == ["policy"]
+
+
 def test_cloning_looks_before_and_after(tmp_path: Path) -> None:
     """Without steps of its own a learner makes all its updates and stands at the budget."""
     outcome = training_of(BC(hidden=[16], batch=32, updates=120, look=20), tmp_path).run()
