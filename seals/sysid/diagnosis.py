@@ -21,7 +21,7 @@ from seals.sysid.decision.evidence import EvidenceAnswer, decide
 from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.predictors.problem import Problem, prepare
-from seals.sysid.scores.held_out import held_out_misfit
+from seals.sysid.scores.held_out import held_out_by_log, held_out_misfit
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 from seals.sysid.selection.initial_guesses import law_of
 from seals.sysid.selection.log_search import search_log
@@ -70,6 +70,7 @@ class Diagnosis:
             "ambiguous_with": sets,
             "next_experiment": self.next_experiment,
             "held_out_error": dict(self.held_out),
+            "held_out_by_log": self.by_log(),
             "explained": answer.explained,
             "left_over": {
                 "level": answer.disturbance_level.level,
@@ -105,6 +106,18 @@ class Diagnosis:
         paths = [str(one["path"]) for one in given if "path" in one]
         spans = self.problem.samples.logs
         return tuple(Path(p).name for p in paths) or tuple(s.name for s in spans) or ("log",)
+
+    def by_log(self) -> list[dict[str, Any]]:
+        """Held-out misfit of each of several logs, ``before`` and ``after``; empty for one log."""
+        if len(self.problem.samples.logs) < 2:
+            return []
+        pairs = zip(
+            self.logs,
+            held_out_by_log(self.search.nominal),
+            held_out_by_log(self.hypothesis),
+            strict=True,
+        )
+        return [{"log": n, "before": float(b), "after": float(a)} for n, b, a in pairs]
 
     def tried(self) -> list[dict[str, Any]]:
         """Candidate effects of the first search round with their scores, best first."""

@@ -23,6 +23,7 @@ from seals.sysid.decision.verdict import Verdict
 from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.report.sentence import sentence
 from seals.sysid.scores.disturbance_level import DisturbanceLevel
+from seals.sysid.scores.held_out import held_out_by_log
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant
 from seals.sysid.scores.self_check import SelfCheck
 from seals.sysid.selection.search import Search
@@ -309,7 +310,7 @@ def test_every_effect_that_was_fitted_is_told(monkeypatch: pytest.MonkeyPatch) -
     level = DisturbanceLevel(level=1.0, gain=0.0, allowance=0.0)
     base = model((), misfit=1.3, score=0.0)
     found = diagnosis.Diagnosis(
-        problem=SimpleNamespace(),  # type: ignore[arg-type]
+        problem=SimpleNamespace(samples=SimpleNamespace(logs=())),  # type: ignore[arg-type]
         search=Search(nominal=base, best=best),
         answer=EvidenceAnswer(
             verdict=Verdict.named, claims=claims, disturbance_level=level, explained=1.0
@@ -329,3 +330,44 @@ def test_every_effect_that_was_fitted_is_told(monkeypatch: pytest.MonkeyPatch) -
     assert "too uncertain to be named: tether" in sentence(found)
     refused = replace(found, answer=replace(found.answer, verdict=Verdict.none_of_these, claims=()))
     assert sentence(refused).count("too uncertain to be named") == 3
+
+
+def test_a_log_that_lacks_something_else_is_told() -> None:
+    """The misfit stands log by log; where one log keeps its own, its name does."""
+    misfits = {"a": (90.0, 1.02), "b": (80.0, 0.98), "c": (300.0, 14.0)}
+    table = {
+        "fitted": [],
+        "held_out_by_log": [
+            {"log": name, "before": before, "after": after}
+            for name, (before, after) in misfits.items()
+        ],
+    }
+    found: Any = SimpleNamespace(
+        answer=SimpleNamespace(verdict=Verdict.none_of_these, reasons=("why",)),
+        held_out={"before": 150.0, "after": 5.0},
+        problem=SimpleNamespace(policy=DecisionPolicy()),
+        to_dict=lambda: table,
+    )
+    assert sentence(found).splitlines() == [
+        "None of the effects in the library: why.",
+        "  by log: a 90 -> 1.02; b 80 -> 0.98; c 300 -> 14",
+        "  Something else is missing in c: diagnose it on its own.",
+    ]
+    table["held_out_by_log"] = []
+    assert sentence(found) == "None of the effects in the library: why."
+
+
+def test_the_misfit_of_each_log_is_that_of_its_windows() -> None:
+    """Three logs of two windows: held-out misfit over the readings of their own windows."""
+    found: Any = model((), misfit=1.0, score=0.0)
+    misfit = np.array([4.0, 6.0, 10.0, 10.0, 33.0, 27.0])
+    rows = 10 * np.arange(6)[:, None] + np.arange(10)
+    spans = tuple(SimpleNamespace(first=20 * k, last=20 * k + 20) for k in range(3))
+    keys = {"normal": np.zeros((6, 0, 0)), "right": np.zeros((6, 0)), "misfit": misfit}
+    fit = replace(found.fit, keys=(), precision=np.zeros(0), centre=np.zeros(0), **keys)
+    windows = SimpleNamespace(count=6, rows=rows, freedom=np.full(6, 5))
+    plant = SimpleNamespace(samples=SimpleNamespace(logs=spans, rows=60))
+    given: Any = SimpleNamespace(
+        candidates=(), fit=fit, fitter=SimpleNamespace(windows=windows, plant=plant)
+    )
+    assert held_out_by_log(given).tolist() == [1.0, 2.0, 6.0]

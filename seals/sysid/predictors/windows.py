@@ -14,13 +14,8 @@ from seals.frames import multiply, rotation_vector
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.data.vehicle import Vehicle
-from seals.sysid.predictors.linearise import (
-    Columns,
-    Dynamics,
-    Prediction,
-    ReleasableDynamics,
-    dynamics_of,
-)
+from seals.sysid.predictors.linearise import Columns, Dynamics, Prediction
+from seals.sysid.predictors.releasable import ReleasableDynamics, dynamics_of
 from seals.sysid.predictors.whitened import Marginal, Weights, Whitened
 
 _KNOT = 0.35
@@ -106,7 +101,7 @@ class Windows:
         other = copy.copy(self)
         other.samples = samples
         other._reference(None)
-        other.weight, other.observed = self.weight, self.observed
+        other.weight, other.freedom, other.observed = self.weight, self.freedom, self.observed
         return other
 
     def shares_outputs(self, other: Windows) -> bool:
@@ -161,8 +156,9 @@ class Windows:
                 # what a late sensor reads first lies before the window
                 self.weight[:, :late, i] = 0.0
         self._inertial = [i for i, n in enumerate(self.channel_of) if n in table and _imu(n)]
-        free = 0 if self._stated is not None else self.count * self.size
-        self.observed = int(np.count_nonzero(self.weight)) - free
+        free = 0 if self._stated is not None else self.size
+        self.freedom = np.count_nonzero(self.weight, axis=(1, 2)) - free
+        self.observed = int(self.freedom.sum())
 
     def _gusts(self, gust: Floats, extra: Floats | None) -> None:
         """Hat functions of the gusts, and the inverse of the gusts' covariance."""

@@ -16,13 +16,12 @@ from seals.sysid.predictors.linearise import (
     Columns,
     Dynamics,
     Prediction,
-    ReleasableDynamics,
     columns_along,
-    dynamics_of,
     predict,
 )
 from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.predictors.plant import Plant
+from seals.sysid.predictors.releasable import ReleasableDynamics, dynamics_of
 from seals.sysid.predictors.trajectory_cache import ExpansionPoint, TrajectoryCache
 from seals.sysid.predictors.whitened import Whitened
 from seals.sysid.predictors.windows import Windows

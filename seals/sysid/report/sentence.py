@@ -18,7 +18,8 @@ def sentence(found: Diagnosis) -> str:
     fall = f"Held-out misfit {first} -> {last} (floor 1)."
     verdict = answer.verdict
     if verdict is Verdict.nothing_missing:
-        return f"Nothing is missing: the misfit is within noise and tolerances. {fall}"
+        quiet = f"Nothing is missing: the misfit is within noise and tolerances. {fall}"
+        return quiet + _by_log(found, table)
     if verdict is Verdict.cannot_tell:
         advice = " Move the vehicle more." if answer.blind else ""
         return f"Cannot tell: {'; '.join(answer.reasons)}.{advice}"
@@ -29,7 +30,7 @@ def sentence(found: Diagnosis) -> str:
     ]
     if verdict is Verdict.none_of_these:
         refused = f"None of the effects in the library: {'; '.join(answer.reasons)}."
-        return "\n".join([refused, *beside])
+        return "\n".join([refused, *beside]) + _by_log(found, table)
     lines = ["Missing:" if verdict is Verdict.named else "One of these is missing:"]
     for effect in table["effects"]:
         when = active_words(effect["active"], found.logs) if "active" in effect else ""
@@ -37,7 +38,23 @@ def sentence(found: Diagnosis) -> str:
         lines.append(f"  {effect['name']}{when} confidence {100 * effect['confidence']:.0f} %")
         lines += [f"    {_value(name, p)}" for name, p in effect["parameters"].items()]
     lines += [f"  cannot be told from: {', '.join(s[1:])}" for s in table["ambiguous_with"]]
-    return "\n".join([*lines, *beside, fall])
+    return "\n".join([*lines, *beside, fall]) + _by_log(found, table)
+
+
+def _by_log(found: Diagnosis, table: dict[str, Any]) -> str:
+    """Held-out misfit log by log, and which logs hold something that the others do not."""
+    logs = table["held_out_by_log"]
+    if not logs:
+        return ""
+    parts = [
+        f"{x['log']} {figure(x['before'], digits=3)} -> {figure(x['after'], digits=3)}"
+        for x in logs
+    ]
+    odd = [x["log"] for x in logs if x["after"] > found.problem.policy.misfit_trusted]
+    out = f"\n  by log: {'; '.join(parts)}"
+    if odd and len(odd) < len(logs):
+        out += f"\n  Something else is missing in {' and '.join(odd)}: diagnose it on its own."
+    return out
 
 
 def _value(name: str, p: dict[str, Any]) -> str:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
+from seals.sysid.candidates.activity import log_rows
 from seals.sysid.predictors.normal_equations import solve_scaled
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
@@ -16,6 +17,20 @@ FOLDS = 5
 def held_out_misfit(hypothesis: EvidenceHypothesis) -> float:
     """Return the cross-validated misfit per degree of freedom."""
     return float(held_out_by_window(hypothesis).sum() / hypothesis.fitter.windows.observed)
+
+
+def held_out_by_log(hypothesis: EvidenceHypothesis) -> Floats:
+    """Return the cross-validated misfit per degree of freedom of each log, shape (logs,).
+
+    NaN for a log without a window.
+    """
+    windows, misfit = hypothesis.fitter.windows, held_out_by_window(hypothesis)
+    first = windows.rows[:, 0]
+    spans = log_rows(hypothesis.fitter.plant.samples)
+    inside = [(first >= begin) & (first < end) for begin, end in spans]
+    return np.array(
+        [misfit[own].sum() / windows.freedom[own].sum() if own.any() else np.nan for own in inside]
+    )
 
 
 def folds_of(hypothesis: EvidenceHypothesis) -> NDArray[np.int64]:
