@@ -118,6 +118,23 @@ def test_many_responses_are_those_of_each_parameter(cache: TrajectoryCache) -> N
     assert windows.responses(none).shape == (*together.shape[:2], 0)
 
 
+def test_many_parameters_are_linearised_some_at_a_time(
+    cache: TrajectoryCache, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What bounds the memory of a screen changes none of its numbers."""
+    fitter = linearise_model(cache.plant, cache.trajectory, {}, window=0.5)
+    keys = tuple(cache.plant.candidate_set.parameters)[:8]
+    whole, asked = fitter.whitened(keys, {}), []
+    known = fitter.columns_at
+    monkeypatch.setattr("seals.sysid.predictors.windows_fit.BLOCK", 3)
+    monkeypatch.setattr(fitter, "columns_at", lambda k, v: asked.append(tuple(k)) or known(k, v))
+    found = fitter.whitened(keys, {})
+    assert asked == [keys[:3], keys[3:6], keys[6:]]
+    assert found.outputs == pytest.approx(whole.outputs, rel=1e-12, abs=1e-12)
+    assert found.cross == pytest.approx(whole.cross, rel=1e-12, abs=1e-12)
+    assert fitter.whitened((), {}).outputs.shape == (*whole.outputs.shape[:2], 0)
+
+
 def test_few_equations_of_motion_are_kept(
     cache: TrajectoryCache, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -20,7 +20,7 @@ from seals.sysid.predictors.whitened import Marginal, Weights, Whitened
 
 _KNOT = 0.35
 """Spacing of the knots of the gusts in correlation times."""
-_BLOCK = 32
+BLOCK = 32
 """Parameters whose responses are carried through the windows together: a bound on memory."""
 _QUANTISED = 1.0 + 1.0 / 48.0
 """Variance of noise and rounding to half a sigma, in units of the noise alone."""
@@ -295,8 +295,8 @@ class Windows:
         order, many = self.rows.T, len(columns.keys)
         rows = self.length * len(self.channel_of) + (0 if self._stated is None else self.size)
         out = np.empty((self.count, rows, many))
-        for first in range(0, many, _BLOCK):
-            chosen = slice(first, first + _BLOCK)
+        for first in range(0, many, BLOCK):
+            chosen = slice(first, first + BLOCK)
             push, reading = columns.push[:, :, chosen][order], columns.reading[:, :, chosen][order]
             start = np.zeros((self.count, *push.shape[2:]))
             out[:, :, chosen] = self._run(start, _adding(push), reading)

@@ -24,7 +24,7 @@ from seals.sysid.predictors.plant import Plant
 from seals.sysid.predictors.releasable import ReleasableDynamics, dynamics_of
 from seals.sysid.predictors.trajectory_cache import ExpansionPoint, TrajectoryCache
 from seals.sysid.predictors.whitened import Whitened
-from seals.sysid.predictors.windows import Windows
+from seals.sysid.predictors.windows import BLOCK, Windows
 from seals.sysid.predictors.windows_descent import Descent
 
 _AGAIN = 2
@@ -171,8 +171,10 @@ class Fitter:
         )
 
     def whitened(self, keys: Sequence[str], values: Mapping[str, float]) -> Whitened:
-        """Whitened responses of parameters at given values."""
-        return self.windows.whiten(self.windows.responses(self.columns_at(keys, values)))
+        """Whitened responses of parameters at given values, some at a time: a bound on memory."""
+        blocks = [keys[k : k + BLOCK] for k in range(0, len(keys), BLOCK)] or [keys]
+        parts = [self.windows.responses(self.columns_at(block, values)) for block in blocks]
+        return self.windows.whiten(parts[0] if len(parts) == 1 else np.concatenate(parts, axis=2))
 
     def misfit(self, values: Mapping[str, float]) -> Whitened:
         """Whitened misfit of the model at given values."""
