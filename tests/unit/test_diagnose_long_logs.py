@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from seals.cli.main import main
+from seals.errors import ConfigError
 from seals.logs import Log
-from seals.sysid.report.given_logs import MOST_ROWS, _tell_time
+from seals.sysid.report.given_logs import MOST_ROWS, _tell_time, places_of
 
 
 def test_ten_million_rows_are_refused_in_words(
@@ -38,3 +39,16 @@ def test_the_time_of_a_long_log_is_said(capsys: pytest.CaptureFixture[str]) -> N
     for rows, words in ((1_000, ""), (40_000, "log 'a': 40,000 rows; about 20 minutes or more.\n")):
         _tell_time(Log(name="a", columns={"t": np.arange(float(rows))}))
         assert capsys.readouterr().err == words
+
+
+def test_no_log_and_one_given_twice_are_refused(tmp_path: Path) -> None:
+    """An empty list says what to give; the same readings never count twice, by whatever path."""
+    one, other = tmp_path / "a", tmp_path / "b"
+    one.mkdir()
+    other.mkdir()
+    assert places_of([str(one), str(other)], key="log") == [one, other]
+    with pytest.raises(ConfigError, match=r"^log=\[\] holds no log\.\nGive a log folder"):
+        places_of([], key="log")
+    again = tmp_path / "b" / ".." / "a"
+    with pytest.raises(ConfigError, match=r"twice: its readings would count twice\.\nGive every"):
+        places_of([str(one), str(again)], key="log")

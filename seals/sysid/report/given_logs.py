@@ -29,11 +29,19 @@ def places_of(given: Any, *, key: str) -> list[Path]:
         key: under which they were given.
 
     Raises:
-        ConfigError: one of them is not there.
+        ConfigError: there is none, one of them is not there, or one is given twice.
     """
     every = [given] if isinstance(given, str) else list(given)
     places = [Path(str(one)) for one in every]
+    if not places:
+        raise ConfigError(f"{key}=[] holds no log.\nGive a log folder, or several: {key}=[A,B]")
+    seen: set[Path] = set()
     for place in places:
+        if place.resolve() in seen:
+            raise ConfigError(
+                f"{key} holds {place} twice: its readings would count twice.\nGive every log once."
+            )
+        seen.add(place.resolve())
         if not place.exists():
             raise ConfigError(
                 f"{key}={place}: there is no such file or folder.\nGive a log folder."
