@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -14,6 +17,7 @@ from seals.sysid.predictors.plant import Held, Plant
 from seals.sysid.predictors.problem import Linearisation, linearise_model
 from seals.sysid.predictors.trajectory_cache import TrajectoryCache, packed
 from seals.sysid.predictors.windows_fit import Fitter
+from seals.sysid.selection.window_models import WindowModels
 from tests.unit.test_diagnose_along import VALUES, described, waving
 
 
@@ -82,6 +86,29 @@ def test_a_released_linearisation_returns_where_it_is_asked_again(cache: Traject
     assert fitter.fit(()).cost == cost
     shared.release()
     assert shared.fit(()).cost == other
+
+
+def test_only_the_nominal_and_the_best_model_keep_their_linearisations(
+    cache: TrajectoryCache,
+) -> None:
+    """Models that share theirs with one of these lose nothing, either."""
+    starts = ({}, VALUES, VALUES)
+    known, better, worse = (
+        linearise_model(cache.plant, cache.trajectory, at, window=0.5) for at in starts
+    )
+    for fitter in (known, better, worse):
+        fitter.fit(())
+    shared = better.with_windows(better.windows.with_disturbance(2.0))
+    models: Any = object.__new__(WindowModels)
+    models.problem, models.nominal = SimpleNamespace(fitter=known), SimpleNamespace(fitter=known)
+    others = [SimpleNamespace(fitter=fitter) for fitter in (known, shared, worse)]
+    models._release(SimpleNamespace(fitter=better), others)
+    assert [f.along for f in (known, better, worse) if "found" in vars(f.along)] == [
+        known.along,
+        better.along,
+    ]
+    assert "_marginal" in vars(better.windows)
+    assert "_marginal" not in vars(worse.windows)
 
 
 def _bytes(fitter: Fitter) -> int:
