@@ -172,9 +172,14 @@ class Fitter:
 
     def whitened(self, keys: Sequence[str], values: Mapping[str, float]) -> Whitened:
         """Whitened responses of parameters at given values, some at a time: a bound on memory."""
-        blocks = [keys[k : k + BLOCK] for k in range(0, len(keys), BLOCK)] or [keys]
-        parts = [self.windows.responses(self.columns_at(block, values)) for block in blocks]
-        return self.windows.whiten(parts[0] if len(parts) == 1 else np.concatenate(parts, axis=2))
+        out = self.windows.responses(self.columns_at(keys[:BLOCK], values))
+        if len(keys) > BLOCK:
+            first, out = out, np.empty((*out.shape[:2], len(keys)))
+            out[:, :, :BLOCK] = first
+        for k in range(BLOCK, len(keys), BLOCK):
+            block = keys[k : k + BLOCK]
+            out[:, :, k : k + BLOCK] = self.windows.responses(self.columns_at(block, values))
+        return self.windows.whiten(out)
 
     def misfit(self, values: Mapping[str, float]) -> Whitened:
         """Whitened misfit of the model at given values."""
