@@ -107,6 +107,27 @@ RUN_FOLDERS: dict[str, Guard] = {
         STRANGE,
         "strange_notes and (deep or huge)",
     ),
+    "digest of kept code": Guard(
+        "seals.caches",
+        "return data if hashlib.sha256(data).digest() == digest else None",
+        "return data",
+        CACHES,
+        "what_was_written",
+    ),
+    "kinds of kept files": Guard(
+        "seals.caches",
+        "if not path.is_file() or path.stat().st_size > MOST:",
+        "if not path.exists():",
+        CACHES,
+        "what_was_written",
+    ),
+    "room of kept code": Guard(
+        "seals.caches",
+        "        if room < 0 and file != newest:\n",
+        "        if False:\n",
+        CACHES,
+        "fill_the",
+    ),
     "owner of a cache": Guard(
         "seals.caches", "found.st_uid != os.getuid()", "False", CACHES, "not_ours"
     ),

@@ -7,7 +7,9 @@ temporary folder, another user of the machine may have put it there first.
 from __future__ import annotations
 
 import atexit
+import contextlib
 import functools
+import hashlib
 import os
 import shutil
 import stat
@@ -22,6 +24,9 @@ TORCH = {"TORCHINDUCTOR_CACHE_DIR": "inductor", "TRITON_CACHE_DIR": "triton"}
 
 _ROOM = 1 << 20
 """Room that a cache needs at least [byte]."""
+MOST = 256 << 20
+"""Room of the kept files of a folder; the ones unused for longest go first [byte]."""
+_DIGEST = hashlib.sha256().digest_size
 
 
 @functools.cache
@@ -57,6 +62,61 @@ def use_private_compiler_cache() -> None:
     for variable, name in TORCH.items():
         if not os.environ.get(variable):
             os.environ[variable] = str(cache_folder(name))
+
+
+def kept(path: Path) -> bytes | None:
+    """Return what `keep` wrote to a file; None where it is not there, or no longer what it was.
+
+    Code that a disk has damaged would be run: its SHA-256 stands before it.
+
+    Args:
+        path: in a folder of `cache_folder`.
+    """
+    try:
+        if not path.is_file() or path.stat().st_size > MOST:
+            return None
+        found = path.read_bytes()
+        os.utime(path)
+    except OSError:
+        return None
+    digest, data = found[:_DIGEST], found[_DIGEST:]
+    return data if hashlib.sha256(data).digest() == digest else None
+
+
+def keep(path: Path, data: bytes) -> None:
+    """Write a file that is whole or not there, and remove the oldest beside it beyond `MOST`.
+
+    Args:
+        path: in a folder of `cache_folder`.
+        data: content.
+
+    Raises:
+        OSError: the disk takes nothing.
+    """
+    number, name = tempfile.mkstemp(dir=path.parent)
+    try:
+        with os.fdopen(number, "wb") as file:
+            file.write(hashlib.sha256(data).digest() + data)
+        Path(name).replace(path)
+    except OSError:
+        Path(name).unlink(missing_ok=True)
+        raise
+    _make_room(path)
+
+
+def _make_room(newest: Path) -> None:
+    """Remove the files beside one that were unused for longest, until what is left fits."""
+    found = []
+    for file in newest.parent.iterdir():
+        with contextlib.suppress(OSError):  # another process was faster
+            facts = file.stat()
+            found.append((facts.st_mtime, facts.st_size, file))
+    room = MOST
+    for _, size, file in sorted(found, reverse=True):
+        room -= size
+        if room < 0 and file != newest:
+            with contextlib.suppress(OSError):
+                file.unlink()
 
 
 def _home() -> Path:

@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from seals.caches import HOME, TORCH, cache_folder, use_private_compiler_cache
+from seals.caches import HOME, TORCH, cache_folder, keep, kept, use_private_compiler_cache
 
 ROOT = Path(__file__).parents[2]
 
@@ -186,6 +186,32 @@ def test_a_folder_above_with_the_sticky_bit_serves(home: Path) -> None:
     home.mkdir()
     home.chmod(0o1777)
     assert cache_folder("a") == home / "seals" / "a"
+
+
+def test_what_is_kept_is_what_was_written(tmp_path: Path) -> None:
+    """A file that is damaged, a pipe, a folder or nothing is not there."""
+    place = tmp_path / "a.o"
+    keep(place, b"code" * 100)
+    assert kept(place) == b"code" * 100
+    whole = place.read_bytes()
+    for damaged in (whole[:-1], whole[:50] + b"x" + whole[51:], whole[:20], b""):
+        place.write_bytes(damaged)
+        assert kept(place) is None
+    os.mkfifo(tmp_path / "pipe")
+    assert [kept(tmp_path / name) for name in ("pipe", "none", ".")] == [None] * 3
+
+
+def test_kept_files_do_not_fill_the_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The ones unused for longest go first; what was just written stays, whatever its size."""
+    monkeypatch.setattr("seals.caches.MOST", 1000)
+    for k, name in enumerate("abc"):
+        keep(tmp_path / name, bytes(300))
+        os.utime(tmp_path / name, (k, k))
+    assert kept(tmp_path / "a") is not None
+    keep(tmp_path / "d", bytes(300))
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a", "c", "d"]
+    keep(tmp_path / "e", bytes(3000))
+    assert [p.name for p in tmp_path.iterdir()] == ["e"]
 
 
 def test_the_compiler_is_told_once(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -76,6 +76,23 @@ def test_machine_code_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
         caches.cache_folder.cache_clear()
 
 
+def test_damaged_machine_code_is_not_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A bit that a disk has changed is noticed, and the law is compiled anew."""
+    monkeypatch.setenv(caches.HOME, str(tmp_path))
+    caches.cache_folder.cache_clear()
+    try:
+        compiled(lambda x: [x * 3.0 + 0.25], [(4,)])
+        (place,) = (tmp_path / "seals" / "kernels").iterdir()
+        whole = place.read_bytes()
+        for damaged in (whole[:-40], whole[:400] + b"\xff" * 8 + whole[408:], b""):
+            place.write_bytes(damaged)
+            (found,) = compiled(lambda x: [x * 3.0 + 0.25], [(4,)])(np.ones(4))
+            assert np.array_equal(found, np.full(4, 3.25))
+            assert place.read_bytes() == whole
+    finally:
+        caches.cache_folder.cache_clear()
+
+
 def test_constants_are_folded() -> None:
     """Products with a constant zero vanish, equal operations are one, constants stay numbers."""
     node = given(0, {})

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import functools
 import hashlib
 import itertools
-import os
-import tempfile
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from seals.arrays import Floats, undecided
-from seals.caches import cache_folder
+from seals.caches import cache_folder, keep, kept
 from seals.errors import ConfigError, MissingExtra, optional_import
 from seals.world.scalar_compiler.graph import Node, given
 from seals.world.scalar_compiler.llvm import text_of
@@ -148,23 +146,18 @@ def _machine_code(text: str) -> tuple[Any, int]:
     """Return an engine that holds the code, and the address of its function."""
     llvm, machine = _target()
     key = hashlib.sha256(f"{llvm.llvm_version_info} {machine.triple} {text}".encode()).hexdigest()
-    kept = cache_folder("kernels") / f"{key}.o"
-    if not kept.is_file():
+    place = cache_folder("kernels") / f"{key}.o"
+    found = kept(place)
+    if found is None:
         module = llvm.parse_assembly(text)
         module.verify()
-        _write(kept, machine.emit_object(module))
+        found = machine.emit_object(module)
+        with contextlib.suppress(OSError):  # compiled anew the next time
+            keep(place, found)
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
-    engine.add_object_file(llvm.object_file.ObjectFileRef.from_data(kept.read_bytes()))
+    engine.add_object_file(llvm.object_file.ObjectFileRef.from_data(found))
     engine.finalize_object()
     return engine, engine.get_function_address("law")
-
-
-def _write(path: Path, data: bytes) -> None:
-    """Write a file that is whole or not there."""
-    number, name = tempfile.mkstemp(dir=path.parent)
-    with os.fdopen(number, "wb") as file:
-        file.write(data)
-    Path(name).replace(path)
 
 
 def _target() -> tuple[Any, Any]:
