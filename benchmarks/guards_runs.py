@@ -114,12 +114,12 @@ RUN_FOLDERS: dict[str, Guard] = {
         CACHES,
         "what_was_written",
     ),
-    "kinds of kept files": Guard(
+    "size of a kept file": Guard(
         "seals.caches",
         "if not path.is_file() or path.stat().st_size > MOST:",
-        "if not path.exists():",
+        "if not path.is_file():",
         CACHES,
-        "what_was_written",
+        "fill_the",
     ),
     "room of kept code": Guard(
         "seals.caches",

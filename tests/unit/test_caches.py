@@ -212,6 +212,7 @@ def test_kept_files_do_not_fill_the_disk(tmp_path: Path, monkeypatch: pytest.Mon
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a", "c", "d"]
     keep(tmp_path / "e", bytes(3000))
     assert [p.name for p in tmp_path.iterdir()] == ["e"]
+    assert kept(tmp_path / "e") is None  # larger than all that may be there
 
 
 def test_the_compiler_is_told_once(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
