@@ -16,6 +16,16 @@ TRIAL = "tests/unit/test_isolated_reading.py"
 _XML = 'if re.search(r"<!\\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):'
 _YAML = "seals.untrusted_io"
 ROBOTS_AND_TABLES: dict[str, Guard] = {
+    "memory of a small file": Guard(
+        "seals.untrusted_io",
+        "raw = stream.read(status.st_size + 1)",
+        "raw = stream.read(most + 1)",
+        READING,
+        "little_memory",
+    ),
+    "growing file": Guard(
+        "seals.untrusted_io", "    if len(raw) > most:\n", "    if False:\n", READING, "that_grows"
+    ),
     "entities of a URDF": Guard("seals.robot.urdf", _XML, "if False:", FILES, "entities_of_a_urdf"),
     "zero bytes of a URDF": Guard(
         "seals.robot.urdf", 'if "\\0" in text:', "if False:", FILES, "entities_of_a_urdf"

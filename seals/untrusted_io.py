@@ -75,8 +75,12 @@ def _content(file: Path, most: int) -> bytes:
     # without O_NONBLOCK, opening a pipe that nobody writes into waits without end
     flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0)
     with open(os.open(file, flags | getattr(os, "O_BINARY", 0)), "rb") as stream:
-        _refuse_strange(file, os.fstat(stream.fileno()), most)
-        raw = stream.read(most + 1)
+        status = os.fstat(stream.fileno())
+        _refuse_strange(file, status, most)
+        # as much as there is: the memory for what is asked for is taken before anything is read
+        raw = stream.read(status.st_size + 1)
+        if len(raw) > status.st_size:
+            raw += stream.read(most + 1 - len(raw))
     if len(raw) > most:
         raise LogError(f"'{file}' grows while it is read, allowed are {most:,} bytes.")
     return raw

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import socket
 import time
+import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
 
@@ -184,3 +185,35 @@ def test_ordinary_merges_and_texts_are_read() -> None:
     assert plain_yaml("a: '" + "1" * 500 + "'")["a"] == "1" * 500
     states = [2**127 + k for k in range(900)]
     assert plain_yaml(f"a: {states}\nb: {[0.1 / (k + 3) for k in range(3000)]}")["a"] == states
+
+
+def test_a_small_file_takes_little_memory(tmp_path: Path) -> None:
+    """The bound on a file is not what reading one of three bytes takes."""
+    (tmp_path / "a.json").write_text("[1]")
+    tracemalloc.start()
+    try:
+        assert read_json(tmp_path / "a.json") == [1]
+        assert read_bytes(tmp_path / "a.json") == b"[1]"
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert peak < 1e6
+
+
+def test_a_file_that_grows_is_read_to_its_bound(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What is added between two looks belongs to the file, but no more than is allowed."""
+    place, look = tmp_path / "a", os.fstat
+    place.write_bytes(b"a" * 10)
+
+    def grown(file: int) -> os.stat_result:
+        found = look(file)
+        with place.open("ab") as stream:
+            stream.write(b"b" * 20)
+        return found
+
+    monkeypatch.setattr(untrusted_io.os, "fstat", grown)
+    assert read_bytes(place, most=40) == b"a" * 10 + b"b" * 20
+    with pytest.raises(LogError, match="grows while it is read"):
+        read_bytes(place, most=40)
