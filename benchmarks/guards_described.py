@@ -57,6 +57,14 @@ DESCRIPTIONS: dict[str, Guard] = {
         ODD,
         "odd_answer",
     ),
+    "battery of a log": Guard(_MOTORS, "if not good.any():", "if False:", ODD, "without_a_voltage"),
+    "full voltage of a vehicle": Guard(
+        "seals.sysid.data.vehicle",
+        "if not number or not 0.0 < found <= _MOST_VOLTS:",
+        "if False:",
+        ODD,
+        "full_voltage",
+    ),
     "bounds of counts": Guard(
         "seals.schema",
         "if span is not None and isinstance(value, int) and not span[0] <= value <= span[1]:",

@@ -256,6 +256,11 @@ def _sag(log: Log, curve: MotorCurve) -> Floats:
         )
     volts = log.columns["battery_voltage"]
     good: NDArray[np.bool_] = np.isfinite(volts)
+    if not good.any():
+        raise LogError(
+            "motors.full_voltage is stated, but every battery_voltage in the log is missing.\n"
+            "Leave motors.full_voltage out, or map the voltage."
+        )
     even = np.interp(log.time, log.time[good], volts[good])
     sag: Floats = np.clip(even / curve.full_voltage, 0.0, None) ** curve.voltage_power
     return sag

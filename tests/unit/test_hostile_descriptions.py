@@ -107,6 +107,28 @@ def test_an_odd_kind_of_commands_is_refused(kind: Any) -> None:
         with_rotor_speeds(_commanded(motor_command=kind), motor_curve(None), [{"max_speed": 9}] * 4)
 
 
+def test_a_battery_without_a_voltage_is_refused() -> None:
+    """Motors whose speed depends on it need a sample of it at least."""
+    log = _commanded().with_columns({"battery_voltage": np.full(300, np.nan)})
+    curve = motor_curve({"command": "pwm", "full_voltage": 16.0})
+    with pytest.raises(LogError, match="every battery_voltage in the log is missing"):
+        with_rotor_speeds(log, curve, [{"max_speed": 900.0}] * 4)
+
+
+VOLTAGES = ["16 V", [16.0], True, 0, -3.0, 1e30, 10**40]
+
+
+@pytest.mark.parametrize("value", VOLTAGES, ids=repr)
+def test_a_full_voltage_is_a_voltage(value: Any, meta: dict[str, Any]) -> None:
+    """The laws of batteries divide by it, and compare it."""
+    bent = copy.deepcopy(meta)
+    bent["vehicle"]["battery"] = {"full_voltage": 16.4}
+    assert read_vehicle(bent).full_voltage == 16.4
+    bent["vehicle"]["battery"] = {"full_voltage": value}
+    with pytest.raises(LogError, match=r"battery\.full_voltage=.* is not allowed"):
+        read_vehicle(bent)
+
+
 @pytest.mark.parametrize("sign", ["\n", "\r", "\x85", "\u2028", "\x0c", "\x1b", "\0"])
 @pytest.mark.parametrize("where", ["flight", "robot"])
 def test_a_name_writes_no_entry_of_a_data_sheet(where: str, sign: str, tmp_path: Path) -> None:

@@ -181,9 +181,27 @@ def _of_meta(
         "lag": lag,
         "fall": falls(actuators.values()),
         "commands": commands,
-        "full_voltage": (spec.get("battery") or {}).get("full_voltage"),
+        "full_voltage": _full_voltage(spec),
         "servo": {} if arm is None else {k: _gain(arm["controller"], k, robot) for k in _GAINS},
     }
+
+
+def _full_voltage(spec: Mapping[str, Any]) -> float | None:
+    """Return the voltage of the full battery in a description [V]; None where it says nothing.
+
+    Raises:
+        LogError: it is no voltage.
+    """
+    found = (spec.get("battery") or {}).get("full_voltage")
+    if found is None:
+        return None
+    number = isinstance(found, int | float) and not isinstance(found, bool)
+    if not number or not 0.0 < found <= _MOST_VOLTS:
+        raise LogError(
+            f"battery.full_voltage={found!r:.60} is not allowed.\n"
+            f"Allowed: a number above 0, up to {_MOST_VOLTS:g} [V]"
+        )
+    return float(found)
 
 
 def _of_robot(
@@ -211,13 +229,15 @@ def _of_robot(
         "lag": parts.lag,
         "fall": parts.fall,
         "commands": parts.commands[0] if parts.commands else "",
-        "full_voltage": (meta.get("battery") or {}).get("full_voltage"),
+        "full_voltage": _full_voltage(meta),
         "servo": parts.servo,
         "columns": parts.columns,
         "written": parts.written,
     }
 
 
+_MOST_VOLTS = 1e4
+"""Largest voltage of a battery [V]: ten times that of any ship."""
 READ = (
     "position",
     "orientation",
