@@ -6,6 +6,7 @@ from benchmarks.guard import Guard
 
 LOCKS, CHILDREN = "tests/unit/test_run_lock.py", "tests/unit/test_child_process.py"
 FOLDERS, SIGNALS = "tests/unit/test_hostile_folders.py", "tests/unit/test_signals.py"
+DISPLAY = "tests/unit/test_sweep_display.py"
 STRANGE, CACHES = "tests/unit/test_hostile_runs.py", "tests/unit/test_caches.py"
 _FOLDER = "seals.logs.run_folder"
 
@@ -106,6 +107,20 @@ RUN_FOLDERS: dict[str, Guard] = {
         "import json; facts = json.loads(path.read_text())",
         STRANGE,
         "strange_notes and (deep or huge)",
+    ),
+    "display of a damaged sweep": Guard(
+        "seals.sweep.watch",
+        "except (SealsError, OSError, ValueError):",
+        "except ZeroDivisionError:",
+        DISPLAY,
+        "damaged_book",
+    ),
+    "end of a display": Guard(
+        "seals.sweep.watch",
+        "        finally:\n            sweep.stop()\n",
+        "        except ZeroDivisionError:\n            pass\n        sweep.stop()\n",
+        DISPLAY,
+        "locks_do_not",
     ),
     "digest of kept code": Guard(
         "seals.caches",

@@ -114,7 +114,10 @@ class Sweep:
     def _watch(self) -> None:
         known = len(self._ended)
         while not self._stop.wait(LOOK):
-            self._tell(known)
+            try:
+                self._tell(known)
+            except (SealsError, OSError, ValueError):
+                return  # `stop` meets it again, where it can be told
 
     def _tell(self, known: int) -> None:
         """Print a line for every job that ended since the last call."""
@@ -123,8 +126,8 @@ class Sweep:
         size = book.stat().st_size if book.is_file() else 0
         if size == self._size:
             return
-        self._size = size
         jobs = read_jobs(self.folder)
+        self._size = size
         news = [
             job
             for number, job in jobs.items()
@@ -243,8 +246,10 @@ def watched(sweep: Sweep) -> Iterator[None]:
         raise
     finally:
         _PRESENT.reset(token)
-        sweep.claim.close()
-        sweep.stop()
+        try:
+            sweep.claim.close()
+        finally:
+            sweep.stop()
 
 
 class Stopped(BaseException):
