@@ -16,6 +16,13 @@ TRIAL = "tests/unit/test_isolated_reading.py"
 _XML = 'if re.search(r"<!\\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):'
 _YAML = "seals.untrusted_io"
 ROBOTS_AND_TABLES: dict[str, Guard] = {
+    "header of an array": Guard(
+        "seals.logs.arrays",
+        "    *(MemoryError, SystemError),\n",
+        "",
+        "tests/unit/test_logs_broken.py",
+        "python_cannot_parse",
+    ),
     "memory of a small file": Guard(
         "seals.untrusted_io",
         "raw = stream.read(status.st_size + 1)",

@@ -18,6 +18,12 @@ from seals.arrays import Floats
 from seals.errors import LogError, suggestion
 from seals.untrusted_io import MOST_BYTES, read_bytes, regular_file
 
+_HEADER = (
+    *(ValueError, EOFError, SyntaxError, TokenError, TypeError, OverflowError, RecursionError),
+    # Python's parser on what is nested too deeply: nothing is wanting in the machine
+    *(MemoryError, SystemError),
+)
+"""What a header of NumPy that is no header ends in."""
 _ARCHIVE = (
     *(zipfile.BadZipFile, zlib.error, OSError, NotImplementedError, RuntimeError),
     *(ValueError, EOFError, KeyError, struct.error),
@@ -82,8 +88,9 @@ def _parse(where: str, raw: bytes) -> Floats:
         version = npy.read_magic(stream)
         read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
         shape, _, dtype = read(stream)
-    except (ValueError, EOFError, SyntaxError, TokenError, TypeError, RecursionError) as error:
-        raise LogError(f"'{where}' is not a valid NumPy array ({error}).") from error
+    except _HEADER as error:
+        reason = " ".join(str(error).split())[:200] or type(error).__name__
+        raise LogError(f"'{where}' is not a valid NumPy array ({reason}).") from error
     if dtype.kind not in "fiu":
         raise LogError(f"'{where}' holds {dtype}, numbers are needed.")
     declared, held = math.prod(shape) * dtype.itemsize, len(raw) - stream.tell()

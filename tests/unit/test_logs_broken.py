@@ -6,6 +6,7 @@ import gzip
 import io
 import os
 import time
+import struct
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -273,3 +274,22 @@ def test_every_reader_refuses_garbage(tmp_path: Path, reader: object, content: b
         reader.read(file)  # type: ignore[attr-defined]
     assert time.monotonic() - start < PATIENCE
     assert list(tmp_path.iterdir()) == [file]
+
+
+HEADS = {
+    "signs": "-" * 9000 + "1",
+    "a shape of signs": "{'descr':'<f8','fortran_order':False,'shape':(" + "-" * 9000 + "1,)}",
+    "brackets": "(" * 300,
+    "a chain": "not " * 2000 + "1",
+    "digits": "1" * 9000,
+    "a null": "{'descr':'\0','fortran_order':False,'shape':(0,)}",
+}
+
+
+@pytest.mark.parametrize("name", HEADS)
+def test_a_header_that_python_cannot_parse_is_refused(name: str, tmp_path: Path) -> None:
+    """Its parser says that memory is wanting, which the user's machine has enough of."""
+    head = HEADS[name].encode()
+    (tmp_path / "a.npy").write_bytes(b"\x93NUMPY\x01\x00" + struct.pack("<H", len(head)) + head)
+    with pytest.raises(LogError, match="is not a valid NumPy array"):
+        read_npy(tmp_path / "a.npy")
