@@ -5,8 +5,8 @@ from __future__ import annotations
 import gzip
 import io
 import os
-import time
 import struct
+import time
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
