@@ -72,6 +72,23 @@ DESCRIPTIONS: dict[str, Guard] = {
         COUNTS,
         "has_bounds",
     ),
+    "jobs of a sweep": Guard(
+        "seals.sweep.watch",
+        "itertools.islice(o.sweep_string_iterator(), most)",
+        "o.sweep_string_iterator()",
+        COUNTS,
+        "counted_before and 5000000",
+    ),
+    "processes of a diagnosis": Guard(
+        "seals.sysid.report.application",
+        """    check_fields(DiagnoseSettings, {"processes": processes}, where="")\n""",
+        "",
+        COUNTS,
+        "processes_of",
+    ),
+    "layers of a network": Guard(
+        "seals.learn.networks", "    refuse_widths(hidden)\n", "", COUNTS, "layers_of", "torchrl"
+    ),
     "size of a basin": Guard(
         "seals.plugins.fluids.tank.simulation",
         "        refuse_large(math.prod(basin.counts), basin.boundary, settings.most)\n",

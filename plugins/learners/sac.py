@@ -17,7 +17,7 @@ from seals.learn.replay.samplers import Uniform, as_torchrl_sampler
 from seals.learn.scaling import FORMS, RunningNormaliser, transform_reward
 from seals.learn.seeding import first_weights, generator_of
 from seals.learn.tanh_normal import TanhNormal
-from seals.schema import setting
+from seals.schema import count, setting
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -66,7 +66,7 @@ class SAC:
 
     hidden: list[int] = field(default_factory=lambda: [128, 128])
     layer_norm: bool = False
-    critics: int = 2
+    critics: int = count(2, bounds=(1, 100))
     learning_rate: float = setting(3e-4, "1", bounds=(0.0, 1.0), source=f"{PAPER}, table 1")
     gamma: float = setting(0.99, "1", bounds=(0.0, 1.0), source=f"{PAPER}, table 1")
     tau: float = setting(0.005, "1", bounds=(0.0, 1.0), source=f"{PAPER}, table 1")

@@ -19,6 +19,8 @@ KINDS = ("mlp", "pixels")
 """Kinds of networks."""
 _UNFIT = (LookupError, TypeError, ValueError, ArithmeticError, RuntimeError, AttributeError)
 """Errors of a network that is built from any description."""
+_MOST_LAYERS, _WIDEST = 64, 1 << 16
+"""Hidden layers of a network, and the width of each: a card of a stranger says how many."""
 FARTHEST = 10.0
 """Normalised observations are cut off here, in standard deviations."""
 
@@ -79,8 +81,27 @@ def actor_of(network: Mapping[str, Any]) -> nn.Module:
         ) from cause
 
 
+def refuse_widths(hidden: Sequence[int]) -> None:
+    """Refuse layers of no width, or more of them than a network is built for.
+
+    Raises:
+        ConfigError: says which are allowed.
+    """
+    if len(hidden) > _MOST_LAYERS or not all(1 <= width <= _WIDEST for width in hidden):
+        told = f"{list(hidden)!r:.60}" + (f", {len(hidden)} layers" if len(hidden) > 9 else "")
+        raise ConfigError(
+            f"hidden={told} is not allowed.\n"
+            f"Allowed: up to {_MOST_LAYERS} layers, each from 1 to {_WIDEST} wide"
+        )
+
+
 def mlp(inputs: int, outputs: int, hidden: Sequence[int], *, layer_norm: bool = False) -> nn.Module:
-    """Return a TorchRL network of dense layers with ReLU."""
+    """Return a TorchRL network of dense layers with ReLU.
+
+    Raises:
+        ConfigError: a hidden layer is out of range.
+    """
+    refuse_widths(hidden)
     import torch
     from torchrl.modules import MLP
 

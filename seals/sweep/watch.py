@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import datetime
+import itertools
 import math
 import sys
 import threading
@@ -27,6 +28,8 @@ from seals.untrusted_io import read_json
 
 HYDRAS = "multirun.yaml"
 """Hydra's own note in the folder of a sweep."""
+MOST_JOBS = 100_000
+"""Jobs of a sweep: they are listed before the first one begins."""
 LOOK = 0.5
 """Time between two looks at the book [s]."""
 _MOST_WORDS = 60
@@ -307,7 +310,11 @@ class Watch(Callback):
 
 
 def count_of(config: Any) -> int | None:
-    """Return the number of jobs of a composed sweep; None when the sweeper decides it."""
+    """Return the number of jobs of a composed sweep; None when the sweeper decides it.
+
+    Raises:
+        ConfigError: there are more than `MOST_JOBS`.
+    """
     from hydra.core.global_hydra import GlobalHydra
     from hydra.core.override_parser.overrides_parser import OverridesParser
 
@@ -321,4 +328,12 @@ def count_of(config: Any) -> int | None:
     # a key that is given twice counts by its last value, as for the sweeper
     last = {override.get_key_element(): override for override in found}
     several = [o for o in last.values() if o.is_discrete_sweep()]
-    return math.prod(len(list(o.sweep_string_iterator())) for o in several)
+    most = MOST_JOBS + 1  # range(...) may be of any length, and Hydra writes it out
+    sizes = (len(list(itertools.islice(o.sweep_string_iterator(), most))) for o in several)
+    found = math.prod(sizes)
+    if found >= most:
+        raise ConfigError(
+            f"the sweep has more than {MOST_JOBS:,} jobs.\n"
+            "Leave out some values, or let a sweeper choose among them: hydra/sweeper=optuna"
+        )
+    return found

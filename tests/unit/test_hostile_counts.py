@@ -18,6 +18,7 @@ from seals.plugins.fluids.solvers.dfsph.settings import DfsphOptions
 from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
 from seals.plugins.fluids.tank.settings import MakerSettings
 from seals.schema import check_fields
+from seals.sysid.report.settings import DiagnoseSettings
 
 COUNTS: list[tuple[type, str, int]] = [
     *[(PbfSettings, "iterations", wrong) for wrong in (0, 10**9)],
@@ -31,6 +32,7 @@ COUNTS: list[tuple[type, str, int]] = [
     *[(registry.get("wave", "sea").load(), "seed", wrong) for wrong in (-1, 2**64)],
     *[(registry.get("fluid", "window").load(), "ring", wrong) for wrong in (0, 10**9)],
     *[(registry.get("guide", "hover").load(), "seed", wrong) for wrong in (-1, 2**64)],
+    *[(DiagnoseSettings, "processes", wrong) for wrong in (-1, 10**6)],
     *[(registry.get("backend", "mujoco").load(), "solver_iterations", w) for w in (0, 10**9)],
 ]
 
@@ -80,3 +82,39 @@ def test_walls_take_no_room_of_the_inside() -> None:
         tracemalloc.stop()
     assert 0.9 < fewest_places((120, 120, 120)) / len(walls.points) <= 1.0
     assert peak < 60e6  # a place takes 24 bytes; 180 planes of 180 x 180 would take 140e6
+
+
+@pytest.mark.parametrize("word", ["seed=range(0,1000000000000)", "seed=range(0,5000000)"])
+def test_a_sweep_is_counted_before_it_is_listed(
+    word: str, elsewhere: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A range is a few bytes in an experiment; its jobs would fill the memory."""
+    tracemalloc.start()
+    try:
+        assert main(["run", "-m", "robot=ball", word, "hydra.sweep.dir=s"]) == 2
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert "the sweep has more than 100,000 jobs" in capsys.readouterr().err
+    assert not (elsewhere / "s").exists()
+    assert peak < 100e6
+
+
+def test_processes_of_a_diagnosis_are_counted(
+    elsewhere: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A diagnosis starts no thousands of processes."""
+    words = ["log=hidden_effect/flight_a", "plan=false", "out=out"]
+    assert main(["diagnose", *words, "processes=100000"]) == 2
+    assert "processes=100000 is not allowed" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("hidden", [[8] * 65, [0], [-1], [8, 10**9]], ids=len)
+def test_a_network_has_layers_of_a_size(hidden: list[int]) -> None:
+    """A policy's card or a configuration says how many layers there are, and how wide."""
+    pytest.importorskip("torchrl")
+    from seals.learn.networks import mlp
+
+    with pytest.raises(ConfigError, match=r"hidden=.* is not allowed"):
+        mlp(2, 2, hidden)
+    assert sum(p.numel() for p in mlp(2, 2, [4]).parameters()) == 2 * 4 + 4 + 4 * 2 + 2

@@ -11,6 +11,7 @@ from seals.errors import ConfigError, LogError
 from seals.logs.atomic import finite, write_json
 from seals.logs.log import Log
 from seals.run.hidden import hide
+from seals.schema import check_fields
 from seals.sysid.data.join import join_logs
 from seals.sysid.data.robot_description import RobotDescription, describe_run, described
 from seals.sysid.decision.verdict import Verdict
@@ -18,6 +19,7 @@ from seals.sysid.diagnosis import Diagnosis, diagnose
 from seals.sysid.parallel import cores
 from seals.sysid.report.given_logs import make_folder, places_of, read_log, sources
 from seals.sysid.report.sentence import sentence
+from seals.sysid.report.settings import DiagnoseSettings
 from seals.sysid.residual_force import Localisation, locate_residual_force
 
 ANSWER = "diagnosis.json"
@@ -80,7 +82,9 @@ def _found(
     tell: Callable[[int], None],
 ) -> Diagnosis:
     """Diagnose a log, and propose a flight for effects that it cannot tell apart."""
-    found = diagnose(log, robot=robot, processes=config.processes or cores(), tell=tell)
+    processes = int(config.processes)
+    check_fields(DiagnoseSettings, {"processes": processes}, where="")
+    found = diagnose(log, robot=robot, processes=processes or cores(), tell=tell)
     found = replace(found, source=sources(places))
     if not config.plan:
         return found

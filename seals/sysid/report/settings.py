@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from seals.robot.settings import LogRobotSettings
+from seals.schema import count
 
 
 @dataclass(kw_only=True)
@@ -28,7 +29,7 @@ class DiagnoseSettings(LogRobotSettings):
     log: Any = None
     reader: Any = None
     out: str | None = None
-    processes: int = 0
+    processes: int = count(0, bounds=(0, 256))
     plan: bool = True
     report: bool = True
     without: list[str] = field(default_factory=list)
