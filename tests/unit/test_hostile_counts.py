@@ -101,9 +101,12 @@ def test_a_sweep_is_counted_before_it_is_listed(
 
 
 def test_processes_of_a_diagnosis_are_counted(
-    elsewhere: Any, capsys: pytest.CaptureFixture[str]
+    elsewhere: Any, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A diagnosis starts no thousands of processes."""
+    monkeypatch.setattr(
+        "seals.sysid.report.application.diagnose", lambda *a, **k: pytest.fail("it began")
+    )
     words = ["log=hidden_effect/flight_a", "plan=false", "out=out"]
     assert main(["diagnose", *words, "processes=100000"]) == 2
     assert "processes=100000 is not allowed" in capsys.readouterr().err
