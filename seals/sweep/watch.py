@@ -330,10 +330,10 @@ def count_of(config: Any) -> int | None:
     several = [o for o in last.values() if o.is_discrete_sweep()]
     most = MOST_JOBS + 1  # range(...) may be of any length, and Hydra writes it out
     sizes = (len(list(itertools.islice(o.sweep_string_iterator(), most))) for o in several)
-    found = math.prod(sizes)
-    if found >= most:
+    jobs = math.prod(sizes)
+    if jobs >= most:
         raise ConfigError(
             f"the sweep has more than {MOST_JOBS:,} jobs.\n"
             "Leave out some values, or let a sweeper choose among them: hydra/sweeper=optuna"
         )
-    return found
+    return jobs
