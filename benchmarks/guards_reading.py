@@ -256,7 +256,7 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
     ),
     "files as opened": Guard(
         _YAML,
-        "        _refuse_strange(file, os.fstat(stream.fileno()), most)\n",
+        "        _refuse_strange(file, status, most)\n",
         "",
         READING,
         "becomes_a_pipe",

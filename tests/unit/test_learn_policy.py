@@ -75,7 +75,7 @@ def network(**change: Any) -> Callable[[Path], None]:
         (edit(format="seals-demonstrations"), "Allowed here: 'seals-policy'"),
         (edit(network=[]), "type dict"),
         (edit(network={"kind": "mlq"}), "Did you mean 'mlp'"),
-        (network(hidden=[10**9, 10**9]), "do not belong together"),
+        (network(hidden=[65_536, 65_536]), "do not belong together"),
         (network(observation=float("inf")), "description of a policy cannot be used"),
         (network(action=-1), "description of a policy cannot be used"),
         (network(hidden="a"), "description of a policy cannot be used"),
