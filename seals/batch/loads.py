@@ -220,5 +220,3 @@ def _refuse(robot: RobotModel, effects: EffectSet) -> None:
                 f"robot '{robot.name}' has {what}; batches of worlds with contacts have not.\n"
                 "Use backend=mujoco, or backend=twin where nothing touches anything."
             )
-
-

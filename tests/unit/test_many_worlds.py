@@ -29,6 +29,7 @@ SEA = (
     "environment.tank_bottom=-1.0",
     "environment.water_density=1000.0",
     "task.height=-0.971",
+    "task.rate=25",
 )
 SEEDS = (5, 6)
 
@@ -54,7 +55,7 @@ def crabs() -> BatchWorlds:
 def test_a_crab_at_rest_weighs_on_the_ground_what_it_weighs_in_water(crabs: BatchWorlds) -> None:
     """The sum of all contact forces is weight less buoyancy, within 1e-3 of it, in every world."""
     crabs.reset(SEEDS)
-    for _ in range(200):
+    for _ in range(120):
         crabs.worlds.advance()
     robot = crabs.robot
     volume = sum(hull.volume for hull in robot.hulls if hull is not None)
@@ -87,7 +88,8 @@ def test_free_motion_with_added_mass_is_that_of_mujoco(crabs: BatchWorlds) -> No
         other.world.step()
     body = other.actor.body.read()
     turn = matrix_of(body.quaternion[None])[0]
-    for found, told in zip(crabs.worlds.base()[:3], (body.position, turn, body.velocity)):
+    there = (body.position, turn, body.velocity)
+    for found, told in zip(crabs.worlds.base()[:3], there, strict=True):
         np.testing.assert_allclose(found[0].numpy(), told, atol=1e-4)
     np.testing.assert_allclose(crabs.worlds.base()[0][0].numpy(), body.position, atol=2e-5)
     np.testing.assert_allclose(crabs.worlds.joints()[0].numpy(), body.joints, atol=5e-4)
@@ -96,16 +98,17 @@ def test_free_motion_with_added_mass_is_that_of_mujoco(crabs: BatchWorlds) -> No
     other.close()
 
 
+@pytest.mark.slow
 def test_a_scripted_walk_is_that_of_mujoco_within_the_spread_of_two_steps(
     crabs: BatchWorlds,
 ) -> None:
-    """After 1 s the batch is as near to MuJoCo as MuJoCo is with half its step, worst against worst.
+    """After 1 s the batch is as near to MuJoCo as MuJoCo is with half its step, or within 3 mm.
 
     So are the facts from which the rewards are made, within a quarter.
     """
     crabs.reset(SEEDS)
     actions, way = [], []
-    for _ in range(5):
+    for _ in range(25):
         actions.append(crabs.scripted_policy())
         crabs.step(actions[-1])
         way.append(crabs.now.position.numpy().copy())
@@ -161,10 +164,26 @@ def test_an_episode_that_ends_begins_anew_and_leaves_the_others_alone(crabs: Bat
     assert result.terminated.tolist() == [True, False]
     assert result.success.tolist() == [False, False]
     assert torch.isfinite(result.observation).all()
-    assert crabs.now.time[:, 0].tolist() == pytest.approx([0.0, 0.4])
+    assert crabs.now.time[:, 0].tolist() == pytest.approx([0.0, 0.08])
     far = torch.linalg.norm(crabs.now.position[0, :2])
     assert float(far) == pytest.approx(0.4, abs=1e-5)
     assert torch.isfinite(crabs.step(still).observation).all()
+
+
+def test_on_a_slope_every_crab_starts_and_stands_square_to_its_own_ground() -> None:
+    """The steepest slope is kept, no two are alike, and the feet carry the crab on both."""
+    crabs = batch("backend.slope=0.17")
+    crabs.reset(SEEDS)
+    up = crabs.now.rotation[:, 2, 2].acos()
+    assert float(up.max()) <= 0.17
+    assert float((up[0] - up[1]).abs()) > 1e-3
+    for _ in range(60):
+        crabs.worlds.advance()
+    robot = crabs.robot
+    volume = sum(hull.volume for hull in robot.hulls if hull is not None)
+    weight = 9.81 * (float(robot.mass.sum()) - 1000.0 * volume)
+    found = crabs.worlds.normals().sum(1)
+    np.testing.assert_allclose(found.numpy(), weight * up.cos().numpy(), rtol=0.02)
 
 
 def test_a_batch_of_gaits_steps_as_one_gait_does() -> None:
@@ -179,8 +198,9 @@ def test_a_batch_of_gaits_steps_as_one_gait_does() -> None:
     for k in range(60):
         yaw, velocity = rng.uniform(-3, 3, 2), rng.uniform(-0.3, 0.3, (2, 3)) * (k % 20 < 12)
         turn = rng.uniform(-2.5, 2.5, (2, 1)) * (k % 20 < 12)
-        manner = {"frequency": rng.uniform(1, 6, (2, 1)), "stroke": rng.uniform(0.015, 0.05, (2, 1))}
-        manner |= {"lift": rng.uniform(0.003, 0.02, (2, 1)), "duty": rng.uniform(0.4, 0.8, (2, 1))}
+        ranges = {"frequency": (1, 6), "stroke": (0.015, 0.05), "lift": (0.003, 0.02)}
+        ranges["duty"] = (0.4, 0.8)
+        manner = {name: rng.uniform(*ends, (2, 1)) for name, ends in ranges.items()}
         rotation = matrix_of(quaternion_of_rpy(np.stack((0 * yaw, 0 * yaw, yaw), axis=1)))
         given = [torch.as_tensor(x) for x in (rotation, velocity, turn)]
         wishes = {name: torch.as_tensor(x) for name, x in manner.items()}

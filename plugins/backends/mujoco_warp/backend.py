@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from seals.errors import optional_import
 from seals.plugins.backends.mujoco import BackendMujoco
+from seals.schema import setting
 
 if TYPE_CHECKING:
     from seals.effects.binding import EffectSet
@@ -30,6 +31,8 @@ class BackendMujocoWarp(BackendMujoco):
         second_order: see `BackendMujoco`; batches take first-order steps.
         compiled: see `BackendMujoco`.
         touching: most contact points of one world, on average over the batch.
+        slope: steepest slope of the ground under the worlds of a batch, each with one of its own
+            about the origin of the ground, drawn once [rad].
         repeatable: whether sums are taken in one order, so that runs repeat bit for bit; slower.
 
     Assumptions:
@@ -49,6 +52,7 @@ class BackendMujocoWarp(BackendMujoco):
     """
 
     touching: int = 24
+    slope: float = setting(0.0, "rad", bounds=(0.0, 1.0), source="chosen: level")
     repeatable: bool = False
 
     def worlds(

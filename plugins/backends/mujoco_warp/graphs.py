@@ -29,7 +29,7 @@ def recorded_warp(work: Work, device: str) -> Work:
     try:
         with wp.ScopedCapture(device=device) as capture:
             work()
-    except Exception as cause:  # noqa: BLE001  drivers without what a graph needs say so in many ways
+    except Exception as cause:  # drivers without what a graph needs say so in many ways
         return _unrecorded(_on_stream(work), cause)
     torch.cuda.synchronize()
 

@@ -96,6 +96,7 @@ class Views:
         self.contact_shapes = wp.to_torch(d.contact.geom)
         self.contact_row = wp.to_torch(d.contact.efc_address)
         self.contact_force = wp.to_torch(d.efc.force)
+        self.grounds = wp.to_torch(d.geom_xmat)
 
     def _indices(self, m: Any) -> None:
         """Look up where the robot's parts are."""
@@ -118,11 +119,13 @@ class Views:
         self.slots = self.index(np.arange(len(self.contact_world)))
 
     def index(self, values: Any) -> Tensor:
+        """Return whole numbers on the device."""
         import torch
 
         return torch.as_tensor(np.asarray(values, dtype=np.int64), device=self.device)
 
     def numbers(self, values: Any) -> Tensor:
+        """Return numbers on the device."""
         import torch
 
         return torch.as_tensor(np.asarray(values), dtype=torch.float32, device=self.device)
@@ -147,6 +150,12 @@ class Views:
             table += [(start + k, where[row], where[c]) for k, c in enumerate(columns)]
         at, i, j = zip(*table, strict=True)
         return tuple(self.index(x) for x in (moving, at, i, j))  # type: ignore[return-value]
+
+    def tilt(self, turns: Tensor) -> None:
+        """Turn the ground planes of every world about their origins, R shape (B, 3, 3)."""
+        plane = int(engine().mjtGeom.mjGEOM_PLANE)
+        for shape in np.flatnonzero(self.plain.geom_type == plane).tolist():
+            self.grounds[:, shape] = turns
 
     def states(self) -> LinkStates:
         """Return poses and velocities of all links, of the instant that the engine looked at."""

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from seals.batch.loads import BatchLoads, LinkStates, Loads
+from seals.environment.ground import ground_height
 from seals.environment.settings import EnvironmentSettings
-from seals.frames import matrix_of
+from seals.frames import matrix_of, multiply
 from seals.motion import Inputs, Joints
 from seals.plugins.backends.mujoco_warp.graphs import Work, recorded_torch, recorded_warp
 from seals.plugins.backends.mujoco_warp.views import Views
@@ -76,12 +77,25 @@ class WarpWorlds:
         self._feet = v.index([leg.foot for leg in legs])
         self._toes = v.numbers(np.array([leg.toe for leg in legs]).reshape(-1, 3))
         self._memory = loads.zero_memory()
+        self._tilt(backend.slope, environment)
         self._parts = {
             "look": recorded_warp(self._begin, self.device),
             "laws": recorded_torch(self._loaded, self.device),
             "solve": recorded_warp(self._end, self.device),
             "note": recorded_torch(self._noted, self.device),
         }
+
+    def _tilt(self, slope: float, environment: EnvironmentSettings) -> None:
+        """Draw the slopes of all worlds, and turn their grounds."""
+        rng = np.random.default_rng(0)
+        angle, way = rng.uniform(0.0, slope, self.count), rng.uniform(-np.pi, np.pi, self.count)
+        half = 0.5 * angle
+        axis = np.stack((-np.sin(way), np.cos(way), 0.0 * way), axis=1)
+        turns = np.concatenate((np.sin(half)[:, None] * axis, np.cos(half)[:, None]), axis=1)
+        self._slopes = self._views.numbers(turns)
+        self._middle = self._views.numbers([0.0, 0.0, ground_height(environment, 0.0, 0.0) or 0.0])
+        if slope > 0.0:
+            self._views.tilt(matrix_of(self._slopes))
 
     def advance(self) -> None:
         """Advance all worlds by one step under the present command."""
@@ -209,7 +223,7 @@ class WarpWorlds:
     def place(
         self, rows: Tensor, position: Tensor, quaternion: Tensor, velocity: Tensor, joints: Tensor
     ) -> None:
-        """Set some worlds to a start.
+        """Set some worlds to a start, turned with their slope.
 
         Args:
             rows: which, bool (B,).
@@ -221,6 +235,9 @@ class WarpWorlds:
         import torch
 
         v, where = self._views, rows[:, None]
+        turn = matrix_of(self._slopes)
+        position = self._middle + (turn @ (position - self._middle)[:, :, None])[:, :, 0]
+        quaternion = multiply(self._slopes, quaternion)
         centre = position + matrix_of(quaternion) @ v.reference
         turn = quaternion[:, [3, 0, 1, 2]]
         whole = torch.cat((centre, turn, joints.expand(self.count, -1)), dim=1)
