@@ -62,6 +62,7 @@ class BatchGait:
         turn: Array,
         wishes: Mapping[str, Array],
         memory: BatchPace,
+        *,
         step: float,
     ) -> tuple[Array, BatchPace]:
         """Return the joint values for the next period, shape (B, 3 N), and the new state.

@@ -141,7 +141,7 @@ class BatchWorlds:
             wishes = dict(zip(self._manner, rest, strict=True))
             rotation = self.worlds.base()[1]
             values, pace = self._gait.command(
-                rotation, velocity, turn, wishes, self._pace, self._period
+                rotation, velocity, turn, wishes, self._pace, step=self._period
             )
             self.worlds.command[:, self._columns] = values
             for kept, value in zip(self._pace, pace, strict=True):
