@@ -33,8 +33,11 @@ def recorded_warp(work: Work, device: str) -> Work:
         return _unrecorded(_on_stream(work), cause)
     torch.cuda.synchronize()
 
+    engine: Any = wp
+
     def replay() -> None:
-        wp.capture_launch(capture.graph, stream=wp.stream_from_torch(torch.cuda.current_stream()))
+        stream = engine.stream_from_torch(torch.cuda.current_stream())
+        engine.capture_launch(capture.graph, stream=stream)
 
     return replay
 
@@ -70,7 +73,9 @@ def recorded_torch(work: Work, device: str) -> Work:
 def _on_stream(work: Work) -> Work:
     """Return Warp's launches on PyTorch's present stream."""
     import torch
-    import warp as wp
+    import warp
+
+    wp: Any = warp
 
     def call() -> None:
         with wp.ScopedStream(wp.stream_from_torch(torch.cuda.current_stream())):

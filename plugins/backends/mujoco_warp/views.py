@@ -56,8 +56,9 @@ class Views:
         device: str,
     ) -> None:
         """Compile the same model as on a processor, and put it on the device."""
-        import warp as wp
+        import warp
 
+        wp: Any = warp
         wp.config.quiet = True
         import mujoco_warp as mjw
 
@@ -137,7 +138,8 @@ class Views:
             Coordinates (n,); place in the engine's inertia, row and column among the n, each (m,).
         """
         m = self.plain
-        body, moving = m.body(self.names.bodies[link]).id, []
+        body: int = m.body(self.names.bodies[link]).id
+        moving: list[int] = []
         while body > 0:
             first, size = int(m.body_dofadr[body]), int(m.body_dofnum[body])
             moving = [*range(first, first + size), *moving] if size else moving

@@ -268,7 +268,8 @@ class WarpWorlds:
 
     def joints(self) -> Tensor:
         """Return the joint positions [rad or m], shape (B, J)."""
-        return self._views.position[:, self._views.joints]
+        found: Tensor = self._views.position[:, self._views.joints]
+        return found
 
     def normals(self) -> Tensor:
         """Return the normal forces on all links in the last step [N], shape (B, L)."""
