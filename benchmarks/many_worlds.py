@@ -3,8 +3,8 @@
 A crab of 18 joints walks on the sea bed by its scripted policy: contacts, servos, buoyancy, drags
 and added mass in every world, by ``backend=mujoco_warp``. One line for each number of worlds, with
 the time of a step by phase; then, with ``--agree N``, the ways of N crabs after 1 s against those
-of MuJoCo, beside what half its step makes of them. It ends with 1 where contacts did not fit, or where
-the mean deviation is above that of half a step.
+of MuJoCo, beside what half its step makes of them. It ends with 1 where contacts did not fit, or
+where the mean deviation is above that of half a step.
 """
 
 from __future__ import annotations
