@@ -99,40 +99,36 @@ def test_free_motion_with_added_mass_is_that_of_mujoco(crabs: BatchWorlds) -> No
 
 
 @pytest.mark.slow
-def test_a_scripted_walk_is_that_of_mujoco_within_the_spread_of_two_steps(
-    crabs: BatchWorlds,
-) -> None:
-    """After 1 s the batch is as near to MuJoCo as MuJoCo is with half its step, or within 3 mm.
+def test_scripted_walks_are_those_of_mujoco_within_the_spread_of_two_steps() -> None:
+    """After 1 s eight crabs are as near to MuJoCo's as MuJoCo's are with half its step.
 
-    So is the work of the joints, within a tenth, and the phases of the legs are the same.
+    So is the work of their joints; the phases of the legs are the same.
     """
-    crabs.reset(SEEDS)
-    actions, way, work = [], [], np.zeros(2)
+    crabs = batch(count=8)
+    crabs.reset(range(8))
+    actions, work = [], np.zeros(8)
     for _ in range(25):
         actions.append(crabs.scripted_policy())
         crabs.step(actions[-1])
-        way.append(crabs.now.position.numpy().copy())
         work += crabs.now.facts["power"][:, 0].numpy()
-    places: dict[float, Any] = {}
-    for step in (0.004, 0.002):
-        places[step] = []
-        for row, seed in enumerate(SEEDS):
-            own = world(f"time.step={step}")
-            own.reset(seed)
-            done = 0.0
+    found = crabs.now.position.numpy()
+    places, done = np.zeros((2, 8, 3)), np.zeros((2, 8))
+    for k, step in enumerate((0.004, 0.002)):
+        own = world(f"time.step={step}")
+        for row in range(8):
+            own.reset(row)
             for action in actions:
                 own.step(action[row].numpy().astype(float))
-                done += own.now.facts["power"].item()
-            places[step].append(own.now.position[0].copy())
-            assert work[row] == pytest.approx(done, rel=0.1)
+                done[k, row] += own.now.facts["power"].item()
+            places[k, row] = own.now.position[0]
             phase = own.now.facts["phase"][0]
             np.testing.assert_allclose(crabs.now.facts["phase"][row].numpy(), phase, atol=1e-3)
-            own.close()
-    off = np.linalg.norm(way[-1] - np.array(places[0.004]), axis=1).max()
-    spread = np.linalg.norm(np.array(places[0.002]) - places[0.004], axis=1).max()
-    gone = np.linalg.norm(way[-1] - way[0], axis=1).min()
-    assert off < max(spread, 3e-3), f"{1e3 * off:.2f} mm against {1e3 * spread:.2f} mm"
-    assert gone > 0.08
+        own.close()
+    off = np.linalg.norm(found - places[0], axis=1)
+    spread = np.linalg.norm(places[1] - places[0], axis=1)
+    assert off.mean() < spread.mean(), f"{1e3 * off} mm against {1e3 * spread} mm"
+    assert np.abs(work - done[0]).mean() < np.abs(done[1] - done[0]).mean()
+    assert np.linalg.norm(crabs.now.target.numpy() - found, axis=1).max() < 0.36
 
 
 def test_steps_repeat_bit_for_bit_and_go_on_from_a_snapshot(crabs: BatchWorlds) -> None:

@@ -59,7 +59,7 @@ class Views:
         import warp
 
         wp: Any = warp
-        wp.config.quiet = True
+        wp.config.log_level = wp.LOG_WARNING
         import mujoco_warp as mjw
 
         mujoco = engine()
