@@ -117,10 +117,8 @@ def martin_moyce(grade: Grade) -> Outcome:
     unit = math.sqrt(a / GRAVITY)
     found = collapse(a, 2.0 * a, 8.0 * a, spacing, 4.4 * unit, grade)
     # column twice as high as wide; the height is against its own
-    front = np.interp(np.array(FRONT_T) * unit / math.sqrt(2.0), found.time, found.front) / a
     high = np.interp(np.array(HEIGHT_T) * unit, found.time, found.height) / (2.0 * a)
-    lines = [_mean("front Z, mean error", front, FRONT_Z, 0.08)]
-    lines.append(_started("front Z", FRONT_T, FRONT_Z, unit / math.sqrt(2.0), found, a))
+    lines = list(front_errors(found, a, unit))
     lines.append(_rms("height H, mean error of the first height", high, HEIGHT_H, 0.05))
     charts = [
         _chart(
@@ -144,6 +142,22 @@ def martin_moyce(grade: Grade) -> Outcome:
         "Martin and Moyce 1952, tables 2 and 6, n² = 2, a = 57.15 mm; gate and friction left out"
     )
     return Outcome(lines, charts, found.particles, spacing, a / spacing, source)
+
+
+def front_errors(found: Course, width: float, unit: float) -> tuple[Line, Line]:
+    """Return the errors of a front against Martin and Moyce: as it is, and with the clock moved.
+
+    Args:
+        found: course of the collapse.
+        width: of the column [m].
+        unit: of time, the root of width over gravity [s].
+    """
+    unit = unit / math.sqrt(2.0)
+    front = np.interp(np.array(FRONT_T) * unit, found.time, found.front) / width
+    return (
+        _mean("front Z, mean error", front, FRONT_Z, 0.08),
+        _started("front Z", FRONT_T, FRONT_Z, unit, found, width),
+    )
 
 
 def koshizuka_oka(grade: Grade) -> Outcome:
