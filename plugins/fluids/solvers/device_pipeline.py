@@ -157,7 +157,9 @@ class DevicePipeline(ABC):
         parts = (self.fields, self.particles, self.grid, self.numbers, self.smoothing)
         pull, spin = self.settings.cohesion, self.settings.vorticity
         return (
-            Cohesion(*parts, strength=pull, mass=self.mass) if pull > 0 else None,
+            Cohesion(*parts, tension=pull, mass=self.mass, spacing=self.spacing)
+            if pull > 0
+            else None,
             Vorticity(*parts, strength=spin, spacing=self.spacing) if spin > 0 else None,
         )
 

@@ -43,7 +43,9 @@ class DeviceSettings(ABC):
         suction: largest tension of water that is enclosed by water, walls and bodies [Pa]: flow
             stays attached where its pressure falls below that of the air. 0 lets it tear off
             there.
-        cohesion: surface tension after Akinci et al. 2013 [N/m]; 0 switches it off.
+        cohesion: surface tension by attraction after Akinci et al. 2013 [N/m], 0.072 for water;
+            0 switches it off. Set ``sound_speed`` to sqrt(60 cohesion / (density spacing)) [m/s] or
+            more: then it compresses the water by two per cent or less.
         vorticity: strength of vorticity confinement [1]; 0 switches it off.
         kernel: smoothing kernel. The cubic spline holds submerged spheres, boxes and cylinders
             best; Wendland's is a tenth faster and holds the pressure of a still column best.
