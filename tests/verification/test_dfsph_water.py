@@ -83,6 +83,17 @@ def test_still_water_carries_its_weight(water: DeviceSolver) -> None:
     assert slope == pytest.approx(-1000 * GRAVITY, rel=0.05)
 
 
+def test_a_first_filling_is_not_thrown_up(water: DeviceSolver) -> None:
+    """A lattice one per cent too dense beside walls expands: it does not leave the floor."""
+    body = cube(water, 1e6, 8.0)
+    found = [step_beside(water, body, 8.0) for _ in range(20)]
+    # it left with 0.8 m/s, and the floor carried nothing for 0.16 s
+    assert abs(water.momentum()[2]) < 0.05 * water.count * MASS
+    weight = water.count * MASS * GRAVITY
+    assert -np.mean([e.walls[2] for e in found[5:]]) / STEP > 0.5 * weight
+    assert found[0].mean_compression < 10 * GOAL
+
+
 def test_a_cube_floats_and_no_momentum_is_lost(water: DeviceSolver) -> None:
     """A cube of ratio 0.8: carried by the water, 0.8 of its height wet, the balance to rounding."""
     body = cube(water, 0.8, 14 + (0.5 - 0.85) * SIDE / SPACING)

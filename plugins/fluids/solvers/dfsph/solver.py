@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from seals.plugins.fluids.solver import Domain, Snapshot
+from seals.plugins.fluids.solver import Domain, Exchange, Snapshot
 from seals.plugins.fluids.solvers.device_solver import DeviceSolver
 from seals.plugins.fluids.solvers.dfsph.pipeline import DfsphPipeline
 
@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     from seals.plugins.fluids.solvers.dfsph.settings import DfsphSettings
 
 Array = NDArray[np.float64]
+
+
+EXPANSIONS, EVEN = 5, 5e-4
+"""Most substeps in which a first filling expands, and the mean compression that ends them [1]."""
 
 
 class SolverDfsph(DeviceSolver):
@@ -45,8 +49,44 @@ class SolverDfsph(DeviceSolver):
     pipeline: DfsphPipeline
 
     def _pipeline(self, domain: Domain, accelerated: bool) -> DfsphPipeline:
-        self._swiftest = 0.0
+        self._swiftest, self._fresh = 0.0, False
         return DfsphPipeline(domain, settings=self.settings, accelerated=accelerated)
+
+    def add_particles(
+        self, positions: Array, velocities: Array | None = None, *, trusted: bool = False
+    ) -> None:
+        """Add particles, see `ParticleSolver.add_particles`; a first filling expands in place."""
+        self._fresh = self._fresh or not self.count
+        super().add_particles(positions, velocities, trusted=trusted)
+
+    def advance(self, step: float, *, substeps: int) -> Exchange:
+        """Advance by ``step`` [s], see `ParticleSolver.advance`."""
+        if self._fresh and self._placed:
+            self._fresh = False
+            self._expand(step / substeps)
+        return super().advance(step, substeps=substeps)
+
+    def _expand(self, substep: float) -> None:
+        """Undo the compression of a first filling by the places of its particles alone.
+
+        A lattice is a per cent too dense beside walls. Undone by velocities within a substep, that
+        throws the water up.
+        """
+        speeds, pipeline = self.velocities(), self.pipeline
+        for k in range(EXPANSIONS):
+            if self.boundary.stale:
+                self.boundary.upload(self.origin)
+            pipeline.moving = self.boundary.moving > 0
+            pipeline.prepare(substep, self.sound_speed)
+            pipeline.substep(static_changed=k == 0)
+            compression = pipeline.sums().compression / max(self.count, 1)
+            # without the pressure that did it, and as if nothing had been pushed
+            self._load(self.positions(), speeds)
+            pipeline.bodies.receive()
+            pipeline.collect()
+            pipeline.wall_impulse()
+            if compression < EVEN:
+                break
 
     @property
     def sound_speed(self) -> float:
@@ -88,12 +128,13 @@ class SolverDfsph(DeviceSolver):
         """Return everything needed to continue bit for bit (deterministic mode)."""
         arrays = dict(super().snapshot().arrays)
         arrays |= {"pressed": self.pipeline.own.pressed.to_numpy()}
-        return Snapshot(arrays | {"substep": self.pipeline.current})
+        return Snapshot(arrays | {"substep": self.pipeline.current, "fresh": self._fresh})
 
     def restore(self, snapshot: Snapshot) -> None:
         """Restore a snapshot; the caller sets the bodies again."""
         super().restore(snapshot)
         self.pipeline.own.pressed.from_numpy(snapshot.arrays["pressed"])
+        self._fresh = bool(snapshot.arrays["fresh"])
         self.pipeline.current, self.pipeline.sound = float(snapshot.arrays["substep"]), 0.0
 
 
