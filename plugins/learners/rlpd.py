@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from seals.errors import ConfigError
 from seals.learn.learner import Spaces, need_torch, whole
-from seals.learn.replay.samplers import Uniform, as_torchrl_sampler
+from seals.learn.replay.samplers import Sampler
 from seals.plugins.learners.sac import SAC, SacAgent
 from seals.schema import setting
 
@@ -50,7 +50,7 @@ class RLPD(SAC):
     def start(self, spaces: Spaces, *, device: str, seed: int) -> RlpdAgent:
         """Return a fresh agent."""
         need_torch()
-        sampler = as_torchrl_sampler(Uniform, share=self.share)
+        sampler = Sampler(share=self.share)
         wants = "no" if self.demonstrations == "none" else "must"
         return RlpdAgent(self, spaces, device, seed, sampler=sampler, wants=wants)
 

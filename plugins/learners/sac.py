@@ -13,7 +13,7 @@ from seals.learn.observations import tensors, vector
 from seals.learn.recorded import Recorded
 from seals.learn.replay.memory import Memory
 from seals.learn.replay.returns import Returns, of_episodes
-from seals.learn.replay.samplers import Uniform, as_torchrl_sampler
+from seals.learn.replay.samplers import Sampler
 from seals.learn.scaling import FORMS, RunningNormaliser, transform_reward
 from seals.learn.seeding import first_weights, generator_of
 from seals.learn.tanh_normal import TanhNormal
@@ -100,9 +100,7 @@ class SAC:
         """Return a fresh agent."""
         need_torch()
         wants = "no" if self.demonstrations == "none" else "must"
-        return SacAgent(
-            self, spaces, device, seed, sampler=as_torchrl_sampler(Uniform), wants=wants
-        )
+        return SacAgent(self, spaces, device, seed, sampler=Sampler(), wants=wants)
 
 
 class SacAgent:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from seals.learn.learner import Spaces, need_torch, whole
 from seals.learn.replay.returns import Returns
-from seals.learn.replay.samplers import Prioritised, as_torchrl_sampler
+from seals.learn.replay.samplers import Prioritised
 from seals.plugins.learners.sac import SAC, SacAgent
 from seals.schema import setting
 
@@ -65,8 +65,7 @@ class SACfD(SAC):
     def start(self, spaces: Spaces, *, device: str, seed: int) -> SacfdAgent:
         """Return a fresh agent."""
         need_torch()
-        sampler = as_torchrl_sampler(
-            Prioritised,
+        sampler = Prioritised(
             alpha=self.alpha,
             beta=self.beta,
             anneal=self.anneal,

@@ -10,7 +10,7 @@ from seals.errors import ConfigError, suggestion
 from seals.learn import networks
 from seals.learn.augmentation import random_shift
 from seals.learn.learner import Spaces, need_torch, one_of, whole
-from seals.learn.replay.samplers import Uniform, as_torchrl_sampler
+from seals.learn.replay.samplers import Sampler
 from seals.plugins.learners.sac import SAC, SacAgent
 from seals.schema import setting
 
@@ -86,9 +86,7 @@ class VisualSAC(SAC):
                 "Choose an observation with pixels, or learner=sac"
             )
         wants = "no" if self.demonstrations == "none" else "must"
-        return VisualSacAgent(
-            self, spaces, device, seed, sampler=as_torchrl_sampler(Uniform), wants=wants
-        )
+        return VisualSacAgent(self, spaces, device, seed, sampler=Sampler(), wants=wants)
 
 
 def remaining_columns(names: Sequence[str], withheld: Sequence[str]) -> list[int] | None:

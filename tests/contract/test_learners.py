@@ -70,9 +70,9 @@ class Forgetful(SAC):
 
     def start(self, spaces: Any, *, device: str, seed: int) -> Any:
         """Return the agent."""
-        from seals.learn.replay.samplers import Uniform, as_torchrl_sampler
+        from seals.learn.replay.samplers import Sampler
 
-        sampler = as_torchrl_sampler(Uniform)
+        sampler = Sampler()
         return ForgetfulAgent(self, spaces, device, seed, sampler=sampler, wants="no")
 
 

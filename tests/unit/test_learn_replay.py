@@ -10,8 +10,7 @@ import pytest
 from seals.errors import ConfigError
 from seals.learn.replay.memory import Memory
 from seals.learn.replay.returns import Returns, of_episodes
-from seals.learn.replay.samplers import Uniform, as_torchrl_sampler
-from seals.learn.replay.sums import SumTree
+from seals.learn.replay.samplers import Prioritised, Sampler
 from seals.learn.seeding import generator_of
 
 torch = pytest.importorskip("torch")
@@ -163,37 +162,31 @@ def test_advantages_know_cutting_off_from_ending() -> None:
 
 
 @pytest.mark.parametrize("size", [1, 63, 64, 65, 5000])
-def test_a_tree_draws_what_cumulative_sums_draw(size: int) -> None:
-    """The index is the one at which NumPy's running sum first exceeds the value."""
+def test_priorities_draw_what_cumulative_sums_draw(size: int) -> None:
+    """The index is the one at which NumPy's running sum first exceeds the number drawn."""
     rng = np.random.default_rng(size)
     weights = rng.integers(0, 4, size).astype(float)
     weights[size // 2] = 3.0
-    tree = SumTree(size)
-    tree.put(torch.arange(size), torch.from_numpy(weights))
-    # whole numbers add up exactly in any order, so that both must agree on every draw
-    at = rng.integers(0, int(weights.sum()) * 2, 200) / 2.0
-    expected = np.searchsorted(np.cumsum(weights), at, side="right")
-    assert tree.draw(torch.from_numpy(at)).tolist() == expected.tolist()
-    assert float(tree.total) == weights.sum()
-
-
-def test_a_tree_forgets_old_weights() -> None:
-    """After a change the sums are those of the new weights alone, filled or put one by one."""
-    tree, other = SumTree(300), SumTree(300)
-    rng = np.random.default_rng(1)
-    for _ in range(5):
-        tree.put(torch.arange(300), torch.from_numpy(rng.uniform(0.0, 1e9, 300)))
-    weights = torch.from_numpy(rng.uniform(0.0, 1e-3, 300))
-    tree.put(torch.arange(300), weights)
-    other.fill(weights)
-    assert torch.equal(tree.leaves(), weights)
-    assert float(tree.total) == pytest.approx(float(weights.sum()), rel=1e-12)
-    assert float(other.total) == float(tree.total)
+    sampler = Prioritised(alpha=1.0, beta=1.0, anneal=1, epsilon=0.0, bonus=0.0)
+    sampler.allocate(size + 3, "cpu")
+    # slots that hold nothing yet must not be drawn, whatever they held before
+    sampler.priorities[:] = 7.0
+    sampler.priorities[:size] = torch.from_numpy(weights)
+    sampler.generator = generator_of(2, "cpu")
+    index, weight = sampler.sample(size, 300)
+    drawn = torch.rand(300, generator=generator_of(2, "cpu"), dtype=torch.float64).numpy()
+    assert (
+        index.tolist()
+        == np.searchsorted(np.cumsum(weights), drawn * weights.sum(), side="right").tolist()
+    )
+    assert weight is not None
+    share = weights[index.numpy()] / weights.sum()
+    assert weight.numpy() == pytest.approx(share.min() / share, rel=1e-6)
 
 
 def memory_of(*, capacity: int, share: float | None = None) -> Memory:
     """Return an empty memory on the processor."""
-    sampler = as_torchrl_sampler(Uniform, share=share)
+    sampler = Sampler(share=share)
     generator = generator_of(1, "cpu")
     return Memory(capacity=capacity, sampler=sampler, device="cpu", generator=generator)
 
@@ -212,6 +205,21 @@ def test_demonstrations_are_never_overwritten() -> None:
     rewards = set(memory.sample(2000)["reward"].tolist())
     assert rewards == {-3.0, -2.0, -1.0, *map(float, range(15, 25))}
     assert (len(memory), memory.protected, memory.experience) == (13, 3, 10)
+
+
+def test_rows_lie_where_those_of_torchrl_lie() -> None:
+    """Without demonstrations the ring is that of TorchRL's buffer, and so is every drawn row."""
+    from torchrl.data import LazyTensorStorage, TensorDictReplayBuffer
+    from torchrl.data.replay_buffers.samplers import RandomSampler
+
+    memory = memory_of(capacity=12)
+    other = TensorDictReplayBuffer(storage=LazyTensorStorage(12), sampler=RandomSampler())
+    for first in range(0, 35, 5):
+        memory.add(numbered(first, 5))
+        other.extend(memory._table(numbered(first, 5)))
+        batch = memory.sample(50)
+        assert torch.equal(batch["reward"], other[batch["index"]]["reward"])
+        assert len(memory) == len(other)
 
 
 def test_shares_are_kept_in_every_batch() -> None:

@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from seals.learn.replay.memory import Memory
-from seals.learn.replay.samplers import Prioritised, as_torchrl_sampler
+from seals.learn.replay.samplers import Prioritised
 from seals.learn.seeding import generator_of
 
 torch = pytest.importorskip("torch")
@@ -25,7 +25,7 @@ BATCH = 12_800
 def memory_of(**law: Any) -> Memory:
     """Return a memory of 20 demonstrations and 180 further transitions."""
     values = {"alpha": 0.6, "beta": 0.4, "anneal": 1000, "epsilon": 0.01, "bonus": 1.0, **law}
-    sampler = as_torchrl_sampler(Prioritised, **values)
+    sampler = Prioritised(**values)
     memory = Memory(
         capacity=ROWS - SHOWN, sampler=sampler, device="cpu", generator=generator_of(7, "cpu")
     )
@@ -119,9 +119,7 @@ def test_priorities_go_on_from_their_state() -> None:
     learned(memory, np.random.default_rng(1).exponential(1.0, ROWS))
     fresh = Memory(
         capacity=ROWS - SHOWN,
-        sampler=as_torchrl_sampler(
-            Prioritised, alpha=0.6, beta=0.4, anneal=1000, epsilon=0.01, bonus=1.0
-        ),
+        sampler=Prioritised(alpha=0.6, beta=0.4, anneal=1000, epsilon=0.01, bonus=1.0),
         device="cpu",
         generator=generator_of(0, "cpu"),
     )

@@ -1,9 +1,7 @@
-"""Replay buffer of TorchRL whose first slots hold protected demonstrations."""
+"""Replay buffer whose first slots hold protected demonstrations."""
 
 from __future__ import annotations
 
-import functools
-import logging
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -13,28 +11,35 @@ from seals.learn.replay.returns import present_names
 if TYPE_CHECKING:
     from torch import Generator, Tensor
 
+    from seals.learn.replay.samplers import Sampler
+
 
 class Memory:
-    """Replay buffer: a ring of experience behind the protected demonstrations.
+    """Replay buffer: a ring of experience behind the protected demonstrations, in a TensorDict.
+
+    TorchRL's buffer overwrites demonstrations, and its sum tree is not in every wheel; what this
+    one gains in speed: ``benchmarks/learning_parts.py``.
 
     Args:
         capacity: transitions of experience; the oldest give way. Demonstrations come on top.
-        sampler: from `seals.learn.replay.samplers.as_torchrl_sampler`.
+        sampler: chooses what is drawn.
         device: where everything lies.
         generator: the only source of random numbers, on ``device``.
     """
 
-    def __init__(self, *, capacity: int, sampler: Any, device: str, generator: Generator) -> None:
-        """Store the sizes; the buffer is allocated with the first transition."""
+    def __init__(
+        self, *, capacity: int, sampler: Sampler, device: str, generator: Generator
+    ) -> None:
+        """Store the sizes; the rows are allocated with the first transition."""
         self.capacity, self.device = capacity, device
         self.sampler = sampler
         self.sampler.generator = generator
-        self.protected = 0
-        self._buffer: Any = None
+        self.protected = self._stored = self._cursor = 0
+        self._rows: Any = None
 
     def __len__(self) -> int:
         """Return the number of transitions, demonstrations included."""
-        return 0 if self._buffer is None else len(self._buffer)
+        return self._stored
 
     @property
     def experience(self) -> int:
@@ -50,13 +55,13 @@ class Memory:
         Raises:
             ConfigError: there is experience already.
         """
-        if self._buffer is not None:
+        if self._rows is not None:
             raise ConfigError(
                 "demonstrations come after experience.\nGive them before the first step."
             )
-        count = _length(columns)
-        self._make(count)
-        self._whole().extend(self._rows(columns))
+        rows = self._table(columns)
+        self._make(rows, protected=len(rows))
+        self._put(rows, 0)
 
     def add(self, columns: Mapping[str, Any]) -> None:
         """Add a transition of each environment.
@@ -67,16 +72,22 @@ class Memory:
         Raises:
             ConfigError: more rows than the memory has room for.
         """
-        if _length(columns) > self.capacity:
+        rows = self._table(columns)
+        if len(rows) > self.capacity:
             raise ConfigError(
-                f"learner.capacity={self.capacity} is less than {_length(columns)} environments "
+                f"learner.capacity={self.capacity} is less than {len(rows)} environments "
                 "write in one step.\nAllowed: a multiple of the number of environments."
             )
-        self._whole().extend(self._rows(columns))
+        if self._rows is None:
+            self._make(rows, protected=0)
+        self._put(rows, self._cursor)
 
     def sample(self, count: int) -> Any:
         """Return ``count`` transitions as a TensorDict, with ``index`` and maybe ``weight``."""
-        return self._buffer.sample(count)
+        index, weight = self.sampler.sample(self._stored, count)
+        batch = self._rows[index]
+        batch.set("index", index)
+        return batch if weight is None else batch.set("weight", weight)
 
     def share(self, batch: Any) -> Tensor:
         """Return the fraction of demonstrations in a batch, shape ()."""
@@ -89,17 +100,17 @@ class Memory:
 
     def state(self) -> dict[str, Any]:
         """Return all transitions and the state of the sampler."""
-        if self._buffer is None:
+        if self._rows is None:
             return {"protected": 0, "rows": None}
-        rows = self._buffer[:].exclude("index")
-        if len(self) < self.protected + self.capacity:
+        rows = self._rows[: self._stored]
+        if self._stored < len(self._rows):
             # a view of a part would be written with the empty rest behind it
             rows = rows.clone()
         return {
             "protected": self.protected,
-            "rows": {key: _plain(value) for key, value in rows.items()},
-            "cursor": self._buffer.writer.cursor,
-            "sampler": dict(self.sampler.state_dict()),
+            "rows": rows.to_dict(),
+            "cursor": self._cursor,
+            "sampler": self.sampler.state(),
         }
 
     def load(self, state: Mapping[str, Any]) -> None:
@@ -110,116 +121,41 @@ class Memory:
         """
         if state["rows"] is None:
             return
-        rows = self._rows(present_names(state["rows"]))
+        rows = self._table(present_names(state["rows"]))
         protected, cursor, size = int(state["protected"]), int(state["cursor"]), len(rows)
         # room is made for the protected rows, and the cursor is where the next one is written
         if not 0 <= protected <= size <= protected + self.capacity or not 0 <= cursor <= size:
             raise ValueError(f"{size} transitions, {protected} of them protected, next at {cursor}")
-        self._make(protected)
-        # the order in the storage is that of the rows, the cursor goes where it was
-        self._buffer.writer.fill(rows, cursor)
-        self.sampler.load_state_dict(state["sampler"])
+        self._make(rows, protected=protected)
+        self._rows[:size] = rows
+        self._stored, self._cursor = size, cursor
+        self.sampler.load(state["sampler"])
 
-    def _whole(self) -> Any:
-        """Return the buffer, allocated at the first write."""
-        if self._buffer is None:
-            self._make(0)
-        return self._buffer
-
-    def _make(self, protected: int) -> None:
-        from torchrl.data import LazyTensorStorage, TensorDictReplayBuffer
-
-        # it tells every storage that it makes
-        logging.getLogger("torchrl").setLevel(logging.WARNING)
-        self.protected = self.sampler.protected = protected
+    def _make(self, rows: Any, *, protected: int) -> None:
+        """Allocate rows like those given."""
         size = protected + self.capacity
+        self.protected = self.sampler.protected = protected
         self.sampler.allocate(size, self.device)
-        self._buffer = TensorDictReplayBuffer(
-            storage=LazyTensorStorage(size, device=self.device),
-            sampler=self.sampler,
-            writer=_ring_class()(protected=protected),
-        )
+        self._rows = rows.apply(lambda x: x.new_zeros((size, *x.shape[1:])), batch_size=[size])
 
-    def _rows(self, columns: Mapping[str, Any]) -> Any:
+    def _put(self, rows: Any, first: int) -> None:
+        """Write rows from a slot on, around the ring behind the protected ones."""
+        import torch
+
+        count, size = len(rows), len(self._rows)
+        index = torch.arange(first, first + count, device=self.device)
+        index = torch.where(index < size, index, index - self.capacity)
+        self._rows[index] = rows
+        self._stored = max(self._stored, min(first + count, size))
+        end = first + count
+        self._cursor = end if end < size else end - self.capacity
+        self.sampler.extend(index)
+
+    def _table(self, columns: Mapping[str, Any]) -> Any:
+        """Return columns as a TensorDict on the device, without indices of older checkpoints."""
         from tensordict import TensorDict
 
-        count = _length(columns)
-        return TensorDict(dict(columns), batch_size=[count], device=self.device)
-
-
-class Ring:
-    """Ring writer behind the protected slots.
-
-    Args:
-        protected: slots at the front that are written once, all together.
-    """
-
-    _storage: Any
-
-    def __init__(self, *, protected: int = 0) -> None:
-        """Start at the first unprotected slot."""
-        super().__init__()
-        self.protected, self.cursor = protected, 0
-        self._write_count = 0
-
-    def extend(self, data: Any) -> Tensor:
-        """Write rows and return their slots."""
-        import torch
-
-        count = len(data)
-        room = self._storage.max_size - self.protected
-        if self.cursor < self.protected:
-            index = torch.arange(count, device=data.device)
-            self.cursor = count
-        else:
-            index = torch.arange(count, device=data.device) + (self.cursor - self.protected)
-            index = index % room + self.protected
-            self.cursor = (self.cursor - self.protected + count) % room + self.protected
-        self._put(index, data)
-        return index
-
-    def fill(self, data: Any, cursor: int) -> None:
-        """Write all rows from the start, and set the cursor."""
-        import torch
-
-        self._put(torch.arange(len(data), device=data.device), data)
-        self.cursor = cursor
-
-    def _put(self, index: Tensor, data: Any) -> None:
-        data.set("index", index)
-        self._storage.set(index, data)
-        self._write_count += len(data)
-
-    def add(self, data: Any) -> int:
-        """Write one row and return its slot."""
-        return int(self.extend(data.unsqueeze(0))[0])
-
-    def state_dict(self) -> dict[str, Any]:
-        """Return the cursor."""
-        return {"cursor": self.cursor}
-
-    def load_state_dict(self, state: Mapping[str, Any]) -> None:
-        """Set the cursor."""
-        self.cursor = int(state["cursor"])
-
-
-@functools.cache
-def _ring_class() -> type:
-    from torchrl.data.replay_buffers.writers import Writer
-
-    def nothing(self: Any, *_: Any, **__: Any) -> None:
-        """Keep nothing on disk: the state goes into the checkpoint."""
-
-    return type("WriterRing", (Ring, Writer), dict.fromkeys(("_empty", "dumps", "loads"), nothing))
-
-
-def _length(columns: Mapping[str, Any]) -> int:
-    first = next(iter(columns.values()))
-    return _length(first) if isinstance(first, Mapping) else int(first.shape[0])
-
-
-def _plain(value: Any) -> Any:
-    """Turn a TensorDict inside a row into a plain mapping."""
-    if hasattr(value, "items"):
-        return {key: _plain(child) for key, child in value.items()}
-    return value
+        given = {name: value for name, value in columns.items() if name != "index"}
+        found = TensorDict(given, device=self.device)
+        found.batch_size = next(iter(found.values(True, True))).shape[:1]
+        return found

@@ -1,8 +1,4 @@
-"""Samplers of a replay buffer: uniform, with a fixed share of demonstrations, or by priority.
-
-The logic lies in plain classes; `as_torchrl_sampler` ties one to TorchRL's base class of samplers
-when a buffer is made, so that this module is read without TorchRL.
-"""
+"""Samplers of a replay buffer: uniform, with a fixed share of demonstrations, or by priority."""
 
 from __future__ import annotations
 
@@ -10,13 +6,11 @@ import functools
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from seals.learn.replay.sums import SumTree
-
 if TYPE_CHECKING:
     from torch import Generator, Tensor
 
 
-class Uniform:
+class Sampler:
     """Uniform sampling, or a fixed share of demonstrations.
 
     Args:
@@ -37,31 +31,31 @@ class Uniform:
     def update_priorities(self, index: Tensor, error: Tensor) -> None:
         """Do nothing: uniform sampling has no priorities to update."""
 
-    def sample(self, storage: Any, batch_size: int) -> tuple[Tensor, dict[str, Any]]:
-        """Return indices (batch,), in the form of TorchRL."""
+    def sample(self, stored: int, count: int) -> tuple[Tensor, Tensor | None]:
+        """Return indices (count,) of so many stored transitions, and weights or None."""
         import torch
 
-        stored, kept = len(storage), self.protected
+        kept = self.protected
         draw = functools.partial(
             torch.randint, generator=self.generator, device=_device(self.generator)
         )
         if self.share is None or kept in (0, stored):
-            return draw(0, stored, (batch_size,)), {}
-        shown = round(self.share * batch_size)
-        return torch.cat([draw(0, kept, (shown,)), draw(kept, stored, (batch_size - shown,))]), {}
+            return draw(0, stored, (count,)), None
+        shown = round(self.share * count)
+        return torch.cat([draw(0, kept, (shown,)), draw(kept, stored, (count - shown,))]), None
 
     def extend(self, index: Tensor) -> None:
         """Do nothing: uniform sampling keeps no record of transitions."""
 
-    def state_dict(self) -> dict[str, Any]:
+    def state(self) -> dict[str, Any]:
         """Return an empty state."""
         return {}
 
-    def load_state_dict(self, state: Mapping[str, Any]) -> None:
+    def load(self, state: Mapping[str, Any]) -> None:
         """Do nothing: there is no state."""
 
 
-class Prioritised:
+class Prioritised(Sampler):
     """Prioritised sampling by temporal-difference error, with a bonus for demonstrations.
 
     Equation:
@@ -83,49 +77,51 @@ class Prioritised:
         Schaul et al. 2016, arXiv 1511.05952; Vecerik et al. 2017, arXiv 1707.08817.
     """
 
-    protected = 0
-    generator: Generator | None = None
     MEMORY = 0.999
     """Share of the running mean of |delta| that stays from one batch to the next."""
 
     def __init__(
         self, *, alpha: float, beta: float, anneal: int, epsilon: float, bonus: float
     ) -> None:
-        """Store the parameters; the tree is allocated with the first transition."""
+        """Store the parameters; priorities are allocated with the first transition."""
+        super().__init__()
         self.alpha, self.beta, self.anneal = alpha, beta, anneal
         self.epsilon, self.bonus = epsilon, bonus
-        self.tree: SumTree | None = None
+        self.priorities: Any = None
         self.updates = 0
         self._weight = 0.0
         self._largest: Tensor | float = 1.0
         self._scale: Tensor | float = 0.0
 
     def allocate(self, size: int, device: str) -> None:
-        """Allocate the priorities of ``size`` transitions."""
-        self.tree = SumTree(size, device)
-
-    def sample(self, storage: Any, batch_size: int) -> tuple[Tensor, dict[str, Any]]:
-        """Return indices (batch,) and their weights, in the form of TorchRL."""
+        """Allocate the priorities of ``size`` transitions, all zero."""
         import torch
 
-        tree = self._allocated()
+        self.priorities = torch.zeros(size, dtype=torch.float64, device=device)
+
+    def sample(self, stored: int, count: int) -> tuple[Tensor, Tensor | None]:
+        """Return indices (count,) and their weights, largest 1.
+
+        Running sums of all priorities are made anew for each batch: one pass over the memory, and
+        nothing that could drift.
+        """
+        import torch
+
         device = _device(self.generator)
-        at = torch.rand(batch_size, generator=self.generator, device=device, dtype=torch.float64)
-        total = tree.total
-        index = tree.draw(at * total)
-        share = tree.get(index) / total
+        at = torch.rand(count, generator=self.generator, device=device, dtype=torch.float64)
+        sums = self.priorities[:stored].cumsum(0)
+        index = torch.searchsorted(sums, at * sums[-1], right=True).clamp(max=stored - 1)
+        share = self.priorities[index] / sums[-1]
         rise = min(1.0, self.updates / max(self.anneal, 1))
-        weight = (len(storage) * share) ** -(self.beta + (1.0 - self.beta) * rise)
-        return index, {"weight": (weight / weight.max()).float()}
+        weight = (stored * share) ** -(self.beta + (1.0 - self.beta) * rise)
+        return index, (weight / weight.max()).float()
 
     def extend(self, index: Tensor) -> None:
         """Give new transitions the largest recent error."""
         import torch
 
-        tree = self._allocated()
-        index = torch.as_tensor(index, device=tree.levels[0].device).reshape(-1)
         error = torch.ones(index.shape, dtype=torch.float64, device=index.device) * self._largest
-        tree.put(index, self._priority(index, error))
+        self.priorities[index] = self._priority(index, error)
 
     def update_priorities(self, index: Tensor, error: Tensor) -> None:
         """Update the priorities of drawn transitions by their errors (batch,)."""
@@ -137,7 +133,7 @@ class Prioritised:
         mean = torch.as_tensor(self._scale) / self._weight
         scaled = size / mean.clamp(min=1e-12)
         self._largest = torch.maximum(scaled.max(), 0.999 * torch.as_tensor(self._largest))
-        self._allocated().put(index, self._priority(index, scaled))
+        self.priorities[index] = self._priority(index, scaled)
         self.updates += 1
 
     def _priority(self, index: Tensor, scaled: Tensor) -> Tensor:
@@ -145,54 +141,29 @@ class Prioritised:
         found: Tensor = (scaled + self.epsilon + self.bonus * shown) ** self.alpha
         return found
 
-    def _allocated(self) -> SumTree:
-        if self.tree is None:
-            raise RuntimeError("a prioritised sampler is used before its buffer was made")
-        return self.tree
-
-    def state_dict(self) -> dict[str, Any]:
+    def state(self) -> dict[str, Any]:
         """Return the priorities and the running figures."""
         import torch
 
         return {
-            "leaves": self._allocated().leaves(),
+            "leaves": self.priorities.clone(),
             "updates": self.updates,
             "largest": torch.as_tensor(self._largest, dtype=torch.float64).clone(),
             "scale": torch.as_tensor(self._scale, dtype=torch.float64).clone(),
             "weight": self._weight,
         }
 
-    def load_state_dict(self, state: Mapping[str, Any]) -> None:
-        """Restore that state."""
-        tree = self._allocated()
-        tree.fill(state["leaves"])
-        device = tree.levels[0].device
+    def load(self, state: Mapping[str, Any]) -> None:
+        """Restore that state.
+
+        Raises:
+            RuntimeError: it is of another number of transitions.
+        """
+        self.priorities.copy_(state["leaves"])
+        device = self.priorities.device
         self.updates, self._weight = int(state["updates"]), float(state["weight"])
         self._largest = state["largest"].to(device)
         self._scale = state["scale"].to(device)
-
-
-def as_torchrl_sampler(cls: type, **options: Any) -> Any:
-    """Return a sampler of a class of this module as a ``Sampler`` of TorchRL.
-
-    Example:
-        >>> import pytest
-        >>> samplers = pytest.importorskip("torchrl.data.replay_buffers.samplers")
-        >>> isinstance(as_torchrl_sampler(Uniform, share=0.5), samplers.Sampler)
-        True
-    """
-    return _bound_class(cls)(**options)
-
-
-@functools.cache
-def _bound_class(cls: type) -> type:
-    from torchrl.data.replay_buffers.samplers import Sampler
-
-    def nothing(self: Any, *_: Any) -> None:
-        """Keep nothing on disk: the state goes into the checkpoint."""
-
-    unused = dict.fromkeys(("_empty", "dumps", "loads"), nothing)
-    return type(f"Sampler{cls.__name__}", (cls, Sampler), unused)
 
 
 def _device(generator: Generator | None) -> Any:
