@@ -1,0 +1,72 @@
+"""Our parts of learners against TorchRL's: equal weights and draws give equal results."""
+
+from __future__ import annotations
+
+import pytest
+
+torch = pytest.importorskip("torch", reason="learning needs torch: pip install 'aam-seals[learn]'")
+pytest.importorskip("torchrl", reason="learning needs torchrl: pip install 'aam-seals[learn]'")
+
+from tensordict import TensorDict  # noqa: E402  what follows needs it
+
+from benchmarks import learning_parts as parts  # noqa: E402
+from seals.learn.seeding import generator_of  # noqa: E402
+from seals.learn.tanh_normal import TanhNormal  # noqa: E402
+
+pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
+
+
+def test_actions_are_those_of_torchrl() -> None:
+    """The same noise gives the same actions, log-probabilities and slopes, to rounding."""
+    output = torch.randn(500, 6, generator=torch.Generator().manual_seed(1), dtype=torch.float64)
+    ours, theirs = (output.clone().requires_grad_() for _ in range(2))
+    action, log_prob = TanhNormal(ours).sample(generator_of(4, "cpu"))
+    torch.manual_seed(generator_of(4, "cpu").initial_seed())
+    mean, deviation = parts.Spread(torch.nn.Identity())(theirs)
+    law = parts.TorchrlTanhNormal(mean, deviation, low=-1.0, high=1.0, tanh_loc=False)
+    other = law.rsample()
+    # where tanh is 1 to the last digit, TorchRL cuts off what it takes the logarithm of
+    inside = action.detach().abs().amax(-1) < 1.0 - 1e-6
+    assert int(inside.sum()) > 400
+    assert torch.allclose(action, other, atol=1e-12)
+    assert torch.allclose(log_prob[inside], law.log_prob(other)[inside], atol=1e-6)
+    for found in (log_prob, law.log_prob(other)):
+        found[inside].sum().backward()
+    assert torch.allclose(ours.grad, theirs.grad, rtol=1e-4, atol=1e-6)
+
+
+def test_losses_of_sac_are_those_of_torchrl() -> None:
+    """Critics', actor's and temperature's losses, and the slopes of all weights, agree."""
+    ours, rows = parts.agent(), parts.transitions(200)
+    (loss, _soft), batch = parts.loss_of(ours), TensorDict(rows, batch_size=[200])
+    ours.generator.manual_seed(11)
+    seen = batch["observation"]
+    aim = ours._td_target(batch["reward"], batch["discount"], batch["next_observation"])
+    critic = (ours.nets.values(seen, batch["action"]) - aim).square().mean(-1).sum()
+    action, log_prob = TanhNormal(ours.nets.actor(seen)).sample(ours.generator)
+    actor = (ours.nets.alpha * log_prob - ours.nets.values(seen, action).min(0).values).mean()
+    torch.manual_seed(11)
+    found = loss(parts.theirs_of(rows))
+    assert float(found["loss_qvalue"].detach()) == pytest.approx(float(critic.detach()), rel=1e-5)
+    assert float(found["loss_actor"].detach()) == pytest.approx(float(actor.detach()), rel=1e-5)
+    assert float(found["entropy"].detach()) == pytest.approx(
+        -float(log_prob.detach().mean()), rel=1e-5
+    )
+    pairs = [(critic, "loss_qvalue", "critics"), (actor, "loss_actor", "actor")]
+    for own, name, group in pairs:
+        weights = ours.nets._learned[group]
+        slopes = torch.autograd.grad(own, weights, retain_graph=True)
+        loss.zero_grad()
+        found[name].backward(retain_graph=True)
+        moved = [p.grad for p in loss.parameters() if p.grad is not None and p.numel() > 1]
+        whole = torch.sort(torch.cat([s.flatten() for s in slopes])).values
+        other = torch.sort(torch.cat([s.flatten() for s in moved])).values
+        assert whole.shape == other.shape
+        assert torch.allclose(whole, other, rtol=1e-3, atol=1e-5)
+
+
+def test_parts_can_be_measured() -> None:
+    """Each part runs, on both sides where TorchRL has it; rates are above zero."""
+    for part in (*parts.memories(), parts.drawing(), parts.updates()):
+        assert parts.rate(part.own, 0.01) > 0.0
+        assert part.theirs is None or parts.rate(part.theirs, 0.01) > 0.0
