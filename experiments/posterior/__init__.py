@@ -8,6 +8,7 @@ from importlib.resources import files
 from pathlib import Path
 from subprocess import CalledProcessError
 
+from seals.arrays import Floats
 from seals.errors import ConfigError, suggestion
 from seals.experiments.command import show_table
 from seals.experiments.learning_study.arms import Training
@@ -54,8 +55,7 @@ def main(words: Sequence[str] | None = None) -> int:
     if given.stage == "fly":
         return fly(task, out)
     if given.stage == "tell":
-        there = [arm for arm in ARMS if (out / arm).is_dir()]
-        show_table(out, tell(gather(out) if there else kept(out / EPISODES), out))
+        show_table(out, tell(table_of(out, given.task), out))
         return 0
     jobs = trainings(
         out, task, answers.resolve(), seeds=given.seeds, device=given.device, more=tuple(given.more)
@@ -67,6 +67,19 @@ def main(words: Sequence[str] | None = None) -> int:
     if left:
         print(f"{left} of {len(jobs)} processes are not finished: the same command goes on.")
     return 1 if left else 0
+
+
+def table_of(out: Path, name: str) -> dict[str, Floats]:
+    """Return the judged episodes of a folder, or those that come along where it holds none.
+
+    Args:
+        out: folder of trainings, or of a table.
+        name: of the task.
+    """
+    if any((out / arm).is_dir() for arm in ARMS):
+        return gather(out)
+    table = out / EPISODES
+    return kept(table if table.exists() else shipped(name).parents[1] / f"{name}.parquet")
 
 
 def shipped(name: str) -> Path:

@@ -22,6 +22,7 @@ from seals.learn.environments.build import build_learning
 from seals.learn.environments.posterior import posterior_of
 from seals.learn.evaluation.page import write_results
 from seals.learn.evaluation.result import EvaluationResult
+from seals.logs.atomic import write_table
 from seals.robot.build import build_robot
 
 pytest.importorskip("torch", reason="learning needs torch: pip install 'aam-seals[learn]'")
@@ -106,6 +107,10 @@ def test_the_table_tells_paired_differences_of_the_last_policies(
     # the table alone tells the same again
     (tmp_path / "again").mkdir()
     assert tell(table, tmp_path / "again") in said
+    write_table(tmp_path / "again" / "episodes.parquet", table)
+    assert main(["current", "tell", "--out", str(tmp_path / "again")]) == 0
+    assert capsys.readouterr().out == said
+    (tmp_path / "again" / "episodes.parquet").unlink()
     with pytest.raises(SealsError, match="nothing was judged"):
         gather(tmp_path / "again")
 
