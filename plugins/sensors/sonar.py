@@ -19,6 +19,7 @@ from seals.sensors.mounted import MountedSensor
 from seals.sensors.protocol import SensorInput
 from seals.sensors.scan import Scan, counts, fan
 from seals.sensors.surroundings import Surroundings
+from seals.sensors.tensor_echoes import PingLayout, TensorEchoes
 
 CENTIBEL = 0.01
 """Unit of a file of levels [dB]."""
@@ -31,6 +32,7 @@ _SHOWN = 45.0
 _BOTTOM = ("tank_bottom", "ground_level", "slope", "land")
 _OCULUS = "Blueprint Subsea, Oculus M750d data sheet"
 _CHOSEN = "chosen"
+_DEVICES = ("numpy", "cpu", "cuda")
 
 
 @dataclass(kw_only=True)
@@ -72,6 +74,8 @@ class SensorSonar(MountedSensor):
         surface_loss: lost at each reflection by the surface [dB].
         profile: whether the first strong return of each beam is logged as ``sonar_range``.
         threshold: of a return over the noise level [dB].
+        device: ``numpy``, or ``cpu`` or ``cuda`` for PyTorch in double precision: echoes are those
+            of NumPy to rounding, speckle has other random numbers; without multipath.
 
     Assumptions:
         Straight rays at one speed of sound; the ping is one instant; echoes add without phase. The
@@ -138,6 +142,7 @@ class SensorSonar(MountedSensor):
     threshold: float = param(
         13.0, "dB", bounds=(0.0, 100.0), tolerance=0.0, source=_CHOSEN, fit=False
     )
+    device: str = "numpy"
 
     idles: ClassVar[bool] = True
     records: ClassVar[bool] = True
@@ -155,12 +160,19 @@ class SensorSonar(MountedSensor):
                 f"sonar: nearest={self.nearest}, farthest={self.farthest}.\n"
                 "Allowed: nearest below farthest."
             )
+        if self.device not in _DEVICES or (self.multipath and self.device != "numpy"):
+            allowed = "numpy" if self.multipath else ", ".join(_DEVICES)
+            raise ConfigError(
+                f"sonar.device={self.device} is not allowed"
+                f"{' with multipath' if self.multipath else ''}.\nAllowed: {allowed}"
+            )
         self.mount = Mount("sonar", self.position, self.rpy)
         self.size = (self.farthest - self.nearest) / self.bins
         many = np.linspace(0.5, -0.5, self.beams) * self.sector
         self.bearings = many if self.beams > 1 else np.zeros(1)
         self._lay_out()
         self._fan = fan(self.bearings, self.nearest, self.farthest, self.bins)
+        self._there: TensorEchoes | None = None
 
     def _lay_out(self) -> None:
         """Directions of the rays, row by row, their weights, and the beams' patterns."""
@@ -222,7 +234,13 @@ class SensorSonar(MountedSensor):
             felt: the instant at the sensor, in its axes.
             rng: random state of speckle and noise.
         """
-        mean = linear(self.source_level) * self.echo(felt) + linear(self.noise)
+        source, noise = linear(self.source_level), linear(self.noise)
+        if self.device != "numpy":
+            seed = int(rng.integers(2**62)) if self.speckle else None
+            return self._tensors().levels(
+                self._tensor_echo(felt), source=source, noise=noise, seed=seed
+            )
+        mean = source * self.echo(felt) + noise
         if self.speckle:
             mean *= rng.standard_exponential(mean.shape)
         levels: Floats = 10.0 * np.log10(np.maximum(mean, 1e-3))
@@ -230,6 +248,9 @@ class SensorSonar(MountedSensor):
 
     def echo(self, felt: SensorInput) -> Floats:
         """Return mean intensities over that of the source at 1 m, shape (beams, bins)."""
+        if self.device != "numpy":
+            there: Floats = self._tensor_echo(felt).cpu().numpy().astype(float)
+            return there
         columns = sum(
             over_range(
                 echoes,
@@ -261,20 +282,49 @@ class SensorSonar(MountedSensor):
             np.where(out[:, None], np.array([0.0, 0.0, -1.0]), hits.normal),
             np.where(out, len(shapes), hits.shape),
         )
-        depth = max(float(around.surface(felt.time, here[None])[0]) - float(here[2]), 0.0)
-        loss = absorption(
-            self.frequency,
-            temperature=around.temperature(depth),
-            salinity=around.salinity(depth),
-            depth=depth,
-            acidity=self.acidity,
-        )
+        loss = self._loss(felt)
         found = scattered(met, ways, across, strengths[met.shape], loss=loss, step=self.step)
         weight = self._solid * self._vertical**2
         echoes = [found._replace(power=found.power * weight)]
         if self.multipath and out.any():
             echoes += self._reflected(felt, shapes, strengths, (ways, across, crossing), loss)
         return echoes
+
+    def _loss(self, felt: SensorInput) -> float:
+        """Absorption in the water at the sensor [dB/m]."""
+        around = felt.around
+        level = float(around.surface(felt.time, felt.position[None])[0])
+        depth = max(level - float(felt.position[2]), 0.0)
+        return absorption(
+            self.frequency,
+            temperature=around.temperature(depth),
+            salinity=around.salinity(depth),
+            depth=depth,
+            acidity=self.acidity,
+        )
+
+    def _tensors(self) -> TensorEchoes:
+        """The layout of rays on the device, made at the first ping."""
+        if self._there is None:
+            weight = self._solid * self._vertical**2
+            layout = PingLayout(
+                *(self._rays, self._across, weight, self._beams, self.bins, self.nearest),
+                *(self.size, self.pulse or self.size, self.step, _BEYOND * self.farthest),
+            )
+            self._there = TensorEchoes(layout, self.device)
+        return self._there
+
+    def _tensor_echo(self, felt: SensorInput) -> Any:
+        """Mean intensities as a tensor on the device."""
+        around = felt.around
+        shapes = [*around.ground, *around.bodies()]
+        return self._tensors().intensities(
+            shapes,
+            self._strengths(around, len(shapes)),
+            (felt.position, felt.rotation),
+            surface=float(around.surface(felt.time, felt.position[None])[0]),
+            loss=self._loss(felt),
+        )
 
     def _strengths(self, around: Surroundings, count: int) -> Floats:
         """Lambert's strength of every shape, of the surface, and zero for nothing (the last)."""

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
+from seals.control.plant import rest_poses
 from seals.multibody.tree import forward
 from seals.robot.model import RobotModel
 from seals.scaffold.shapes import LinkHull
@@ -141,9 +142,14 @@ def _shared(names: Sequence[str]) -> str:
 
 
 def _toe(robot: RobotModel, joint: int) -> tuple[int, Floats]:
-    """Foot and toe of a leg: a frame fixed to its last link, or the end of a uniform rod."""
+    """Foot and toe of a leg: the farthest frame fixed to its last link, or a uniform rod's end."""
     tree, last = robot.tree, robot.tree.child[joint]
-    frames = [k for k in range(tree.links) if tree.parent[k] == last and tree.joint[k] < 0]
-    if frames:
-        return frames[-1], np.zeros(3)
+    frames = [last]
+    for k in range(tree.links):
+        if tree.parent[k] in frames and tree.joint[k] < 0:
+            frames.append(k)
+    if len(frames) > 1:
+        origins, _ = rest_poses(robot)
+        away = np.linalg.norm(origins[frames] - origins[last], axis=1).round(6)
+        return max(zip(away, frames, strict=True))[1], np.zeros(3)
     return last, 2.0 * robot.centre[last]

@@ -8,10 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
+from seals.control.plant import rest_poses
 from seals.multibody.tree import forward
 from seals.robot.model import RobotModel
 
-STRAIGHT = 0.25
+STRAIGHT = 0.4
 """Least sine of the angle between thigh and shank of legs that stand bent [1]."""
 SHARE = 0.72
 """Distance of the toe from the lift joint in a chosen stance, by the length of the leg [1]."""
@@ -74,11 +75,15 @@ def _places(
 
 
 def _stands(robot: RobotModel, chain: list[int], foot: int, toe: Floats) -> bool:
-    """Return whether a leg at zero is within its limits and bent."""
+    """Return whether a leg at zero is within its limits and bent about its last joint's axis."""
     if np.any(robot.lower[chain] > 0.0) or np.any(robot.upper[chain] < 0.0):
         return False
     lift, bend, end = (p[0] for p in _places(robot, chain, foot, toe, np.zeros((1, 3))))
-    thigh, shank = bend - lift, end - bend
+    joint = chain[-1]
+    hinge = rest_poses(robot)[1][robot.tree.child[joint]] @ robot.tree.axis[joint]
+    hinge = hinge / np.linalg.norm(hinge)
+    # links beside each other along the axis make no bend
+    thigh, shank = (way - (way @ hinge) * hinge for way in (bend - lift, end - bend))
     size = float(np.linalg.norm(thigh) * np.linalg.norm(shank))
     return bool(np.linalg.norm(np.cross(thigh, shank)) > STRAIGHT * size)
 

@@ -130,8 +130,8 @@ COURSES: dict[str, Course] = {
     "solo12": _walker("solo_description/robots/solo12.urdf", 0.243),
     "go2": _walker("go2_description/urdf/go2.urdf", 0.332),
     "hyq": _walker("hyq_description/robots/hyq_no_sensors.urdf", 0.463),
-    "anymal_b": _walker("anymal_b_simple_description/robots/anymal.urdf", 0.579),
-    "anymal_c": _walker("anymal_c_simple_description/urdf/anymal.urdf", 0.5),
+    "anymal_b": _walker("anymal_b_simple_description/robots/anymal.urdf", 0.45),
+    "anymal_c": _walker("anymal_c_simple_description/urdf/anymal.urdf", 0.49),
 }
 
 if __name__ == "__main__":
