@@ -100,6 +100,24 @@ def test_echoes_are_those_of_numpy(rpy: tuple[float, float, float], empty: bool)
     np.testing.assert_allclose(fast.ping(here, none), plain.ping(here, none), atol=1e-3)
 
 
+@pytest.mark.gpu
+@pytest.mark.skipif(not torch.cuda.is_available(), reason="there is no CUDA card")
+def test_recorded_kernels_follow_a_scene_that_moves() -> None:
+    """First and replayed pings, a moved body, and a scene with another number of shapes."""
+    around = Surroundings(EnvironmentSettings(water_level=0.0, salinity=[[0.0, 35.0]]))
+    around.ground, around.ground_names = solids((), np.random.default_rng(3)), ("tank_bottom",)
+    values: dict[str, Any] = {"beams": 64, "bins": 128, "rays": 16, "farthest": 8.0}
+    plain, fast = SensorSonar(**values), SensorSonar(**values, device="cuda")
+    here = felt(around, (0.1, 0.2, 0.3))
+    for seed, many in ((4, None), (5, None), (6, None), (7, -2), (8, -2)):
+        shapes = solids(tuple(SIZES), np.random.default_rng(seed))[1:many]
+        around.bodies = lambda shapes=shapes: shapes  # type: ignore[misc]
+        expected = plain.echo(here)
+        np.testing.assert_allclose(
+            fast.echo(here), expected, rtol=1e-4, atol=1e-6 * expected.max() + 1e-30
+        )
+
+
 def test_speckle_follows_the_random_state() -> None:
     """The same state gives the same ping, another one another; its mean is one."""
     around = Surroundings(EnvironmentSettings(water_level=0.0))
