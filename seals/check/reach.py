@@ -13,6 +13,7 @@ from seals.check.finding import RobotFinding, failed, passed, warned
 from seals.check.floating import FloatingBody
 from seals.check.lift import commanded_directions
 from seals.control.actuator_limits import ActuatorLimitEstimator, ActuatorLimits
+from seals.control.added import added_inertia
 from seals.control.axes import (
     AXES,
     HEAVE,
@@ -47,6 +48,8 @@ RESERVE = 0.5
 """Share of the vertical thrust above which the net buoyancy leaves little to move with [1]."""
 UPWARD = 0.5
 """Vertical part of a rotor's axis from which on it pushes upward [1]."""
+SLOW = 0.5
+"""Speed that a vehicle which dives should bear level [m/s]."""
 STEERED = (SURGE, YAW, PITCH, ROLL, HEAVE, SWAY)
 
 
@@ -63,6 +66,7 @@ class Reach(NamedTuple):
         down: downwards [N].
         fins: number of fins.
         hovers: whether rotors alone, which all push upward, command heave, roll, pitch and yaw.
+        munk: added mass in heave less that in surge [kg].
     """
 
     axes: tuple[int, ...]
@@ -74,6 +78,7 @@ class Reach(NamedTuple):
     down: float
     fins: int
     hovers: bool
+    munk: float = 0.0
 
     @property
     def net(self) -> float:
@@ -142,6 +147,7 @@ def reach_of(
     wet = _submerged(plant)
     gain, low = _shares(layout, wet)
     held = [k for k in axes if k != HEAVE]
+    carried = np.diag(added_inertia(plant))
     air = matrix * np.array([float(kind == ROTOR) for kind in layout.kind])
     return Reach(
         axes=axes,
@@ -153,6 +159,7 @@ def reach_of(
         down=level_force(matrix * gain, low, held, -1.0),
         fins=len(fins.joints),
         hovers=_hovers(robot, layout, centre),
+        munk=float(carried[HEAVE] - carried[SURGE]),
     )
 
 
@@ -230,6 +237,7 @@ def look_at_reach(reach: Reach, body: FloatingBody) -> Iterator[RobotFinding]:
     """Yield what the robot commands, and whether it dives, surfaces, hovers and takes off."""
     if not reach.rotors:
         yield _axes(reach, body)
+        yield from _under_way(reach, body)
     if body.parts:
         yield _rotors_in_water(reach) if reach.rotors else _thrusters_in_water(reach)
 
@@ -259,6 +267,29 @@ def _axes(reach: Reach, body: FloatingBody) -> RobotFinding:
         )
         return warned("axes", words, advice)
     return passed("axes", words)
+
+
+def _under_way(reach: Reach, body: FloatingBody) -> Iterator[RobotFinding]:
+    """Yield the speed up to which a diving vehicle with passive pitch stays level.
+
+    Equation:
+        Pitched by a small angle a at the speed u, the added mass of a body that carries more in
+        heave than in surge turns it further by (A_z - A_x) u^2 a (Munk moment); its weight W
+        rights it by W GM a.
+
+    References:
+        Munk 1924, NACA Report 184; Fossen 2021, Handbook of Marine Craft, ch. 6.
+    """
+    dives = SURGE in reach.axes and HEAVE in reach.axes and PITCH not in reach.axes
+    if not (dives and body.parts and reach.munk > 0.0):
+        return
+    height = body.metacentric_height((0.0, 1.0, 0.0), body.volume)
+    if height <= 0.0:
+        return
+    speed = math.sqrt(reach.weight * height / reach.munk)
+    words = f"level up to {speed:.2g} m/s: faster, its added mass turns it in pitch"
+    advice = "Put mass lower, or stay below it: guide.speed."
+    yield (passed("under way", words) if speed >= SLOW else warned("under way", words, advice))
 
 
 def _thrusters_in_water(reach: Reach) -> RobotFinding:
