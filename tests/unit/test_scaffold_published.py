@@ -235,3 +235,54 @@ def test_turned_base_takes_a_free_name() -> None:
     """A link of that name may be there."""
     root = _robot(_link("body", 1.0, (1.0, 1.0, 1.0)))
     assert turned_base(root, "-x") == "body_2"
+
+
+def _quadruped(adapter: str) -> str:
+    """Four legs that hang straight, each with a foot behind an adapter beside the knee."""
+    parts = [_link("base", 20.0, (0.5, 0.8, 1.0))]
+    hinge = '<axis xyz="{}"/><limit lower="-2" upper="2" effort="80" velocity="9"/>'
+
+    def joint(name: str, parent: str, child: str, xyz: str, kind: str, more: str = "") -> str:
+        return (
+            f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+            f'<origin xyz="{xyz}"/>{more}</joint>'
+        )
+
+    for leg, x, y in (("LF", 0.3, 0.2), ("RF", 0.3, -0.2), ("LH", -0.3, 0.2), ("RH", -0.3, -0.2)):
+        aside = 0.1 if y > 0 else -0.1
+        turn, swing = hinge.format("1 0 0"), hinge.format("0 1 0")
+        parts += [_link(f"{leg}_{k}", 0.5, (1e-3,) * 3) for k in ("HIP", "THIGH", "SHANK")]
+        parts += [_link(f"{leg}_{k}", 0.1, (1e-4,) * 3) for k in ("ADAPTER", "FOOT")]
+        parts += [
+            joint(f"{leg}_HAA", "base", f"{leg}_HIP", f"{x} {y} 0", "revolute", turn),
+            joint(f"{leg}_HFE", f"{leg}_HIP", f"{leg}_THIGH", "0.05 0 0", "revolute", swing),
+            joint(
+                f"{leg}_KFE", f"{leg}_THIGH", f"{leg}_SHANK", f"0 {aside} -0.25", "revolute", swing
+            ),
+            joint(f"{leg}_A", f"{leg}_SHANK", f"{leg}_ADAPTER", adapter, "fixed"),
+            joint(f"{leg}_F", f"{leg}_ADAPTER", f"{leg}_FOOT", "0 0 -0.32", "fixed"),
+        ]
+    return ElementTree.tostring(_robot(*parts), encoding="unicode")
+
+
+def test_feet_behind_adapters(tmp_path: Path) -> None:
+    """The foot is the farthest link fixed to the last one; what lies aside of it makes no bend."""
+    file = tmp_path / "walker.urdf"
+    file.write_text(_quadruped("0.05 0 0"))
+    new = scaffold_robot("walker", file, parent=tmp_path)
+    assert [leg["foot"] for leg in new.limbs.legs.values()] == [
+        f"{leg}_FOOT" for leg in ("LF", "RF", "LH", "RH")
+    ]
+    # straight but for the adapter: it is bent to stand
+    assert "stance is chosen" in said(new)
+    for leg in new.limbs.legs.values():
+        assert abs(leg["stance"][2]) > 0.5
+
+
+def test_a_joint_frame_as_parent_is_its_child(tmp_path: Path) -> None:
+    """A rotor whose joint names that of the servo as its parent is tilted by the servo."""
+    new = made("bicopter/model.sdf", tmp_path, boxes=True)
+    tree = new.robot.tree
+    parents = {name: new.robot.links[tree.parent[k]] for k, name in enumerate(new.robot.links)}
+    assert parents["cw_mot_link"] == "servo_0"
+    assert parents["ccw_mot_link"] == "servo_1"

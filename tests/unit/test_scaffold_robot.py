@@ -331,6 +331,8 @@ def test_millimetres_are_refused_with_the_remedy(tmp_path: Path) -> None:
         (["robot", "x", "--urdf", "model.urdf", "medum=water"], "Did you mean 'medium'?"),
         (["robot", "x", "--urdf", "model.urdf", "--package", "a"], "NAME=FOLDER"),
         (["robot", "x", "--urdf", "model.urdf", "--density", "heavy"], "kg/m^3"),
+        (["robot", "x", "--urdf", "model.urdf", "--missing-meshes", "none"], "Allowed: boxes"),
+        (["robot", "x", "--urdf", "model.urdf", "--forward=up"], "Allowed: x, -x, y, -y"),
         (["effect", "gravity"], "installed already"),
         (["effect", "x", "--urdf", "model.urdf"], "no option 'urdf'"),
     ],
