@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.errors import optional_import
+from seals.errors import ConfigError, optional_import
 from seals.sensors.rays import Shape
 from seals.sensors.tensor_casting import Scene, scene_of, tensor_cast
 
@@ -61,9 +61,11 @@ class TensorEchoes:
         """Copy the layout to the device."""
         with optional_import(f"sonar.device={device} needs torch", "Write device=numpy"):
             import torch
-        from seals.learn.devices import usable_device
-
-        self.layout, self.device = layout, usable_device(device)
+        if device == "cuda" and not torch.cuda.is_available():
+            raise ConfigError(
+                "sonar.device=cuda: torch finds no CUDA device on this machine.\nWrite device=numpy"
+            )
+        self.layout, self.device = layout, device
         there = (layout.rays, layout.across, layout.weight, np.ascontiguousarray(layout.beams))
         self._rays, self._across, self._weight, self._beams = (
             torch.from_numpy(x).to(self.device) for x in there
