@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -159,7 +160,8 @@ class TensorEchoes:
         found = torch.isfinite(way)
         way = torch.where(found, way, 1.0)
         extent = self.layout.step * way * sloping / facing.clamp(min=1e-3)
-        power = strength[met] * facing * self._weight * 10.0 ** (-0.2 * loss * way) / (way * way)
+        lost = torch.exp(-0.2 * math.log(10.0) * loss * way)
+        power = strength[met] * facing * self._weight * lost / (way * way)
         return self._over_range(way, extent, torch.where(found, power, 0.0))
 
     def _over_range(self, way: Any, extent: Any, power: Any) -> Any:
