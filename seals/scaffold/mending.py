@@ -34,12 +34,12 @@ def mended(root: Element, forward: str) -> list[str]:
     changes = []
     if FORWARD.get(forward):
         changes.append(f"the frame '{turned_base(root, forward)}' is the base: x ahead, z up")
-    name = weighted_base(root)
-    if name:
-        changes.append(f"mass of '{name}' belongs to the base it is fixed to, which had none")
     still = fixed_joints(root)
     if still:
         changes.append(f"joints without room to move fixed: {', '.join(still[:6])}")
+    name = weighted_base(root)
+    if name:
+        changes.append(f"mass of '{name}' belongs to the base it is fixed to, which had none")
     sound = sound_inertias(root)
     if sound:
         changes.append(f"inertia of no body made the nearest of one: {', '.join(sound[:6])}")
@@ -73,24 +73,35 @@ def weighted_base(root: Element) -> str:
     bases = [name for name in links if name not in children]
     if len(bases) != 1 or _mass(links[bases[0]]) > 0.0:
         return ""
-    fixed = [j for j in joints if j.get("type") == "fixed" and _end(j, "parent") == bases[0]]
-    joint = max(fixed, key=lambda j: _mass(links.get(_end(j, "child"))), default=None)
-    heavy = None if joint is None else links.get(_end(joint, "child"))
-    inertial = None if heavy is None else heavy.find("inertial")
-    if joint is None or heavy is None or inertial is None or _mass(heavy) <= 0.0:
+    placed = {bases[0]: np.eye(4)}
+    below: dict[str, list[Element]] = {}
+    for joint in joints:
+        if joint.get("type") == "fixed":
+            below.setdefault(_end(joint, "parent"), []).append(joint)
+    waiting = [bases[0]]
+    while waiting:
+        above = waiting.pop()
+        for joint in below.get(above, []):
+            child = _end(joint, "child")
+            if child not in placed:
+                placed[child] = placed[above] @ _pose(joint.find("origin"))
+                waiting.append(child)
+    name = max(placed, key=lambda one: _mass(links.get(one)))
+    inertial = links[name].find("inertial") if name in links else None
+    if inertial is None or _mass(links[name]) <= 0.0:
         return ""
     for old in links[bases[0]].findall("inertial"):
         links[bases[0]].remove(old)
-    heavy.remove(inertial)
-    none = ElementTree.SubElement(heavy, "inertial")
+    links[name].remove(inertial)
+    none = ElementTree.SubElement(links[name], "inertial")
     ElementTree.SubElement(none, "mass", {"value": "0"})
     ElementTree.SubElement(none, "inertia", dict.fromkeys(INERTIA_KEYS, "0"))
-    placed = _pose(joint.find("origin")) @ _pose(inertial.find("origin"))
+    pose = placed[name] @ _pose(inertial.find("origin"))
     for old in inertial.findall("origin"):
         inertial.remove(old)
-    inertial.insert(0, ElementTree.Element("origin", pose_text(placed)))
+    inertial.insert(0, ElementTree.Element("origin", pose_text(pose)))
     links[bases[0]].insert(0, inertial)
-    return str(heavy.get("name"))
+    return name
 
 
 def fixed_joints(root: Element) -> list[str]:

@@ -206,6 +206,26 @@ def test_base_without_mass_gets_that_of_what_is_fixed_to_it() -> None:
     assert weighted_base(root) == ""
 
 
+def test_base_gets_the_mass_of_what_is_fixed_below_frames() -> None:
+    """Over a chain of frames, poses add up."""
+    joint = (
+        '<joint name="{0}" type="fixed"><parent link="{1}"/><child link="{2}"/>'
+        '<origin xyz="1 0 0" rpy="0 0 1.5707963267948966"/></joint>'
+    )
+    root = _robot(
+        '<link name="top"/><link name="frame"/>',
+        _link("hull", 5.0, (1.0, 2.0, 2.5), "0.5 0 0"),
+        joint.format("j", "frame", "hull"),
+        joint.format("k", "top", "frame"),
+    )
+    assert weighted_base(root) == "hull"
+    origin = root.find("link[@name='top']/inertial/origin")
+    assert origin is not None
+    # one ahead, one to the left, half a metre back
+    place = [float(x) for x in origin.get("xyz", "").split()]
+    np.testing.assert_allclose(place, [0.5, 1.0, 0.0], atol=1e-8)
+
+
 def test_joints_without_room_are_fixed() -> None:
     """A servo needs two limits that differ; a joint without limits moves freely."""
     joint = '<joint name="{}" type="revolute"><axis xyz="0 0 1"/>{}</joint>'
