@@ -34,6 +34,7 @@ FILES = VEHICLES.with_name("published")
 DEEP = ((1.5, 0.0, -4.0), (1.5, 1.5, -3.5))
 FLOAT = ("water=fossen", "time.duration=60", "time.step=0.01")
 BOXES: dict[str, Any] = {"boxes": True}
+BY_HAND = "`--missing-meshes boxes`"
 LIGHT_AFLOAT = 0.4 - 67.15 / 998.2 / 1.5**2
 """Height of a float of 1.5 m by 1.5 m and 0.4 m below its origin, with 67.15 kg [m]."""
 ROUND_AFLOAT = 0.25 - 0.0702
@@ -65,7 +66,12 @@ def _walker(file: str, height: float) -> Course:
 
 COURSES: dict[str, Course] = {
     "bicopter": Course(
-        str(FILES / "bicopter/model.sdf"), "SDF", AIR, options={**BOXES, "medium": "air"}, **FLOWN
+        str(FILES / "bicopter/model.sdf"),
+        "SDF",
+        AIR,
+        by_hand=BY_HAND,
+        options={**BOXES, "medium": "air"},
+        **FLOWN,
     ),
     "x500": Course(str(FILES / "x500/model.sdf"), "SDF", AIR, **FLOWN),
     "crazyflie": Course(_crazyflow("cf2x_L250"), "MJCF", AIR, **FLOWN),
@@ -83,6 +89,7 @@ COURSES: dict[str, Course] = {
         "two places under water, a rest at each",
         at_places(*DEEP),
         0.05,
+        by_hand=BY_HAND,
         options=BOXES,
     ),
     "tethys": Course(
