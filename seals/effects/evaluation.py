@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from seals.arrays import Array, as_like, namespace
+from seals.arrays import Array, Floats, fixed, namespace
 from seals.effects.binding import BoundEffect, EffectSet
 from seals.effects.effect import MediumKind
 from seals.effects.hooks import ARGUMENTS, Pick, names_any, pick_of
@@ -106,6 +106,7 @@ class Evaluator:
         }
         self._arms: dict[str, tuple[Array, Array, Array]] = {}
         self._bodies: dict[tuple[int, ...], tuple[Body, Body]] = {}
+        self._held_places: Floats | None = None
         # a batch is wet somewhere; one robot in the air does without half of its effects
         drying = {b.name for b in effects.bound if batch == 1 and vanishes_dry(b)}
         self._wet_loads = tuple(b for b in effects.loads if b.name not in drying)
@@ -303,9 +304,9 @@ class Evaluator:
 
     def _held(self, motion: Motion) -> Joints:
         """Joint states of a robot with held joints: held positions, zero rates."""
-        place = motion.velocity[:1, 0:1] * 0.0 + as_like(
-            [list(self.effects.held or ())], motion.velocity
-        )
+        if self._held_places is None:
+            self._held_places = np.array([self.effects.held or ()])
+        place = motion.velocity[:1, 0:1] * 0.0 + fixed(self._held_places, motion.velocity)
         return Joints(place, place * 0.0)
 
     def _part(
