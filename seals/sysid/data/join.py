@@ -13,7 +13,7 @@ from seals.errors import LogError
 from seals.logs.log import Log
 from seals.sysid.data.contact import contact_free
 from seals.sysid.data.known_sea import GAP, sea_laws
-from seals.sysid.data.thinned import thinned
+from seals.sysid.data.decimation import decimated
 
 _OWN = ("initial_state",)
 """Facts that belong to a log's own runs, one entry each."""
@@ -43,7 +43,7 @@ def join_logs(logs: Log | Sequence[Log]) -> Log:
         raise LogError("no log is given.\nGive one log or several logs of one vehicle.")
     every = [contact_free(log) for log in every]
     rows = sum(log.rows for log in every)
-    every = [thinned(log, rows) for log in every]
+    every = [decimated(log, rows) for log in every]
     first = every[0]
     if len(every) == 1:
         return first

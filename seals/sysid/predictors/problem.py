@@ -18,7 +18,7 @@ from seals.sysid.data.contact import contact_free
 from seals.sysid.data.robot_description import RobotDescription
 from seals.sysid.data.samples import Samples, read_samples
 from seals.sysid.data.still_joints import joints_at_rest, still_joints
-from seals.sysid.data.thinned import thinned
+from seals.sysid.data.decimation import decimated
 from seals.sysid.data.trajectory import Trajectory, difference, measured_trajectory
 from seals.sysid.data.vehicle import Vehicle, read_vehicle
 from seals.sysid.decision.policy import DecisionPolicy, SearchBudget
@@ -108,7 +108,7 @@ def prepare(
         LogError: the log cannot be used.
     """
     log = contact_free(log)
-    log = thinned(log, log.rows)
+    log = decimated(log, log.rows)
     policy = policy or DecisionPolicy()
     still = still_joints(log, robot, errors=policy.joint_moving)
     vehicle = read_vehicle(log.meta, robot, still=still)

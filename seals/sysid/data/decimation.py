@@ -21,7 +21,7 @@ _COMPLETE = 0.9
 """Share of whole neighbourhoods from which on a channel is smoothed."""
 
 
-def thinned(log: Log, rows: int) -> Log:
+def decimated(log: Log, rows: int) -> Log:
     """Return every n-th row of a long log of a high rate; a short or slow one as it is.
 
     A measured channel that has samples in all rows is smoothed by a local parabola over 2 h + 1

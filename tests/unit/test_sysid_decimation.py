@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from seals.logs.log import Log
-from seals.sysid.data.thinned import ROWS, thinned
+from seals.sysid.data.decimation import ROWS, decimated
 
 STEP, MANY = 0.0025, ROWS + 1
 
@@ -21,15 +21,15 @@ def log(**columns: np.ndarray) -> Log:
 def test_slow_or_short_logs_stay_as_they_are() -> None:
     """No row is lost of what is short, nor of what is sampled at 100 Hz."""
     short = log(position_x=np.zeros(100))
-    assert thinned(short, short.rows) is short
+    assert decimated(short, short.rows) is short
     slow = Log(name="slow", columns={"t": 0.01 * np.arange(MANY), "position_x": np.zeros(MANY)})
-    assert thinned(slow, MANY) is slow
+    assert decimated(slow, MANY) is slow
 
 
 def test_a_cubic_is_kept_and_its_noise_falls_as_stated() -> None:
     """A local parabola leaves a cubic as it is; white noise falls to what the metadata say."""
     x = np.linspace(-1.0, 1.0, 40_000)
-    exact = thinned(log(position_x=x**3 - x), MANY)
+    exact = decimated(log(position_x=x**3 - x), MANY)
     inside = slice(1, -1)
     assert exact.time[1] - exact.time[0] == pytest.approx(4 * STEP)
     there = np.interp(exact.time, STEP * np.arange(40_000), x)
@@ -37,7 +37,7 @@ def test_a_cubic_is_kept_and_its_noise_falls_as_stated() -> None:
         (there**3 - there)[inside], abs=1e-9
     )
     noise = np.random.default_rng(3).normal(0.0, 1e-3, 40_000)
-    noisy = thinned(log(position_x=x**3 - x + noise), MANY)
+    noisy = decimated(log(position_x=x**3 - x + noise), MANY)
     left = (noisy.columns["position_x"] - exact.columns["position_x"])[inside]
     stated = noisy.meta["sensors"]["channels"]["position"]["sigma"]
     # of n numbers the standard deviation is known to 1 / sqrt(2 n)
@@ -49,7 +49,7 @@ def test_rows_with_the_samples_of_a_slow_sensor_are_kept() -> None:
     """A sensor read in every fourth row, from the third on, loses no sample and no noise."""
     slow = np.full(MANY, np.nan)
     slow[2::4] = np.arange(slow[2::4].size)
-    found = thinned(log(position_x=np.zeros(MANY), specific_force_x=slow), MANY)
+    found = decimated(log(position_x=np.zeros(MANY), specific_force_x=slow), MANY)
     assert np.array_equal(found.columns["specific_force_x"], slow[2::4])
     assert found.meta["sensors"]["channels"]["specific_force"]["sigma"] == 0.02
 
@@ -59,7 +59,7 @@ def test_sensors_read_at_other_times_keep_every_row() -> None:
     one, two = np.full(MANY, np.nan), np.full(MANY, np.nan)
     one[0::4], two[1::4] = 1.0, 1.0
     given = log(position_x=one, specific_force_x=two)
-    assert thinned(given, MANY) is given
+    assert decimated(given, MANY) is given
 
 
 def test_a_command_is_averaged_until_the_next_row() -> None:
@@ -67,7 +67,7 @@ def test_a_command_is_averaged_until_the_next_row() -> None:
     command = np.zeros(MANY)
     command[6:] = 8.0
     command[7] = np.nan
-    found = thinned(log(position_x=np.zeros(MANY), rotor_speed_cmd_1=command), MANY)
+    found = decimated(log(position_x=np.zeros(MANY), rotor_speed_cmd_1=command), MANY)
     assert found.columns["rotor_speed_cmd_1"][:4].tolist() == [0.0, 4.0, 8.0, 8.0]
 
 
@@ -78,7 +78,7 @@ def test_quaternions_may_change_their_sign() -> None:
     given = log(orientation_w=sign * np.cos(angle / 2), orientation_z=sign * np.sin(angle / 2),
                 orientation_x=np.zeros(MANY), orientation_y=np.zeros(MANY))  # fmt: skip
     given.meta["sensors"]["channels"]["orientation"] = {"sigma": 1e-3}
-    found = thinned(given, MANY)
+    found = decimated(given, MANY)
     turned = 2.0 * np.arctan2(found.columns["orientation_z"], found.columns["orientation_w"])
     turned = np.angle(np.exp(1j * turned))
     assert turned[1:-1] == pytest.approx(angle[::4][1:-1], abs=1e-6)
