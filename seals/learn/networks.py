@@ -88,9 +88,9 @@ def refuse_widths(hidden: Sequence[int]) -> None:
         ConfigError: says which are allowed.
     """
     if len(hidden) > _MOST_LAYERS or not all(1 <= width <= _WIDEST for width in hidden):
-        told = f"{list(hidden)!r:.60}" + (f", {len(hidden)} layers" if len(hidden) > 9 else "")
+        given = f"{list(hidden)!r:.60}" + (f", {len(hidden)} layers" if len(hidden) > 9 else "")
         raise ConfigError(
-            f"hidden={told} is not allowed.\n"
+            f"hidden={given} is not allowed.\n"
             f"Allowed: up to {_MOST_LAYERS} layers, each from 1 to {_WIDEST} wide"
         )
 

@@ -116,7 +116,7 @@ def _with_noise(meta: Mapping[str, Any], gain: Mapping[str, float]) -> dict[str,
 
 def _means(values: Floats, groups: list[NDArray[np.int64]], n: int) -> Floats:
     """Mean of a held command over each row and the n - 1 after it."""
-    out = values.copy()
+    out: Floats = values.copy()
     for group in groups:
         own = values[group]
         last = np.maximum.accumulate(np.where(np.isfinite(own), np.arange(own.size), 0))
@@ -147,7 +147,7 @@ def _smoothed(log: Log, name: str, groups: list[NDArray[np.int64]], n: int) -> t
 def _unflipped(q: Floats) -> Floats:
     """Quaternions whose sign does not change along the rows."""
     good = np.flatnonzero(np.isfinite(q).all(axis=1))
-    out = q.copy()
+    out: Floats = q.copy()
     dots = np.sum(q[good[1:]] * q[good[:-1]], axis=1)
     out[good[1:]] *= np.cumprod(np.where(dots < 0.0, -1.0, 1.0))[:, None]
     return out

@@ -12,8 +12,8 @@ from seals.arrays import Floats
 from seals.errors import LogError
 from seals.logs.log import Log
 from seals.sysid.data.contact import contact_free
-from seals.sysid.data.known_sea import GAP, sea_laws
 from seals.sysid.data.decimation import decimated
+from seals.sysid.data.known_sea import GAP, sea_laws
 
 _OWN = ("initial_state",)
 """Facts that belong to a log's own runs, one entry each."""
