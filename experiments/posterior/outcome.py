@@ -122,10 +122,11 @@ def tell(table: Mapping[str, Floats], out: Path) -> str:
         table: as `gather` returns it.
         out: folder.
     """
-    found = {arm: seeds for arm, seeds in scores(table).items() if seeds}
-    last = {
-        arm: {s: steps[max(steps)] for s, steps in seeds.items()} for arm, seeds in found.items()
-    }
+    every, final = scores(table), int(table["step"].max())
+    # a policy that was not judged after its whole training says nothing of its arm
+    found = {a: {s: x for s, x in seeds.items() if final in x} for a, seeds in every.items()}
+    found = {arm: seeds for arm, seeds in found.items() if seeds}
+    last = {arm: {s: steps[final] for s, steps in seeds.items()} for arm, seeds in found.items()}
     rows = [_row(table, arm, list(last[arm].values())) for arm in found]
     pairs = []
     for better, worse in PAIRS:
@@ -135,8 +136,8 @@ def tell(table: Mapping[str, Floats], out: Path) -> str:
             pairs.append((f"{better} - {worse}", interval, str(apart.seeds), apart.verdict))
     write_picture(out / "curves.png", _chart(found))
     head = ("arm", "success, mean of seeds", "of each seed", "final distance, median [m]")
-    told = ("difference", "of success (95 %)", "seeds", "verdict")
-    return markdown(head, rows) + "\n" + markdown(told, pairs)
+    apart_head = ("difference", "of success (95 %)", "seeds", "verdict")
+    return markdown(head, rows) + "\n" + markdown(apart_head, pairs)
 
 
 def _row(table: Mapping[str, Floats], arm: str, shares: Sequence[float]) -> tuple[str, ...]:

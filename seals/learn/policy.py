@@ -75,11 +75,16 @@ def save_policy(
     Raises:
         SealsError: the folder exists and must stay, or a value of the metadata is not plain.
     """
+    from safetensors import SafetensorError
     from safetensors.torch import save_file
 
     whole = {key: value.detach().cpu().contiguous().clone() for key, value in tensors.items()}
     with atomic_folder(folder, replace=replace) as beside:
-        save_file(whole, str(beside / WEIGHTS))
+        try:
+            save_file(whole, str(beside / WEIGHTS))
+        except SafetensorError as cause:
+            # the library tells of a full disk or a failed write in a class of its own
+            raise OSError(f"{beside / WEIGHTS} cannot be written: {cause}") from cause
         write_json(
             beside / CARD, {"format": FORM, "version": 1, **metadata, "network": dict(network)}
         )
