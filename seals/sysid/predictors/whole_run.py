@@ -174,7 +174,9 @@ def _stepped(now: LinearisedModel, pace: Floats) -> _Step | None:
         aim = now.fit.values[key] + float(pace.mean()) * step[i]
         values[key] = float(min(max(aim, low), high))
     windows = fitter.windows
-    prediction = fitter.predicted(values)
+    # a trial from a trajectory far off may run away, and is refused below
+    with np.errstate(over="ignore", invalid="ignore"):
+        prediction = fitter.predicted(values)
     error = windows.states(windows.residual(prediction), prediction)
     if not np.isfinite(error).all():
         return None
