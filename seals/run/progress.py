@@ -12,6 +12,8 @@ QUIET_SECONDS = 1.0
 """Runs shorter than this show no bar."""
 LINE_SECONDS = 60.0
 """Time between two lines where no terminal is, in the log of a job for instance."""
+WARM_UP = 1000
+"""One in so many steps, the first ones, do not count for the pace."""
 _EVERY = 32
 """Steps between two looks at the clock."""
 
@@ -53,12 +55,15 @@ class _Lines:
         self.label, self.total, self.note = label, total, note
         self._start = self._looked = self._told = time.perf_counter()
         self._first: int | None = None
+        self._warm = 0
 
     def tell(self, done: int) -> None:
         """Report the number of steps done; cheap enough to be called every step."""
         now = time.perf_counter()
         if self._first is None:
-            # what was done before a run was taken up says nothing of its pace
+            self._warm = done + self.total // WARM_UP
+        if self._first is None or done <= self._warm:
+            # neither what was done before nor first steps, which may compile, say the pace
             self._first, self._start = done, now
         if done % _EVERY and now - self._looked < QUIET_SECONDS:
             return

@@ -66,3 +66,15 @@ def test_what_was_done_before_does_not_count_for_the_pace(
         clock.now = 100.0
         tell(950)
         assert lines(capsys) == ["training: 95%, 100 s left"]
+
+
+def test_first_steps_that_compile_do_not_count_for_the_pace(
+    clock: Clock, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A start and a second step of a minute each are not taken for the pace of the rest."""
+    with progress("flying", 10_000) as tell:
+        for done, now in ((1, 60.0), (2, 120.0), (32, 121.0), (64, 122.0)):
+            clock.now = now
+            tell(done)
+        (line,) = lines(capsys)
+        assert line == "flying: 0%, 5.5 min left"
