@@ -167,14 +167,14 @@ STORED_STATES: dict[str, Guard] = {
         "larger_than_the_run",
     ),
     "rows of a state": Guard(
-        "seals.run.recorded_rows",
+        "seals.run.recorder",
         "if type(kept) is not int or not 1 <= kept <= most:",
         "if False:",
         KEPT,
         "forged_states and rows",
     ),
     "tables of a state": Guard(
-        "seals.run.recorded_rows", "kept.shape != wanted or", "", KEPT, "forged_states and rows"
+        "seals.run.recorder", "kept.shape != wanted or", "", KEPT, "forged_states and rows"
     ),
     "ledger of a state": Guard(
         "seals.world.ledger",

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from itertools import pairwise
+from xml.etree import ElementTree
 
 import numpy as np
 
+from seals.arrays import Floats
 from seals.check.drives import look_at_drives
 from seals.check.finding import RobotFinding, Verdict, failed, listed, passed, triple, warned
 from seals.check.floating import FloatingBody
 from seals.check.joints import look_at_joints, look_at_servos
-from seals.check.limbs import look_at_limbs
 from seals.check.meshes import look_at_meshes
-from seals.check.mimics import look_at_mimics
 from seals.check.reach import look_at_reach, reach_of
 from seals.effects.effect import Effect
 from seals.environment.seawater import FRESH_WATER
@@ -25,6 +26,8 @@ __all__ = ["RobotFinding", "Verdict", "check_robot"]
 
 TRIFLE = 0.03
 """Share of the whole mass up to which a link may lack collision shapes and a hull [1]."""
+ROUNDING = 1e-6
+"""Excess over a limit that is one of rounding [rad or m]."""
 
 
 def check_robot(
@@ -183,3 +186,63 @@ def _stability(body: FloatingBody, volume: float) -> Iterator[RobotFinding]:
             )
         else:
             yield passed(f"stability in {name}", words)
+
+
+def look_at_limbs(robot: RobotModel) -> Iterator[RobotFinding]:
+    """Yield findings about poses beyond joint limits, and arms listed from tip to base."""
+    poses = [(f"{a.name}.stowed", a.joints, a.stowed) for a in robot.arms.values()]
+    for hand in robot.grippers.values():
+        poses += [
+            (f"{hand.name}.{word}", hand.joints, getattr(hand, word)) for word in ("open", "closed")
+        ]
+    if not poses:
+        return
+    beyond = [word for where, joints, pose in poses for word in _beyond(robot, where, joints, pose)]
+    # a joint moves all links beyond it: the nearer the base, the more
+    moved = robot.tree.moves.sum(axis=0)
+    turned = [
+        arm.name
+        for arm in robot.arms.values()
+        if any(moved[near] < moved[far] for near, far in pairwise(arm.joints))
+    ]
+    if beyond:
+        advice = (
+            "The joints stop before; correct the pose in robot.yaml, or the limits in the URDF."
+        )
+        yield warned("arm poses", f"beyond a joint limit: {listed(beyond)}", advice)
+    if turned:
+        advice = "Name the joints of an arm from the base on, and its stowed values likewise."
+        yield warned("arm joints", f"not in order from the base: {listed(turned)}", advice)
+    if not beyond and not turned:
+        yield passed("arm poses", f"{len(poses)} within the joint limits")
+
+
+def _beyond(robot: RobotModel, where: str, joints: tuple[int, ...], pose: Floats) -> Iterator[str]:
+    """Yield messages about values outside the limits."""
+    for j, value in zip(joints, pose, strict=True):
+        low, high = float(robot.lower[j]), float(robot.upper[j])
+        if not low - ROUNDING <= value <= high + ROUNDING:
+            yield f"{where}: {robot.joints[j]} {value:.3g} ({low:.3g} to {high:.3g})"
+
+
+def look_at_mimics(settings: RobotSettings) -> Iterator[RobotFinding]:
+    """Yield a finding for every ``<mimic>`` that is not part of one gripper.
+
+    Args:
+        settings: the robot folder as configured.
+    """
+    root = ElementTree.fromstring(settings.urdf_path.read_bytes())
+    for joint in root.findall("joint"):
+        mimic = joint.find("mimic")
+        if mimic is None or joint.get("type") == "fixed":
+            continue
+        name, leader = joint.get("name", ""), mimic.get("joint", "")
+        words = f"{name} follows {leader} in the URDF"
+        if any({name, leader} <= set(g.joints) for g in settings.grippers.values()):
+            yield passed("mimic joint", f"{words}; one gripper moves both")
+        else:
+            advice = (
+                "Here it moves on its own: name both in one entry under grippers: in robot.yaml, "
+                "or make it fixed."
+            )
+            yield warned("mimic joint", words, advice)

@@ -137,7 +137,7 @@ def _urdf(path: str | None) -> str | None:
 
 def _robot(config: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the data sheet in a robot's folder, and the vehicle that the folder describes."""
-    from seals.run.robot_metadata import datasheet_of, vehicle_of
+    from seals.run.equipment_metadata import datasheet_of, vehicle_of
     from seals.sysid.data.robot_description import described
 
     found = described(config)

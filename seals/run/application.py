@@ -14,22 +14,19 @@ from seals.errors import ConfigError, MissingExtra, SealsError
 from seals.logs.run_folder import RUN_ID, bring_back, held, id_of_log, new_id, set_aside
 from seals.run.build import build_run
 from seals.run.checkpoint import Checkpoints, checkpoint_of, interval_of
-from seals.run.compare_runs import differences, version_changes
-from seals.run.conflicting_settings import find_conflicts
 from seals.run.folder import write_config, write_cut, write_end, write_log, write_start
 from seals.run.goals import missed
-from seals.run.left_out import find_left_out
 from seals.run.live_output import opened
 from seals.run.particle_snapshots import Thinned
-from seals.run.provenance import compiled_of, provenance
+from seals.run.provenance import compiled_of, differences, provenance, version_changes
 from seals.run.recorder import Recorder
 from seals.run.replay_config import recalled
 from seals.run.report import write_plots, write_report
 from seals.run.settings import RunSettings
+from seals.run.settings_remarks import find_conflicts, find_left_out, find_unused
 from seals.run.simulation import Ending, Record, simulate
 from seals.run.stopping import stoppable
 from seals.run.surface import Surfaces
-from seals.run.unused_settings import find_unused
 from seals.run.views import views_of
 
 

@@ -1,18 +1,22 @@
-"""Metadata of rotors, thrusters, servos and battery for ``meta.yaml``."""
+"""Metadata of rotors, thrusters, servos, battery and whole robots for ``meta.yaml``."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from seals.control.plant import ROTOR, Layout
+from seals.control.plant import ROTOR, Layout, layout_of
+from seals.effects.binding import bind_effects
 from seals.effects.effect import EffectOptions
 from seals.plugin_options import options_of
 from seals.robot.limbs import standing
 from seals.robot.model import RobotModel
+from seals.robot.whole_body import whole_body
 from seals.run.settings import RunSettings
+from seals.untrusted_io import read_yaml
 
 ROTORS, THRUSTERS, SERVOS = "rotor_thrust", "thruster_force", "arm"
 """Names of drives and servos in the list of what the model holds."""
@@ -110,3 +114,35 @@ def held(vehicle: Mapping[str, Any]) -> list[dict[str, str]]:
         law = "torque = kp (cmd - angle) - kd rate within torque_limit, armature inertia"
         out.append({"name": SERVOS, "law": law})
     return out
+
+
+DATASHEET = "datasheet.yaml"
+"""File of a robot folder with what its logs have in common: motors, sensors, tolerances."""
+
+
+def vehicle_of(robot: RobotModel, actuators: Mapping[str, Any]) -> dict[str, Any]:
+    """Return mass properties and drives of a robot, as in ``meta.yaml``; joints stand at zero.
+
+    Args:
+        robot: its links.
+        actuators: of ``robot.yaml`` by instance name.
+    """
+    mass, centre, inertia = whole_body(robot)
+    layout = layout_of(robot, bind_effects(actuators, robot.links))
+    return {
+        "name": robot.name,
+        "mass": mass,
+        "inertia": inertia,
+        "centre_of_gravity": centre,
+        **describe_drives(actuators, layout),
+    }
+
+
+def datasheet_of(folder: str | Path) -> dict[str, Any]:
+    """Return the data sheet in a robot's folder; empty where there is none.
+
+    Raises:
+        SealsError: the file is damaged.
+    """
+    place = Path(folder) / DATASHEET
+    return read_yaml(place) if place.is_file() else {}

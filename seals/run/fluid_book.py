@@ -10,8 +10,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.fluid import Fluid
-from seals.run.recorded_rows import refill
-from seals.run.recorder import Moment, Recorder
+from seals.run.recorder import Moment, Recorder, refill
 
 GAP = "books gap [1]"
 """Part of the momentum exchanged in a step that is not accounted for."""

@@ -10,8 +10,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.config.plugin_lookup import plugin_name
-from seals.run.recorded_rows import Rows
-from seals.run.recorder import Moment, Recorder
+from seals.run.recorder import Moment, Recorder, Rows
 from seals.run.settings import RunSettings
 from seals.world import Actor, Ledger
 

@@ -13,8 +13,7 @@ from seals.errors import ConfigError
 from seals.logs.atomic import write_bytes, write_json, write_table
 from seals.rendering.camera_view import CameraView, Recorded
 from seals.run.particle_snapshots import copy_own
-from seals.run.recorded_rows import refill
-from seals.run.recorder import Moment, Recorder
+from seals.run.recorder import Moment, Recorder, refill
 from seals.world import Actor, World
 
 FOLDER = "pictures"

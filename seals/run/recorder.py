@@ -1,11 +1,14 @@
-"""Interface of everything that records during a run."""
+"""Interface of everything that records during a run, and the tables of those of the log."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
+import numpy as np
+
+from seals.arrays import Floats
 from seals.world import World
 
 
@@ -69,3 +72,84 @@ class Recorder(Protocol):
     def close(self) -> None:
         """Write what is written once, at the end."""
         return None
+
+
+class Rows:
+    """Table of a recorder, reserved for a whole run.
+
+    Args:
+        names: of the columns.
+        most: rows of the whole run; 0 where nothing is recorded.
+        fill: value of entries that are not recorded.
+
+    Attributes:
+        values: shape (most, columns).
+        count: rows so far.
+
+    Example:
+        >>> rows = Rows(["a", "b"], 3)
+        >>> rows.values[0], rows.count = (1.0, 2.0), 1
+        >>> rows.columns(1)["b"].tolist()
+        [2.0]
+    """
+
+    def __init__(self, names: Sequence[str], most: int, *, fill: float = np.nan) -> None:
+        """Reserve the rows."""
+        self.names = list(names)
+        self.values = np.full((most if self.names else 0, len(self.names)), fill)
+        self.count = 0
+
+    def snapshot(self) -> Floats:
+        """Return the rows so far."""
+        return self.values[: self.count]
+
+    def restore(self, kept: Any, rows: int) -> None:
+        """Continue after the rows of a snapshot.
+
+        Raises:
+            ValueError: they are of another run.
+        """
+        refill(self.values, kept, rows)
+        self.count = rows
+
+    def columns(self, rows: int) -> dict[str, Floats]:
+        """Return the first ``rows`` rows as columns of a log; empty where nothing is recorded."""
+        if not len(self.values):
+            return {}
+        table = self.values[:rows]
+        return {name: np.ascontiguousarray(table[:, k]) for k, name in enumerate(self.names)}
+
+
+def refill(table: Floats, kept: Any, rows: int) -> None:
+    """Copy the first rows of a table from a checkpoint.
+
+    Args:
+        table: reserved for the run, shape (steps + 1, ...), or (0, ...) when nothing is recorded.
+        kept: shape (rows, ...), or (0, ...).
+        rows: recorded so far.
+
+    Raises:
+        ValueError: the rows are not of this table.
+
+    Example:
+        >>> table = np.zeros((3, 2))
+        >>> refill(table, np.ones((2, 2)), 2)
+        >>> table[:, 0].tolist()
+        [1.0, 1.0, 0.0]
+    """
+    wanted = (min(rows, len(table)), *table.shape[1:])
+    if not isinstance(kept, np.ndarray) or kept.shape != wanted or kept.dtype != table.dtype:
+        shape = kept.shape if isinstance(kept, np.ndarray) else type(kept).__name__
+        raise ValueError(f"recorded rows of shape {shape}; this run has {wanted}")
+    table[: wanted[0]] = kept
+
+
+def row_count(kept: Any, most: int) -> int:
+    """Return a number of rows, checked against the length of the run.
+
+    Raises:
+        ValueError: it is none.
+    """
+    if type(kept) is not int or not 1 <= kept <= most:
+        raise ValueError(f"{str(kept)[:40]} recorded rows; this run has 1 to {most}")
+    return kept

@@ -12,8 +12,7 @@ from seals.arrays import Floats
 from seals.frames import matrix_of, unrotate
 from seals.logs.channels import CHANNELS
 from seals.robot.fixed_links import place_on_base
-from seals.run.recorded_rows import refill
-from seals.run.recorder import Moment, Recorder
+from seals.run.recorder import Moment, Recorder, refill
 from seals.world.actor import Actor
 
 AXES = ("x", "y", "z")

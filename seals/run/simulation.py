@@ -17,19 +17,15 @@ from seals.logs import Log
 from seals.robot.model import RobotModel
 from seals.run.assembly import ROBOT, build_world, step_count
 from seals.run.checkpoint import largest_state, refusals, take_up
-from seals.run.command_recorder import Commands
-from seals.run.contact_recorder import Contacts
 from seals.run.fluid_book import FluidBook
 from seals.run.metadata import describe_run
 from seals.run.object_recorder import ObjectRecorder, describe_objects
 from seals.run.pictures import Pictures
+from seals.run.pilot_recorders import Aims, Commands, Contacts, Stages
 from seals.run.progress import progress
-from seals.run.recorded_rows import row_count
-from seals.run.recorder import Moment, Recorder
+from seals.run.recorder import Moment, Recorder, row_count
 from seals.run.robot_recorder import RobotRecorder
-from seals.run.setpoint_recorder import Aims
 from seals.run.settings import RunSettings
-from seals.run.stages import Stages
 from seals.run.stopping import stoppable
 from seals.world import Ledger, World
 

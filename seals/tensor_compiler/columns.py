@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from seals.tensor_compiler.grids import Grid, along, blocks, filled_with, is_node, splits
-from seals.tensor_compiler.shortening import shortened
 
 if TYPE_CHECKING:
     from torch import Tensor, dtype
@@ -17,6 +16,8 @@ if TYPE_CHECKING:
 
 SAME = frozenset({"aten.clone.default", "aten.alias.default", "aten.detach.default"})
 """Operations that give back what they were given."""
+Negated = Callable[[Any], Any]
+"""An entry to its negative."""
 
 
 class Columns:
@@ -214,3 +215,60 @@ def joined_type(values: Sequence[Tensor]) -> dtype:
         assert found is not None
         return found
     return torch.result_type(torch.empty(1, dtype=many), torch.empty((), dtype=one))
+
+
+def shortened(
+    name: str, given: Sequence[Any], result: dtype, kinds: Sequence[dtype], negated: Negated
+) -> Any:
+    """Return the result of an operation that needs no computation, otherwise None.
+
+    Args:
+        name: of the operation.
+        given: entries and numbers.
+        result: type of the result.
+        kinds: types of the entries.
+        negated: makes the negative of an entry.
+    """
+    if any(kind.is_floating_point and kind != result for kind in kinds):
+        return None
+    if name == "aten.where.self":
+        return None if is_node(given[0]) else _choice(given, result, kinds[1:])
+    plain = result.is_floating_point and all(kind == result for kind in kinds)
+    law = _LAWS.get(name)
+    return law(given[0], given[1], negated) if law and plain and len(given) == 2 else None
+
+
+def _choice(given: Sequence[Any], result: dtype, kinds: Sequence[dtype]) -> Any:
+    """Return the branch that a constant mask selects, if its type fits the result."""
+    import torch
+
+    chosen = given[1 if given[0] else 2]
+    strange = isinstance(chosen, bool) and result != torch.bool
+    return None if strange or any(kind != result for kind in kinds) else chosen
+
+
+def _product(one: Any, other: Any, negated: Negated) -> Any:
+    for x, factor in ((one, other), (other, one)):
+        if not is_node(factor) and factor in {0.0, 1.0, -1.0}:
+            return 0.0 if factor == 0.0 else x if factor == 1.0 else negated(x)
+    return None
+
+
+def _sum(one: Any, other: Any, negated: Negated) -> Any:
+    for x, term in ((one, other), (other, one)):
+        if not is_node(term) and term == 0.0:
+            return x
+    return None
+
+
+def _difference(one: Any, other: Any, negated: Negated) -> Any:
+    if not is_node(other) and other == 0.0:
+        return one
+    return negated(other) if not is_node(one) and one == 0.0 else None
+
+
+_LAWS: Mapping[str, Callable[[Any, Any, Negated], Any]] = {
+    "aten.mul.Tensor": _product,
+    "aten.add.Tensor": _sum,
+    "aten.sub.Tensor": _difference,
+}

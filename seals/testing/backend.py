@@ -12,13 +12,13 @@ import numpy as np
 
 from seals import registry
 from seals.arrays import Floats
-from seals.backend import Configuration
+from seals.backend import Configuration, LinkPoses
 from seals.effects.binding import bind_effects
 from seals.effects.effect import Effect
+from seals.multibody.kinematics import Kinematics
 from seals.robot.model import RobotModel
 from seals.testing.bodies import free_body, moving_arm
 from seals.testing.contract import class_of, require
-from seals.testing.momentum import momentum_of
 from seals.testing.scenes import ENVIRONMENT, start_of
 from seals.world import Actor, World
 
@@ -199,3 +199,22 @@ def _centre_height(c: Configuration, centre: Floats) -> float:
 
 def _centre_rise(c: Configuration, centre: Floats) -> float:
     return float((c.velocity + np.cross(c.angular_velocity, _turn(c) @ centre))[2])
+
+
+def momentum_of(robot: RobotModel, poses: LinkPoses) -> tuple[Floats, Floats]:
+    """Return linear and angular momentum about the centre of mass, world axes [kg m/s, kg m^2/s].
+
+    Args:
+        robot: the robot.
+        poses: of its links.
+    """
+    kinematics = Kinematics(robot.tree, poses.origins, poses.rotations)
+    twists = np.matmul(kinematics.jacobian[0], poses.speed[0])
+    own = np.einsum("lij,lj->li", robot.spatial_inertia, twists)
+    turn, origin = poses.rotations[0], poses.origins[0]
+    linear = np.einsum("lij,lj->li", turn, own[:, :3])
+    angular = np.einsum("lij,lj->li", turn, own[:, 3:])
+    centres = origin + np.einsum("lij,lj->li", turn, robot.centre)
+    middle = (robot.mass[:, None] * centres).sum(axis=0) / robot.mass.sum()
+    total: Floats = linear.sum(axis=0)
+    return total, (angular + np.cross(origin - middle, linear)).sum(axis=0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from seals.compare.align import clock_offset
+from seals.compare.application import clock_offset
 from seals.compare.events import find_drop
 from seals.compare.noise import noise_of
 from seals.errors import LogError

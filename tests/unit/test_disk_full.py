@@ -15,7 +15,7 @@ from seals.errors import ConfigError, DiskFull, MissingExtra, OutOfMemory, optio
 from seals.logs import room
 from seals.logs.atomic import atomic_folder, atomic_path, write_text
 from seals.logs.table import read_parquet
-from seals.plugins.backends.pybullet.stored import whole
+from seals.plugins.backends.pybullet.backend import whole
 from seals.run import checkpoint
 from seals.run.recorder import Moment
 

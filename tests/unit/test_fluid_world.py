@@ -26,8 +26,8 @@ from seals.robot.model import RobotModel
 from seals.run.assembly import build_world
 from seals.run.build import build_run
 from seals.run.immersed import owners
+from seals.testing.backend import momentum_of
 from seals.testing.bodies import free_body, moving_arm
-from seals.testing.momentum import momentum_of
 from seals.world import Actor, World
 
 sys.path.insert(0, str(Path(__file__).parent))

@@ -22,7 +22,7 @@ from seals.rendering.optics import (
     ripples,
 )
 from seals.rendering.optics.blur import blurred, pixel_angle
-from seals.rendering.optics.noise import noisy, standard_normal
+from seals.rendering.optics.optics import noisy, standard_normal
 from seals.schema import check_tree, parameters_of
 
 Pixels = NDArray[Any]

@@ -14,7 +14,7 @@ from seals.errors import MissingExtra, PhysicsError
 from seals.plugins.viewers.mitsuba import RendererMitsuba
 from seals.plugins.viewers.mitsuba import denoise as denoising
 from seals.plugins.viewers.mitsuba import variant as variants
-from seals.plugins.viewers.mitsuba.medium import backward_share, mean_cosine, medium_of
+from seals.plugins.viewers.mitsuba.building import backward_share, mean_cosine, medium_of
 from seals.plugins.viewers.mitsuba.photo import wet_share
 from seals.plugins.viewers.mitsuba.sand import sand
 from seals.plugins.viewers.mitsuba.sky import sky_map

@@ -15,8 +15,7 @@ from seals.rendering.optics import SurfaceAiry, SurfaceStill
 from seals.run.build import build_run
 from seals.run.surface import Mesh, write_ply
 from seals.view.films.meshes import Meshes, cut, outer, raster, read_mesh
-from seals.view.films.sea import FAR, sea_mesh
-from seals.view.films.water import Patched, WaterOverTime
+from seals.view.films.water import FAR, Patched, WaterOverTime, sea_mesh
 
 CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
 FACES = np.array(

@@ -12,9 +12,7 @@ from seals.config.compose import compose
 from seals.errors import ConfigError
 from seals.experiments.command import ended
 from seals.run.build import build_run
-from seals.run.conflicting_settings import find_conflicts
-from seals.run.left_out import find_left_out
-from seals.run.unused_settings import find_unused
+from seals.run.settings_remarks import find_conflicts, find_left_out, find_unused
 
 
 @pytest.mark.parametrize(

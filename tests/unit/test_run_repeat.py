@@ -11,7 +11,7 @@ import yaml
 
 from seals.cli.main import main
 from seals.logs.table import read_parquet
-from seals.run.compare_runs import differences, version_changes
+from seals.run.provenance import differences, version_changes
 
 pytestmark = pytest.mark.usefixtures("elsewhere")
 

@@ -109,13 +109,13 @@ def test_a_picture_of_a_measure_against_an_override(runs: Path) -> None:
     assert main(["runs", "drops", *words, "plot=a.png"]) == 0
     assert Path("a.png").read_bytes().startswith(b"\x89PNG")
     from seals.report.figures import Chart
-    from seals.sweep import picture
+    from seals.sweep import application
 
     drawn: list[Chart] = []
     columns = {"seed": [0.0, 0.0, 1.0], "m": [1.0, 3.0, 5.0], "h": ["[1]", "[1]", "[2]"]}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(picture, "write_picture", lambda path, chart: drawn.append(chart))
-        picture.draw(Path("x.png"), columns, "m", "seed")
+        patch.setattr(application, "write_picture", lambda path, chart: drawn.append(chart))
+        application.draw(Path("x.png"), columns, "m", "seed")
     mean, points = drawn[0].series
     assert mean.x.tolist() == [0.0, 1.0]
     assert mean.y.tolist() == [2.0, 5.0]
@@ -137,13 +137,13 @@ def test_values_that_differ_far_behind_the_point_stay_apart(
     assert out[0].endswith("name=1.23456")
     assert [line.split()[-2:] for line in out[2:]] == [[str(seed), "0.1235"] for seed in seeds]
     from seals.report.figures import Chart
-    from seals.sweep import picture
+    from seals.sweep import application
 
     drawn: list[Chart] = []
     columns = {"seed": [12345.0, 12346.0], "m": [1.0, 3.0], "h": [1.0, 1.0]}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(picture, "write_picture", lambda path, chart: drawn.append(chart))
-        picture.draw(Path("x.png"), columns, "m", "h", "seed")
+        patch.setattr(application, "write_picture", lambda path, chart: drawn.append(chart))
+        application.draw(Path("x.png"), columns, "m", "h", "seed")
     assert [one.name for one in drawn[0].series][::2] == ["seed=12345", "seed=12346"]
 
 

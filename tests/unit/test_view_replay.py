@@ -15,7 +15,7 @@ from seals.logs.atomic import write_table
 from seals.plugins.waves.airy import WaveAiry
 from seals.view import Replay, open_replay
 from seals.view.forces import Forces
-from seals.view.shots import Shots
+from seals.view.session import Shots
 from seals.view.water import Water
 
 G = 9.81

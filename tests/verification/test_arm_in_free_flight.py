@@ -17,7 +17,7 @@ from seals.robot.model import RobotModel
 from seals.run import build_twin, build_world
 from seals.run.build import build_run
 from seals.run.settings import RunSettings
-from seals.testing.momentum import momentum_of
+from seals.testing.backend import momentum_of
 
 Floats = NDArray[np.float64]
 SWING = 0.8

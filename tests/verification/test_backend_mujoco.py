@@ -18,7 +18,7 @@ from seals.plugins.effects.added_mass import AddedMass
 from seals.run.assembly import build_world
 from seals.run.build import build_run
 from seals.run.settings import RunSettings
-from seals.testing.momentum import momentum_of
+from seals.testing.backend import momentum_of
 from seals.world import World
 from tests.verification.conftest import Bench
 

@@ -14,8 +14,8 @@ from seals.config.compose import compose
 from seals.errors import ConfigError, PhysicsError
 from seals.run.assembly import build_world
 from seals.run.build import build_run
+from seals.run.settings_remarks import find_unused
 from seals.run.simulation import simulate
-from seals.run.unused_settings import find_unused
 from seals.world import World
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*getdefaultlocale:DeprecationWarning")

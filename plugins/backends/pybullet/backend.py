@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import struct
 import sys
 import weakref
 from dataclasses import dataclass
@@ -16,10 +17,16 @@ from seals.environment.ground import Solid, solids_of
 from seals.environment.settings import EnvironmentSettings
 from seals.errors import PhysicsError, optional_import
 from seals.plugins.backends.pybullet.body import PybulletBody
-from seals.plugins.backends.pybullet.stored import whole
 from seals.plugins.backends.pybullet.trial import survived
 from seals.robot.model import RobotModel
 from seals.schema import count
+
+_HEAD = 12
+"""Mark, size of numbers and pointers, byte order, version."""
+_LAST = b"DNA1"
+"""Name of the last chunk: the description of all the others."""
+_LONG = b"-"
+"""Mark of 8-byte pointers; the other one, ``_``, stands for 4 bytes."""
 
 
 @dataclass(kw_only=True)
@@ -240,3 +247,26 @@ def _engine() -> Any:
         os.close(kept)
         os.close(silent)
     return pybullet
+
+
+def whole(path: Path) -> bool:
+    """Return whether the file of a stored scene contains all its chunks in full.
+
+    A file is a head and chunks of name, length, pointer, type and count, each followed by as many
+    bytes as it says.
+
+    References:
+        Bullet 3.25, ``btSerializer.h`` and ``bFile.cpp``.
+    """
+    raw = path.read_bytes()
+    if raw[:6] != b"BULLET" or raw[8:9] not in (b"v", b"V"):
+        return False
+    head = "4si" + ("8x" if raw[7:8] == _LONG else "4x") + "ii"
+    order = "<" if raw[8:9] == b"v" else ">"
+    place, name = _HEAD, b""
+    while place + struct.calcsize(order + head) <= len(raw):
+        name, length, *_ = struct.unpack_from(order + head, raw, place)
+        if length < 0:
+            return False
+        place += struct.calcsize(order + head) + length
+    return place == len(raw) and name == _LAST

@@ -35,7 +35,7 @@ class RendererMitsuba:
     Equation:
         Radiative transfer by path tracing with volumes; Fresnel and Snell at the surface, index
         1.333; extinction, albedo and phase function of the water by its Jerlov type
-        (`seals.plugins.viewers.mitsuba.medium`); a clear sky and a sun of finite size.
+        (`seals.plugins.viewers.mitsuba.building`); a clear sky and a sun of finite size.
 
     Args:
         variant: of Mitsuba; ``scalar_rgb`` runs everywhere, ``auto`` tries faster ones first.

@@ -59,7 +59,7 @@ def read_log(config: Any, place: Path) -> Log:
         LogError: there is none, or it cannot be used.
     """
     from seals.config.build import build
-    from seals.run.robot_metadata import datasheet_of
+    from seals.run.equipment_metadata import datasheet_of
 
     logs = build(config.reader, where="reader").read(str(place))
     if not logs:
