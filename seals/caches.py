@@ -68,9 +68,6 @@ def kept(path: Path) -> bytes | None:
     """Return what `keep` wrote to a file; None where it is not there, or no longer what it was.
 
     Code that a disk has damaged would be run: its SHA-256 stands before it.
-
-    Args:
-        path: in a folder of `cache_folder`.
     """
     try:
         if not path.is_file() or path.stat().st_size > MOST:
@@ -85,10 +82,6 @@ def kept(path: Path) -> bytes | None:
 
 def keep(path: Path, data: bytes) -> None:
     """Write a file that is whole or not there, and remove the oldest beside it beyond `MOST`.
-
-    Args:
-        path: in a folder of `cache_folder`.
-        data: content.
 
     Raises:
         OSError: the disk takes nothing.

@@ -183,7 +183,6 @@ class SeaOfFluid:
     """
 
     def __init__(self, fluid: Fluid) -> None:
-        """Store the fluid."""
         self.fluid = fluid
 
     def at(self, position: Array, time: Array, level: float) -> Sea:

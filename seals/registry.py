@@ -166,11 +166,7 @@ def get(kind: str, name: str) -> Plugin:
 
 
 def blame(fault: BaseException) -> BrokenPlugin | None:
-    """Return an error that names the plug-in in whose code a fault arose; None for no plug-in.
-
-    Args:
-        fault: with its traceback.
-    """
+    """Return an error that names the plug-in in whose code a fault arose; None for no plug-in."""
     found = None
     trace = fault.__traceback__
     while trace is not None:

@@ -34,11 +34,7 @@ class Outcome(NamedTuple):
 
 
 def outcome(folders: Sequence[Path]) -> Outcome:
-    """Read what trainings and judgements wrote.
-
-    Args:
-        folders: of the trainings.
-    """
+    """Read what trainings and judgements wrote."""
     rows: list[dict[str, Any]] = []
     curves = []
     for folder in folders:

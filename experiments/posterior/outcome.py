@@ -90,10 +90,6 @@ def scores(table: Mapping[str, Floats]) -> dict[str, dict[int, dict[int, float]]
 def difference(x: Mapping[int, float], y: Mapping[int, float]) -> Difference:
     """Return the mean difference of two arms over the seeds that both have, with a t interval.
 
-    Args:
-        x: score of one arm by seed.
-        y: score of the other.
-
     Raises:
         SealsError: fewer than two seeds are in both.
 
@@ -116,12 +112,7 @@ def difference(x: Mapping[int, float], y: Mapping[int, float]) -> Difference:
 
 
 def tell(table: Mapping[str, Floats], out: Path) -> str:
-    """Write curves into a folder and return the tables of arms and differences.
-
-    Args:
-        table: as `gather` returns it.
-        out: folder.
-    """
+    """Write curves into a folder and return the tables of arms and differences."""
     every, final = scores(table), int(table["step"].max())
     # a policy that was not judged after its whole training says nothing of its arm
     found = {a: {s: x for s, x in seeds.items() if final in x} for a, seeds in every.items()}

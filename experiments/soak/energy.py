@@ -74,7 +74,6 @@ class Books:
     """
 
     def __init__(self, actor: Actor) -> None:
-        """Listen to what the body is told."""
         self.actor = actor
         self._matrices: list[tuple[Any, Floats]] = []
         self._last: Instant | None = None

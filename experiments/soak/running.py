@@ -81,7 +81,6 @@ class _Soak:
     def __init__(
         self, out: Path, settings: RunSettings, world: World, words: Sequence[str]
     ) -> None:
-        """Take up the checkpoint where there is one."""
         self.out, self.settings, self.world, self.words = out, settings, world, list(words)
         self.actor: Actor = world.actors[ROBOT]
         self.books = Books(self.actor)

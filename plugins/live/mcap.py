@@ -29,7 +29,6 @@ class Recording:
     """
 
     def __init__(self, path: Path, store: Any) -> None:
-        """Begin the file."""
         with optional_import("MCAP needs mcap", "Install it: pip install 'aam-seals[ros2]'"):
             from mcap.writer import Writer
         self._file, self._store = path.open("wb"), store

@@ -61,7 +61,6 @@ class Messages:
     """Maker of the messages of a run."""
 
     def __init__(self) -> None:
-        """Load the types."""
         self.store = type_store()
 
     def make(self, kind: str, **values: Any) -> Any:

@@ -95,7 +95,6 @@ class ZenohNode:
     """
 
     def __init__(self, session: Any, domain: int, name: str, namespace: str, store: Any) -> None:
-        """Declare the node."""
         self._session, self._domain, self._store = session, domain, store
         self._space = f"{namespace}/" if namespace else ""
         self._id = str(session.info.zid())

@@ -256,7 +256,6 @@ class _RegularPush:
     """
 
     def __init__(self, residual: Residual, rows: Any) -> None:
-        """Store the displaced mass and waterplane of the hull, and the trajectory."""
         subject, environment = residual.subject, residual.subject.environment
         hull, density = subject.hull, environment.water_density or FRESH_WATER
         volume = hull.volume if hull is not None else 0.0

@@ -173,9 +173,6 @@ class Airframe:
 
         The mass makes the whole robot lighter than its water by the reserve and puts the body's own
         centre of gravity on its axis.
-
-        Args:
-            others: all other links.
         """
         bare = Link(name="body", pieces=self.pieces(0.0))
         volume = bare.volume + sum(link.volume for link in others)

@@ -26,7 +26,6 @@ class BatchDrives:
     """
 
     def __init__(self, response: Response, like: Array) -> None:
-        """Convert the numbers once."""
         if response.delay > 0.0:
             raise ConfigError(
                 f"commands arrive {response.delay:g} s late; a batch has no command delay.\n"

@@ -47,7 +47,6 @@ class FusedBody(RigidBody):
         environment: EnvironmentSettings,
         change: Array | None = None,
     ) -> None:
-        """Find the poses of the links, and the inertia of all links about the base."""
         still = np.zeros((1, 0))
         places, turns = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], still)
         self.maps = [twist_map(p, r) for p, r in zip(places[0], turns[0], strict=True)]

@@ -93,7 +93,6 @@ class BatchLoads:
         like: Array,
         values: Mapping[str, Any] | None = None,
     ) -> None:
-        """Bind parameters to the batch."""
         _refuse(robot, effects)
         self.robot, self.batch, self.like = robot, batch, like
         self.effects = effects.with_values(values or {}, like, batch)

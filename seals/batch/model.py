@@ -75,7 +75,6 @@ class BatchDynamics:
         values: Mapping[str, Any] | None = None,
         fused: bool = False,
     ) -> None:
-        """Bind parameters to the batch and choose the equations of motion."""
         like = np.zeros(1) if like is None else like
         self.robot, self.batch, self.like = robot, batch, like
         self.effects = effects.with_values(values or {}, like, batch)

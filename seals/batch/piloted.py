@@ -84,7 +84,6 @@ class PilotedTwin:
         values: Mapping[str, Any] | None = None,
         fused: bool = False,
     ) -> None:
-        """Hold the joints, then bind batch dynamics and controller."""
         self.plant = plant = build_plant(robot, effects, settings.environment)
         self.whole, held = hold(robot, effects, joints)
         self.twin = BatchDynamics(

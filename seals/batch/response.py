@@ -62,7 +62,6 @@ class Response:
     def __init__(
         self, twin: BatchDynamics, state: TwinState, time: Any, inputs: Inputs, posture: Posture
     ) -> None:
-        """Evaluate and solve the equations of the batch without small changes."""
         self.twin, self.inputs, self.posture = twin, inputs, posture
         self._state, self._time = state, time
         self._joints = Joints(state.joints, state.joint_velocity)

@@ -41,7 +41,6 @@ class RigidBody:
         environment: EnvironmentSettings,
         change: Array | None = None,
     ) -> None:
-        """Convert the inertia once."""
         self.evaluator, self.bodies, self.gravity = evaluator, bodies, environment.gravity
         self._inertia = as_like(robot.spatial_inertia[:1], bodies.mass)
         if change is not None:

@@ -28,7 +28,6 @@ class FusedSlopes:
     """
 
     def __init__(self, slopes: Callable[..., Any], like: Array) -> None:
-        """Compile the state derivatives."""
         if not hasattr(like, "untyped_storage"):
             raise ConfigError(
                 f"a twin of {type(like).__module__} arrays cannot be fused.\n"

@@ -44,7 +44,6 @@ class TreeBody:
         environment: EnvironmentSettings,
         change: Array | None = None,
     ) -> None:
-        """Convert the inertias once."""
         self.robot, self.evaluator, self.bodies = robot, evaluator, bodies
         self.gravity, self.tree = environment.gravity, robot.tree
         inertia = as_like(robot.spatial_inertia, bodies.mass)[None]

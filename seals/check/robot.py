@@ -226,11 +226,7 @@ def _beyond(robot: RobotModel, where: str, joints: tuple[int, ...], pose: Floats
 
 
 def look_at_mimics(settings: RobotSettings) -> Iterator[RobotFinding]:
-    """Yield a finding for every ``<mimic>`` that is not part of one gripper.
-
-    Args:
-        settings: the robot folder as configured.
-    """
+    """Yield a finding for every ``<mimic>`` that is not part of one gripper."""
     root = ElementTree.fromstring(settings.urdf_path.read_bytes())
     for joint in root.findall("joint"):
         mimic = joint.find("mimic")

@@ -16,11 +16,7 @@ _SHORT = (
 
 
 def explained(error: BaseException) -> SealsError | None:
-    """Return an error in words for one of the system; None for all others.
-
-    Args:
-        error: with its causes.
-    """
+    """Return an error in words for one of the system; None for all others."""
     if isinstance(error, SealsError) and not isinstance(error, MissingExtra | BrokenPlugin):
         return None  # it has words of its own
     if told_short(error):

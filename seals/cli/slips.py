@@ -14,10 +14,6 @@ _LOGS = ("calibrate", "compare", "diagnose", "verify", "plan")
 def refuse_slips(root: str, words: Sequence[str]) -> None:
     """Refuse a name without its key, and a run that would overwrite the one it repeats.
 
-    Args:
-        root: the verb.
-        words: overrides and flags.
-
     Raises:
         ConfigError: with the words that were meant.
 

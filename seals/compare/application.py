@@ -93,11 +93,7 @@ def _offsets(
 
 
 def execute(cfg: Any) -> int | None:
-    """Run the verb on a composed configuration.
-
-    Args:
-        cfg: with the keys of `CompareSettings`.
-    """
+    """Run the verb on a composed configuration."""
     from hydra.core.hydra_config import HydraConfig
 
     settings = settings_of(cfg)

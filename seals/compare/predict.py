@@ -58,7 +58,6 @@ class Predictor:
         *,
         step: float,
     ) -> None:
-        """Store the arguments."""
         self.settings, self.robot, self.effects = settings, robot, effects
         self.keys, self.cases, self.step = tuple(keys), tuple(cases), step
 

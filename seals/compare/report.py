@@ -39,11 +39,6 @@ _AXES = ("x", "y", "z")
 def write_report(comparison: Comparison, data: dict[str, Any], folder: Path) -> dict[str, Path]:
     """Write report.html, comparison.json and plots/*.png.
 
-    Args:
-        comparison: what was found.
-        data: the same as plain data.
-        folder: where to write.
-
     Returns:
         Paths by name.
     """

@@ -77,7 +77,6 @@ class Solver:
     """
 
     def __init__(self, predictor: Predictor, *, iterations: int) -> None:
-        """Store the arguments."""
         self.predictor, self.cases = predictor, predictor.cases
         self.iterations = iterations
         self.bounds = np.array([k.parameter.bounds for k in predictor.keys]).reshape(-1, 2)

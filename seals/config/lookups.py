@@ -21,9 +21,6 @@ def lookup_in(content: Any) -> str | None:
 
     What cannot be told apart, such as one reference inside of another, counts as a lookup.
 
-    Args:
-        content: what a YAML file holds.
-
     Example:
         >>> lookup_in({"a": ["${time.step}", 1], "b": "${.c}"}) is None
         True

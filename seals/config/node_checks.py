@@ -54,10 +54,6 @@ def refuse_targets(node: Any, *, where: str) -> None:
 
     References are followed: what they lead to would be made, too.
 
-    Args:
-        node: a composed node.
-        where: its full key.
-
     Raises:
         ConfigError: a mapping without a schema holds one of Hydra's special keys, one with a schema
             names another class, or the node leads back into itself.

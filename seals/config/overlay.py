@@ -230,9 +230,6 @@ def load_overlay(path: Path) -> dict[str, Any]:
 def read_overlay(raw: Mapping[str, Any]) -> Overlay:
     """Read an overlay file and check every name and value.
 
-    Args:
-        raw: content as `load_overlay` returns it.
-
     Raises:
         ConfigError: a name is unknown, or a value is not allowed; the message says where.
     """

@@ -38,9 +38,6 @@ VERBS = tuple(root for root in _AT if root not in {"arms", "learn"})
 def root_schema(name: str) -> Any:
     """Return the class whose fields a root configuration has.
 
-    Args:
-        name: one of `NAMES`.
-
     Example:
         >>> root_schema("runs_schema").__name__
         'RunsSettings'

@@ -28,9 +28,6 @@ _SEARCH = "hydra.searchpath"
 def untrusted(arguments: Sequence[str]) -> list[str]:
     """Remove ``--trust`` from the arguments; without it, refuse folders that require trust.
 
-    Args:
-        arguments: overrides and flags of one command.
-
     Raises:
         ConfigError: a folder of configuration holds more than values and names of plug-ins.
     """

@@ -12,12 +12,7 @@ _MOST = 200
 
 
 def unknown_robot(given: str, installed: Sequence[str]) -> UnknownPlugin:
-    """Return the error for a robot that is neither installed nor a folder.
-
-    Args:
-        given: as the user wrote it.
-        installed: names of robots.
-    """
+    """Return the error for a robot that is neither installed nor a folder."""
     path = Path(given)
     if path.is_file() and (path.parent / "robot.yaml").is_file():
         return _refusal(given, "is a file", f"Give its folder: robot={path.parent.as_posix()}")
@@ -46,9 +41,6 @@ def unknown_robot(given: str, installed: Sequence[str]) -> UnknownPlugin:
 
 def own_robot(given: str) -> Path:
     """Return a robot folder that can be written to.
-
-    Args:
-        given: as the user wrote it.
 
     Raises:
         ConfigError: it is no robot folder; the nearest one beside it is named.

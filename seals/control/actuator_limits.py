@@ -45,7 +45,6 @@ class ActuatorLimitEstimator:
     """
 
     def __init__(self, plant: Plant) -> None:
-        """Select the effects that the controller's model contains."""
         effects = plant.effects
         self._layout, self._actuators = plant.layout, effects.actuators
         self._laws = [b for b in effects.actuations if KNOWN in b.effect.accounts_for]
@@ -62,12 +61,7 @@ class ActuatorLimitEstimator:
         self._own = {b.name: b.hooks.drives(self._probe, b.params) for b in self._actuators}
 
     def now(self, motion: Motion, sample: Sample) -> ActuatorLimits:
-        """Return the limits and gains at one instant.
-
-        Args:
-            motion: of all links.
-            sample: the surroundings at all links.
-        """
+        """Return the limits and gains at one instant."""
         if self._dry or (sample.depth is not None and float(sample.depth.max()) < -self._far):
             return self._air
         gain, share = self._ones.copy(), self._ones.copy()

@@ -57,7 +57,6 @@ class Allocation:
         weights: Floats | None = None,
         centre: Floats | None = None,
     ) -> None:
-        """Compute the parts that do not depend on the centre of gravity."""
         self._layout, self._rows, self.saturation = layout, list(rows), saturation
         self._squared = [kind == ROTOR for kind in layout.kind]
         self._all_rotors = all(self._squared)

@@ -84,7 +84,6 @@ class BatchAllocation:
     def __init__(
         self, plant: Plant, centre: Array, like: Array, *, saturation: Saturation, weights: Array
     ) -> None:
-        """Compute the constant parts."""
         layout = plant.layout
         one = Allocation(layout, rows=LIFT_ROWS, saturation=saturation, weights=weights)
         matrix = one.matrix(centre)

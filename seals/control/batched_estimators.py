@@ -39,7 +39,6 @@ class BatchActuatorLimitEstimator:
     def __init__(
         self, plant: Plant, effects: EffectSet, *, links: int, like: Array, batch: int
     ) -> None:
-        """Select the effects that the controller's model contains."""
         layout = plant.layout
         self._links, self._batch = links, batch
         self._actuators = effects.actuators
@@ -101,7 +100,6 @@ class BatchImmersionEstimator:
     def __init__(
         self, places: Sequence[Array], turns: Sequence[Array], volume: Array, gravity: float
     ) -> None:
-        """Store the positions of the hulls."""
         self._places, self._turns, self._gravity = places, turns, gravity
         self._volume = volume
 

@@ -46,7 +46,6 @@ class Estimator:
     """
 
     def __init__(self, sense: str) -> None:
-        """Store the name of the sensor."""
         self.sense = sense
 
     def update(

@@ -85,7 +85,6 @@ class Lag:
     """
 
     def __init__(self, rise: Floats, fall: Floats) -> None:
-        """Store the lags of every drive."""
         rises, falls = np.maximum(rise, NONE).tolist(), np.maximum(fall, NONE).tolist()
         self._pairs = list(zip(rises, falls, strict=True))
         self._columns = np.array(rises), np.array(falls)

@@ -41,7 +41,6 @@ class MassPropertyEstimator:
     """
 
     def __init__(self, robot: RobotModel) -> None:
-        """Compute the pseudo-inertias of the base and of the rigid group on every joint."""
         tree = self._tree = robot.tree
         # rigid groups: the base, then the child link of every joint with all that is fixed to it
         self._group = np.array([0, *tree.child])
@@ -125,7 +124,6 @@ class ImmersionEstimator:
     """
 
     def __init__(self, plant: Plant, volume: Floats) -> None:
-        """Sum the volumes."""
         self.gravity, self._volume = plant.gravity, np.asarray(volume)
         self._whole = float(self._volume.sum())
         self._dry = Buoyancy(0.0, np.zeros(3))

@@ -42,7 +42,6 @@ class CoupledBody(BodyOptions):
     def __init__(
         self, engine: EngineBody | SolvingEngineBody, robot: RobotModel, *, second_order: bool
     ) -> None:
-        """Start at rest."""
         self.engine, self.robot, self._second_order = engine, robot, second_order
         joints = robot.tree.joints
         self._base = 0 if robot.tree.fixed_base else 6
@@ -252,11 +251,6 @@ class CoupledBody(BodyOptions):
 
         Return false where the engine's inertia had to be set anew, and the law is to be asked
         again.
-
-        Args:
-            form: from `compiled_form`.
-            results: of `compiled_law`.
-            links: where they are.
         """
         if self._limits and self._base:
             *results, rows = results

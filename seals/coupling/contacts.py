@@ -23,7 +23,6 @@ class Contacts:
     """
 
     def __init__(self, links: int) -> None:
-        """Start without contacts."""
         self._none = np.zeros((links, 6)), np.zeros(links)
         for zeros in self._none:
             zeros.setflags(write=False)

@@ -44,7 +44,6 @@ class ImplicitDrives:
     """
 
     def __init__(self, lead: int) -> None:
-        """Start without a known gain."""
         self._lead = lead
         self._gain: _Gain | None = None
 

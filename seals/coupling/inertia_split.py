@@ -38,7 +38,6 @@ class InertiaSplit:
     """
 
     def __init__(self, engine: EngineBody, robot: RobotModel) -> None:
-        """Start with the robot's own inertia."""
         self._engine, self._robot = engine, robot
         self._assembly = Assembly(robot.spatial_inertia[None])
         self._iso = np.zeros((len(robot.links), 2))

@@ -34,7 +34,6 @@ class StandingMotors:
     """
 
     def __init__(self, engine: EngineBody, joints: int) -> None:
-        """Store the engine."""
         self._engine = engine
         self._none = np.zeros(joints)
         self.running, self.forces = False, self._none

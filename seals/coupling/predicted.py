@@ -27,7 +27,6 @@ class PredictedForces:
     """
 
     def __init__(self, engine: EngineBody, robot: RobotModel) -> None:
-        """Start at rest."""
         self._engine: Any = engine
         self._inertial = False
         joints = robot.tree.joints
@@ -134,13 +133,7 @@ class PredictedForces:
         return [*found, *self._motors.targets(d, step)] if form == "stand" else found
 
     def give(self, form: str, results: list[Floats], links: LinksAt) -> bool:
-        """Pass results of `compiled_law` on; false where the engine's inertia was set anew.
-
-        Args:
-            form: of the step.
-            results: of `compiled_law`.
-            links: where they are.
-        """
+        """Pass results of `compiled_law` on; false where the engine's inertia was set anew."""
         force, joint_force, wanted, *motors = results
         if self._inertial and self._split.update(wanted):
             return False

@@ -60,7 +60,6 @@ class JointServo:
     """
 
     def __init__(self, engine: EngineBody, lead: int) -> None:
-        """Start without a last step."""
         self._engine, self._lead = engine, lead
         self.response: JointResponse | None = None
         self._known: tuple[Floats, Floats] | None = None

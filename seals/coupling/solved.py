@@ -33,7 +33,6 @@ class SolvedForces:
     """No motors of the engine act."""
 
     def __init__(self, engine: SolvingEngineBody, robot: RobotModel) -> None:
-        """Start at rest."""
         self._engine: Any = engine
         self._centred = not np.any(engine.reference)
         self._added = Assembly(np.zeros((1, len(robot.links), 6, 6)))

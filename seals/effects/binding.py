@@ -70,7 +70,6 @@ class EffectSet:
     """
 
     def __init__(self, bound: Sequence[BoundEffect]) -> None:
-        """Sort bound effects by the hooks they define."""
         self.bound = tuple(bound)
         self._as_bound = True
         self.held: tuple[float, ...] | None = None

@@ -89,7 +89,6 @@ class Evaluator:
         folded: bool = False,
         implicit: bool = False,
     ) -> None:
-        """Find the rows of each effect and the arguments of its hooks once."""
         self.implicit = implicit
         self.fed = False
         self.effects, self.surroundings = effects, surroundings

@@ -73,7 +73,6 @@ class EnvironmentSampler:
         wetting: Wetting,
         volume: Array,
     ) -> None:
-        """Convert constants to the array library of ``volume`` once."""
         self.water_level, self.waves, self.wetting = water_level, waves, wetting
         self.volume = volume
         self._constants = {

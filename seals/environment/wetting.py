@@ -57,7 +57,6 @@ class WettingExact:
     """
 
     def __init__(self, hulls: Sequence[Hull]) -> None:
-        """Store the hulls and their fully submerged values."""
         self.hulls = tuple(hulls)
         self._reach = np.array([[h.reach] for h in hulls])
         self.longest = float(self._reach.max())
@@ -103,7 +102,6 @@ class WettingTable:
     """
 
     def __init__(self, tables: Sequence[HullTable], *, reach: Sequence[float] = ()) -> None:
-        """Store the tables."""
         self.tables = tuple(tables)
         self.reach = tuple(reach) or (math.inf,) * len(self.tables)
         self._whole: list[tuple[Floats, Floats]] = []

@@ -305,10 +305,6 @@ def columns_of(stem: str, present: Iterable[str]) -> tuple[str, ...]:
     A vector has all its components even where a log holds only some; a numbered channel runs to its
     highest number.
 
-    Args:
-        stem: the channel.
-        present: the columns that the log holds.
-
     Example:
         >>> columns_of("position", ["t", "position_z"])
         ('position_x', 'position_y', 'position_z')

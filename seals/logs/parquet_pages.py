@@ -51,11 +51,6 @@ def refuse_bombs(file: Path, metadata: Any, column: int) -> None:
     A few kilobytes may declare, and hold, gigabytes. What the footer says of the size of the pages
     is not believed: the header of each page is read.
 
-    Args:
-        file: the file.
-        metadata: what its footer says.
-        column: place of the column.
-
     Raises:
         LogError: the sizes do not fit, or a header cannot be read.
     """

@@ -22,9 +22,6 @@ def room(path: str | Path) -> Iterator[None]:
 
     Some libraries raise an error without the system's number; the room left tells then.
 
-    Args:
-        path: what is written.
-
     Raises:
         DiskFull: there was no room.
     """

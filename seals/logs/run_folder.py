@@ -146,10 +146,6 @@ def _locked(folder: Path) -> int | None:
 def open_own(path: Path, flags: int) -> int:
     """Open a file of a run folder, not what a link names, without waiting at a pipe.
 
-    Args:
-        path: of the file.
-        flags: as for `os.open`.
-
     Raises:
         ConfigError: it is a link, a folder, a pipe, a device, or known by a second name.
     """
@@ -216,7 +212,6 @@ class Claim:
     """
 
     def __init__(self) -> None:
-        """Start without a lock."""
         self._held = contextlib.ExitStack()
         self._folder: Path | None = None
         self.earlier: Path | None = None

@@ -48,7 +48,6 @@ class Assembly:
     """
 
     def __init__(self, inertia: Array, armature: Array | None = None) -> None:
-        """Store the inertia."""
         self.inertia, self.armature = inertia, armature
         self.links = inertia.shape[1]
         self._kept: tuple[Kinematics, Array] | None = None

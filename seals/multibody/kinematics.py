@@ -55,7 +55,6 @@ class Kinematics:
     """
 
     def __init__(self, tree: Tree, origins: Array, rotations: Array) -> None:
-        """Store the poses; positions are kept relative to the base origin."""
         self.tree, self.origins, self.rotations = tree, origins, rotations
         self._lead = 0 if tree.fixed_base else 6
         self._kept_bias: tuple[LinkVelocities, Array] | None = None

@@ -58,7 +58,6 @@ class Factors:
     """
 
     def __init__(self, matrix: Floats) -> None:
-        """Factorise once."""
         self.matrix = matrix
         self._lower: Floats | None = None
         try:

@@ -98,7 +98,6 @@ class SceneView:
         optics: Optics,
         surface: Surface | None,
     ) -> None:
-        """Open the renderer under the sun of the optics."""
         self.renderer, self.scene, self.poses = renderer, scene, poses
         dry = surface is None
         self.optics = dataclasses.replace(optics, water_type="none") if dry else optics
@@ -164,7 +163,6 @@ class CameraView:
     """
 
     def __init__(self, scene: SceneView | None) -> None:
-        """Start without an image."""
         self.view = scene
         self.shot: Recorded | None = None
 

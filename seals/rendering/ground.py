@@ -26,7 +26,6 @@ class Planes:
     """
 
     def __init__(self, shapes: tuple[Shape, ...], light: Light) -> None:
-        """Prepare the two colours of every plane."""
         self._planes = []
         for shape in shapes:
             if shape.kind != "plane":

@@ -73,10 +73,6 @@ def with_entry(text: str, path: Sequence[str], value: str) -> str:
 def without_entry(text: str, path: Sequence[str]) -> str:
     r"""Return the text without a key of a block, its value and the comment on its lines.
 
-    Args:
-        text: of the file.
-        path: keys that lead to the entry.
-
     Raises:
         ConfigError: the entry is part of a mapping in braces.
 

@@ -245,10 +245,6 @@ def check_step(settings: RunSettings, robot: RobotModel) -> None:
     What these bounds do not see, such as steep drag, is refused while it runs, when the motion
     leaves what a backend can follow.
 
-    Args:
-        settings: of the run.
-        robot: as built.
-
     Raises:
         ConfigError: the step is beyond a bound; the bound is printed.
     """

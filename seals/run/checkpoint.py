@@ -48,7 +48,6 @@ class Checkpoints(Recorder):
     """
 
     def __init__(self, folder: Path, every: float) -> None:
-        """Start the timer."""
         self.folder, self.every = folder / FOLDER, every
         self._last, self._full = time.perf_counter(), False
 
@@ -182,13 +181,7 @@ def take_up(kept: Path, world: World, *, most: int = MOST_BYTES) -> Any:
 
 
 def largest_state(world: World, books: Any, rows: int) -> int:
-    """Return the largest state that a run can have [byte].
-
-    Args:
-        world: of the run.
-        books: its records with a single row.
-        rows: of the whole run.
-    """
+    """Return the largest state that a run can have [byte]."""
     now, own = (packed(state)[1] for state in (world.snapshot()._replace(scene=None), books))
     row = sum(array.nbytes for array in own) + _A_PICTURE
     for actor in world.actors.values():

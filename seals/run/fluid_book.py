@@ -24,7 +24,6 @@ class FluidBook(Recorder):
     """
 
     def __init__(self, fluid: Fluid | None) -> None:
-        """Start without rows."""
         self._fluid = fluid
         self._rows: list[dict[str, float]] = []
 

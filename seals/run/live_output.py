@@ -45,7 +45,6 @@ class Pace:
     """
 
     def __init__(self, speed: float) -> None:
-        """Start at the first call of `wait`."""
         self._speed = speed
         self._began: float | None = None
 
@@ -68,7 +67,6 @@ class Beat:
     """
 
     def __init__(self, rate: float) -> None:
-        """Begin with the first instant that is asked for."""
         self._every, self._next = 1.0 / rate, 0.0
 
     def due(self, now: float) -> bool:

@@ -28,13 +28,6 @@ def animate(
 ) -> None:
     """Attach guide and controller to an object that has a guide.
 
-    Args:
-        name: of the object.
-        thing: its settings.
-        found: its robot folder.
-        settings: of the run.
-        actor: the object.
-
     Raises:
         SealsError: guide or controller are not there, or cannot work with this body.
     """

@@ -28,7 +28,6 @@ class ObjectRecorder(Recorder):
     """
 
     def __init__(self, actors: Mapping[str, Actor], *, steps: int) -> None:
-        """Reserve the rows."""
         self.actors = dict(actors)
         self._rows = {
             name: Rows(_columns(name, actor.robot.tree.joints), steps + 1, fill=0.0)

@@ -94,7 +94,6 @@ class InstantFiles(Recorder):
     """
 
     def __init__(self, key: str, every: float, fluid: Fluid | None) -> None:
-        """Refuse an impossible request before the run starts."""
         if fluid is None:
             raise ConfigError(
                 f"{key}={every:g}: the run has no water of particles.\n"
@@ -147,7 +146,6 @@ class Thinned(InstantFiles):
     """
 
     def __init__(self, every: float, fluid: Fluid | None) -> None:
-        """Refuse an impossible request before the run starts."""
         super().__init__(FOLDER, every, fluid)
 
     def write(self, path: Path, fluid: Fluid) -> None:

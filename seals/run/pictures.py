@@ -39,7 +39,6 @@ class Pictures(Recorder):
     """
 
     def __init__(self, actor: Actor) -> None:
-        """Start with an empty index."""
         self.actor = actor
         self.folder: Path | None = None
         self.rows: dict[str, list[dict[str, float]]] = {name: [] for name in self._cameras()}

@@ -47,7 +47,6 @@ class Aims(_TableRecorder):
     """
 
     def __init__(self, pilot: Pilot | None, *, steps: int) -> None:
-        """Reserve the rows."""
         self._pilot = pilot
         self._grippers = () if pilot is None else tuple(pilot.plant.robot.grippers)
         names = [*(f"aim_velocity_{axis}" for axis in "xyz"), "aim_yaw", "aim_yaw_rate"]
@@ -92,7 +91,6 @@ class Commands(_TableRecorder):
     """
 
     def __init__(self, actor: Actor, *, steps: int) -> None:
-        """Reserve the rows."""
         self._actor, pilot = actor, actor.pilot
         kinds = () if pilot is None else pilot.plant.layout.kind
         joints = 0 if pilot is None else actor.robot.tree.joints
@@ -136,7 +134,6 @@ class Contacts(Recorder):
     """
 
     def __init__(self, actor: Actor) -> None:
-        """Start with no contact."""
         self._body = actor.body
         self.spans: list[tuple[float, float]] = []
 
@@ -176,7 +173,6 @@ class Stages(Recorder):
     """
 
     def __init__(self, pilot: Pilot | None) -> None:
-        """Start with no stage."""
         self._pilot = pilot
         self.starts: list[tuple[float, str]] = []
 

@@ -22,13 +22,7 @@ _EVERY = 32
 def progress(
     label: str, total: int, note: Callable[[], str] = str
 ) -> Iterator[Callable[[int], None]]:
-    """Yield a function that takes the number of steps done.
-
-    Args:
-        label: what is going on.
-        total: number of steps.
-        note: further words about the present.
-    """
+    """Yield a function that takes the number of steps done."""
     bar = (_Bar if sys.stderr.isatty() else _Lines)(label, total, note)
     try:
         yield bar.tell

@@ -129,12 +129,7 @@ TABLES = ("log.parquet", "ledger.parquet")
 
 
 def differences(folder: Path, original: Path) -> list[str]:
-    """Return the columns in which the logs of two run folders differ.
-
-    Args:
-        folder: one run.
-        original: the other.
-    """
+    """Return the columns in which the logs of two run folders differ."""
     found: list[str] = []
     for table in TABLES:
         if not (original / table).is_file():

@@ -94,7 +94,6 @@ class Rows:
     """
 
     def __init__(self, names: Sequence[str], most: int, *, fill: float = np.nan) -> None:
-        """Reserve the rows."""
         self.names = list(names)
         self.values = np.full((most if self.names else 0, len(self.names)), fill)
         self.count = 0

@@ -63,11 +63,7 @@ _FELT = 0.5
 
 
 def find_conflicts(settings: RunSettings) -> list[str]:
-    """Return a remark for each quantity stated in two places with different values.
-
-    Args:
-        settings: of the run.
-    """
+    """Return a remark for each quantity stated in two places with different values."""
     e, wave = settings.environment, settings.wave
     found = []
     own = None if wave is None else options_of(wave, WaveOptions).gravity
@@ -120,11 +116,7 @@ _DRAGS = ("linear drag", "quadratic drag")
 
 
 def find_left_out(settings: RunSettings) -> list[str]:
-    """Return a remark for each part of the surroundings that acts on nothing of the robot.
-
-    Args:
-        settings: of the run.
-    """
+    """Return a remark for each part of the surroundings that acts on nothing of the robot."""
     known = {word for effect in settings.effects.values() for word in effect.accounts_for}
     driven = {word for part in settings.actuators.values() for word in part.accounts_for}
     found = []

@@ -109,7 +109,6 @@ class Surfaces(InstantFiles):
     """
 
     def __init__(self, every: float, fluid: Fluid | None) -> None:
-        """Refuse an impossible request before the run starts."""
         super().__init__(FOLDER, every, fluid)
         refuse_missing()
 

@@ -54,7 +54,6 @@ class Delivery:
     """
 
     def __init__(self, sensor: Any, *, delay: float = 0.0) -> None:
-        """Compute the probability of a dropout after a reading, and after a dropout."""
         own = options_of(sensor, SensorOptions)
         self.latency, self.delay = float(own.latency), max(delay, 0.0)
         share = float(own.dropout)

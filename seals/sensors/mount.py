@@ -35,7 +35,6 @@ class Mount:
     """
 
     def __init__(self, name: str, position: Sequence[float], rpy: Sequence[float]) -> None:
-        """Check the numbers and turn them into arrays."""
         for field, values in (("position", position), ("rpy", rpy)):
             if len(values) != 3 or not np.all(np.isfinite(values)):
                 raise ConfigError(

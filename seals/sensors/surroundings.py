@@ -38,7 +38,6 @@ class Surroundings:
     """
 
     def __init__(self, environment: EnvironmentSettings, waves: Waves | None = None) -> None:
-        """Build the shapes of the ground and the pressure of the water column."""
         e = environment
         self.level, self.gravity, self.waves = e.water_level, e.gravity, waves
         solids = solids_of(e)

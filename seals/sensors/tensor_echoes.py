@@ -59,7 +59,6 @@ class TensorEchoes:
     """
 
     def __init__(self, layout: PingLayout, device: str) -> None:
-        """Copy the layout to the device."""
         with optional_import(f"sonar.device={device} needs torch", "Write device=numpy"):
             import torch
         if device == "cuda" and not torch.cuda.is_available():

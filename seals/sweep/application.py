@@ -37,9 +37,6 @@ _NUMBERS = "Its values must be numbers"
 def execute(config: Any) -> int:
     """List the runs below a folder; write table and picture on request.
 
-    Args:
-        config: with the keys of `seals.sweep.settings.RunsSettings`.
-
     Raises:
         ConfigError: a setting is wrong, or no run is left.
     """

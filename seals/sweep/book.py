@@ -89,7 +89,6 @@ class JobLock:
     """
 
     def __init__(self, folder: Path, descriptor: int) -> None:
-        """Store the locked file."""
         self._folder, self._descriptor = folder, descriptor
 
     def note(self, job: Job) -> None:

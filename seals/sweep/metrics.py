@@ -38,7 +38,6 @@ class Measures:
     """
 
     def __init__(self, row: Row) -> None:
-        """Start without tables; each is read on first use."""
         self._row = row
         self._tables: dict[str, dict[str, Floats]] = {}
 

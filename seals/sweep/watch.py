@@ -50,7 +50,6 @@ class Sweep:
     """
 
     def __init__(self, verb: str, words: Sequence[str], *, resumed: bool) -> None:
-        """Start without a folder; Hydra names it later."""
         self.verb, self.words, self.resumed = verb, list(words), resumed
         self.folder: Path | None = None
         self.claim = Claim()
@@ -276,7 +275,6 @@ class Watch(Callback):
     """
 
     def __init__(self, began: str | None = None, objective: Any = None) -> None:
-        """Store the settings of the configuration."""
         self.began, self.objective = began, objective
 
     def on_run_start(self, config: Any, **kwargs: Any) -> None:

@@ -42,7 +42,6 @@ class Script:
     """
 
     def __init__(self, events: Sequence[Event]) -> None:
-        """Store the events."""
         self.recorded: Sequence[Event] = tuple(events)
 
     def events(self, situation: RobotState) -> Sequence[Event]:

@@ -36,7 +36,6 @@ class Person:
     """
 
     def __init__(self, device: str, *, speed: float, plant: Plant) -> None:
-        """Open the window."""
         self._pygame = pygame_of()
         self._heard: list[Event] = []
         self.recorded: Sequence[Event] = self._heard

@@ -32,7 +32,6 @@ class Window:
     """
 
     def __init__(self, pygame: Any, plant: Plant) -> None:
-        """Open the window."""
         self._pygame, self._plant = pygame, plant
         self._screen = pygame.display.set_mode((WIDTH, HEIGHT))
         pygame.display.set_caption("seals teleop")

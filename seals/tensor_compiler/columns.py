@@ -29,7 +29,6 @@ class Columns:
     """
 
     def __init__(self, old: GraphModule, batch: int) -> None:
-        """Start an empty graph."""
         import torch
 
         self.graph, self.batch = torch.fx.Graph(), batch

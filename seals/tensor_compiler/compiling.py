@@ -22,10 +22,6 @@ each takes a register."""
 def compiled(graph: GraphModule, given: Sequence[Tensor]) -> Callable[..., Any]:
     """Compile a traced function to kernels.
 
-    Args:
-        graph: from `seals.tensor_compiler.tracing.traced`.
-        given: tensors as it will be given.
-
     Raises:
         ConfigError: PyTorch's compiler finds no C++ compiler, or does not run.
     """

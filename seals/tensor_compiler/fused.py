@@ -38,7 +38,6 @@ class Fused:
     """
 
     def __init__(self, law: Callable[..., Any]) -> None:
-        """Store the law."""
         self._law = law
         self._pieces: dict[Hashable, Piece] = {}
 
@@ -75,7 +74,6 @@ class Piece:
     """Function compiled for one form of arguments."""
 
     def __init__(self, law: Callable[..., Any], given: Any) -> None:
-        """Trace a law, compile it, and call the compiled form."""
         import torch
 
         rows = _apart(list(tensors(given)))

@@ -70,7 +70,6 @@ class Agreement:
     """
 
     def __init__(self, name: str, *, duration: float, steps: Sequence[float], backend: str) -> None:
-        """Store the options."""
         self.name, self.duration, self.steps, self.backend = name, duration, tuple(steps), backend
 
     def measure(

@@ -50,7 +50,6 @@ class HookCheck:
     """
 
     def __init__(self, name: str, effect: Effect, hooks: tuple[str, ...], *, seed: int = 0) -> None:
-        """Draw parameters around the significant ones."""
         self.name, self.effect, self.hooks = name, effect, hooks
         self.rng = np.random.default_rng(seed)
         self.values: dict[str, Any] = {}

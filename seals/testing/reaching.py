@@ -36,7 +36,6 @@ class PointReach:
     def __init__(
         self, count: int = 1, *, size: int = 0, length: int = 40, device: str = "cpu"
     ) -> None:
-        """Place points and targets."""
         self.count, self.length, self.device = count, length, device
         self.pixels = (6, size, size) if size else None
         self.reset(list(range(count)))

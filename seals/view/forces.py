@@ -43,7 +43,6 @@ class Forces:
     """
 
     def __init__(self, stage: Stage, folder: Path | None) -> None:
-        """Read the ledger."""
         self._time: Floats = np.zeros(0)
         self._table: dict[str, dict[int, Floats]] = {}
         path = None if folder is None else folder / LEDGER

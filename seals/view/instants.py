@@ -21,7 +21,6 @@ class Instants:
     """
 
     def __init__(self, folder: Path | None, suffix: str) -> None:
-        """Find the files; none is read yet."""
         files = sorted(folder.glob(f"t_*{suffix}")) if folder is not None else []
         self.files = [(_instant(file), file) for file in files]
         self._times = np.array([time for time, _ in self.files])
@@ -42,7 +41,6 @@ class ParticleSnapshots:
     """
 
     def __init__(self, folder: Path | None) -> None:
-        """Find the files."""
         self._instants = Instants(None if folder is None else folder / FOLDER, ".npy")
 
     def last(self, time: float) -> Floats | None:

@@ -62,7 +62,6 @@ class Live:
     """
 
     def __init__(self, folder: Path) -> None:
-        """Start the child process."""
         self._ears, mouth = Pipe(duplex=False)
         with mouth:
             self._process = subprocess.Popen(
@@ -142,7 +141,6 @@ class Broadcast(Recorder):
     """
 
     def __init__(self, say: Callable[[Frame], None]) -> None:
-        """Start at the first step."""
         self._say, self._next, self._count = say, 0.0, 0
 
     def record(self, moment: Moment) -> None:

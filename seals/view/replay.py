@@ -50,7 +50,6 @@ class Replay:
     def __init__(
         self, folder: Path, stage: Stage, time: Floats, tracks: Mapping[str, Track]
     ) -> None:
-        """Store the parts."""
         self.folder, self.stage, self.time, self.tracks = folder, stage, time, dict(tracks)
 
     @property

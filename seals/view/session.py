@@ -70,7 +70,6 @@ class Session:
     drops: ParticleSnapshots
 
     def __init__(self, config: Any, sliders: Sequence[Slider], folder: Path) -> None:
-        """Prepare; `start` or `open` displays a run."""
         self.config, self.sliders, self._first = config, tuple(sliders), folder
         self.values = {s.key: s.value for s in sliders}
         self.replay: Replay | None = None
@@ -217,7 +216,6 @@ class Shots:
     """
 
     def __init__(self, folder: Path | None) -> None:
-        """Read the index of every camera."""
         self._taken: dict[str, list[tuple[float, Path]]] = {}
         root = None if folder is None else folder / FOLDER
         for index in sorted(root.glob(f"*/{INDEX}")) if root is not None else ():

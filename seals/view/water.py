@@ -44,7 +44,6 @@ class Water:
     """
 
     def __init__(self, settings: RunSettings, folder: Path | None = None) -> None:
-        """Find the meshes and build the waves."""
         self.level = settings.environment.water_level
         self._waves = settings.wave
         self._instants = Instants(None if folder is None else folder / FOLDER, ".ply")

@@ -96,7 +96,6 @@ class Actor:
         steps: int,
         fluid: Fluid | None = None,
     ) -> None:
-        """Add the robot to the scene."""
         self.robot, self.effects, self.sensors = robot, effects, dict(sensors)
         self.gravity, self.body = environment.gravity, backend.add(robot)
         waves = waves if fluid is None else SeaOfFluid(fluid)

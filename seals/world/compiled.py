@@ -91,7 +91,6 @@ class CompiledStep:
         drivetrain: Drivetrain,
         body: Any,
     ) -> None:
-        """Give the laws traced numbers."""
         effects = servos.effects
         self._robot, self._servos, self._drivetrain = robot, servos, drivetrain
         batteries: list[Any] = [b.effect for b in effects.batteries]

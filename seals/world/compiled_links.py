@@ -33,7 +33,6 @@ class Layout:
     """
 
     def __init__(self, shapes: dict[str, tuple[int, ...]]) -> None:
-        """Lay the arrays out one after the other."""
         sizes = [int(np.prod(shape, dtype=int)) for shape in shapes.values()]
         starts = np.cumsum([0, *sizes]).tolist()
         table = zip(shapes.items(), starts[:-1], sizes, strict=True)
@@ -72,7 +71,6 @@ class Look:
     __slots__ = ("_kinematics", "_moving", "_tree", "block", "layout", "wet")
 
     def __init__(self, tree: Any, block: Floats, layout: Layout, wet: str | Wet) -> None:
-        """Keep the numbers."""
         self._tree, self.block, self.layout, self.wet = tree, block, layout, wet
         self._kinematics: Kinematics | None = None
         self._moving: LinkVelocities | None = None
@@ -140,7 +138,6 @@ class CompiledLinks:
         body: CompiledBody,
         hulls: Sequence[Hull],
     ) -> None:
-        """Lay out the block."""
         links, joints = len(robot.links), robot.tree.joints
         self.wetting, self.hulls = Known(), hulls
         self._robot, self._gravity, self._body = robot, environment.gravity, body
@@ -283,7 +280,6 @@ class Known(Wetting):
     """
 
     def __init__(self) -> None:
-        """Start with parts that stand for any."""
         self.found: Wet | None = ANY
         self.tables: list[HullTable] = []
         self.normal: Array = None

@@ -27,7 +27,6 @@ class CompiledWeights:
     """
 
     def __init__(self, laws: CompiledStep, pilot: Pilot) -> None:
-        """Give the estimators traced numbers."""
         self.pilot, self._laws, plant = pilot, laws, pilot.plant
         self._links = len(plant.robot.links)
         self._mass = MassPropertyEstimator(plant.robot)

@@ -33,7 +33,6 @@ class Delayed:
     """
 
     def __init__(self, delay: float, now: Floats | None) -> None:
-        """Start without pending values."""
         self.delay, self.now = max(delay, 0.0), now
         self._coming: tuple[tuple[float, Floats | None], ...] = ()
 
@@ -100,7 +99,6 @@ class Drivetrain:
     """
 
     def __init__(self, effects: EffectSet, joints: int) -> None:
-        """Find lags, limits and the delay."""
         self.response = response_of(effects)
         self._lagging = bool(np.all(self.response.lag > 0.0) and np.all(self.response.fall > 0.0))
         columns = (self.response.lag, self.response.fall, self.response.limit, self.response.power)

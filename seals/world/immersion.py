@@ -57,7 +57,6 @@ class Immersion:
     """
 
     def __init__(self, robot: RobotModel) -> None:
-        """Find the bodies and their pieces."""
         self.robot = robot
         self.groups = _groups(robot)
         held = bool(robot.tree.joints)

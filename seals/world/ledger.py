@@ -29,7 +29,6 @@ class Ledger:
     """
 
     def __init__(self, effects: Sequence[str], links: Sequence[str], *, steps: int = 1024) -> None:
-        """Reserve the rows."""
         self.effects, self.links = tuple(effects), tuple(links)
         self._index = {name: k for k, name in enumerate(effects)}
         self._time = np.zeros(max(steps, 1))

@@ -90,7 +90,6 @@ class Pilot:
     def __init__(
         self, plant: Plant, controller: Controller, guide: Guide, *, volume: Floats, step: float
     ) -> None:
-        """Bind guide and controller."""
         self.plant, self.controller, self.guide = plant, controller, guide
         guide.bind(plant)
         controller.bind(plant)
@@ -207,13 +206,7 @@ class Pilot:
         )
 
     def weigh(self, kinematics: Kinematics, motion: Motion, sample: Sample) -> Weights:
-        """Compute mass properties, submersion, buoyancy and actuator limits.
-
-        Args:
-            kinematics: of the links.
-            motion: of the links.
-            sample: the surroundings at the links.
-        """
+        """Compute mass properties, submersion, buoyancy and actuator limits."""
         return Weights(
             self._mass.now(kinematics),
             *self._water.now(kinematics, sample),

@@ -39,7 +39,6 @@ class ReadingChain:
     """
 
     def __init__(self, effects: EffectSet, name: str = "") -> None:
-        """Sort the errors and sum the delays."""
         acting = [b for b in effects.measures if acts_on(b, name, inertial=True)]
         self.errors = sorted(acting, key=lambda b: b.effect.order)
         self.delay = max(_delay(effects, name, inertial=True), 0.0)
@@ -100,7 +99,6 @@ class Faults:
     """
 
     def __init__(self, effects: EffectSet, sensors: Mapping[str, Sensor]) -> None:
-        """Sort faults by sensor."""
         named = [b for b in effects.bound if b.effect.sensors]
         for b in named:
             _refuse_unknown(b, sensors)

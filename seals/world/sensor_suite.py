@@ -77,7 +77,6 @@ class SensorSuite:
         board: OnboardState,
         gravity: float,
     ) -> None:
-        """Bind the sensors to the robot's equipment, and find the faults of each."""
         self.sensors, self.body, self.gravity = dict(sensors), body, gravity
         self.around, self.board = around, board
         self.meet(NOBODY, ())

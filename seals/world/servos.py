@@ -34,7 +34,6 @@ class Servoing:
     """
 
     def __init__(self, effects: EffectSet, robot: RobotModel, *, implicit: bool) -> None:
-        """Find the drives and their inertia."""
         self.effects, self.armature = effects, armature_of(effects, robot)
         self.implicit = implicit and bool(effects.joint_drives and robot.tree.joints)
 

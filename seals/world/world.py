@@ -38,7 +38,6 @@ class Others(Mapping[str, Floats]):
     """
 
     def __init__(self, actors: Mapping[str, Actor]) -> None:
-        """Store the actors."""
         self._actors = actors
 
     def __getitem__(self, name: str) -> Floats:
@@ -83,7 +82,6 @@ class World:
         fluid: Fluid | None = None,
         watch: SceneView | None = None,
     ) -> None:
-        """Store the parts; call `reset` before the first step."""
         self.backend, self.actors, self.environment = backend, dict(actors), environment
         self.step_size, self.seed, self.fluid, self.watch = step, seed, fluid, watch
         self.time, self._count = 0.0, 0

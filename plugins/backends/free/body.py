@@ -55,7 +55,6 @@ class FreeBody(BodyOptions):
     implicit: ClassVar[bool] = True
 
     def __init__(self, robot: RobotModel, *, ground: EnvironmentSettings | None) -> None:
-        """Place the robot at the origin, at rest."""
         self.robot, self._ground = robot, ground
         self._lead = 0 if robot.tree.fixed_base else 6
         self._drives = ImplicitDrives(self._lead)

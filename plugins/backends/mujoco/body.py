@@ -42,7 +42,6 @@ class MujocoBody:
     base_turn = np.array([[0.0, 0.0, 0.0, 1.0]])
 
     def __init__(self, scene: Scene, robot: RobotModel, number: int) -> None:
-        """Describe the robot to the engine."""
         self._scene, self._robot, self._number = scene, robot, number
         self._engine, self._free = scene.engine, not robot.tree.fixed_base
         self._lead = 6 if self._free else 0

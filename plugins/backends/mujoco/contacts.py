@@ -21,7 +21,6 @@ class MujocoContacts:
     """
 
     def __init__(self, data: Any, touched: NDArray[np.bool_], link: NDArray[np.int64]) -> None:
-        """Look at nothing yet."""
         self._data, self._touched, self._of = data, touched, link
         self._found: tuple[Any, Any, list[int]] | None = None
 

@@ -64,7 +64,6 @@ class Scene:
     """
 
     def __init__(self, engine: Any, step: float, solids: list[Solid], iterations: int) -> None:
-        """Describe an empty scene without gravity."""
         self.engine, self.step = engine, step
         self.model: Any = None
         self.data: Any = None

@@ -37,7 +37,6 @@ class Sliding:
     """
 
     def __init__(self, engine: Any, model: Any, data: Any) -> None:
-        """Keep the engine."""
         self._engine, self._model, self._data = engine, model, data
 
     def begin(self) -> None:

@@ -55,7 +55,6 @@ class Views:
         repeatable: bool,
         device: str,
     ) -> None:
-        """Compile the same model as on a processor, and put it on the device."""
         import warp
 
         wp: Any = warp

@@ -44,7 +44,6 @@ class WarpWorlds:
     def __init__(
         self, backend: Any, loads: BatchLoads, environment: EnvironmentSettings, *, step: float
     ) -> None:
-        """Build the worlds, and record their step where there is a GPU."""
         import torch
 
         self.loads, self.step, self.robot = loads, step, loads.robot

@@ -41,7 +41,6 @@ class PybulletBody:
     contact_motors = True
 
     def __init__(self, engine: Any, client: int, robot: RobotModel, scene: object) -> None:
-        """Load the robot."""
         self._p, self._client, self._scene = engine, client, scene
         loaded = load_robot(engine, client, robot)
         self.body, self._index, self._joints = loaded.body, loaded.index, loaded.joints
@@ -250,7 +249,6 @@ class PybulletContacts:
     """
 
     def __init__(self, points: Any, row: Mapping[int, int]) -> None:
-        """Find the touched links."""
         self._points = points
         self.links = [row[point[3]] for point in points]
 

@@ -27,7 +27,6 @@ class Posing:
     """
 
     def __init__(self, engine: Any, client: int, tree: Tree, loaded: Loaded) -> None:
-        """Find the moving link that carries each link, and the link's pose in the engine's axes."""
         self._p, self._client, self._body = engine, client, loaded.body
         moving = [k for k in range(1, tree.links) if tree.joint[k] >= 0]
         self._asked = [loaded.index[k] for k in moving]

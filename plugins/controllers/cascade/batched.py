@@ -51,7 +51,6 @@ class CascadeBatch:
     def __init__(
         self, settings: CascadeSettings, plant: Plant, joints: Array, like: Array, weights: Array
     ) -> None:
-        """Find what does not change."""
         if max(settings.rate_gain) > 0.0:
             raise ConfigError(
                 f"controller.rate_gain={list(settings.rate_gain)} has no form over a batch.\n"

@@ -87,7 +87,6 @@ class CompiledCascade:
     """
 
     def __init__(self, law: Cascade, form: CascadeState, compiled: Compiler) -> None:
-        """Compile nothing yet."""
         self._law, self._form, self._compiled = law, form, compiled
         self._kernels: dict[Any, _Kernels] = {}
 

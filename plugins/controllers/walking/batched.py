@@ -41,7 +41,6 @@ class BatchGait:
     """
 
     def __init__(self, gait: Any, legs: Anatomy, *, batch: int, like: Array) -> None:
-        """Repeat the legs of one robot for all."""
         self._gait, self.batch, self.count = gait, batch, len(legs.toe)
         self._order = as_like(gait.order(gait.manner({})), like)[None]
         self._toe, self._outward = as_like(legs.toe, like), as_like(legs.outward(), like)

@@ -39,12 +39,7 @@ DUTY = {
 
 
 def phases_of(pattern: Pattern, anatomy: Anatomy) -> Floats:
-    """Return the phase of every leg, as a share of the cycle, shape (N,).
-
-    Args:
-        pattern: order of the legs.
-        anatomy: of the animal.
-    """
+    """Return the phase of every leg, as a share of the cycle, shape (N,)."""
     rank, side = anatomy.rank, anatomy.side
     count = float(rank.max()) + 1.0
     if pattern in (Pattern.tripod, Pattern.trot):

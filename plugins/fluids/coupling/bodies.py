@@ -35,7 +35,6 @@ class Immersed:
     """
 
     def __init__(self, bodies: Sequence[FluidBody], spacing: float, thin: Any) -> None:
-        """Check that the spacing resolves the robots, and sample them."""
         robots: dict[str, list[Any]] = {}
         for body in bodies:
             robots.setdefault(body.name.partition("/")[0], []).extend(body.pieces)

@@ -31,7 +31,6 @@ class HeightField:
     """
 
     def __init__(self, lower: Floats, upper: Floats, spacing: float, level: float) -> None:
-        """Make the grid."""
         self.spacing, self.level = spacing, level
         self.lower = np.array(lower[:2], dtype=float)
         self.shape = np.maximum(

@@ -51,7 +51,6 @@ class Simulation(ABC):
         bodies: Sequence[FluidBody],
         spacing: float,
     ) -> None:
-        """Sample the bodies."""
         self.settings, self.physics, self.spacing = settings, physics, spacing
         self.bodies, self.immersed = len(bodies), Immersed(bodies, spacing, settings.thin)
 

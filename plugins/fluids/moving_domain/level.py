@@ -40,7 +40,6 @@ class LevelController:
     """
 
     def __init__(self, lag: float) -> None:
-        """Start without a deficit."""
         self.lag, self.owed = lag, 0.0
 
     def change(self, box: Box, rest: Floats, taken: float, step: float) -> Change:

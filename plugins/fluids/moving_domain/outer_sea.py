@@ -33,7 +33,6 @@ class OuterSea:
     """
 
     def __init__(self, wave: Waves, level: float, current: tuple[float, float]) -> None:
-        """Refuse waves that do not tell the displacement of the water."""
         still = wave.at(np.zeros((1, 3)), np.zeros((1, 1)), level).velocity is None
         if not still and not isinstance(wave, Orbits):
             raise ConfigError(

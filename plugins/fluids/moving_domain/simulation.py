@@ -71,7 +71,6 @@ class MovingDomain(Simulation):
         physics: SolverSettings,
         bodies: Sequence[FluidBody],
     ) -> None:
-        """Sample all boundaries and allocate the solver."""
         refuse_large(math.prod(box.counts), box.boundary, settings.most)
         super().__init__(settings, physics, bodies, box.spacing)
         self.outer, self._first, self._sides = outer, box, box.sides()

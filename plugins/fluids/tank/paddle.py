@@ -40,7 +40,6 @@ class Paddle:
     """
 
     def __init__(self, settings: MakerSettings, *, depth: float, gravity: float) -> None:
-        """Find strokes and frequencies."""
         self.settings, self.depth, self.gravity = settings, depth, gravity
         self._solitary = settings.sea is SeaState.solitary
         if self._solitary:

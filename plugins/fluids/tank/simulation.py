@@ -53,7 +53,6 @@ class TankSimulation(Simulation):
         around: Surrounding,
         bodies: Sequence[FluidBody],
     ) -> None:
-        """Sample all boundaries and allocate the solver."""
         refuse_large(math.prod(basin.counts), basin.boundary, settings.most)
         super().__init__(settings, physics, bodies, basin.spacing)
         self.basin, self._step = basin, around.step

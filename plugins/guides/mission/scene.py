@@ -117,7 +117,6 @@ class Hand:
     """
 
     def __init__(self, robot: RobotModel, arm: Arm | None, gripper: Gripper | None) -> None:
-        """Find the middle between the finger-tips in the axes of the tool."""
         self.robot, self.arm, self.gripper = robot, arm, gripper
         self.stowed = np.zeros(0) if arm is None else np.asarray(arm.stowed, dtype=float)
         self._grasp = np.zeros(3)

@@ -29,7 +29,6 @@ class Pushes:
     """
 
     def __init__(self, server: Any, forces: Forces, length: float) -> None:
-        """Draw nothing yet."""
         self._scene, self._usual, self._length = server.scene, forces.usual, length
         self.colours = {n: _rgb(c) for n, c in colours_of(list(forces.effects)).items()}
         self._handles: dict[str, Any] = {}

@@ -27,7 +27,6 @@ class Panel:
     """
 
     def __init__(self, server: Any, session: Session) -> None:
-        """Build all controls."""
         self._gui, self._session = server.gui, session
         self._lock = threading.Lock()
         self._turned: dict[str, float] = {}
@@ -84,11 +83,7 @@ class Panel:
         return found
 
     def begin(self, colours: dict[str, tuple[int, int, int]]) -> None:
-        """Rebuild the controls for the displayed run.
-
-        Args:
-            colours: of the effects that push.
-        """
+        """Rebuild the controls for the displayed run."""
         for folder in (self._forces, self._cameras):
             if folder is not None:
                 folder.remove()

@@ -31,7 +31,6 @@ class Sea:
     def __init__(
         self, server: Any, water: Water, middle: Floats, half: float, opacity: float
     ) -> None:
-        """Draw nothing yet: `show` does."""
         self._scene, self._water, self._opacity = server.scene, water, opacity
         self._middle, self._half = middle, half
         self._surface: Any = None

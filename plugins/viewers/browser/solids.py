@@ -31,7 +31,6 @@ class Solids:
     """
 
     def __init__(self, server: Any, stage: Stage, middle: Floats, half: float) -> None:
-        """Place all solids at their initial poses."""
         self._handles: list[Any] = []
         self._frames = []
         scene = server.scene

@@ -61,7 +61,6 @@ class Page:
     """
 
     def __init__(self, server: Any, session: Session, opacity: float) -> None:
-        """Build the controls; the scene comes with the first picture."""
         self._server, self._session, self._opacity = server, session, opacity
         self.panel = Panel(server, session)
         self.now = 0.0

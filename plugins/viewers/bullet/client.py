@@ -61,7 +61,6 @@ class Bodies:
     """
 
     def __init__(self, scene: Scene, name: str, plugin: tuple[str, str] | None = None) -> None:
-        """Load all meshes."""
         self.engine = engine(name)
         self.client = self.engine.connect(self.engine.DIRECT)
         if self.client < 0:

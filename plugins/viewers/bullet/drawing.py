@@ -55,7 +55,6 @@ class Drawing:
         name: str,
         plugin: tuple[str, str] | None = None,
     ) -> None:
-        """Load the scene."""
         check_scene(scene)
         self.bodies = Bodies(scene, name, plugin)
         self._planes = Planes(scene.shapes, light)

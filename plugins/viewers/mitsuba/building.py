@@ -58,7 +58,6 @@ class Build:
         sun_radius: float,
         folder: Path,
     ) -> None:
-        """Draw the sky."""
         self.mi, self.shapes, self.planes = mi, shapes, planes
         self.optics, self.folder = optics, folder
         self._sky = mi.Bitmap(sky_map(optics, sun_radius))

@@ -32,7 +32,6 @@ class Plain:
     def __init__(
         self, mi: Any, shapes: list[tuple[int, Shape, Path]], planes: list[Shape], light: Light
     ) -> None:
-        """Store the arguments."""
         self.mi, self.shapes, self.planes, self.light = mi, shapes, planes, light
 
     def render(self, poses: Poses, cameras: Cameras, lens: Lens, *, normals: bool) -> Picture:

@@ -183,7 +183,6 @@ class _Mirror:
     def __init__(
         self, optics: Optics, lines: Lines, view: Sight, slope: tuple[Array, Array]
     ) -> None:
-        """Compute the angle of incidence."""
         xp = namespace(lines.ends)
         self.optics, self.lines = optics, lines
         cross, (sx, sy) = lines.cross, slope

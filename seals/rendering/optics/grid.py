@@ -26,7 +26,6 @@ class SurfaceGrid:
     def __init__(
         self, heights: Floats, lower: tuple[float, float], edge: tuple[float, float]
     ) -> None:
-        """Store the heights; their mean is the level."""
         self.heights, self.lower, self.edge = np.asarray(heights, dtype=float), lower, edge
         self.level = float(self.heights.mean())
         self.reach = float(np.abs(self.heights - self.level).max())

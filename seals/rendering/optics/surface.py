@@ -99,7 +99,6 @@ class SurfaceAiry:
         *,
         level: float = 0.0,
     ) -> None:
-        """Store the waves as plain numbers, one pass over the points for each."""
         waves = np.column_stack([amplitude, np.reshape(wave, (-1, 2)), omega, phase])
         self.waves: list[list[float]] = waves.tolist()
         self.level = level
@@ -149,7 +148,6 @@ class SurfaceSum:
     """
 
     def __init__(self, *parts: Surface) -> None:
-        """Store the parts."""
         self.parts = parts
         self.level = parts[0].level
         self.reach = sum(part.reach for part in parts)
@@ -196,7 +194,6 @@ class SurfaceWaves:
     """
 
     def __init__(self, waves: Waves, *, level: float, reach: float) -> None:
-        """Store the plug-in."""
         self.waves, self.level, self.reach = waves, level, reach
 
     def height(self, x: Array, y: Array, time: Array) -> Array:

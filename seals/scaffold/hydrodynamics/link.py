@@ -185,11 +185,6 @@ def write_hydrodynamics(folder: Path, robot: RobotModel, found: Hydrodynamics) -
     """Write effects into ``robot.yaml`` with their source, and return their names.
 
     They take the place of the added mass and radiation memory of the same link alone.
-
-    Args:
-        folder: of the robot.
-        robot: built from it.
-        found: the effects.
     """
     path = folder / "robot.yaml"
     text, names = path.read_text(encoding="utf-8"), []

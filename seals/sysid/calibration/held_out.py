@@ -41,10 +41,6 @@ def unseen_misfit(
 def left_out_misfit(solution: Solution, stated: Mapping[str, float]) -> tuple[float, float]:
     """Return the cross-validated misfit per degree of freedom before and after the calibration.
 
-    Args:
-        solution: of the log.
-        stated: values of the model before.
-
     Returns:
         That of the stated numbers, and that of fits to the other parts, in turn.
     """

@@ -15,10 +15,6 @@ PICTURE = "calibration.png"
 def draw(found: Calibration, folder: Path) -> Path:
     """Draw measurement and model before and after, the residuals below; return the path.
 
-    Args:
-        found: the calibration.
-        folder: where to write.
-
     Raises:
         MissingExtra: matplotlib is not installed.
     """

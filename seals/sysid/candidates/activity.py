@@ -97,11 +97,7 @@ class Activity:
         return replace(self, spans=tuple(spans))
 
     def to_list(self, names: Sequence[str]) -> list[dict[str, Any]]:
-        """Return the activity in the form of ``diagnosis.json``.
-
-        Args:
-            names: of the logs.
-        """
+        """Return the activity in the form of ``diagnosis.json``."""
         return [
             {
                 "log": names[span.log],
@@ -123,12 +119,7 @@ def _passed(
 
 
 def read_activity(entries: Sequence[Mapping[str, Any]], names: Sequence[str]) -> Activity:
-    """Read the entry ``active`` of an answer.
-
-    Args:
-        entries: of the answer.
-        names: of the logs.
-    """
+    """Read the entry ``active`` of an answer."""
 
     def moment(entry: Mapping[str, Any] | None) -> Moment | None:
         return None if entry is None else Moment(**{k: float(v) for k, v in entry.items()})

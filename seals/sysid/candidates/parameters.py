@@ -228,7 +228,6 @@ class Collector:
     """Builder of a candidate set, one effect at a time."""
 
     def __init__(self, effects: Mapping[str, Effect]) -> None:
-        """Start from the nominal model."""
         self.effects: dict[str, Effect] = dict(effects)
         self._nominal = frozenset(effects)
         self.parameters: dict[str, Parameter] = {}

@@ -31,9 +31,6 @@ def contact_free(log: Log) -> Log:
     Contacts are those that the metadata state: ``contacts``, begin and end of each [s]. A log that
     states none is returned as it is.
 
-    Args:
-        log: in the native format.
-
     Raises:
         LogError: no stretch without contact is long enough.
     """

@@ -31,9 +31,6 @@ def join_logs(logs: Log | Sequence[Log]) -> Log:
     may differ: the entry ``logs`` of the metadata keeps those of each. A channel that one log lacks
     has no samples in its rows.
 
-    Args:
-        logs: of one vehicle.
-
     Raises:
         LogError: there is none, or they state different vehicles, environments, sensors or
             tolerances.

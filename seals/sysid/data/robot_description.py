@@ -70,9 +70,6 @@ def described(config: Any) -> RobotDescription | None:
 def describe_run(folder: Path) -> RobotDescription | None:
     """Return the robot that SEALS simulated in a run, or None for any other log.
 
-    Args:
-        folder: of the log.
-
     Raises:
         SealsError: the configuration of the run cannot be used.
         LogError: the water of the run was simulated, of which no law is known.

@@ -170,13 +170,7 @@ def _line(blocks: Blocks) -> Blocks:
 def coarse_equations(
     fitter: Fitter, table: CandidateEquations, candidate: Candidate
 ) -> ActivityEquations:
-    """Return the equations of a candidate that begins and ends between windows.
-
-    Args:
-        fitter: of the screen.
-        table: normal equations of all candidates.
-        candidate: that acts nowhere yet.
-    """
+    """Return the equations of a candidate that begins and ends between windows."""
     own = [table.keys.index(k) for k in candidate.throughout.all_keys]
     used = (*fitter.tolerances, *table.free)
     rest = [i for i, k in enumerate(table.keys) if k in used]

@@ -89,7 +89,6 @@ class RunFitter:
         iterations: int = 10,
         rule: LevenbergMarquardt | None = None,
     ) -> None:
-        """Store the arguments."""
         self.experiment, self.iterations = experiment, iterations
         self.rule = rule or LevenbergMarquardt()
         keys = [experiment.parameter(k) for k in range(len(experiment.names))]

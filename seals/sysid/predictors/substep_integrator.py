@@ -48,7 +48,6 @@ class SubstepIntegrator:
     """
 
     def __init__(self, plant: Plant) -> None:
-        """Set up the finer rows."""
         self.plant, self.parts = plant, plant.parts
         self.fine = Plant(
             plant.vehicle, plant.candidate_set, finer(plant.samples, self.parts), parts=1

@@ -52,7 +52,6 @@ class TrajectoryCache:
     """
 
     def __init__(self, plant: Plant, trajectory: Trajectory) -> None:
-        """Keep the arguments; nothing is evaluated yet."""
         self.plant, self.trajectory = plant, trajectory
         self.rows = np.arange(plant.samples.rows)
         self.state: TwinState = trajectory.state(self.rows)

@@ -17,11 +17,7 @@ ANSWER = "diagnosis.json"
 
 
 def execute(config: Any) -> int:
-    """Run one composed experiment (root ``compare``) and return the exit code of its verdict.
-
-    Args:
-        config: with the keys of `seals.compare.settings.CompareSettings`.
-    """
+    """Run one composed experiment (root ``compare``) and return the exit code of its verdict."""
     from hydra.core.hydra_config import HydraConfig
 
     settings = settings_of(config)

@@ -27,7 +27,6 @@ class FreeWindows(Windows):
     """
 
     def __init__(self, fitter: Fitter) -> None:
-        """Set up the windows with knots fine enough for a spectrum."""
         plant, trajectory = fitter.plant, fitter.trajectory
         vehicle, samples = plant.vehicle, plant.samples
         surface_error = surface_model_error(plant, trajectory)

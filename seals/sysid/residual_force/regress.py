@@ -56,7 +56,6 @@ class Table:
     """
 
     def __init__(self, found: Evidence, basis: Floats) -> None:
-        """Reduce the normal equations of the residual force to the columns."""
         self.found = found
         self.width = basis.shape[2]
         shaped = basis.reshape(found.count, found.knots, 6, self.width)

@@ -89,7 +89,6 @@ class CrossValidator:
     def __init__(
         self, experiment: Experiment, *, iterations: int = 10, tell: Tell | None = None
     ) -> None:
-        """Store the arguments."""
         self.experiment, self._tell, self._done = experiment, tell, 0
         self.solver = RunFitter(experiment, iterations=iterations)
         self.index = {n: k for k, n in enumerate(experiment.names)}

@@ -78,10 +78,6 @@ def held_out_fall(smaller: EvidenceHypothesis, larger: EvidenceHypothesis) -> fl
     """Return the decrease of the held-out misfit from one hypothesis to a larger one [chi2].
 
     What the larger one saves by moving nominal values less within their tolerances counts as well.
-
-    Args:
-        smaller: with fewer effects.
-        larger: with more effects.
     """
     fold = folds_of(larger)
     before, after = (

@@ -86,10 +86,6 @@ def tipped(fitter: Fitter) -> float:
 def simulated_readings(fitter: Fitter, values: Mapping[str, float]) -> Samples | None:
     """Simulate every window from the trajectory's state at its first row.
 
-    Args:
-        fitter: with the windows and the trajectory.
-        values: changes by parameter key.
-
     Returns:
         The log with readings of the simulation; None where that leaves all bounds.
     """

@@ -69,7 +69,6 @@ class LogPlaces:
     """
 
     def __init__(self, equations: ActivityEquations, windows: NDArray[np.int64]) -> None:
-        """Sum the equations before and after every possible time."""
         self.tail, self.head = equations.tail(windows), equations.head(windows)
         self.whole = equations.on[windows, 0].over()
         self.offsets = len(equations.offsets)
@@ -113,7 +112,6 @@ class ChangePointSearch:
     def __init__(
         self, equations: ActivityEquations, candidate: Candidate, policy: DecisionPolicy
     ) -> None:
-        """Sum the equations of every log."""
         self.equations, self.candidate, self.policy = equations, candidate, policy
         self.logs = [LogPlaces(equations, w) for w in equations.windows_of_logs()]
 

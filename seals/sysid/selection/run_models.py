@@ -36,7 +36,6 @@ class RunModels:
     """
 
     def __init__(self, validator: CrossValidator) -> None:
-        """Store the arguments."""
         self.validator, self.nominal = validator, validator.nominal
         self.candidates = validator.experiment.candidate_set.candidates
 

@@ -43,9 +43,6 @@ class SearchStages:
     def after(self, count: int) -> Refinement | None:
         """Return the refinement that follows the addition of an effect.
 
-        Args:
-            count: effects of the model by then.
-
         Example:
             >>> SearchStages(effects=3, second=Refinement.pairs).after(2).name
             'pairs'

@@ -54,7 +54,6 @@ class WholeRunModels:
     def __init__(
         self, base: LinearisedModel, outset: LinearisedModel, *, asked: float, processes: int = 1
     ) -> None:
-        """Choose the starting points of the fits."""
         self.base, self.disturbance, self.processes = base, base.disturbance, processes
         self.integrator: SubstepIntegrator = base.fitter.integrator
         self.candidate_set = base.fitter.candidate_set

@@ -45,7 +45,6 @@ class WindowModels:
     """
 
     def __init__(self, problem: Problem, *, processes: int = 1) -> None:
-        """Fit the nominal model."""
         self.problem, self.processes = problem, processes
         self.nominal = estimate_disturbance(problem)
         trajectory = self.nominal.fitter.trajectory

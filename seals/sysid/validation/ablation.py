@@ -156,7 +156,6 @@ class Replays:
     """Replays of several models, with a progress count."""
 
     def __init__(self, ruler: Yardstick, tell: Callable[[int], None] | None) -> None:
-        """Start the count at zero."""
         self._ruler, self._tell, self._before = ruler, tell, 0
 
     def of(self, model: Model) -> Misfit:

@@ -15,9 +15,6 @@ _MOMENT = {"value", "low90", "high90"}
 def refuse_damaged(answer: Any) -> None:
     """Refuse the content of a diagnosis file whose entries are of other kinds than it writes.
 
-    Args:
-        answer: parsed content.
-
     Raises:
         ValueError: it says which entry, and what belongs there.
 

@@ -128,12 +128,7 @@ _ONE_SIDED = 1.645
 
 
 def yardstick(problem: Problem, models: Sequence[Model]) -> Yardstick:
-    """Choose common windows for all of the models.
-
-    Args:
-        problem: the log made ready.
-        models: all that will be measured.
-    """
+    """Choose common windows for all of the models."""
     samples, length = problem.samples, _ENDLESS
     if samples.posed:
         old = problem.fitter.windows
@@ -159,13 +154,7 @@ def _followed(model: Model) -> float:
 
 
 def measure(model: Model, ruler: Yardstick, *, tell: Callable[[int], None] | None = None) -> Misfit:
-    """Replay a log in the simulator and measure the misfit.
-
-    Args:
-        model: what acts.
-        ruler: windows of the log.
-        tell: takes the number of windows done.
-    """
+    """Replay a log in the simulator and measure the misfit."""
     windows, trajectory = ruler.windows(model), ruler.problem.fitter.trajectory
     followed = windows.delay > 0.0
     track = replay(model, ruler.samples, trajectory, ruler.rows, prompt=followed, tell=tell)

@@ -97,7 +97,6 @@ class ArduPilot:
     two_way: ClassVar[Range] = (1000.0, 2000.0)
 
     def __init__(self, host: str, port: int, timeout: float, speed: float, step: float) -> None:
-        """Listen."""
         self._ear = listen(socket.SOCK_DGRAM, host, port)
         self.where = "udp:{}:{}".format(*self._ear.getsockname())
         self._timeout, self._step, self._speed = timeout, step, speed

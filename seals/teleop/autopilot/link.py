@@ -55,7 +55,6 @@ class Refusals:
     """Refused messages of a peer: each reason is said once, all are counted."""
 
     def __init__(self) -> None:
-        """Start without any."""
         self.count = 0
         self._said: set[str] = set()
 

@@ -69,7 +69,6 @@ class Px4:
         hil: HilSettings,
         seed: int,
     ) -> None:
-        """Listen."""
         with optional_import(
             "protocol=px4 needs pymavlink", "Install it: pip install 'aam-seals[autopilot]'"
         ):

@@ -24,7 +24,6 @@ class Track:
     """
 
     def __init__(self, times: Floats, outputs: Floats) -> None:
-        """Store them."""
         self.times, self.outputs = times, outputs
 
     def at(self, time: float) -> Floats | None:

@@ -20,7 +20,6 @@ class Drawn:
     """
 
     def __init__(self, renderer: Renderer) -> None:
-        """Store the renderer, not yet opened."""
         self.renderer = renderer
         self._watch: SceneView | None = None
         self._dry: Optics | None = None

@@ -36,7 +36,6 @@ class Frames:
     """
 
     def __init__(self, folder: Path, card: Mapping[str, Any], *, replace: bool = False) -> None:
-        """Continue with the frames of the same film."""
         self.folder = folder
         wanted = plain(card)
         known = _card(folder / CARD)

@@ -29,7 +29,6 @@ class Meshes:
     """
 
     def __init__(self, folder: Path) -> None:
-        """Find the files; none is read yet."""
         found = sorted((float(p.stem[2:]), p) for p in (folder / FOLDER).glob("t_*.ply"))
         self.times: Floats = np.array([time for time, _ in found])
         self._paths = [path for _, path in found]

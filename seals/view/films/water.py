@@ -48,7 +48,6 @@ class WaterOverTime:
     """
 
     def __init__(self, settings: RunSettings, folder: Path, middle: Floats) -> None:
-        """Choose the source of the water."""
         self.level = settings.environment.water_level
         self.meshes = Meshes(folder)
         self.remarks: list[str] = []
@@ -147,7 +146,6 @@ class Patched:
     """
 
     def __init__(self, inner: Surface, box: Box, sea: Surface) -> None:
-        """Store both surfaces; the level is the sea's."""
         self.inner, self.box, self.sea = inner, box, sea
         self.level = sea.level
         self.reach = max(sea.reach, abs(inner.level - sea.level) + inner.reach)

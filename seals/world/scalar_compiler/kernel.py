@@ -47,7 +47,6 @@ class Kernel:
         results: Sequence[Traced],
         work: int,
     ) -> None:
-        """Lay out the memory of arguments and results."""
         self._engine, address = code
         call = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 3)(address)
         self._given, self._out = (
