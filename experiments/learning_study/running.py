@@ -19,6 +19,8 @@ from seals.run.progress import progress
 EPISODES = 10
 """Demonstrations, all of them successful, by the scripted expert."""
 SEALS = tuple(command(Path(seals.__file__).parent / "cli" / "__main__.py"))
+LABELS = {"train": "training", "evaluate": "judging"}
+"""What the progress display says of the processes of a verb."""
 PATIENCE = 60.0
 """Time in which a training writes its checkpoint when it is asked to stop [s]."""
 
@@ -40,10 +42,10 @@ def run_verb(*words: str) -> None:
 
 
 def run_all(jobs: Sequence[Training], *, at_once: int, limit: float) -> int:
-    """Run what is not done; return how many trainings are left.
+    """Run what is not done; return how many processes are left.
 
     Args:
-        jobs: all trainings.
+        jobs: all trainings, or all evaluations.
         at_once: processes at a time.
         limit: time after which all are asked to stop [s]; 0 for none.
     """
@@ -51,7 +53,7 @@ def run_all(jobs: Sequence[Training], *, at_once: int, limit: float) -> int:
     running: list[tuple[Training, subprocess.Popen[bytes]]] = []
     begin = time.monotonic()
     done = len(jobs) - len(waiting)
-    with progress("training", len(jobs)) as tell:
+    with progress(LABELS.get(jobs[0].words[0], "") if jobs else "", len(jobs)) as tell:
         while waiting or running:
             tell(done)
             over = limit > 0.0 and time.monotonic() - begin > limit

@@ -53,6 +53,7 @@ def test_wandb_stays_offline(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     assert b"config_hash" in content
 
 
+@pytest.mark.filterwarnings("ignore:The ``noload`` loader strategy")  # of MLflow's own tables
 def test_mlflow_holds_the_evaluations(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The curve of returns is that of evaluation.csv, and the run has ended."""
     tracking: Any = pytest.importorskip("mlflow.tracking", reason="needs pip install mlflow")

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +12,8 @@ import pytest
 
 from seals.config.compose import compose
 from seals.errors import ConfigError, SealsError
+from seals.experiments.learning_study import running
+from seals.experiments.learning_study.arms import Training
 from seals.experiments.posterior import judgements, main, share_of, shipped
 from seals.experiments.posterior.outcome import difference, gather, kept, scores, tell
 from seals.experiments.posterior.tasks import (
@@ -146,6 +151,25 @@ def test_every_kept_policy_is_judged_in_the_real_world(tmp_path: Path) -> None:
     for bad in ("5/4", "0/4", "2", "a/b"):
         with pytest.raises(ConfigError, match="is no part"):
             share_of(jobs, bad)
+
+
+@pytest.mark.parametrize(("verb", "label"), [("train", "training"), ("evaluate", "judging")])
+def test_the_display_says_what_is_going_on(
+    verb: str, label: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its label follows the verb of the processes; here they do nothing but end."""
+    said: list[str] = []
+
+    @contextlib.contextmanager
+    def display(label: str, total: int) -> Iterator[Callable[[int], None]]:
+        said.append(f"{label} {total}")
+        yield lambda done: None
+
+    monkeypatch.setattr(running, "progress", display)
+    monkeypatch.setattr(running, "SEALS", (sys.executable, "-c", "pass"))
+    job = Training(tmp_path / "one", (verb,))
+    assert running.run_all([job], at_once=1, limit=0.0) == 1
+    assert said == [f"{label} 1"]
 
 
 def test_a_wrong_task_is_refused() -> None:
