@@ -67,7 +67,7 @@ def write_state(path: Path, kind: str, state: Any) -> None:
         OSError: it cannot be written.
     """
     data, arrays = packed(state)
-    table = [[_dtype(x), _order(x), list(x.shape)] for x in arrays]
+    table = [[str(x.dtype.newbyteorder("<").str), _order(x), list(x.shape)] for x in arrays]
     about = {"kind": kind, "written_by": seals.__version__, "arrays": table, "state": data}
     text = json.dumps(about, allow_nan=False, separators=(",", ":")).encode("ascii")
     if len(text) > MOST_TEXT:
@@ -212,10 +212,6 @@ def _declared(row: Any) -> tuple[np.dtype[Any], Any, tuple[int, ...], int]:
 
 
 _READERS = {2: _read_2}
-
-
-def _dtype(array: np.ndarray) -> str:
-    return str(array.dtype.newbyteorder("<").str)
 
 
 def _order(array: np.ndarray) -> str:

@@ -47,7 +47,7 @@ def execute(config: Any) -> int:
     for row in rows:
         if row.damage:
             print(f"note: {row.values[RUN]}: {row.damage}", file=sys.stderr)
-    metrics = _names(config.metric)
+    metrics = [name.strip() for name in str(config.metric).split(",") if name.strip()]
     columns = _columns(rows, metrics)
     chosen = _chosen(rows, columns, str(config.where))
     picked = [rows[k] for k in chosen]
@@ -94,10 +94,6 @@ def _refuse_targets(config: Any) -> None:
                 f"{key}={config[key]} is of a picture, and none is asked for.\n"
                 f"Say where it goes, plot=FILE.png, or leave {key} out"
             )
-
-
-def _names(text: Any) -> list[str]:
-    return [name.strip() for name in str(text).split(",") if name.strip()]
 
 
 def _columns(rows: Sequence[Row], metrics: Sequence[str]) -> dict[str, list[Value]]:

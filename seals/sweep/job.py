@@ -88,7 +88,7 @@ def _done(
             job = job._replace(code=task(config) or 0)
         except SealsError as refusal:
             text = " ".join(str(refusal).split())
-            fresh = _nothing_written(folder)
+            fresh = {entry.name for entry in folder.iterdir()} <= {HYDRA, SAID, LOCK}
             job = job._replace(state=REFUSED if fresh else FAILED, code=refusal.exit_code)
             job = job._replace(message=f"{type(refusal).__name__}: {text}")
             print(job.message)
@@ -112,10 +112,6 @@ def _said(folder: Path) -> Iterator[None]:
         contextlib.redirect_stderr(file),
     ):
         yield
-
-
-def _nothing_written(folder: Path) -> bool:
-    return {entry.name for entry in folder.iterdir()} <= {HYDRA, SAID, LOCK}
 
 
 def goes_on(

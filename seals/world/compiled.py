@@ -222,7 +222,7 @@ class CompiledStep:
                 ahead = self._drivetrain.followed(inputs.drive, held, share, step)
             return [row, *found.memory.values(), *speeds.values(), battery, ahead, *own]
 
-        return _Form(compiled(law, _shapes(values)), *names)
+        return _Form(compiled(law, [np.shape(x) or (1, 1) for x in values]), *names)
 
     def _row(self, found: Any) -> Array:
         """Return the wrenches of all effects on all links, shape (effects, L, 6)."""
@@ -234,8 +234,3 @@ class CompiledStep:
                 if values is not None:
                     own[where, part] = (constant(own[where, part]) + values).entries
         return row
-
-
-def _shapes(values: Sequence[Any]) -> list[tuple[int, ...]]:
-    """Shapes of arguments; a number is an array of one."""
-    return [np.shape(x) or (1, 1) for x in values]

@@ -145,7 +145,7 @@ def _normals(
     offset = [points[j] - away[..., j] for j in range(3)]
     point = [sum(turn[..., 3 * i + j] * offset[j] for j in range(3)) for i in range(3)]
     half = fixed.half[inside]
-    own = _round(point, half)
+    own = [p / half[..., 0] for p in point]
     if boxes or rods:
         flat = _flat(point, half, inside < balls + boxes)
         own = [torch.where(inside >= balls, f, o) for f, o in zip(flat, own, strict=True)]
@@ -165,11 +165,6 @@ def _picked(table: Tensor, number: Tensor) -> Tensor:
 
     wide = number[..., None].expand(*number.shape, table.shape[-1])
     return torch.gather(table, 1, wide)
-
-
-def _round(point: list[Tensor], half: Tensor) -> list[Tensor]:
-    """Normals of spheres."""
-    return [p / half[..., 0] for p in point]
 
 
 def _flat(point: list[Tensor], half: Tensor, box: Tensor) -> list[Tensor]:

@@ -100,7 +100,7 @@ def parts_of(
     model = _with_motors(description.actuators, model)
     servo = _servo(effects, model)
     made, written = _instances(description, effects, model, environment)
-    listed = _names_of(meta) if _instances_of(meta) else None
+    listed = {str(e["name"]) for e in meta.get("baseline") or []} if _instances_of(meta) else None
     made = _surroundings(made, model, environment, listed=listed)
     actuators = [e for e in effects.values() if has_hook(e, Actuated)]
     actuators.sort(key=lambda e: e.first)  # type: ignore[attr-defined]  # of actuators
@@ -238,11 +238,6 @@ def _plain(effect: Effect) -> bool:
 def _instances_of(meta: Mapping[str, Any]) -> set[str]:
     """Instances of effects that a log of SEALS lists; none in other logs."""
     return {str(e["instance"]) for e in meta.get("baseline") or [] if "instance" in e}
-
-
-def _names_of(meta: Mapping[str, Any]) -> set[str]:
-    """Names of the effects that a log lists."""
-    return {str(e["name"]) for e in meta.get("baseline") or []}
 
 
 def _undriven(meta: Mapping[str, Any]) -> bool:

@@ -65,7 +65,7 @@ class Engine:
         return ti
 
     def _init(self) -> None:
-        if self.accelerated and not _cuda_present():
+        if self.accelerated and not bool(ti._lib.core.with_cuda()):
             raise PhysicsError(
                 "device=cuda was asked for, but no CUDA device can be used here.\n"
                 "Use device=cpu, or check the driver with: nvidia-smi"
@@ -85,8 +85,3 @@ class Engine:
             log_level=ti.ERROR,
             random_seed=0,
         )
-
-
-def _cuda_present() -> bool:
-    """Return true if Taichi can reach a CUDA device."""
-    return bool(ti._lib.core.with_cuda())
