@@ -24,6 +24,7 @@ sys.path.append(str(Path(__file__).resolve().parents[1]))
 from benchmarks.copies import Place, side_by_side
 from benchmarks.guard import BOUNDS, CLASSES, FILES, Guard
 from benchmarks.guards_described import DESCRIPTIONS
+from benchmarks.guards_imports import IMPORTS
 from benchmarks.guards_page import PAGE
 from benchmarks.guards_reading import ROBOTS_AND_TABLES
 from benchmarks.guards_runs import RUN_FOLDERS
@@ -50,6 +51,7 @@ sys.exit(pytest.main(sys.argv[1:]))
 
 GUARDS: dict[str, Guard] = {
     **ROBOTS_AND_TABLES,
+    **IMPORTS,
     **PAGE,
     **RUN_FOLDERS,
     **STORED_STATES,

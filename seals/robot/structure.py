@@ -11,11 +11,16 @@ from pathlib import Path
 from typing import TypeAlias
 from xml.etree import ElementTree
 
-from seals.errors import RobotError, suggestion
+from seals.errors import RobotError, printable, suggestion
 from seals.robot.macros import holds_macros
 
 Element: TypeAlias = "ElementTree.Element[str]"
 
+LARGEST = 1e17
+"""Size beyond which no number of a robot lies [any unit]."""
+MOST_SHAPES = 2000
+"""Collision and visual shapes of a robot."""
+_MOST_NAME, _FINEST = 200, 1e-9
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed")
 _INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 _SHAPES = {
@@ -39,6 +44,9 @@ def check_structure(path: Path, text: str) -> None:
     where = f"URDF {path}"
     root = _parsed(where, text)
     links, joints = root.findall("link"), root.findall("joint")
+    _countable(where, root)
+    for element in (root, *links, *joints):
+        _plain_name(where, element)
     for kind, elements in (("link", links), ("joint", joints)):
         _unique(where, kind, elements)
     for link in links:
@@ -68,6 +76,22 @@ def _parsed(where: str, text: str) -> Element:
             "A robot folder holds a URDF; seals new robot also takes xacro, SDF and MJCF."
         )
     return root
+
+
+def _countable(where: str, root: Element) -> None:
+    shapes = sum(1 for tag in ("collision", "visual") for _ in root.iter(tag))
+    if shapes > MOST_SHAPES:
+        raise RobotError(f"{where} has {shapes:,} shapes.\nAllowed: up to {MOST_SHAPES:,}.")
+
+
+def _plain_name(where: str, element: Element) -> None:
+    """Refuse a name that could begin a line, or be looked up, where it is written to."""
+    name = element.get("name", "")
+    if not name.isprintable() or "${" in name or len(name) > _MOST_NAME:
+        raise RobotError(
+            f"{where}: a {element.tag} is named '{printable(name[:60])}'.\n"
+            f"Allowed: up to {_MOST_NAME} printable signs on one line, without '${{'."
+        )
 
 
 def _unique(where: str, kind: str, elements: list[Element]) -> None:
@@ -103,7 +127,12 @@ def _shape(where: str, shape: Element) -> None:
         if not shape.get("filename"):
             raise RobotError(f"{where}: a mesh has no filename.\nGive it: <mesh filename=...>.")
         if shape.get("scale") is not None:
-            _numbers(f"{where}: mesh", shape, "scale", 3)
+            scale = _numbers(f"{where}: mesh", shape, "scale", 3)
+            if min(map(abs, scale)) < _FINEST:
+                raise RobotError(
+                    f"{where}: mesh has scale='{shape.get('scale')}'.\n"
+                    f"Allowed: factors of {_FINEST:g} or more, or their negatives."
+                )
         return
     for name, count in _SHAPES.get(shape.tag, {}).items():
         sizes = _numbers(f"{where}: {shape.tag}", shape, name, count)
@@ -149,7 +178,7 @@ def _numbers(where: str, element: Element | None, name: str, count: int) -> list
     if given is None:
         raise RobotError(f"{where}: {name} is missing.\nGive it: {name}=...")
     numbers = list(_floats(given))
-    if len(numbers) != count or not all(map(math.isfinite, numbers)):
+    if len(numbers) != count or not all(abs(x) < LARGEST for x in numbers):
         allowed = "a finite number" if count == 1 else f"{count} finite numbers"
         raise RobotError(
             f"{where}: {name}='{given[:60]}' is not {allowed}.\n"

@@ -98,8 +98,9 @@ class _Copies:
     def _take(self, mesh: ElementTree.Element) -> None:
         """Copy the file of one mesh unless it was, and update its path."""
         given = str(mesh.get("filename"))
-        if given.startswith(COMPILED):
-            mesh.set("filename", _written(given.removeprefix(COMPILED), self.folder, self.texts))
+        name = given.removeprefix(COMPILED)
+        if name != given and name in self.texts:
+            mesh.set("filename", _written(name, self.folder, self.texts))
             return
         source = find_resource(given, self.path, self.packages)
         if source not in self.taken:

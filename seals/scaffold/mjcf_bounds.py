@@ -36,10 +36,19 @@ _ATTRIBUTES = (
     "texturedir",
     "assetdir",
     "strippath",
+    "actdim",
+    "nsample",
+    "delay",
+    "interp",
 )
 _ACTUATORS = ("motor", "position", "velocity", "general", "intvelocity", "damper")
-_DEEPEST_INCLUDE = 8
+_DEEPEST_INCLUDE, _MOST_INCLUDES = 8, 100
+_MOST_ELEMENTS = 200_000
 _MOST_FACES = 150_000
+_MOST_ALL_FACES = 2_000_000
+_MOST_NUMBERS = 3 * _MOST_FACES
+_MOST_PARTS = dict.fromkeys(("geom", "site", "key", *_ACTUATORS), 2000)
+"""Elements of a kind; MuJoCo compares some of them in pairs."""
 
 
 def bounded_mjcf(
@@ -56,7 +65,7 @@ def bounded_mjcf(
         RobotError: it includes a file elsewhere, generates bodies, or has too many.
     """
     tree = deepcopy(root)
-    _include(path, path, tree, 0)
+    _include(path, path, tree, [], 0)
     for element in tree.iter():
         if element.tag in _REFUSED:
             raise RobotError(
@@ -66,6 +75,7 @@ def bounded_mjcf(
     bodies = sum(1 for _ in tree.iter("body"))
     if bodies > MOST_LINKS:
         raise RobotError(f"MJCF {path} has {bodies} bodies.\nAllowed: up to {MOST_LINKS}.")
+    _countable(path, tree)
     left = sorted({str(e.tag) for e in tree if e.tag not in _SECTIONS})
     changes = [f"left out: {', '.join(left)}"] if left else []
     folder = next(
@@ -79,7 +89,25 @@ def bounded_mjcf(
     return ElementTree.tostring(tree, encoding="unicode"), assets, changes
 
 
-def _include(path: Path, home: Path, tree: Element, depth: int) -> None:
+def _countable(path: Path, tree: Element) -> None:
+    """Refuse what takes MuJoCo hours or all memory to compile, and is no part of a robot."""
+    for kind, most in _MOST_PARTS.items():
+        count = sum(1 for _ in tree.iter(kind))
+        if count > most:
+            raise RobotError(
+                f"MJCF {path} has {count:,} elements <{kind}>.\nAllowed: up to {most:,}."
+            )
+    for mesh in tree.iter("mesh"):
+        if mesh.get("builtin") is not None:
+            raise RobotError(f"MJCF {path} has MuJoCo generate a mesh.\nAllowed: mesh files.")
+        count = len(mesh.get("vertex", "").split()) + len(mesh.get("face", "").split())
+        if count > _MOST_NUMBERS:
+            raise RobotError(
+                f"MJCF {path}: a mesh of {count:,} numbers.\nAllowed: up to {_MOST_NUMBERS:,}."
+            )
+
+
+def _include(path: Path, home: Path, tree: Element, read: list[int], depth: int) -> None:
     """Replace every ``<include file=...>`` by the content of the file."""
     for parent in list(tree.iter()):
         for k, child in reversed(list(enumerate(parent))):
@@ -87,10 +115,12 @@ def _include(path: Path, home: Path, tree: Element, depth: int) -> None:
                 continue
             name = child.get("file", "")
             target = (home.parent / name).resolve()
-            if depth >= _DEEPEST_INCLUDE:
+            many = len(read) >= _MOST_INCLUDES or sum(read) > _MOST_ELEMENTS
+            if depth >= _DEEPEST_INCLUDE or many:
                 raise RobotError(
                     f"MJCF {path}: '{name}' includes itself, or too many others.\n"
-                    f"Allowed: {_DEEPEST_INCLUDE} files inside of each other."
+                    f"Allowed: {_DEEPEST_INCLUDE} files inside of each other, {_MOST_INCLUDES} "
+                    f"together, with {_MOST_ELEMENTS:,} elements."
                 )
             if not name or not target.is_relative_to(path.resolve().parent):
                 raise RobotError(
@@ -101,7 +131,8 @@ def _include(path: Path, home: Path, tree: Element, depth: int) -> None:
                 part = read_xml(target)
             except LogError as cause:
                 raise RobotError(f"MJCF {path} includes a file: {cause}") from cause
-            _include(path, target, part, depth + 1)
+            read.append(sum(1 for _ in part.iter()))
+            _include(path, target, part, read, depth + 1)
             parent.remove(child)
             for number, inner in enumerate(part):
                 parent.insert(k + number, inner)
@@ -139,6 +170,7 @@ def _meshes(
 ) -> dict[str, bytes]:
     """Meshes as binary STL, by the file name that the text now refers to."""
     found: dict[str, bytes] = {}
+    faces = 0
     for mesh in tree.iter("mesh"):
         given = mesh.get("file")
         if not given:
@@ -147,6 +179,12 @@ def _meshes(
         source = find_resource(name, path, packages)
         mesh.set("name", mesh.get("name") or Path(given).stem)
         loaded = load_mesh(source)
+        faces += len(loaded.faces)
+        if faces > _MOST_ALL_FACES:
+            raise RobotError(
+                f"MJCF {path}: its meshes have too many triangles.\n"
+                f"Allowed: up to {_MOST_ALL_FACES:,} together; simplify them."
+            )
         if len(loaded.faces) > _MOST_FACES:
             raise RobotError(
                 f"MJCF {path}: mesh '{given}' has {len(loaded.faces):,} triangles.\n"

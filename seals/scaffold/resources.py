@@ -50,7 +50,13 @@ def find_resource(name: str, urdf: Path, packages: Mapping[str, Path]) -> Path:
 
 def _places(name: str, urdf: Path, packages: Mapping[str, Path]) -> Iterator[Path]:
     """Yield the places to look at, the likeliest first."""
-    parts = urlparse(name.replace("\\", "/"))
+    try:
+        parts = urlparse(name.replace("\\", "/"))
+    except ValueError as cause:
+        raise MissingMesh(
+            f"mesh '{name[:80]}' of {urdf} is no address: {cause}.\n"
+            "Allowed: a path, package://NAME/PATH, model://NAME/PATH or file://PATH"
+        ) from cause
     scheme, package = parts.scheme, parts.netloc
     rest = Path(unquote(parts.path).lstrip("/"))
     if scheme in ("package", "model"):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from copy import deepcopy
+from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -14,6 +15,10 @@ from seals.untrusted_io import read_xml
 _DEEPEST = 8
 _MOST = 100
 """Models that one file may bring in."""
+_MOST_PARTS = 200_000
+"""Elements of a file with all that it brings in."""
+_DEEPEST_MODEL = 20
+"""Models inside of each other when all are in their places."""
 
 
 def with_includes(
@@ -34,39 +39,67 @@ def with_includes(
         RobotError: a model is not there, lies elsewhere, or includes itself.
     """
     copy = deepcopy(model)
-    _expand(path, copy, packages, changes, ())
+    _refuse_deep(path, copy)
+    _expand(path, copy, _Found(packages, changes), ())
+    _refuse_deep(path, copy)
     return copy
+
+
+@dataclass
+class _Found:
+    """Where models are looked for, what was included, in words, and its elements."""
+
+    packages: Mapping[str, Path]
+    changes: list[str]
+    elements: int = 0
+
+
+def _refuse_deep(path: Path, model: ElementTree.Element) -> None:
+    row, depth = [model], 0
+    while row := [e for one in row for e in one if e.tag in ("model", "world")]:
+        depth += 1
+        if depth > _DEEPEST_MODEL:
+            raise RobotError(
+                f"SDF {path} nests its models too deep.\n"
+                f"Allowed: {_DEEPEST_MODEL} inside of each other."
+            )
 
 
 def _expand(
     path: Path,
     model: ElementTree.Element,
-    packages: Mapping[str, Path],
-    changes: list[str],
+    found: _Found,
     above: tuple[Path, ...],
 ) -> None:
     for inner in (*model.findall("model"), *model.findall("world")):
-        _expand(path, inner, packages, changes, above)
+        _expand(path, inner, found, above)
     for include in model.findall("include"):
-        file = _file_of(path, include, packages)
-        if file in above or len(above) >= _DEEPEST or len(changes) > _MOST:
+        file = _file_of(path, include, found.packages)
+        if file in above or len(above) >= _DEEPEST or len(found.changes) > _MOST:
             raise RobotError(
                 f"SDF {path}: the model {file.parent.name} includes itself, or too many others.\n"
                 f"Allowed: {_DEEPEST} models inside of each other, {_MOST} together."
             )
         try:
-            found = read_xml(file).findall("model")
+            models = read_xml(file).findall("model")
         except LogError as cause:
             raise RobotError(f"SDF {path} includes a model: {cause}") from cause
-        if len(found) != 1:
-            raise RobotError(f"SDF {file} holds {len(found)} models.\nOne is needed here.")
-        own = found[0]
+        if len(models) != 1:
+            raise RobotError(f"SDF {file} holds {len(models)} models.\nOne is needed here.")
+        own = models[0]
+        _refuse_deep(file, own)
+        found.elements += sum(1 for _ in own.iter())
+        if found.elements > _MOST_PARTS:
+            raise RobotError(
+                f"SDF {path} includes too much: above {_MOST_PARTS:,} elements.\n"
+                "Leave out what is no part of the robot."
+            )
         own.set("name", include.findtext("name") or own.get("name") or file.parent.name)
         _place(own, include)
         for mesh in own.iter("uri"):
             _rebase(mesh, file)
-        changes.append(f"model {file.parent.name} included")
-        _expand(file, own, packages, changes, (*above, file))
+        found.changes.append(f"model {file.parent.name} included")
+        _expand(file, own, found, (*above, file))
         model.remove(include)
         model.append(own)
 

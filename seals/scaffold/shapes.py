@@ -12,6 +12,7 @@ from seals.arrays import Floats
 from seals.errors import RobotError, suggestion
 from seals.robot.model import RobotModel
 from seals.scaffold.meshes import load_mesh
+from seals.scaffold.naming import plain
 from seals.scaffold.takeover import Element, Takeover
 
 MOST_FACES = 400
@@ -188,7 +189,7 @@ def _mesh(shape: Element, folder: Path, link: str) -> tuple[dict[str, Any], Floa
     if not (ready and np.all(scale == 1.0)):
         mesh = _convex(points)
         if link:
-            file = f"meshes/hull_{link}_{Path(file).stem}.obj"
+            file = f"meshes/hull_{plain(link)}_{Path(file).stem}.obj"
             (folder / file).write_text(
                 str(mesh.export(file_type="obj", include_normals=False)), encoding="utf-8"
             )
@@ -199,9 +200,16 @@ def _mesh(shape: Element, folder: Path, link: str) -> tuple[dict[str, Any], Floa
 def _convex(points: Floats) -> Any:
     """Convex hull of points; with too many faces, that of the farthest in fixed directions."""
     import trimesh
+    from scipy.spatial import QhullError
 
     cloud: Any = trimesh.PointCloud
-    hull = cloud(points).convex_hull
+    try:
+        hull = cloud(points).convex_hull
+    except (QhullError, ValueError) as cause:
+        raise RobotError(
+            "a mesh is flat: it encloses no volume.\n"
+            "Give its link a <collision> of another shape, or leave the mesh out."
+        ) from cause
     if len(hull.faces) <= MOST_FACES:
         return hull
     k = np.arange(_DIRECTIONS) + 0.5

@@ -10,9 +10,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import RobotError
-
-LARGEST = 1e17
-"""Size beyond which no number of a robot lies [any unit]."""
+from seals.robot.structure import LARGEST
 
 
 def link_element(name: str) -> ElementTree.Element:

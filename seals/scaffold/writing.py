@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from importlib.resources import files
 from typing import Any
 
+from seals.errors import printable
+
 
 def flow(value: Any) -> str:
     """Return a value as YAML in one line.
@@ -31,5 +33,8 @@ def rendered(template: str, facts: Mapping[str, Any]) -> str:
         keep_trailing_newline=True,
         undefined=jinja2.StrictUndefined,
         autoescape=False,
+        # no name of a file, a link or a plug-in begins a line of its own
+        finalize=lambda value: printable(value) if isinstance(value, str) else value,
     )
+    environment.filters["flow"] = flow
     return environment.from_string(source).render(**facts)

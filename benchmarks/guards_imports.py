@@ -1,0 +1,90 @@
+"""Guards of robot files of other formats on their way into a robot's folder."""
+
+from __future__ import annotations
+
+from benchmarks.guard import Guard
+
+HOSTILE = "tests/unit/test_scaffold_hostile.py"
+STRUCTURE, MJCF = "seals.robot.structure", "seals.scaffold.mjcf_bounds"
+IMPORTS: dict[str, Guard] = {
+    "includes of an MJCF": Guard(
+        MJCF, "len(read) >= _MOST_INCLUDES or", "", HOSTILE, "hostile and fan_out"
+    ),
+    "elements of an MJCF": Guard(
+        MJCF, " or sum(read) > _MOST_ELEMENTS", "", HOSTILE, "hostile and includes_of_many"
+    ),
+    "parts of an MJCF": Guard(
+        MJCF, "        if count > most:\n", "        if False:\n", HOSTILE, "hostile"
+    ),
+    "generated meshes": Guard(
+        MJCF, 'if mesh.get("builtin") is not None:', "if False:", HOSTILE, "engine_makes"
+    ),
+    "corners in an MJCF": Guard(
+        MJCF, "if count > _MOST_NUMBERS:", "if False:", HOSTILE, "half_a_million"
+    ),
+    "orders of a motor": Guard(MJCF, '    "actdim",\n', "", HOSTILE, "orders_no_memory"),
+    "elements of an SDF": Guard(
+        "seals.scaffold.sdf_includes",
+        "if found.elements > _MOST_PARTS:",
+        "if False:",
+        HOSTILE,
+        "models_of_many",
+    ),
+    "depth of an SDF": Guard(
+        "seals.scaffold.sdf_includes",
+        "        if depth > _DEEPEST_MODEL:\n",
+        "        if False:\n",
+        HOSTILE,
+        "hostile",
+    ),
+    "shapes of a robot": Guard(
+        STRUCTURE, "if shapes > MOST_SHAPES:", "if False:", HOSTILE, "shapes_without_end"
+    ),
+    "lines in names": Guard(
+        STRUCTURE, "if not name.isprintable() or", "if", HOSTILE, "a_line_in"
+    ),
+    "lookups in names": Guard(STRUCTURE, '"${" in name or ', "", HOSTILE, "lookup_as"),
+    "length of names": Guard(STRUCTURE, " or len(name) > _MOST_NAME", "", HOSTILE, "many_signs"),
+    "size of numbers": Guard(
+        STRUCTURE, "all(abs(x) < LARGEST for", "all(math.isfinite(x) for", HOSTILE, "1e"
+    ),
+    "scale of meshes": Guard(
+        STRUCTURE, "if min(map(abs, scale)) < _FINEST:", "if False:", HOSTILE, "scaled"
+    ),
+    "flat meshes": Guard(
+        "seals.scaffold.shapes",
+        "except (QhullError, ValueError) as cause:",
+        "except ZeroDivisionError as cause:",
+        HOSTILE,
+        "flat or no_number",
+    ),
+    "addresses of meshes": Guard(
+        "seals.scaffold.resources",
+        "    except ValueError as cause:\n        raise MissingMesh(",
+        "    except KeyError as cause:\n        raise MissingMesh(",
+        HOSTILE,
+        "is_none",
+    ),
+    "meshes of texts": Guard(
+        "seals.scaffold.meshes", "name != given and name in self.texts", "name != given",
+        HOSTILE, "not_there",
+    ),
+    "names of hulls": Guard(
+        "seals.scaffold.shapes", "hull_{plain(link)}_", "hull_{link}_", HOSTILE, "names_are"
+    ),
+    "names in YAML": Guard(
+        "seals.scaffold.writing",
+        'environment.filters["flow"] = flow',
+        'environment.filters["flow"] = str',
+        HOSTILE,
+        "names_are",
+    ),
+    "lines of a plug-in": Guard(
+        "seals.scaffold.writing",
+        "printable(value) if isinstance(value, str) else value",
+        "value",
+        HOSTILE,
+        "plug_in_writes",
+    ),
+}  # fmt: skip
+"""Every one of them by name."""
