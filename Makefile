@@ -130,7 +130,7 @@ lint: .venv-test/installed
 	$$python -m venv $$venv; \
 	$$venv/$(PIP) $(CONSTRAINED) --no-deps --retries 1 --timeout 20 --index-url $(TORCH_INDEX) torch 2>/dev/null || \
 		echo 'No torch for the processor at $(TORCH_INDEX): taking the plain one, which may bring gigabytes of CUDA' >&2; \
-	$$venv/$(PIP) $(CONSTRAINED) '.[dev,learn,agents,export,docs,sweep]'; touch $@
+	$$venv/$(PIP) $(CONSTRAINED) '.[dev,learn,agents,export,track,docs,sweep]'; touch $@
 
 clean:
 	rm -rf build dist .venv .venv-test *.egg-info .mypy_cache .ruff_cache .pytest_cache

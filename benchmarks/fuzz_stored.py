@@ -266,7 +266,7 @@ STORED: dict[str, Callable[[], Target]] = {
     "card": lambda: _policy("card.json"),
     "weights": lambda: _policy("policy.safetensors"),
     "demo_card": lambda: _recording("card.json"),
-    "demo_meta": lambda: _recording("meta.json"),
+    "demo_steps": lambda: _recording("episodes.safetensors"),
     "hdf5": _hdf5,
     "new_robot": _new_robot,
 }

@@ -89,7 +89,7 @@ GUARDS: dict[str, Guard] = {
         "torchrl",
     ),
     "links in a policy": Guard(
-        "seals.learn.policy", " or path.is_symlink()", "", BOUNDS, "policy", "torchrl"
+        "seals.learn.tensor_file", " or path.is_symlink()", "", BOUNDS, "policy", "torchrl"
     ),
     "form of a card": Guard(
         "seals.learn.metadata",
@@ -133,18 +133,26 @@ GUARDS: dict[str, Guard] = {
         "strange_folders",
         "tensordict",
     ),
-    "files of demonstrations": Guard(
-        "seals.learn.demonstrations.folder",
-        "if path.is_symlink() or name not in promised:",
+    "links in place of arrays": Guard(
+        "seals.learn.tensor_file",
+        " or path.is_symlink()",
+        "",
+        DEMOS,
+        "strange_folders",
+        "tensordict",
+    ),
+    "size of arrays": Guard(
+        "seals.learn.tensor_file",
+        "if path.stat().st_size > most:",
         "if False:",
         DEMOS,
         "strange_folders",
         "tensordict",
     ),
-    "class of demonstrations": Guard(
+    "arrays of demonstrations": Guard(
         "seals.learn.demonstrations.folder",
-        'or meta.pop("_type", None) != _PLAIN',
-        'or not meta.pop("_type", None)',
+        "if given != wanted:",
+        "if False:",
         DEMOS,
         "strange_folders",
         "tensordict",

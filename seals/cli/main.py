@@ -161,7 +161,7 @@ VERBS = {
         "  seals teleop script=runs/some_session/keys.csv    the same session again\n\n"
         "  script    events such as: - {t: 0.5, hold: w, seconds: 2}   or CSV: t,control,value\n"
         "  speed     simulated seconds per second of real time\n"
-        "  export    tensordict: the demonstration for learning; needs aam-seals[learn]\n"
+        "  export    safetensors: the demonstration for learning; needs aam-seals[learn]\n"
         "  guide.speed, guide.climb, guide.turn, guide.joint_speed: values at full deflection",
         more="seals.control.keymap:table",
     ),

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from seals.arrays import Array
-from seals.errors import ConfigError, optional_import
+from seals.errors import ConfigError
 from seals.learn.learner import need_torch
 from seals.learn.metadata import CARD, entry, read_metadata
+from seals.learn.tensor_file import read_tensors, write_tensors
 from seals.logs.atomic import atomic_folder, write_json
 
 FORM = "seals-policy"
@@ -75,16 +76,9 @@ def save_policy(
     Raises:
         SealsError: the folder exists and must stay, or a value of the metadata is not plain.
     """
-    from safetensors import SafetensorError
-    from safetensors.torch import save_file
-
     whole = {key: value.detach().cpu().contiguous().clone() for key, value in tensors.items()}
     with atomic_folder(folder, replace=replace) as beside:
-        try:
-            save_file(whole, str(beside / WEIGHTS))
-        except SafetensorError as cause:
-            # the library tells of a full disk or a failed write in a class of its own
-            raise OSError(f"{beside / WEIGHTS} cannot be written: {cause}") from cause
+        write_tensors(beside / WEIGHTS, whole, framework="torch")
         write_json(
             beside / CARD, {"format": FORM, "version": 1, **metadata, "network": dict(network)}
         )
@@ -119,7 +113,7 @@ def load_policy(folder: str | Path, *, device: str = "cpu") -> NetworkPolicy:
 
     from seals.learn.networks import actor_of
 
-    tensors = _weights(Path(folder) / WEIGHTS)
+    tensors = read_tensors(Path(folder) / WEIGHTS, most=_MOST_BYTES, framework="torch")
     # without memory until the weights fill it: metadata may ask for any width
     with torch.device("meta"):
         network = actor_of(metadata["network"])
@@ -132,22 +126,3 @@ def load_policy(folder: str | Path, *, device: str = "cpu") -> NetworkPolicy:
             "Take the folder as the training wrote it."
         ) from cause
     return NetworkPolicy(network.to(device), metadata)
-
-
-def _weights(path: Path) -> dict[str, Any]:
-    with optional_import(
-        "a policy's weights need safetensors", "Install it: pip install 'aam-seals[learn]'"
-    ):
-        from safetensors import SafetensorError
-        from safetensors.torch import load_file
-    if not path.is_file() or path.is_symlink():
-        raise ConfigError(f"{path} is missing.\nGive a folder that seals train wrote.")
-    if path.stat().st_size > _MOST_BYTES:
-        raise ConfigError(f"{path} has {path.stat().st_size} bytes.\nAllowed: {_MOST_BYTES}")
-    try:
-        found: dict[str, Any] = load_file(str(path))
-    except (SafetensorError, OSError, ValueError) as cause:
-        raise ConfigError(
-            f"{path} cannot be read: {cause}.\nIt must be of the format safetensors."
-        ) from cause
-    return found

@@ -35,26 +35,6 @@ def room(path: str | Path) -> Iterator[None]:
         raise
 
 
-def reserve(folder: Path, size: int) -> None:
-    """Reserve disk space before writing through memory maps, which crash on a full disk.
-
-    Args:
-        folder: in which it will lie.
-        size: of all files together [byte].
-
-    Raises:
-        OSError: there is no room.
-    """
-    if not hasattr(os, "posix_fallocate"):
-        return
-    place = folder / ".room"
-    try:
-        with place.open("wb") as file:
-            os.posix_fallocate(file.fileno(), 0, size)
-    finally:
-        place.unlink(missing_ok=True)
-
-
 def told_full(error: BaseException) -> bool:
     """Return whether an error, or one of its causes, reports a full disk."""
     link: BaseException | None = error

@@ -60,7 +60,7 @@ def execute(config: Any) -> int | None:
     finally:
         device.close()
     _keep_keys(folder, config, device.recorded, float(record.log.time[-1]))
-    if "tensordict" in exports:
+    if "safetensors" in exports:
         from seals.teleop.demonstration import write_demonstration
 
         origin = _origin(config, by=str(config.script or config.device.value))
@@ -79,10 +79,10 @@ def refuse_missing(export: str) -> None:
     Raises:
         MissingExtra: it names the extra.
     """
-    from seals.learn.demonstrations.folder import tensordict_of
+    from seals.learn.tensor_file import library
 
-    if export == "tensordict":
-        tensordict_of()
+    if export == "safetensors":
+        library()
 
 
 def _origin(config: Any, *, by: str) -> Origin:

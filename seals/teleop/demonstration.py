@@ -131,7 +131,7 @@ def write_demonstration(
         seed: of the run.
 
     Raises:
-        MissingExtra: tensordict is not installed.
+        MissingExtra: safetensors is not installed.
         LogError: the log holds no demonstration.
     """
     return write(as_demonstrations(log, rate=rate, origin=origin, seed=seed), folder / FOLDER)

@@ -19,7 +19,7 @@ class DeviceKind(Enum):
 class Export(Enum):
     """Formats of a demonstration beside the log."""
 
-    tensordict = "tensordict"
+    safetensors = "safetensors"
 
 
 @dataclass(kw_only=True)

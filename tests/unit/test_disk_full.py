@@ -56,24 +56,6 @@ def test_another_error_stays_what_it_is() -> None:
     assert not room.told_full(PermissionError(errno.EACCES, "no"))
 
 
-def test_room_is_made_sure_of_before_files_are_mapped(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A memory map that meets a full disk ends the process."""
-    asked: list[int] = []
-
-    def full(descriptor: int, start: int, size: int) -> None:
-        asked.append(size)
-        raise FULL
-
-    Path("a").mkdir()
-    room.reserve(Path("a"), 5000)
-    monkeypatch.setattr(os, "posix_fallocate", full)
-    with pytest.raises(DiskFull), atomic_folder("b") as folder:
-        room.reserve(folder, 7000)
-    assert asked == [7000]
-    assert not Path("b").exists()
-    assert list(Path("a").iterdir()) == []
-
-
 def test_a_checkpoint_without_room_stops_no_run(
     elsewhere: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import pickle
 import shutil
@@ -17,11 +16,11 @@ import pytest
 from seals.errors import LogError, MissingExtra, SealsError
 from seals.learn.demonstrations.episode import Demonstrations, Episode, Origin, Who
 from seals.learn.demonstrations.exchange import hdf5_content, read_hdf5, write_hdf5
-from seals.learn.demonstrations.folder import read, write
+from seals.learn.demonstrations.folder import FILE, read, write
 from seals.learn.demonstrations.minari import write_minari
 from seals.learn.metadata import config_hash
 
-tensordict = pytest.importorskip("tensordict", reason="the extra learn is not installed")
+safetensors = pytest.importorskip("safetensors.numpy", reason="the extra learn is not installed")
 h5py = pytest.importorskip("h5py", reason="the extra learn is not installed")
 
 
@@ -88,17 +87,17 @@ def test_both_formats_give_back_what_they_took(tmp_path: Path, pixels: bool) -> 
     assert metadata["returns"][1] == pytest.approx(float(demos.episodes[1].reward[0]))
 
 
-def test_the_folder_is_a_tensordict(tmp_path: Path) -> None:
-    """The library's own reader finds the layout of transitions, ends where they are."""
-    demos = some()
-    data = tensordict.TensorDict.load_memmap(str(write(demos, tmp_path / "demos")))
-    assert tuple(data.batch_size) == (13,)
-    assert data["next", "done"][:, 0].nonzero()[:, 0].tolist() == [4, 5, 12]
-    assert data["next", "terminated"][:, 0].nonzero()[:, 0].tolist() == [4, 5]
-    assert data["next", "truncated"][:, 0].nonzero()[:, 0].tolist() == [12]
+def test_the_folder_opens_without_us(tmp_path: Path) -> None:
+    """The library's own reader finds every array, episode after episode."""
+    demos = some(pixels=True)
+    data = safetensors.load_file(write(demos, tmp_path / "demos") / FILE)
+    assert data["terminated"].nonzero()[0].tolist() == [4, 5]
+    assert data["truncated"].nonzero()[0].tolist() == [12]
     second = demos.episodes[1]
-    assert np.array_equal(data["observation"][5].numpy(), second.observation[0])
-    assert np.array_equal(data["next", "observation"][5].numpy(), second.observation[1])
+    # six observations of the episode before it
+    assert np.array_equal(data["observation"][6:8], second.observation)
+    assert np.array_equal(data["pixels"][6:8], second.pixels)
+    assert np.array_equal(data["action"][5:6], second.action)
 
 
 def test_an_hdf5_file_has_the_known_names(tmp_path: Path) -> None:
@@ -167,39 +166,22 @@ def edit_card(**change: Any) -> Callable[[Path], None]:
     return fault
 
 
-def edit_meta(change: Callable[[dict[str, Any]], None], place: str = "") -> Callable[[Path], None]:
-    """Return a fault: tensordict's own description changed."""
+def edit_arrays(**change: Any) -> Callable[[Path], None]:
+    """Return a fault: arrays of the file replaced, or left out by None."""
 
     def fault(folder: Path) -> None:
-        path = folder / place / "meta.json"
-        meta = json.loads(path.read_text())
-        change(meta)
-        path.write_text(json.dumps(meta))
+        arrays = {**safetensors.load_file(folder / FILE), **change}
+        kept = {name: values for name, values in arrays.items() if values is not None}
+        safetensors.save_file(kept, folder / FILE)
 
     return fault
 
 
 def link_out(folder: Path) -> None:
-    """The actions lie somewhere else."""
+    """The steps lie somewhere else."""
     outside = folder.parent / "elsewhere"
-    shutil.move(folder / "action.memmap", outside)
-    (folder / "action.memmap").symlink_to(outside)
-
-
-def flip(folder: Path) -> None:
-    """One observation after a step is another than before the next."""
-    path = folder / "next" / "observation.memmap"
-    raw = bytearray(path.read_bytes())
-    raw[0:4] = np.float32(7.0).tobytes()
-    path.write_bytes(raw)
-
-
-@pytest.mark.parametrize("place", ["", "next"])
-def test_metadata_of_a_newer_tensordict(tmp_path: Path, place: str) -> None:
-    """From version 0.15 on it states class and format beside the type."""
-    folder = write(some(), tmp_path / "demos")
-    edit_meta(lambda m: m.update(_class="tensordict:TensorDict", _format_version=1), place)(folder)
-    assert len(read(folder).episodes) == len(some().episodes)
+    shutil.move(folder / FILE, outside)
+    (folder / FILE).symlink_to(outside)
 
 
 @pytest.mark.parametrize(
@@ -220,22 +202,18 @@ def test_metadata_of_a_newer_tensordict(tmp_path: Path, place: str) -> None:
         (edit_card(seeds=[1, 2, 10**30]), "beyond 64 bits"),
         (edit_card(success=[1, 1, 1]), "values of type bool"),
         (edit_card(rate="fast"), "type float"),
-        (edit_card(steps=[5, 2, 6]), "Steps were lost"),
+        (edit_card(steps=[5, 2, 6]), r"ends at steps \[0\] of 2"),
         (edit_card(observation=["x"]), "1 names stand for 4 columns"),
-        (lambda f: (f / "other.pickle").write_bytes(pickle.dumps(1)), "does not belong"),
-        (lambda f: (f / "next" / "deeper").mkdir(), "does not belong"),
-        (link_out, "is a link"),
-        (lambda f: (f / "action.memmap").write_bytes(b"1234"), "promises 104 bytes"),
-        (lambda f: (f / "next" / "reward.memmap").unlink(), "is missing"),
-        (lambda f: (f / "next" / "done.memmap").write_bytes(b"\2" * 13), "no truth values"),
-        (edit_meta(lambda m: m.update(_type="<class 'os.system'>")), "another class"),
-        (edit_meta(lambda m: m.update(_class="os:system")), "another _class"),
-        (edit_meta(lambda m: m.update(_format_version=2)), "another _format_version"),
-        (edit_meta(lambda m: m.update(non_tensor={"_type": "x"})), "'non_tensor': {'_type': 'x'}"),
-        (edit_meta(lambda m: m["action"].update(dtype="torch.float64")), "torch.float64"),
-        (edit_meta(lambda m: m["reward"].update(shape=[1]), "next"), r"shape \[1\]"),
-        (edit_meta(lambda m: m.update(next={"type": "Other"})), "Allowed beside the arrays"),
-        (flip, "Steps were lost"),
+        (link_out, "is missing"),
+        (lambda f: (f / FILE).unlink(), "is missing"),
+        (lambda f: (f / FILE).write_bytes(b"1234"), "must be of the format safetensors"),
+        (lambda f: (f / FILE).write_bytes(bytes(30_000)), "30000 bytes"),
+        (edit_arrays(reward=None), "'reward' is missing"),
+        (edit_arrays(more=np.zeros(3)), "The metadata says: none"),
+        (edit_arrays(action=np.zeros((13, 2))), "float64"),
+        (edit_arrays(reward=np.zeros((13, 1), np.float32)), r"\(13, 1\)"),
+        (edit_arrays(reward=np.full(13, np.nan, np.float32)), "not finite"),
+        (edit_arrays(terminated=np.full(13, 2, np.uint8)), r"ends at steps \[0, 1, 2, 3\] of 5"),
     ],
 )
 def test_strange_folders_are_refused(
@@ -258,13 +236,8 @@ def test_a_pickle_in_a_folder_is_never_opened(tmp_path: Path) -> None:
             return (exec, (f"open({str(mark)!r}, 'w').close()",))
 
     folder = write(some(), tmp_path / "demos")
-    (folder / "action.memmap").write_bytes(pickle.dumps(Trap()).ljust(104, b"\0"))
-    # the bytes are taken for numbers, and these are not what was recorded
-    with contextlib.suppress(SealsError):
-        read(folder)
-    assert not mark.exists()
-    (folder / "next" / "other.pickle").write_bytes(pickle.dumps(Trap()))
-    with pytest.raises(LogError, match="does not belong"):
+    (folder / FILE).write_bytes(pickle.dumps(Trap()))
+    with pytest.raises(SealsError, match="must be of the format safetensors"):
         read(folder)
     assert not mark.exists()
 

@@ -31,22 +31,16 @@ def test_ten_episodes_of_the_script_come_with_the_manipulator() -> None:
     assert sum(file.stat().st_size for file in folder.rglob("*")) < 1_000_000
 
 
-def test_packed_demonstrations_hold_the_same_numbers(tmp_path: Path) -> None:
-    """Unpacked into memory-mapped files and packed again; a card of another size is refused."""
-    from seals.learn.demonstrations.folder import read, write
-    from seals.learn.demonstrations.packed import PACKED, write_packed
+def test_shipped_demonstrations_are_written_again_alike(tmp_path: Path) -> None:
+    """Byte for byte; a card of another size is refused."""
+    from seals.learn.demonstrations.folder import FILE, read, write
 
-    shipped_ones = read(demonstrations_folder("aam/reach"))
-    folder = write(shipped_ones, tmp_path / "mapped")
-    mapped = read(folder)
-    write_packed(mapped, folder)
-    packed = read(folder)
-    for here, there in zip(mapped.episodes, packed.episodes, strict=True):
-        assert (here.seed, here.success) == (there.seed, there.success)
-        for name in ("observation", "action", "reward", "terminated", "truncated"):
-            np.testing.assert_array_equal(getattr(here, name), getattr(there, name), strict=True)
-    write_packed(shipped_ones.first(9), folder)
-    with pytest.raises(LogError, match=rf"{PACKED}: 'observation' has the shape[\s\S]*2010"):
+    place = demonstrations_folder("aam/reach")
+    folder = write(read(place), tmp_path / "again")
+    assert (folder / FILE).read_bytes() == (place / FILE).read_bytes()
+    other = write(read(place).first(9), tmp_path / "nine")
+    (other / FILE).replace(folder / FILE)
+    with pytest.raises(LogError, match=rf"{FILE}: 'action' is[\s\S]*2000"):
         read(folder)
 
 

@@ -42,7 +42,7 @@ def test_tensorboard_holds_the_evaluations(tmp_path: Path) -> None:
 
 def test_wandb_stays_offline(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """One offline run with its figures below the training's folder, for wandb sync."""
-    pytest.importorskip("wandb", reason="needs pip install wandb")
+    pytest.importorskip("wandb", reason="needs aam-seals[track]")
     monkeypatch.delenv("WANDB_MODE", raising=False)
     trained(tmp_path / "run", "wandb")
     folders = list((tmp_path / "run" / "wandb").glob("offline-run-*"))
@@ -56,7 +56,7 @@ def test_wandb_stays_offline(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 @pytest.mark.filterwarnings("ignore:The ``noload`` loader strategy")  # of MLflow's own tables
 def test_mlflow_holds_the_evaluations(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The curve of returns is that of evaluation.csv, and the run has ended."""
-    tracking: Any = pytest.importorskip("mlflow.tracking", reason="needs pip install mlflow")
+    tracking: Any = pytest.importorskip("mlflow.tracking", reason="needs aam-seals[track]")
     monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
     rows = trained(tmp_path / "run", "mlflow")
     client = tracking.MlflowClient(tracking_uri=f"sqlite:///{tmp_path / 'run' / 'mlflow.db'}")

@@ -290,11 +290,11 @@ def test_a_log_without_guide_is_no_demonstration() -> None:
 
 
 @pytest.mark.skipif(
-    importlib.util.find_spec("tensordict") is None, reason="the extra learn is not installed"
+    importlib.util.find_spec("safetensors") is None, reason="the extra learn is not installed"
 )
 def test_a_demonstration_is_written_in_the_one_form(session: Callable[..., Path]) -> None:
     """A session becomes one episode, with the log's columns by name and a card that says who."""
-    folder = session("one", "script=keys.yaml", "export=[tensordict]")
+    folder = session("one", "script=keys.yaml", "export=[safetensors]")
     demos = read(folder / "demonstration")
     rows = sampled(read_native(folder), rate=50.0)
     (episode,) = demos.episodes
@@ -319,14 +319,14 @@ def missing(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(builtins, "__import__", refuse)
 
 
-def test_a_missing_tensordict_names_its_extra(
+def test_a_missing_safetensors_names_its_extra(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Before anything is flown, and with no folder left behind."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "keys.yaml").write_text("- {t: 1, press: w}", encoding="utf-8")
-    missing("tensordict", monkeypatch)
-    words = ["teleop", "robot=crazyflie", "script=keys.yaml", "export=[tensordict]"]
+    missing("safetensors", monkeypatch)
+    words = ["teleop", "robot=crazyflie", "script=keys.yaml", "export=[safetensors]"]
     assert main(words) == 2
     assert "aam-seals[learn]" in capsys.readouterr().err
     assert not (tmp_path / "runs").exists()

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from seals.errors import ConfigError, LogError, optional_import
 from seals.isolated_reading import read_isolated
 from seals.learn.demonstrations.episode import Demonstrations, Episode
-from seals.learn.demonstrations.layout import joined
 from seals.learn.demonstrations.metadata import FORM, Declared, declared, metadata_of
 from seals.learn.metadata import check_metadata
 from seals.logs.atomic import atomic_path
@@ -181,6 +180,20 @@ def _episode(data: Any, number: int, found: Declared, place: Path) -> dict[str, 
         "seed": seed,
         "pixels": images,
     }
+
+
+def joined(now: NDArray[Any], following: NDArray[Any], seed: int) -> NDArray[Any]:
+    """Return observations with the final one appended to those before every step.
+
+    Raises:
+        LogError: what is seen after a step is not what is seen before the next.
+    """
+    if not np.array_equal(now[1:], following[:-1], equal_nan=now.dtype.kind == "f"):
+        raise LogError(
+            f"episode of seed {seed}: what a step ends with is not what the next begins with.\n"
+            "Steps were lost or mixed: record it again."
+        )
+    return np.concatenate([now, following[-1:]])
 
 
 def _numbers(group: Any, name: str, shape: tuple[int, ...], kind: str, place: Path) -> NDArray[Any]:

@@ -90,8 +90,8 @@ class _Mlflow:
 
 _KINDS: Mapping[str, tuple[Callable[[Path, Mapping[str, Any]], Tracker], str]] = {
     "tensorboard": (_TensorBoard, "aam-seals[learn]"),
-    "wandb": (_Wandb, "wandb"),
-    "mlflow": (_Mlflow, "mlflow"),
+    "wandb": (_Wandb, "aam-seals[track]"),
+    "mlflow": (_Mlflow, "aam-seals[track]"),
 }
 
 
