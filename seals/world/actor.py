@@ -273,7 +273,7 @@ class Actor:
 
     def _say(self, problem: Exception) -> None:
         """Say that there is no machine code; the run notes it."""
-        warnings.warn(f"robot '{self.robot.name}' goes on without: {problem}", stacklevel=4)
+        warnings.warn(f"robot '{self.robot.name}' goes on uncompiled: {problem}", stacklevel=4)
         cast("BackendOptions", self._backend).compiled = "false"
 
     def _interpret(self, problem: CannotCompile) -> None:

@@ -117,7 +117,7 @@ def test_a_law_without_machine_code(choice: str, monkeypatch: pytest.MonkeyPatch
         with pytest.raises(ConfigError, match="cannot be compiled"):
             world.step()
         return
-    with pytest.warns(UserWarning, match="goes on without"):
+    with pytest.warns(UserWarning, match="goes on uncompiled"):
         world.step()
     plain.step()
     for _ in range(5):

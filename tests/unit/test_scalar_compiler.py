@@ -34,6 +34,7 @@ def law(a: Array, m: Array) -> list[Array]:
         solved + bent[:, :3],
         rotation_vector(exponential(a)),
         xp.max(a, axis=1),
+        xp.cumulative_sum(a, axis=1),
     ]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import operator
 import sys
 from types import SimpleNamespace
@@ -109,6 +110,13 @@ def _reduction(name: str, empty: Any) -> Any:
 sum = _reduction("add", 0.0)
 any, all = _reduction("logical_or", False), _reduction("logical_and", True)
 max, min = _reduction("maximum", None), _reduction("minimum", None)
+
+
+def cumulative_sum(x: Any, *, axis: int = -1, dtype: Any = None) -> Traced:
+    """Return sums of the entries up to each one along an axis."""
+    parts = np.moveaxis(constant(x).entries, axis, 0)
+    sums = list(itertools.accumulate(parts, np.frompyfunc(ELEMENTWISE["add"], 2, 1)))
+    return Traced(np.stack(sums, axis=axis) if sums else constant(x).entries)
 
 
 def matmul(a: Any, b: Any) -> Traced:
