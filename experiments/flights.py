@@ -67,7 +67,7 @@ def deviations(log: Log, place: Floats, name: str, *, after: float = 0.0) -> Cha
 
 
 def forces(ledger: Ledger, component: int, title: str) -> Chart:
-    """Return what every effect pushes along one axis of the base, one curve an effect.
+    """Return the force of every effect along one axis of the base, one curve per effect.
 
     Args:
         ledger: of the flight.

@@ -17,7 +17,12 @@ SPAN = 1.5
 
 
 def draw_falls(walks: Mapping[str, Walk], path: Path) -> None:
-    """Draw when the feet of every walk stand."""
+    """Draw the stance phases of all feet, one row of the figure per walk.
+
+    Args:
+        walks: by name.
+        path: of the picture.
+    """
     rows = -(-len(walks) // 2)
     figure = figure_class()(figsize=(10.0, 1.5 * rows), layout="constrained")
     axes: Any = figure.subplots(rows, 2, squeeze=False)

@@ -21,7 +21,7 @@ SHOWN = {"crab": 0.08, "sea_spider": 0.11}
 
 
 def film(out: Path, names: Sequence[str], words: Sequence[str]) -> int:
-    """Run and film gaits; what is there already is kept.
+    """Run and film gaits; finished films are kept.
 
     Args:
         out: folder of the runs; films are ``NAME/render/*/film.mp4`` in it.

@@ -87,7 +87,7 @@ def tune(name: str, out: Path, *, budget: int, seed: int) -> dict[str, float]:
 
 
 def words_of(values: dict[str, float], animal: str) -> list[str]:
-    """Return the overrides that choose the generator with values."""
+    """Return the overrides that set the parameters of the generator."""
     words = [f"controller.{key}={value:.5f}" for key, value in values.items()]
     highest = f"controller.highest={values['lowest']:.5f}"
     return ["controller=cpg", f"controller.facing={FACING[animal]}", *words, highest]
@@ -106,7 +106,7 @@ def values_of(shares: Sequence[float], animal: str) -> dict[str, float]:
 
 
 def price_of(speed: float, wanted: float, cost: float, upright: float) -> float:
-    """Return what a walk costs: transport, missing speed, and tilt.
+    """Return the cost of a walk: transport, missing speed, and tilt.
 
     Args:
         speed: reached [m/s].

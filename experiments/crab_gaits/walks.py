@@ -58,7 +58,7 @@ class Walk:
 
     @property
     def fell(self) -> bool:
-        """Whether it fell."""
+        """Return whether the animal fell."""
         return self.upright < FALLEN
 
 

@@ -149,7 +149,7 @@ def held(readings: Floats) -> Floats:
 
 
 def landing(log: Log, floor: Floats) -> dict[str, float]:
-    """Return when the floor was met, how hard, and what it carries at the end; nothing if never.
+    """Return time and force of the impact on the floor, and the final load; empty if none.
 
     Fingers press on each other, too: a contact counts as the floor's once it holds for 20 ms.
 
@@ -172,7 +172,7 @@ def landing(log: Log, floor: Floats) -> dict[str, float]:
 
 
 def entry(log: Log, pushed: Floats) -> dict[str, float]:
-    """Return when the robot met the water and the floor, and how long the spike of entry was.
+    """Return the times of contact with water and floor, and the length of the entry spike.
 
     Args:
         log: of the drop.
@@ -204,7 +204,7 @@ def entry(log: Log, pushed: Floats) -> dict[str, float]:
 
 
 def books(figures: Mapping[str, Floats]) -> dict[str, float]:
-    """Return particles, largest mean compression, and the largest gap in the momentum."""
+    """Return particle count, largest mean compression and largest gap of the momentum balance."""
     names = {
         "particles": "particles [1]",
         "mean compression [1]": "largest mean compression [1]",

@@ -18,7 +18,7 @@ FIRST = 1_000_000
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    """Train, judge and tell; the same command goes on where an earlier one was cut off.
+    """Train, evaluate and report; the same command resumes an interrupted one.
 
     Raises:
         ConfigError: there is no such recipe.
@@ -75,11 +75,11 @@ def main(words: Sequence[str] | None = None) -> int:
 
 
 def demonstrated(out: Path, recipe: Recipe, more: Sequence[str]) -> tuple[str, ...]:
-    """Record the demonstrations of a recipe, once, and return what a training is told of them.
+    """Record the demonstrations of a recipe, once; return the overrides that use them.
 
     Args:
         out: folder of the study.
-        recipe: that wants them or not.
+        recipe: with or without demonstrations.
         more: further overrides; those of the task are its lessons, too.
     """
     if not recipe.shown:
@@ -95,7 +95,7 @@ def demonstrated(out: Path, recipe: Recipe, more: Sequence[str]) -> tuple[str, .
 
 
 def labelled(shown: Path, number: int, recipe: Recipe, world: Sequence[str]) -> Path:
-    """Add what the expert says to what a policy of the demonstrations so far does, once.
+    """Label the states that a cloned policy visits with the expert's actions, once (DAgger).
 
     Args:
         shown: folder of the demonstrations so far.

@@ -34,7 +34,11 @@ class Outcome(NamedTuple):
 
 
 def outcome(folders: Sequence[Path]) -> Outcome:
-    """Read what trainings and judgements wrote."""
+    """Read the results of trainings and evaluations.
+
+    Args:
+        folders: of the trainings.
+    """
     rows: list[dict[str, Any]] = []
     curves = []
     for folder in folders:

@@ -19,7 +19,7 @@ LOOKED = ("step", "seconds", "success", "return")
 
 
 def ship(folders: Sequence[Path], target: Path, *, command: str) -> Path:
-    """Copy the best policy of some trainings into a folder; one that is there is replaced.
+    """Copy the best policy of some trainings into a folder, replacing an earlier one.
 
     The best is the one of the best last look at its validation starts; held-out starts judge it
     and do not choose.
@@ -42,7 +42,7 @@ def ship(folders: Sequence[Path], target: Path, *, command: str) -> Path:
 
 
 def curve_of(folder: Path) -> list[dict[str, float]]:
-    """Return the looks of a training at its validation starts.
+    """Return the scores of a training at its validation starts, over its steps.
 
     Raises:
         ConfigError: there are none.
@@ -55,7 +55,7 @@ def curve_of(folder: Path) -> list[dict[str, float]]:
 
 
 def judged_of(folder: Path) -> dict[str, Any]:
-    """Return how the policy of a training did from its held-out starts.
+    """Return the scores of the policy of a training from its held-out starts.
 
     Raises:
         ConfigError: it was not judged.

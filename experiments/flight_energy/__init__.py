@@ -171,7 +171,7 @@ def _over(power: Floats, time: Floats) -> float:
 
 
 def draw(path: Path, b: Balance) -> None:
-    """Draw powers, and energies that grow."""
+    """Draw powers and cumulative energies."""
     voltage, current, _ = b.battery.T
     powers = {
         "battery": voltage * current,

@@ -56,13 +56,13 @@ def titled(case: str) -> str:
 
 
 def start_of(log: Log) -> Floats:
-    """Return where the hover shall be: where it started [m], shape (3,)."""
+    """Return the wanted position of the hover, that of its start [m], shape (3,)."""
     place: Floats = log.channel("position")[0]
     return place
 
 
 def later(log: Log) -> Log:
-    """Return the log from when the hover counts on."""
+    """Return the log after settling."""
     rows = log.time >= SETTLED
     columns = {name: values[rows] for name, values in log.columns.items()}
     return Log(name=log.name, columns=columns, meta=log.meta, source=log.source)
@@ -76,7 +76,7 @@ def largest(log: Log) -> Floats:
 
 
 def kept(found: dict[str, Any]) -> bool:
-    """Return whether the bounds are kept, and whether it is three times worse without."""
+    """Return whether the bounds are kept and the live centre of gravity improves threefold."""
     for motion in ("sweep", "random"):
         aware, unaware = found[motion], found[f"{motion}_without"]
         if np.any(aware > WITHIN) or np.linalg.norm(unaware) < 3.0 * np.linalg.norm(aware):

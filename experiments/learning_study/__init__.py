@@ -11,7 +11,7 @@ from seals.experiments.learning_study.running import compare, record, run_all
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    """Train every arm with every seed, going on where an earlier call was cut off; compare them."""
+    """Train every arm with every seed, resuming an interrupted call; compare them."""
     parser = argparse.ArgumentParser(prog="learning_study", description=__doc__)
     parser.add_argument("--out", default="runs/learning_study", help="folder of the study")
     parser.add_argument("--jobs", type=int, default=2, help="trainings at once, one core each")

@@ -73,7 +73,7 @@ COMPARISONS = {
 
 
 class Training(NamedTuple):
-    """One training: its folder, and what follows ``seals``."""
+    """One training: its folder, and the arguments of ``seals``."""
 
     folder: Path
     words: tuple[str, ...]
@@ -82,7 +82,7 @@ class Training(NamedTuple):
 def trainings(
     out: Path, shown: Path, *, arms: Sequence[str], steps: int, seeds: int = 0
 ) -> list[Training]:
-    """Return all trainings, seed by seed, so that a study that is cut off has whole pairs.
+    """Return all trainings, seed by seed: an interrupted study then has complete pairs.
 
     Args:
         out: folder of the study; trainings go to ``out/ARM/SEED``.

@@ -42,7 +42,7 @@ def run_verb(*words: str) -> None:
 
 
 def run_all(jobs: Sequence[Training], *, at_once: int, limit: float) -> int:
-    """Run what is not done; return how many processes are left.
+    """Run the unfinished trainings; return the number that is left.
 
     Args:
         jobs: all trainings, or all evaluations.

@@ -26,7 +26,7 @@ class Measured(NamedTuple):
 
 
 def measures(alone: Tow, ball: Tow) -> Measured:
-    """Return what the experiment is about.
+    """Return the metrics of the tow.
 
     Args:
         alone: the window without a body, for the waves.

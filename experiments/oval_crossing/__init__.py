@@ -35,7 +35,7 @@ CASES: dict[str, tuple[str, ...]] = {
 
 
 class Score(NamedTuple):
-    """How well a course was followed.
+    """Tracking errors of a course.
 
     Args:
         rms: root mean square deviation [m].
@@ -67,12 +67,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def course(log: Log, guide: Any) -> Floats:
-    """Return where the robot should have been [m], shape (rows, 3)."""
+    """Return the reference positions [m], shape (rows, 3)."""
     return np.array([guide.place(float(t)).position for t in log.time])
 
 
 def score(log: Log, guide: Any) -> Score:
-    """Return how well a guide's course was followed."""
+    """Return the tracking errors of a guide's course."""
     away = log.channel("position") - course(log, guide)
     far = np.linalg.norm(away, axis=1)
     counts = log.time >= SETTLED

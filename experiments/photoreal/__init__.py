@@ -84,7 +84,7 @@ FILMS = {
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Simulate and draw films; what is there already is kept.
+    """Simulate and render films; finished parts are kept.
 
     Args:
         arguments: of the command line; those of the process when left out.
@@ -109,7 +109,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def make(name: str, folder: Path, words: Sequence[str]) -> int:
-    """Simulate a film's run where it is not there yet, and draw what is missing.
+    """Simulate the run of a film unless it exists, and render the missing frames.
 
     Args:
         name: of the film.

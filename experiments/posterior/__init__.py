@@ -1,4 +1,4 @@
-"""Does a diagnosis help a robot learn? Training with and without it; see README.md."""
+"""Study of learning with and without a diagnosis of the real world; see README.md."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ STAGES = ("fly", "train", "judge", "tell")
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    """Run a stage of the experiment; the same command goes on where an earlier one was cut off.
+    """Run a stage of the experiment; the same command resumes an interrupted one.
 
     Raises:
         ConfigError: there is no such task or stage.
@@ -70,7 +70,7 @@ def main(words: Sequence[str] | None = None) -> int:
 
 
 def table_of(out: Path, name: str) -> dict[str, Floats]:
-    """Return the judged episodes of a folder, or those that come along where it holds none.
+    """Return the evaluated episodes of a folder, or those that ship with SEALS if it has none.
 
     Args:
         out: folder of trainings, or of a table.
@@ -83,12 +83,12 @@ def table_of(out: Path, name: str) -> dict[str, Floats]:
 
 
 def shipped(name: str) -> Path:
-    """Return the folder of what the arms of a task know, as it comes along."""
+    """Return the folder that ships with SEALS: effects known to each arm of a task."""
     return Path(str(files("seals.experiments.posterior"))) / "answers" / name
 
 
 def share_of(jobs: Sequence[Training], part: str) -> list[Training]:
-    """Return every n-th training, from the k-th on.
+    """Return every n-th training, starting with the k-th.
 
     Args:
         jobs: all trainings.
@@ -108,7 +108,7 @@ def share_of(jobs: Sequence[Training], part: str) -> list[Training]:
 
 
 def fly(task: RealTask, out: Path) -> int:
-    """Fly in the real world, diagnose the log, and write what each arm knows.
+    """Fly in the real world, diagnose the log, and write the effects that each arm knows.
 
     Args:
         task: with its hidden effects.
@@ -128,7 +128,7 @@ def fly(task: RealTask, out: Path) -> int:
 
 
 def judgements(jobs: Sequence[Training], task: RealTask, *, episodes: int) -> list[Training]:
-    """Return the evaluations, in the real world, of all policies that trainings kept.
+    """Return one job per stored policy: its evaluation in the real world.
 
     Args:
         jobs: the trainings.

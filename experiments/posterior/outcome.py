@@ -42,12 +42,12 @@ class Difference(NamedTuple):
 
     @property
     def verdict(self) -> str:
-        """What the rule of the experiment says."""
+        """Verdict by the decision rule of the experiment."""
         return "higher" if self.low > 0.0 else "lower" if self.high < 0.0 else "not shown"
 
 
 def gather(out: Path) -> dict[str, Floats]:
-    """Read the judged episodes of all trainings and write them as one table.
+    """Read the evaluated episodes of all trainings and write them as one table.
 
     Args:
         out: folder with ``ARM/SEED/judged/STEP/episodes.csv``.

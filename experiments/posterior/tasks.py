@@ -54,12 +54,12 @@ class RealTask(NamedTuple):
 
     @property
     def effects(self) -> tuple[str, ...]:
-        """Words that give a world the effects, with no strength yet."""
+        """Overrides that add the effects to a world, at zero strength."""
         return tuple(f"+effect@effects.{name}={kind}" for name, kind in self.kinds.items())
 
     @property
     def real(self) -> tuple[str, ...]:
-        """Words of the real world."""
+        """Overrides that make the real world."""
         values = (
             f"effects.{name}.{field}={value}"
             for name, fields in self.truth.items()
@@ -139,7 +139,7 @@ def write_stated(task: RealTask, values: Values, folder: Path) -> None:
 
 
 def stated_of(task: RealTask) -> dict[str, Values]:
-    """Return what the arms know that look at no log, by arm."""
+    """Return the effects known to the arms that use no log, by arm."""
     truth = {
         name: {field: Estimate(value, 0.0) for field, value in fields.items()}
         for name, fields in task.truth.items()
@@ -150,7 +150,7 @@ def stated_of(task: RealTask) -> dict[str, Values]:
 def trainings(
     out: Path, task: RealTask, answers: Path, *, seeds: int, device: str, more: tuple[str, ...] = ()
 ) -> list[Training]:
-    """Return all trainings, seed by seed, so that a study that is cut off has whole pairs.
+    """Return all trainings, seed by seed: an interrupted study then has complete pairs.
 
     Args:
         out: folder; trainings go to ``out/ARM/SEED``.

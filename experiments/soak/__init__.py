@@ -20,9 +20,9 @@ MILLION = 1_000_000
 GROWTH = 0.02
 """Largest growth of memory after the start [1]."""
 GAP = 0.01
-"""Largest gap of the energy books, by the energy that was moved [1]."""
+"""Largest gap of the energy balance over the energy that was moved [1]."""
 WARM = 20_000
-"""Steps after which a process has what it needs."""
+"""Steps after which the memory of a process should be constant."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -42,7 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def figures(rows: Sequence[dict[str, float]]) -> dict[str, float]:
-    """Return what was found, unit in the name."""
+    """Return the figures of the run by name, unit in the name."""
     last = rows[-1]
     return {
         "steps": last["step"],
@@ -71,7 +71,7 @@ def growth(rows: Sequence[dict[str, float]]) -> float:
 
 
 def kept(found: dict[str, float]) -> bool:
-    """Whether all bounds are kept."""
+    """Return whether all bounds are kept."""
     return (
         found["rows that are not finite"] == 0.0
         and found["growth of memory after the start [%]"] <= 100.0 * GROWTH
@@ -91,7 +91,7 @@ def table(found: dict[str, float]) -> str:
 
 
 def draw(path: Path, rows: Sequence[dict[str, float]]) -> None:
-    """Draw height, gap of the books and memory over the steps."""
+    """Draw height, gap of the energy balance and memory over the steps."""
     steps = np.array([row["step"] for row in rows])
     gap = np.array([100.0 * row["gap_J"] / row["moved_J"] for row in rows])
     shown = (

@@ -15,7 +15,7 @@ from seals.world import Actor
 
 @state_record
 class Instant(NamedTuple):
-    """What the books need of one instant; the robot has L links and J joints.
+    """Quantities of one instant for the energy balance; the robot has L links and J joints.
 
     Args:
         kinetic: rigid energy of all links [J].
@@ -56,13 +56,13 @@ class Totals(NamedTuple):
 
     @property
     def gap(self) -> float:
-        """What the work does not explain of the gain, by the energy that was moved [1]."""
+        """Gain that the work does not explain, over the energy that was moved [1]."""
         done = float(self.work.sum()) + self.joints + self.water
         return (self.gained - done) / max(self.moved, 1e-12)
 
 
 class Books:
-    """Follows the energy of one robot while it is stepped.
+    """Energy balance of one robot, step by step.
 
     The kinetic energy is that of the links alone. What changes it: every effect of the ledger
     (weight among them), the forces on the joints, and the reaction of the water that is
@@ -83,11 +83,11 @@ class Books:
         self.totals = Totals(np.zeros(count), 0.0, 0.0, 0.0, 0.0)
 
     def keep(self) -> dict[str, Any]:
-        """Return everything that changes, for a checkpoint."""
+        """Return the complete state, for a checkpoint."""
         return {"last": self._last, "totals": self.totals}
 
     def take_up(self, kept: dict[str, Any]) -> None:
-        """Go on with what `keep` returned."""
+        """Restore a state that `keep` returned."""
         self._last, self.totals = kept["last"], kept["totals"]
 
     def _hear(self, dynamics: Dynamics, step: float) -> None:

@@ -35,7 +35,7 @@ SPEED, GAIN = 1.0, 0.8
 
 
 class Wish(NamedTuple):
-    """What is wanted for a while: place [m], heading [rad], joints by arm, grip by gripper."""
+    """Reference for a while: position [m], heading [rad], joints by arm, grip by gripper."""
 
     place: Floats
     yaw: float
@@ -44,7 +44,7 @@ class Wish(NamedTuple):
 
 
 def wish(robot: RobotModel, seed: int, number: int) -> Wish:
-    """Return the command of a stretch: the same for the same seed and number.
+    """Return the reference of a stretch, determined by its seed and its number.
 
     Args:
         robot: whose arms are moved, within the middle half of the range of each joint.
@@ -65,7 +65,7 @@ def wish(robot: RobotModel, seed: int, number: int) -> Wish:
 
 
 def tell(actor: Actor, wanted: Wish) -> None:
-    """Hand a wish to the guide, as a velocity towards its place."""
+    """Pass a reference to the guide, as a velocity towards its position."""
     assert actor.pilot is not None
     guide: Any = actor.pilot.guide
     away = wanted.place - actor.body.read().position

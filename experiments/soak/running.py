@@ -76,7 +76,7 @@ def soaked(
 
 
 class _Soak:
-    """A world on its way, its books and its table."""
+    """World in progress with its energy balance and its table."""
 
     def __init__(
         self, out: Path, settings: RunSettings, world: World, words: Sequence[str]
@@ -100,7 +100,7 @@ class _Soak:
             writer.writerows(older)
 
     def rows(self, steps: int) -> Iterator[dict[str, float]]:
-        """Step to the end; a row every now and then is written and yielded."""
+        """Step to the end; write and yield a row at intervals."""
         length = round(LENGTH / self.settings.time.step)
         while self.done < steps:
             if self.done % ASK == 0:
@@ -159,7 +159,7 @@ def _refuse_other(out: Path, before: Sequence[str], words: Sequence[str]) -> Non
 
 
 def resident() -> int:
-    """Return the memory that this process has in use [bytes]."""
+    """Return the resident memory of this process [bytes]."""
     pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
     return pages * os.sysconf("SC_PAGE_SIZE")
 

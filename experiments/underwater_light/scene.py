@@ -39,7 +39,7 @@ class Eye(NamedTuple):
 
 
 def rays(eye: Eye) -> Pixels:
-    """Return the unit directions of an eye's pixels, world axes, shape (1, H, W, 3)."""
+    """Return the unit directions of a camera's pixels, world axes, shape (1, H, W, 3)."""
     ahead = np.subtract(eye.target, eye.place)
     ahead = ahead / np.linalg.norm(ahead)
     right = np.cross(ahead, (0.0, 0.0, 1.0))
@@ -56,7 +56,7 @@ def rays(eye: Eye) -> Pixels:
 
 
 def seen(eye: Eye, optics: Optics, *, floor: float, balls: list[tuple[float, ...]]) -> Sight:
-    """Return what an eye sees without water: balls over a chequered floor under the sky.
+    """Return the picture of a camera without water: balls over a chequered floor under the sky.
 
     Args:
         eye: camera.

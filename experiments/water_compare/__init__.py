@@ -123,7 +123,7 @@ def _after(log: Log, rows: int) -> float:
 
 
 def draw(path: Path, both: Both) -> None:
-    """Draw heights, what was felt, and the difference."""
+    """Draw heights, specific forces, and their difference."""
     rows = len(both.time)
     runs = {"fossen": both.fossen, "particles": both.particles}
     height = {name: log.columns["position_z"][:rows] for name, log in runs.items()}

@@ -1,4 +1,4 @@
-"""Diagnosis loop on the particle water: its drag on a sphere against the textbook's.
+"""Diagnosis of the particle water: correction of its drag on a sphere to the textbook's.
 
 A sphere is towed in particles; added mass and drag that this shows are the nominal model of a log
 that follows the textbook. ``seals diagnose`` names what the model gets wrong, ``seals add`` writes
@@ -37,7 +37,7 @@ from seals.report.pictures import write_picture
 SHOWN: tuple[Steps, ...] = (((0.8, 100.0),), ((0.65, 180.0),))
 """Tows in particle water that the nominal model is taken from."""
 JUDGED: tuple[Steps, ...] = (((0.35, 140.0), (0.65, 70.0)), ((0.9, 80.0),))
-"""Tows in particle water that nothing was fitted to."""
+"""Held-out tows in particle water."""
 NAMED = 10
 """Exit code of ``seals diagnose`` for a named effect."""
 HALF = 0.5
@@ -46,7 +46,7 @@ POWERS = {"linear_drag": 1.0, "quadratic_drag": 2.0}
 
 
 class Judged(NamedTuple):
-    """One tow that nothing was fitted to.
+    """One held-out tow, with and without the correction.
 
     Args:
         steps: commands.
@@ -105,7 +105,7 @@ def _seals(folder: Path, *words: str) -> int:
 
 
 def below_the_grid(path: Path) -> dict[str, float]:
-    """Return the drag along x that a model adds, by power of the speed; it may be below zero.
+    """Return the drag coefficients along x that a model adds, by effect; they may be negative.
 
     Args:
         path: file that ``seals add`` wrote.
@@ -132,7 +132,7 @@ def below_the_grid(path: Path) -> dict[str, float]:
 
 
 def overrides_of(term: dict[str, float]) -> list[str]:
-    """Return the term as overrides of a run: a force of its own beside the particles.
+    """Return the overrides of a run that add the drag as a force beside the particles.
 
     The plug-ins of drag allow no coefficient below zero; the effect ``formula`` does.
     """

@@ -35,7 +35,7 @@ SPAN = 0.12
 
 
 class Nominal(NamedTuple):
-    """What particle water does to the towed sphere, as coefficients.
+    """Coefficients of the particle water for the towed sphere.
 
     Args:
         added: mass [kg].

@@ -26,7 +26,7 @@ BAR = {10: 0.05, 20: 0.025}
 
 
 def draught_of(shape: Shape, ratio: float) -> float:
-    """Return how deep a body stands in the water by Archimedes [m]."""
+    """Return the draught of a body by Archimedes [m]."""
     if shape.kind != "sphere":
         return ratio * shape.height
     r = shape.size[0]

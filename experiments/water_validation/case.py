@@ -10,7 +10,7 @@ from seals.report.figures import Chart
 
 
 class Grade(NamedTuple):
-    """How a case is run.
+    """Settings of a case: resolution, device and the like.
 
     Args:
         quick: coarse, and only what is needed.
@@ -72,12 +72,12 @@ class Line(NamedTuple):
 
     @property
     def passed(self) -> bool | None:
-        """Whether the error is allowed; None where nothing is."""
+        """Return whether the error is within its bound; None without a bound."""
         return None if self.allowed is None else bool(self.error <= self.allowed)
 
 
 class Outcome(NamedTuple):
-    """What one case found.
+    """Result of one case.
 
     Args:
         lines: figures.

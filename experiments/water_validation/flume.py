@@ -20,7 +20,7 @@ HEIGHT, PERIOD, DEPTH, STEP = 0.08, 1.0, 0.4, 0.004
 
 
 def run(grade: Grade) -> Outcome:
-    """Make waves for eight periods and split the last ones into coming and going."""
+    """Make waves for eight periods and split the last ones into incident and reflected."""
     spacing = 0.02 if grade.quick else 0.01
     k = wavenumber(2.0 * math.pi / PERIOD, DEPTH, 9.81)
     length = 2.0 * math.pi / k

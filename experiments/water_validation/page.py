@@ -18,7 +18,7 @@ PAGE, FIGURES = "water_validation.md", "water_validation.json"
 
 
 class Result(NamedTuple):
-    """One case as it went.
+    """Result of one case on the page.
 
     Args:
         case: the case.
@@ -48,7 +48,7 @@ class Result(NamedTuple):
 
 
 def write_page(folder: Path, results: Sequence[Result], *, grade: Grade, cases: Any) -> Path:
-    """Write the page, its pictures and its figures; those of cases that were not run now stay.
+    """Write the page, its pictures and its figures; those of cases not run are kept.
 
     Args:
         folder: of the page.

@@ -31,7 +31,7 @@ class Extrapolated(NamedTuple):
 
 
 def extrapolate(spacings: Sequence[float], values: Sequence[float]) -> Extrapolated:
-    """Fit value + slope spacing^order to figures and return where it goes.
+    """Fit value + slope spacing^order to figures and return the value at spacing zero.
 
     Equation:
         U = F abs(f_1 - f_0) + 2 s + abs(f_1 - fit_1): f_1 the figure of the finest spacing, f_0

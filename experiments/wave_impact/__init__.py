@@ -55,7 +55,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def measures(log: Log, figures: Mapping[str, Floats]) -> dict[str, float]:
-    """Return when the crest came, what was felt on three axes, and how far the robot was carried.
+    """Return arrival of the crest, peak forces on three axes, and drift of the robot.
 
     Args:
         log: of the run.
@@ -82,7 +82,7 @@ def measures(log: Log, figures: Mapping[str, Floats]) -> dict[str, float]:
 
 
 def draw(path: Path, log: Log, figures: Mapping[str, Floats], found: Mapping[str, float]) -> None:
-    """Draw three axes of force and speed, and the surface that made them."""
+    """Draw force and speed on three axes, and the surface elevation."""
     passes = (Mark(at=found["crest beside the robot [s]"], label="crest"),)
     force = {a: np.nan_to_num(log.columns[f"specific_force_{a}"]) for a in "xyz"}
     speed = {a: log.columns[f"velocity_{a}"] for a in "xyz"}

@@ -247,7 +247,7 @@ class SensorSonar(MountedSensor):
         return levels
 
     def echo(self, felt: SensorInput) -> Floats:
-        """Return mean intensities over that of the source at 1 m, shape (beams, bins)."""
+        """Return mean intensities relative to the source's at 1 m, shape (beams, bins)."""
         if self.device != "numpy":
             there: Floats = self._tensor_echo(felt).cpu().numpy().astype(float)
             return there

@@ -13,7 +13,7 @@ from seals.robots.workshop.pieces import Piece
 
 @dataclass(frozen=True, kw_only=True)
 class Link:
-    """A link: its pieces, and how its surface rubs.
+    """A link: its pieces, and the friction of its surface.
 
     Args:
         name: of the link.
