@@ -82,14 +82,14 @@ examples: .venv-test/installed
 # for NumPy's own loops (of all names only those that this NumPy knows and could use) and for PyTorch.
 # Chosen are files whose assertions are about computed numbers: laws, bodies, hulls, water, control,
 # robots, diagnosis, and the verification against closed forms. Left out are commands, readers, pages,
-# pictures, learning and whatever compiles particles or laws for minutes: under 4 minutes on two cores.
+# pictures, learning and whatever compiles particles or laws for minutes: about 3 minutes on two cores.
 KERNELS = OPENBLAS_CORETYPE=Nehalem ATEN_CPU_CAPABILITY=default \
 	NPY_DISABLE_CPU_FEATURES="$$(.venv-test/bin/python -c '$(DISPATCHED)')"
 DISPATCHED = from numpy._core._multiarray_umath import __cpu_dispatch__ as names, __cpu_features__ as has; \
 	print(*(n for n in names if has[n]))
 KERNEL_TESTS = $(filter-out \
-	$(foreach name,fluid fused learn optics pbf sight,tests/verification/test_$(name)%), $(wildcard \
-	$(foreach name,animal control crab diagnose drop_figures dynamics effects frames hulls imu medium \
+	$(foreach name,dfsph droplets fluid fused learn optics pbf sight,tests/verification/test_$(name)%), $(wildcard \
+	$(foreach name,animal_four animal_gaits animals control diagnose drop_figures dynamics effects frames hulls imu medium \
 	plan_motions rivals robot water world,tests/unit/test_$(name)*.py) tests/verification/test_*.py))
 test-kernels: .venv-test/installed
 	@$(KERNELS) .venv-test/bin/pytest -q -n 2 --dist worksteal $(KERNEL_TESTS)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal import lfilter
+from scipy.linalg.blas import dtbsv
 
 from seals.arrays import Floats
 
@@ -51,14 +51,14 @@ def respond(
     if fall is not None and np.any(fall != lag):
         taus = tau, np.maximum(fall, 1e-6)
         return _by_sign(held, following, before, part, taus).reshape(rows, parts, count)
-    out = np.empty((rows * parts, count))
     early, late = np.exp(-before / tau), np.exp(-(part - before) / tau)
     decay = np.exp(-part / tau)
     gained = held * (1.0 - early) * late + following * (1.0 - late)
-    out[0] = command[0]
+    out = np.concatenate((command[:1], gained[:-1]))
     for k in range(count):
-        state = [decay[k] * out[0, k]]
-        out[1:, k] = lfilter([1.0], [1.0, -decay[k]], gained[:-1, k], zi=state)[0]
+        # x(k + 1) = decay x(k) + gained(k) as a triangular system of one band
+        band = np.full((2, len(out)), -decay[k])
+        out[:, k] = dtbsv(1, band, out[:, k], lower=1, diag=1)
     return out.reshape(rows, parts, count)
 
 

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
 
 from seals.arrays import Floats
 from seals.batch import TwinState
@@ -147,6 +146,8 @@ def _delayed(plant: Plant, reading: Floats, delay: float, order: int = 0) -> Flo
     Cubic pieces with the slopes of central differences: straight ones would weigh the noise of the
     trajectory by where between two rows the delay falls.
     """
+    from scipy.interpolate import CubicHermiteSpline
+
     out: Floats = reading.copy()
     step = plant.samples.step
     for first, last in plant.samples.runs:

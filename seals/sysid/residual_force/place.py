@@ -7,7 +7,6 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from seals.arrays import Floats
 from seals.sysid.residual_force.conditions import Conditions
@@ -157,6 +156,8 @@ def bounded_fit(
         high: upper bounds.
         scale: characteristic size of the values.
     """
+    from scipy.optimize import least_squares
+
     fits = []
     for start in begins:
         begin = np.clip(start, low + 1e-6, high - 1e-6)
