@@ -345,3 +345,51 @@ class BlockPace:
             task.recall()
         elif task.done or task.cost < task.best_cost:
             task.remember()
+
+
+def bounded_step(
+    normal: Floats,
+    gradient: Floats,
+    low: Floats,
+    high: Floats,
+    *,
+    damping: float = 0.0,
+    held: Sequence[int] = (),
+) -> Floats:
+    """Compute the least-squares step of all unknowns inside its bounds, by an active set.
+
+    An unknown that would leave its bounds goes to the bound, and the others take their best step
+    beside it: a step that is merely cut off need not lead downhill.
+
+    Args:
+        normal: normal matrix, shape (p, p).
+        gradient: right side, shape (p,).
+        low: least step of every unknown, shape (p,).
+        high: largest step of every unknown, shape (p,).
+        damping: Levenberg-Marquardt damping, as a share of the curvature.
+        held: unknowns that stay.
+
+    Example:
+        >>> bounded_step(np.diag([1.0, 4.0]), np.ones(2), -np.ones(2), np.array([0.5, 9.0]))
+        array([0.5 , 0.25])
+    """
+    step, free = np.zeros(len(gradient)), np.ones(len(gradient), dtype=bool)
+    free[list(held)] = False
+    while free.any():
+        right = gradient[free] - normal[np.ix_(free, ~free)] @ step[~free]
+        step[free] = solve_scaled(normal[np.ix_(free, free)], right, damping=damping)
+        beyond = free & ((step < low) | (step > high))
+        if not beyond.any():
+            break
+        step[beyond] = np.clip(step, low, high)[beyond]
+        free &= ~beyond
+    return step
+
+
+def solve_scaled(matrix: Floats, right: Floats, *, damping: float = 0.0) -> Floats:
+    """Solve a symmetric positive system after scaling its diagonal to one, damped by a share."""
+    # rounding can leave a diagonal below zero: such a value has a size, too
+    scale = 1.0 / np.sqrt(np.maximum(np.abs(np.diag(matrix)), 1e-300))
+    scaled = matrix * scale[:, None] * scale[None, :] + (damping + 1e-12) * np.eye(len(scale))
+    solved: Floats = np.linalg.solve(scaled, right * scale) * scale
+    return solved

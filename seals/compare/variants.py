@@ -111,11 +111,11 @@ def _variant(
     found: dict[str, _Found] = {}
     fitted: list[FittedValue] = []
     if train:
-        solution = solver(train).solve(values, free=range(len(keys)))
+        solution = solver(train).fit(values, free=range(len(keys)))
         values, fitted = solution.values, _fitted(keys, solution)
         _keep(found, train, solution)
     if rest:
-        _keep(found, rest, solver(rest).solve(values, free=()))
+        _keep(found, rest, solver(rest).fit(values, free=()))
     ordered = [found[c.name] for c in cases]
     return ModelVariant(
         name=name,

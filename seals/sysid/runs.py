@@ -20,6 +20,7 @@ from seals.sysid.candidates.reported_values import with_interval
 from seals.sysid.decision.cross_validation import RunsAnswer, RunsClaim, decide
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.predictors.batch import prepare
+from seals.sysid.predictors.batch_fit import spread_of
 from seals.sysid.scores.cross_validation import ValidatedHypothesis
 from seals.sysid.selection.run_models import RunsSearch, expected_fits, search_runs
 
@@ -131,7 +132,7 @@ def _variant(found: RunsSearch, model: ValidatedHypothesis) -> ModelVariant:
     trained = model.fit.predicted if experiment.unseen else model.held
     predicted = {**trained, **unseen.predicted}
     deviations = {**model.fit.deviations, **unseen.deviations}
-    spread = dict(zip(model.fit.free, model.fit.spread(experiment), strict=True))
+    spread = dict(zip(model.fit.free, spread_of(model.fit, experiment), strict=True))
     fitted = [
         FittedValue(
             key=experiment.names[k],
@@ -167,7 +168,7 @@ def _parameters(
     found: RunsSearch, candidate: Candidate, model: ValidatedHypothesis
 ) -> dict[str, Any]:
     experiment = found.validator.experiment
-    spread = dict(zip(model.fit.free, model.fit.spread(experiment), strict=True))
+    spread = dict(zip(model.fit.free, spread_of(model.fit, experiment), strict=True))
     out = {}
     for name in candidate.keys:
         k = found.validator.index[name]

@@ -11,11 +11,12 @@ import pytest
 from seals.compare.predict import Job
 from seals.compare.sampled import bare_case
 from seals.compare.settings import CompareSettings
+from seals.compare.solve import FitTask
+from seals.least_squares import bounded_step
 from seals.sysid.candidates.parameters import Candidate, CandidateSet, Parameter
 from seals.sysid.decision.cross_validation import decide
 from seals.sysid.predictors.batch import Experiment
-from seals.sysid.predictors.batch_fit import FitTask, RunFitter
-from seals.sysid.predictors.normal_equations import bounded_step
+from seals.sysid.predictors.batch_fit import RunFitter, spread_of
 from seals.sysid.scores.cross_validation import CrossValidator
 from seals.sysid.selection.run_models import search_runs
 
@@ -136,7 +137,7 @@ def test_the_spread_of_a_straight_line() -> None:
     RunFitter(line, iterations=12).solve([task])
     # a run of 60 rows counts as 40 independent ones
     expected = SIGMA / np.sqrt(2 * float(time @ time) * 40 / 60)
-    assert task.spread(line)[0] == pytest.approx(expected, rel=0.15)
+    assert spread_of(task, line)[0] == pytest.approx(expected, rel=0.15)
 
 
 def _line(values: np.ndarray, case: int) -> np.ndarray:

@@ -16,10 +16,10 @@ from seals.least_squares import (
     LevenbergMarquardt,
     Proposal,
     StepRule,
+    bounded_step,
     minimise,
     settle,
 )
-from seals.sysid.predictors.normal_equations import bounded_step
 
 
 @dataclass(kw_only=True)

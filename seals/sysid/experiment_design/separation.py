@@ -9,9 +9,9 @@ from functools import reduce
 import numpy as np
 
 from seals.arrays import Floats
+from seals.least_squares import bounded_step
 from seals.sysid.candidates.parameters import Candidate, Parameter
 from seals.sysid.decision.policy import DecisionPolicy
-from seals.sysid.predictors.normal_equations import solve_scaled
 from seals.sysid.predictors.whitened import Whitened
 from seals.sysid.predictors.windows import Windows
 from seals.sysid.predictors.windows_fit import WIDE, Fitter
@@ -178,7 +178,12 @@ def _fitted(gram: Gram, table: Floats, truth: int, model: int) -> tuple[float, f
         mark[signal + model] -= 1.0
     normal = table[np.ix_(use, use)]
     right, left = table[use] @ mark, float(mark @ table @ mark)
-    step = _bounded_step(normal, right, precision, begin, bounds)
+    step = bounded_step(
+        normal + np.diag(precision),
+        right - precision * begin,
+        bounds[:, 0] - begin,
+        bounds[:, 1] - begin,
+    )
     cost = left - 2.0 * right @ step + step @ normal @ step
     cost += float(np.sum(precision * (begin + step) ** 2))
     widths = np.where(free, plausible, tolerance)
@@ -216,27 +221,6 @@ def difference(
         rms = float(np.sqrt(sum_of / max(1, int(seen[:, :, use].sum()))))
         out[name] = (rms, sum_of / max(float(square.sum()), 1e-12))
     return out
-
-
-def _bounded_step(
-    normal: Floats, right: Floats, precision: Floats, begin: Floats, bounds: Floats
-) -> Floats:
-    """Least-squares step with a prior about zero, limited by the bounds."""
-    step = np.zeros(len(right))
-    free = np.ones(len(right), dtype=bool)
-    for _ in range(3):
-        held = ~free
-        matrix = normal[np.ix_(free, free)] + np.diag(precision[free])
-        gradient = right[free] - precision[free] * begin[free]
-        gradient = gradient - normal[np.ix_(free, held)] @ step[held]
-        step[free] = solve_scaled(matrix, gradient)
-        reached = begin + step
-        beyond = free & ((reached < bounds[:, 0]) | (reached > bounds[:, 1]))
-        if not beyond.any():
-            break
-        step[beyond] = np.clip(reached, bounds[:, 0], bounds[:, 1])[beyond] - begin[beyond]
-        free &= ~beyond
-    return step
 
 
 def confidence(contests: Sequence[Contest]) -> float:

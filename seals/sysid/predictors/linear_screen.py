@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from seals.arrays import Floats
+from seals.least_squares import solve_scaled
 from seals.sysid.candidates.parameters import Candidate
-from seals.sysid.predictors.normal_equations import Fit, solve_scaled
+from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.predictors.whitened import Whitened
 from seals.sysid.predictors.windows_fit import Fitter
 

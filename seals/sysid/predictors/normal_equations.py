@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from seals.arrays import Floats
+from seals.least_squares import bounded_step, solve_scaled
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -197,45 +198,6 @@ def newton_step(fit: Fit, bounds: tuple[Floats, Floats] | None = None) -> tuple[
     return step, float(step @ (2.0 * gradient - matrix @ step))
 
 
-def bounded_step(
-    normal: Floats,
-    gradient: Floats,
-    low: Floats,
-    high: Floats,
-    *,
-    damping: float = 0.0,
-    held: Sequence[int] = (),
-) -> Floats:
-    """Compute the least-squares step of all unknowns inside its bounds, by an active set.
-
-    An unknown that would leave its bounds goes to the bound, and the others take their best step
-    beside it: a step that is merely cut off need not lead downhill.
-
-    Args:
-        normal: normal matrix, shape (p, p).
-        gradient: right side, shape (p,).
-        low: least step of every unknown, shape (p,).
-        high: largest step of every unknown, shape (p,).
-        damping: Levenberg-Marquardt damping, as a share of the curvature.
-        held: unknowns that stay.
-
-    Example:
-        >>> bounded_step(np.diag([1.0, 4.0]), np.ones(2), -np.ones(2), np.array([0.5, 9.0]))
-        array([0.5 , 0.25])
-    """
-    step, free = np.zeros(len(gradient)), np.ones(len(gradient), dtype=bool)
-    free[list(held)] = False
-    while free.any():
-        right = gradient[free] - normal[np.ix_(free, ~free)] @ step[~free]
-        step[free] = solve_scaled(normal[np.ix_(free, free)], right, damping=damping)
-        beyond = free & ((step < low) | (step > high))
-        if not beyond.any():
-            break
-        step[beyond] = np.clip(step, low, high)[beyond]
-        free &= ~beyond
-    return step
-
-
 def reserve(fit: Fit, frozen: Sequence[int]) -> float:
     """Predict to first order the decrease of the cost by a step of some keys alone."""
     if not frozen:
@@ -245,12 +207,3 @@ def reserve(fit: Fit, frozen: Sequence[int]) -> float:
     matrix = fit.normal.sum(axis=0)[np.ix_(frozen, frozen)] + np.diag(precision)
     gradient = fit.right.sum(axis=0)[frozen] - precision * (at - fit.centre[frozen])
     return float(gradient @ solve_scaled(matrix, gradient))
-
-
-def solve_scaled(matrix: Floats, right: Floats, *, damping: float = 0.0) -> Floats:
-    """Solve a symmetric positive system after scaling its diagonal to one, damped by a share."""
-    # rounding can leave a diagonal below zero: such a value has a size, too
-    scale = 1.0 / np.sqrt(np.maximum(np.abs(np.diag(matrix)), 1e-300))
-    scaled = matrix * scale[:, None] * scale[None, :] + (damping + 1e-12) * np.eye(len(scale))
-    solved: Floats = np.linalg.solve(scaled, right * scale) * scale
-    return solved

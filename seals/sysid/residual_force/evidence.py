@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
+from seals.least_squares import solve_scaled
 from seals.sysid.candidates.parameters import CandidateSet
 from seals.sysid.decision.policy import DecisionPolicy
-from seals.sysid.predictors.normal_equations import solve_scaled
 from seals.sysid.predictors.problem import Problem
 from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.residual_force.free import FreeWindows

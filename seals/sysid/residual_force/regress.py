@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
-from seals.sysid.predictors.normal_equations import solve_scaled
+from seals.least_squares import solve_scaled
 from seals.sysid.residual_force.evidence import Evidence
 
 FOLDS = 5

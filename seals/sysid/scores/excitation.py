@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from seals.least_squares import solve_scaled
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.predictors.linear_screen import candidate_keys, screen
-from seals.sysid.predictors.normal_equations import solve_scaled
 from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
+from seals.least_squares import solve_scaled
 from seals.sysid.candidates.activity import log_rows
-from seals.sysid.predictors.normal_equations import solve_scaled
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
 FOLDS = 5
