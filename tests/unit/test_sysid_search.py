@@ -110,3 +110,16 @@ def test_one_effect_at_most() -> None:
     assert search(Table(HIDDEN), SearchStages(effects=1)).best.names == ("c",)
     none = search(Table({"a": 0.5}), SearchStages(effects=3, last=(Refinement.pairs,)))
     assert none.best is none.nominal
+
+
+def test_two_effects_that_hide_each_other_are_tried_as_a_pair() -> None:
+    """Beside the decoy nothing gains, so pairs are tried where that is asked; a third may follow."""
+    scores = {"c": 5.0, "a": 4.0, "b": 4.0, "ab": 12.0, "ac": 5.5, "bc": 5.5}
+    assert search(Table(scores), SearchStages(effects=3)).best.names == ("c",)
+    found = search(Table(scores), SearchStages(effects=3, alone=Refinement.pairs))
+    assert set(found.best.names) == {"a", "b"}
+    assert len(found.refinements) == 1
+    more = search(Table({**scores, "abc": 14.0}), SearchStages(effects=3, alone=Refinement.pairs))
+    assert set(more.best.names) == {"a", "b", "c"}
+    one = search(Table({"c": 5.0}), SearchStages(effects=3, alone=Refinement.pairs))
+    assert one.best.names == ("c",)

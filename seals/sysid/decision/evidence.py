@@ -64,7 +64,7 @@ def decide(
         )
     temperature = evidence_temperature(problem)
     claims = [_claim(search, best, k, temperature, processes) for k in range(len(best.candidates))]
-    if misfit_of(best) > policy.misfit_trusted:
+    if best.misfit > policy.misfit_trusted:
         claims = [replace(c, confidence=c.confidence * share) for c in claims]
     check = self_check(best)
     if check is not None:
@@ -100,11 +100,6 @@ def _deceived(
     )
 
 
-def misfit_of(hypothesis: EvidenceHypothesis) -> float:
-    """Misfit of a hypothesis per degree of freedom; 1 is the noise floor."""
-    return float(hypothesis.fit.misfit.sum() / hypothesis.fitter.windows.observed)
-
-
 def explained_share(search: Search[EvidenceHypothesis]) -> float:
     """Share of the excess misfit of the nominal model that the chosen one explains."""
     best, before = search.best, search.nominal.fit.cost
@@ -128,7 +123,7 @@ def _refusal(
             f"a force is left over, {left.level:g} times the stated gusts, although the numbers of "
             f"the data sheet are changed by {changed:.1f} tolerances, {most} most of all"
         )
-    floors = misfit_of(best)
+    floors = best.misfit
     if not floors <= math.exp(2.0 * policy.gross_error):
         return f"the best model leaves a misfit of {floors:.3g} times the noise floor"
     if floors > policy.misfit_trusted and share < policy.explained:

@@ -11,6 +11,7 @@ from seals.arrays import Floats
 from seals.least_squares import solve_scaled
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.predictors.normal_equations import Fit
+from seals.sysid.predictors.tempering import temperature
 from seals.sysid.predictors.whitened import Whitened
 from seals.sysid.predictors.windows_fit import Fitter
 
@@ -88,14 +89,16 @@ def linear_gain(
         if k in fitter.tolerances or k in table.free or k in free
     ]
     keys = [table.keys[i] for i in use]
-    precision = fitter.precision(keys, (*table.free, *free))
+    hot = temperature(table.cost, float(fitter.windows.observed))
+    weight = np.array([1.0 if k in table.free or k in free else hot for k in keys])
+    precision = weight * fitter.precision(keys, (*table.free, *free))
     at = np.array([table.values[k] for k in keys]) - np.array(
         [table.centre.get(k, 0.0) for k in keys]
     )
     matrix = table.normal.sum(axis=0)[np.ix_(use, use)] + np.diag(precision)
     gradient = table.right.sum(axis=0)[use] - precision * at
     step = solve_scaled(matrix, gradient)
-    before = fitter.precision(keys, table.free)
+    before = weight * fitter.precision(keys, table.free)
     # freeing a prior already lowers the cost of values that it held
     relief = float(np.sum((np.where(np.isfinite(before), before, 0.0) - precision) * at**2))
     reached = {k: table.values[k] + float(d) for k, d in zip(keys, step, strict=True)}

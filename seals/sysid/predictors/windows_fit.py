@@ -22,6 +22,7 @@ from seals.sysid.predictors.linearise import (
 from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.predictors.plant import Plant
 from seals.sysid.predictors.releasable import ReleasableDynamics, dynamics_of
+from seals.sysid.predictors.tempering import approached
 from seals.sysid.predictors.trajectory_cache import ExpansionPoint, TrajectoryCache
 from seals.sysid.predictors.whitened import Whitened
 from seals.sysid.predictors.windows import BLOCK, Windows
@@ -264,10 +265,14 @@ class Fitter:
         expansion_point = self._expansion_point(self.at)
         excess = 0.0 if expansion_point is None else _ROUGH
         rule = Backtracking(absolute=_SMALL, excess=excess)
+
+        def descend(now: Fit, moving: Sequence[str]) -> Fit:
+            return self._descend(now, iterations, rule, moving, expansion_point)
+
         now = self._linear(keys, free, first, precision, expansion_point)
         if free:
-            now = self._descend(now, iterations, rule, free, expansion_point)
-        now = self._descend(now, iterations, rule, keys, expansion_point)
+            now = descend(approached(now, float(self.windows.observed), descend), free)
+        now = descend(now, keys)
         return now if coarse else self.refined(now, iterations=iterations)
 
     def refined(self, fit: Fit, *, iterations: int = 6) -> Fit:

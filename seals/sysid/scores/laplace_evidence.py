@@ -29,6 +29,11 @@ class EvidenceHypothesis(Hypothesis):
     fitter: Fitter
     score: float
 
+    @property
+    def misfit(self) -> float:
+        """Misfit per degree of freedom; 1 is the noise floor."""
+        return float(self.fit.misfit.sum() / self.fitter.windows.observed)
+
 
 def occam_factor(fit: Fit, candidate_set: CandidateSet) -> float:
     """Compute the Occam factor of the free parameters of a fit.

@@ -32,6 +32,7 @@ def search_log(
         return search(models, SearchStages(effects=1), tell=lambda done: tell(1 + done))
     stages = SearchStages(
         effects=problem.budget.effects,
+        alone=Refinement.pairs,
         second=Refinement.pairs,
         further=Refinement.exchange,
         last=(Refinement.backward,),

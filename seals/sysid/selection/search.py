@@ -30,12 +30,14 @@ class SearchStages:
 
     Args:
         effects: that are added at most.
+        alone: refinement where no second effect is accepted; None for none.
         second: refinement after the second effect; None for none.
         further: refinement after every later effect; None for none.
         last: refinements at the end, in order.
     """
 
     effects: int
+    alone: Refinement | None = None
     second: Refinement | None = None
     further: Refinement | None = None
     last: tuple[Refinement, ...] = ()
@@ -124,7 +126,13 @@ def search(
         best = best if best.candidates else family.nominal
         chosen = family.accepted(best, rounds[-1])
         if chosen is None:
-            break
+            if stages.alone is None or len(best.candidates) != 1:
+                break
+            chosen = refine(best, stages.alone)
+            if chosen is best:
+                break
+            best = chosen
+            continue
         best = chosen
         step = stages.after(len(best.candidates))
         best = best if step is None else refine(best, step)

@@ -117,6 +117,12 @@ class WindowModels:
         if step is Refinement.backward:
             return self._without_superfluous(best)
         pairs = step is Refinement.pairs
+        if (
+            pairs
+            and len(best.candidates) == 1
+            and best.misfit <= self.problem.policy.misfit_trusted
+        ):
+            return best, ()
         jobs = self._pairs(best, singles) if pairs else exchanges(best, singles)
         jobs += self._alone(best) if pairs else []
         fitter = self.nominal.fitter if pairs else best.fitter
@@ -399,13 +405,14 @@ def linear_screen(
     ranked.sort(key=lambda r: -r[0])
     top = ranked[0][0] if ranked else 0.0
     least, spared = (policy.screen_further, 1) if free else (policy.screen, budget.spared)
+    astray = base.misfit > policy.misfit_trusted
     most = budget.survivors_further if free else budget.survivors
     kept = [
         (c, v)
         for i, (g, c, v) in enumerate(ranked)
         if c.name in always
         # about zero no linear screen can judge what starts elsewhere
-        or (c.starts and not free)
+        or (c.starts and (astray or not free))
         or (
             (i < most or (g > top - policy.screen_near and i < 2 * budget.survivors))
             and (g > least or i < spared)
