@@ -113,7 +113,7 @@ def test_one_effect_at_most() -> None:
 
 
 def test_two_effects_that_hide_each_other_are_tried_as_a_pair() -> None:
-    """Beside the decoy nothing gains, so pairs are tried where that is asked; a third may follow."""
+    """Beside the decoy nothing gains: pairs are tried where that is asked; a third may follow."""
     scores = {"c": 5.0, "a": 4.0, "b": 4.0, "ab": 12.0, "ac": 5.5, "bc": 5.5}
     assert search(Table(scores), SearchStages(effects=3)).best.names == ("c",)
     found = search(Table(scores), SearchStages(effects=3, alone=Refinement.pairs))

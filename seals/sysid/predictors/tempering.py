@@ -2,8 +2,8 @@
 
 Readings that a model misses by many times their noise say nothing about numbers known to a per
 cent. At full weight they move these by a thousand tolerances, which then stand in for the missing
-effect, and the fit goes on from there. So their priors count as many times more as the misfit is above its
-floor (deterministic annealing of the likelihood, with a temperature that the fit itself sets).
+effect, and the fit goes on from there. So their priors count as many times more as the misfit is
+above its floor (annealing of the likelihood, with a temperature that the fit itself sets).
 """
 
 from __future__ import annotations
