@@ -26,6 +26,7 @@ from benchmarks.guard import BOUNDS, CLASSES, FILES, Guard
 from benchmarks.guards_described import DESCRIPTIONS
 from benchmarks.guards_imports import IMPORTS
 from benchmarks.guards_page import PAGE
+from benchmarks.guards_peers import NETWORK
 from benchmarks.guards_reading import ROBOTS_AND_TABLES
 from benchmarks.guards_runs import RUN_FOLDERS
 from benchmarks.guards_states import STORED_STATES
@@ -53,6 +54,7 @@ GUARDS: dict[str, Guard] = {
     **ROBOTS_AND_TABLES,
     **IMPORTS,
     **PAGE,
+    **NETWORK,
     **RUN_FOLDERS,
     **STORED_STATES,
     **DESCRIPTIONS,

@@ -8,19 +8,19 @@ HOSTILE = "tests/unit/test_scaffold_hostile.py"
 STRUCTURE, MJCF = "seals.robot.structure", "seals.scaffold.mjcf_bounds"
 IMPORTS: dict[str, Guard] = {
     "includes of an MJCF": Guard(
-        MJCF, "len(read) >= _MOST_INCLUDES or", "", HOSTILE, "hostile and fan_out"
+        MJCF, "len(read) >= _MOST_INCLUDES or", "", HOSTILE, "fan"
     ),
     "elements of an MJCF": Guard(
-        MJCF, " or sum(read) > _MOST_ELEMENTS", "", HOSTILE, "hostile and includes_of_many"
+        MJCF, " or sum(read) > _MOST_ELEMENTS", "", HOSTILE, "includes and elements"
     ),
     "parts of an MJCF": Guard(
         MJCF, "        if count > most:\n", "        if False:\n", HOSTILE, "hostile"
     ),
     "generated meshes": Guard(
-        MJCF, 'if mesh.get("builtin") is not None:', "if False:", HOSTILE, "engine_makes"
+        MJCF, 'if mesh.get("builtin") is not None:', "if False:", HOSTILE, "engine"
     ),
     "corners in an MJCF": Guard(
-        MJCF, "if count > _MOST_NUMBERS:", "if False:", HOSTILE, "half_a_million"
+        MJCF, "if count > _MOST_NUMBERS:", "if False:", HOSTILE, "half"
     ),
     "orders of a motor": Guard(MJCF, '    "actdim",\n', "", HOSTILE, "orders_no_memory"),
     "elements of an SDF": Guard(
@@ -28,7 +28,7 @@ IMPORTS: dict[str, Guard] = {
         "if found.elements > _MOST_PARTS:",
         "if False:",
         HOSTILE,
-        "models_of_many",
+        "models and elements",
     ),
     "depth of an SDF": Guard(
         "seals.scaffold.sdf_includes",
@@ -38,13 +38,13 @@ IMPORTS: dict[str, Guard] = {
         "hostile",
     ),
     "shapes of a robot": Guard(
-        STRUCTURE, "if shapes > MOST_SHAPES:", "if False:", HOSTILE, "shapes_without_end"
+        STRUCTURE, "if shapes > MOST_SHAPES:", "if False:", HOSTILE, "shapes"
     ),
     "lines in names": Guard(
-        STRUCTURE, "if not name.isprintable() or", "if", HOSTILE, "a_line_in"
+        STRUCTURE, "if not name.isprintable() or", "if", HOSTILE, "line"
     ),
-    "lookups in names": Guard(STRUCTURE, '"${" in name or ', "", HOSTILE, "lookup_as"),
-    "length of names": Guard(STRUCTURE, " or len(name) > _MOST_NAME", "", HOSTILE, "many_signs"),
+    "lookups in names": Guard(STRUCTURE, '"${" in name or ', "", HOSTILE, "lookup"),
+    "length of names": Guard(STRUCTURE, " or len(name) > _MOST_NAME", "", HOSTILE, "signs"),
     "size of numbers": Guard(
         STRUCTURE, "all(abs(x) < LARGEST for", "all(math.isfinite(x) for", HOSTILE, "1e"
     ),
@@ -56,18 +56,18 @@ IMPORTS: dict[str, Guard] = {
         "except (QhullError, ValueError) as cause:",
         "except ZeroDivisionError as cause:",
         HOSTILE,
-        "flat or no_number",
+        "flat or corner",
     ),
     "addresses of meshes": Guard(
         "seals.scaffold.resources",
         "    except ValueError as cause:\n        raise MissingMesh(",
         "    except KeyError as cause:\n        raise MissingMesh(",
         HOSTILE,
-        "is_none",
+        "address",
     ),
     "meshes of texts": Guard(
         "seals.scaffold.meshes", "name != given and name in self.texts", "name != given",
-        HOSTILE, "not_there",
+        HOSTILE, "text",
     ),
     "names of hulls": Guard(
         "seals.scaffold.shapes", "hull_{plain(link)}_", "hull_{link}_", HOSTILE, "names_are"

@@ -19,10 +19,20 @@ PAGE: dict[str, Guard] = {
         _DOORS, "if origin is not None and", "if False and", DOOR, "another_page", "viser"
     ),
     "names of the page": Guard(
-        _DOORS, "if not name or not self._own(name):", "if False:", DOOR, "another_name", "viser"
+        _DOORS,
+        "if not names_this_machine(host, self.host):",
+        "if False:",
+        DOOR,
+        "another_name",
+        "viser",
     ),
     "signs of a name of the page": Guard(
-        _DOORS, ' if _HOST.fullmatch(host) else ""', "", DOOR, "another_name", "viser"
+        "seals.view.own_address",
+        ' if _HOST.fullmatch(header) else ""',
+        "",
+        DOOR,
+        "another_name",
+        "viser",
     ),
     "door of the page": Guard(
         "seals.plugins.viewers.browser.server",

@@ -12,7 +12,7 @@ from seals.arrays import Floats
 from seals.control import Plant, Reference, RobotState
 from seals.control.line_of_sight import integral_rate, leg_position, los_angle
 from seals.control.protocols import Goal
-from seals.errors import ConfigError
+from seals.control.tracking import refuse_strange_places
 from seals.schema import setting
 from seals.state_records import state_record
 
@@ -80,12 +80,7 @@ class Los:
 
     def __post_init__(self) -> None:
         """Refuse an empty list of places, and places that are not three finite numbers."""
-        good = all(len(p) == 3 and np.all(np.isfinite(p)) for p in self.places)
-        if not self.places or not good:
-            raise ConfigError(
-                f"los.places={self.places} is not allowed.\n"
-                "Allowed: one row or more of three finite numbers [x, y, z]."
-            )
+        refuse_strange_places("los.places", self.places)
 
     def bind(self, plant: Plant) -> None:
         """Accept any robot."""

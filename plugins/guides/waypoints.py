@@ -12,8 +12,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.control import Plant, Reference, RobotState
 from seals.control.protocols import Goal
-from seals.control.tracking import Place, minimum_jerk, pursued
-from seals.errors import ConfigError
+from seals.control.tracking import Place, minimum_jerk, pursued, refuse_strange_places
 from seals.schema import setting
 from seals.state_records import state_record
 
@@ -71,12 +70,7 @@ class Waypoints:
 
     def __post_init__(self) -> None:
         """Refuse waypoints that are not finite positions."""
-        good = all(len(p) == 3 and np.all(np.isfinite(p)) for p in self.places)
-        if not self.places or not good:
-            raise ConfigError(
-                f"waypoints.places={self.places} is not allowed.\n"
-                "Allowed: one row or more of three finite numbers [x, y, z]."
-            )
+        refuse_strange_places("waypoints.places", self.places)
 
     def bind(self, plant: Plant) -> None:
         """Accept any robot."""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from seals.arrays import Floats
 from seals.errors import ConfigError, optional_import
 from seals.frames import quaternion_of
 from seals.plugins.live.foxglove_shapes import arrows, solids
+from seals.plugins.live.gate import Gate, private_addresses
 from seals.run.live_output import Beat, Pace
 from seals.run.settings import RunSettings
 from seals.schema import param, parameters_of
@@ -45,6 +47,7 @@ class LiveFoxglove:
         speed: simulated seconds in one second of the clock, at most; 0 for no limit.
         host: address to listen on; the default is open to this machine alone.
         port: to listen on, 0 for any that is free.
+        origins: pages of the web that may listen; other programs may in any case.
         force_scale: length of an arrow for a force [m/N].
     """
 
@@ -52,6 +55,7 @@ class LiveFoxglove:
     speed: float = param(1.0, "1", bounds=(0.0, 1e3), tolerance=0.0, source="chosen", fit=False)
     host: str = "127.0.0.1"
     port: int = 8765
+    origins: list[str] = field(default_factory=lambda: ["https://app.foxglove.dev"])
     force_scale: float = param(
         0.02, "m/N", bounds=(0.0, 100.0), tolerance=0.0, source="chosen", fit=False
     )
@@ -79,25 +83,36 @@ class LiveFoxglove:
             "/scene": foxglove.channels.SceneUpdateChannel("/scene", context=self._context),
         }
         try:
-            self._server = foxglove.start_server(
-                name=f"SEALS {settings.name}",
-                host=self.host,
-                port=self.port,
-                context=self._context,
-                capabilities=[foxglove.Capability.Parameters, foxglove.Capability.Time],
-                server_listener=_listener(foxglove, settings),
-            )
-        except RuntimeError as error:
+            self._gate = Gate(self.host, self.port, self.origins)
+        except OSError as error:
             raise ConfigError(
                 f"live.host={self.host} live.port={self.port} cannot be listened on: "
-                f"{str(error)[:80]}.\nEnd the other program there, or choose another: live.port=0"
+                f"{error.strerror or error}.\n"
+                "End the other program there, or choose another: live.port=0"
             ) from error
+        self._server = self._hidden(foxglove, settings)
+        self._gate.open(self._inner, self._server.port)
         print(
-            f"Foxglove: open a connection to ws://{self.host}:{self._server.port}, "
+            f"Foxglove: open a connection to ws://{self.host}:{self._gate.port}, "
             "or https://app.foxglove.dev/?ds=foxglove-websocket&ds.url="
-            f"ws://{self.host}:{self._server.port}",
+            f"ws://{self.host}:{self._gate.port}",
             flush=True,
         )
+
+    def _hidden(self, foxglove: Any, settings: RunSettings) -> Any:
+        """Start the server of the SDK where only the gate finds it; it asks nobody who he is."""
+        for self._inner in private_addresses():
+            with contextlib.suppress(RuntimeError):
+                return foxglove.start_server(
+                    name=f"SEALS {settings.name}",
+                    host=self._inner,
+                    port=0,
+                    context=self._context,
+                    capabilities=[foxglove.Capability.Parameters, foxglove.Capability.Time],
+                    server_listener=_listener(foxglove, settings),
+                )
+        self._gate.close()
+        raise ConfigError("live=foxglove finds no address of this machine.\nAllowed: 127.0.0.1")
 
     def _json(self, topic: str) -> Any:
         return sdk().Channel(topic, message_encoding="json", context=self._context)
@@ -161,6 +176,7 @@ class LiveFoxglove:
         """Stop the server."""
         for channel in self._channels.values():
             channel.close()
+        self._gate.close()
         self._server.stop()
 
 
@@ -181,10 +197,10 @@ def _listener(foxglove: Any, settings: RunSettings) -> Any:
     values: dict[str, float] = {"time.step": settings.time.step}
     for section in ("effects", "actuators", "sensors"):
         for name, plugin in getattr(settings, section).items():
-            for field in dataclasses.fields(plugin):
-                value = getattr(plugin, field.name)
-                if field.name in parameters_of(plugin) and isinstance(value, float):
-                    values[f"{section}.{name}.{field.name}"] = value
+            for each in dataclasses.fields(plugin):
+                value = getattr(plugin, each.name)
+                if each.name in parameters_of(plugin) and isinstance(value, float):
+                    values[f"{section}.{name}.{each.name}"] = value
     made = {key: foxglove.websocket.Parameter(key, value=value) for key, value in values.items()}
 
     class Answers(foxglove.websocket.ServerListener):  # type: ignore[misc]  # untyped base

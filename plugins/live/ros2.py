@@ -23,6 +23,8 @@ from seals.world import World
 
 VELOCITY, COMMANDS = "cmd_vel", "commands"
 """Topics that are taken: ``Twist`` by guide=commanded, ``Float64MultiArray`` by a controller."""
+FASTEST = 1e3
+"""Speed from which on a command is taken for none [m/s or rad/s]."""
 _NAME = re.compile(r"[A-Za-z_]\w*")
 
 
@@ -116,13 +118,15 @@ class LiveRos2:
     def _steer(self, world: World, twist: Any) -> None:
         """Hand on a velocity in axes that head as the robot shall and stay level."""
         values = np.array([getattr(twist.linear, axis) for axis in "xyz"] + [twist.angular.z])
-        if not np.all(np.isfinite(values)):
+        if not np.all(np.abs(values) < FASTEST):
             return
         if self._yaw is None:
             turn = world.actors[ROBOT].look()[0].rotations[0, 0]
             self._yaw = math.atan2(turn[1, 0], turn[0, 0])
         else:
-            self._yaw += float(values[3]) * (world.time - self._last)
+            self._yaw = math.remainder(
+                self._yaw + float(values[3]) * (world.time - self._last), 2.0 * math.pi
+            )
         c, s = math.cos(self._yaw), math.sin(self._yaw)
         x, y, z = values[:3].tolist()
         velocity = np.array([c * x - s * y, s * x + c * y, z])

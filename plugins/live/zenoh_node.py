@@ -17,6 +17,8 @@ QOS = "::,10:,:,:,,"
 PUBLISHER, SUBSCRIBER, NODE = "MP", "MS", "NN"
 MOST = 1 << 16
 """Longest command that is read [bytes]."""
+MOST_SESSIONS = 32
+"""Programs that are connected at a time."""
 
 
 def type_key(kind: str) -> str:
@@ -70,6 +72,9 @@ def session_of(connect: Sequence[str], listen: Sequence[str]) -> Any:
         "listen/endpoints": list(listen),
         "listen/exit_on_failure": True,
         "scouting/multicast/enabled": False,
+        # nothing is taken but commands and what others declare
+        "transport/link/rx/max_message_size": 16 * MOST,
+        "transport/unicast/max_sessions": MOST_SESSIONS,
     }
     try:
         for key, value in values.items():

@@ -16,7 +16,7 @@ from seals.sensors.casting import cast
 from seals.sensors.mount import Mount
 from seals.sensors.mounted import MountedSensor
 from seals.sensors.protocol import SensorInput
-from seals.sensors.scan import Scan, counts
+from seals.sensors.scan import MOST_RAYS, Scan, counts
 
 _VLP = "Velodyne VLP-16 data sheet"
 _CHOSEN = "chosen"
@@ -93,6 +93,11 @@ class SensorLidar(MountedSensor):
                     f"lidar.{name}={getattr(self, name)} is not allowed.\n"
                     f"Allowed: a whole number from {low} to {high}."
                 )
+        if self.points * self.rings > MOST_RAYS:
+            raise ConfigError(
+                f"lidar: points={self.points} in rings={self.rings}.\n"
+                f"Allowed: {MOST_RAYS:,} together."
+            )
         if not self.nearest < self.farthest:
             raise ConfigError(
                 f"lidar: nearest={self.nearest}, farthest={self.farthest}.\n"

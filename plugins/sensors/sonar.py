@@ -17,7 +17,7 @@ from seals.sensors.echoes import Echoes, over_range, scattered
 from seals.sensors.mount import Mount
 from seals.sensors.mounted import MountedSensor
 from seals.sensors.protocol import SensorInput
-from seals.sensors.scan import Scan, counts, fan
+from seals.sensors.scan import MOST_RAYS, Scan, counts, fan
 from seals.sensors.surroundings import Surroundings
 from seals.sensors.tensor_echoes import PingLayout, TensorEchoes
 
@@ -149,7 +149,7 @@ class SensorSonar(MountedSensor):
 
     def __post_init__(self) -> None:
         """Check the numbers; lay out rays and patterns."""
-        for name, low, high in (("beams", 1, 4096), ("bins", 2, 8192), ("rays", 1, 1024)):
+        for name, low, high in (("beams", 1, 4096), ("bins", 2, 2048), ("rays", 1, 1024)):
             if not low <= getattr(self, name) <= high:
                 raise ConfigError(
                     f"sonar.{name}={getattr(self, name)} is not allowed.\n"
@@ -179,6 +179,13 @@ class SensorSonar(MountedSensor):
         spacing = self.sector / max(self.beams - 1, 1) or self.beam_width
         widest = 0.5 * self.sector + self.beam_width
         count = max(math.ceil(2.0 * widest / min(spacing, self.beam_width / _FINE)), 1)
+        tables = max(self.rays, self.beams, self.bins) * count
+        if tables > MOST_RAYS:
+            raise ConfigError(
+                f"sonar: beams={self.beams}, bins={self.bins} and rays={self.rays} in {count:,} "
+                f"columns of a quarter of beam_width are {tables:,} values.\n"
+                f"Allowed: {MOST_RAYS:,}; take fewer, a narrower sector or wider beams."
+            )
         self.columns, self.step = count, min(2.0 * self.vertical_width, math.pi) / self.rays
         psi = widest * (1.0 - (2.0 * np.arange(count) + 1.0) / count)
         phi = self.step * (np.arange(self.rays) + 0.5 - 0.5 * self.rays)

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from seals.arrays import Floats
 from seals.control.protocols import NOTHING, STILL, Reference, RobotState
+from seals.errors import ConfigError
+
+FARTHEST, MOST_PLACES = 1e5, 1000
+"""Distance from the world's origin within which goals lie [m], and how many one guide has."""
 
 
 class Place(NamedTuple):
@@ -86,3 +90,22 @@ def minimum_jerk(start: Floats, end: Floats, duration: float, time: float) -> Pl
     v = 30.0 * u**2 * (1.0 - u) ** 2 / duration
     a = 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) / duration**2
     return Place(start + s * way, v * way, a * way)
+
+
+def refuse_strange_places(key: str, places: Sequence[Sequence[float]]) -> None:
+    """Refuse places that are no positions of this world.
+
+    Args:
+        key: of the setting, for the message.
+        places: world [m], rows of three numbers.
+
+    Raises:
+        ConfigError: none, too many, or one that is not three numbers within 100 km.
+    """
+    # each as a number of its own: rows may be of any length
+    near = all(len(p) == 3 and all(abs(x) <= FARTHEST for x in p) for p in places)
+    if not 1 <= len(places) <= MOST_PLACES or not near:
+        raise ConfigError(
+            f"{key}={str(places)[:120]} is not allowed.\n"
+            f"Allowed: 1 to {MOST_PLACES} rows of three numbers [x, y, z] within {FARTHEST:g} m."
+        )

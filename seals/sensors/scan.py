@@ -12,6 +12,9 @@ from seals.arrays import Floats
 from seals.rendering.files import png
 from seals.state_records import state_record
 
+MOST_RAYS = 1 << 21
+"""Rays of a scan, and entries of each table of it."""
+
 
 @state_record
 class Scan(NamedTuple):

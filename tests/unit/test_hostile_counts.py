@@ -72,6 +72,39 @@ def test_what_is_too_large_is_refused_before_it_is_there(
     assert peak < 100e6
 
 
+SCANS: list[tuple[str, dict[str, Any]]] = [
+    ("sonar", {"bins": 8192}),
+    ("sonar", {"beams": 4096, "rays": 1024}),
+    ("sonar", {"rays": 1024, "beam_width": 1e-4, "sector": 3.1}),
+    ("sonar", {"bins": 2048, "beam_width": 1e-4, "sector": 3.1}),
+    ("sonar", {"beams": 2048, "beam_width": 1e-4}),
+    ("lidar", {"points": 65536, "rings": 1024}),
+]
+
+
+@pytest.mark.parametrize(("name", "values"), SCANS)
+def test_a_scan_is_counted_before_its_rays_are_there(name: str, values: dict[str, Any]) -> None:
+    """Counts that are each allowed can be too many together."""
+    tracemalloc.start()
+    try:
+        with pytest.raises(ConfigError, match=r"Allowed: (a whole number|2,097,152)"):
+            registry.get("sensor", name).load()(**values)
+        assert tracemalloc.get_traced_memory()[1] < 20e6
+    finally:
+        tracemalloc.stop()
+
+
+@pytest.mark.parametrize("guide", ["waypoints", "los"])
+@pytest.mark.parametrize(
+    "places",
+    [[[1e308, 0.0, 0.0]], [[0.0, -2e5, 0.0]], [[float("nan"), 0.0, 0.0]], [[0.0, 0.0, 1.0]] * 2000],
+)
+def test_places_lie_in_this_world(guide: str, places: list[list[float]]) -> None:
+    """A place so far away that distances overflow is refused, and a list that takes minutes."""
+    with pytest.raises(ConfigError, match=rf"{guide}.places=.* is not allowed"):
+        registry.get("guide", guide).load()(places=places)
+
+
 def test_walls_take_no_room_of_the_inside() -> None:
     """Samples of a large box are found plane by plane; they are as many as was foreseen."""
     tracemalloc.start()

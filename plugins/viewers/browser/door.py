@@ -5,15 +5,14 @@ from __future__ import annotations
 import contextlib
 import hmac
 import http
-import ipaddress
 import logging
-import re
 import secrets
-import socket
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 from urllib.parse import urlsplit
+
+from seals.view.own_address import names_this_machine
 
 MOST_CONNECTIONS = 32
 """Connections at a time, those that have said nothing yet among them."""
@@ -22,9 +21,6 @@ MOST_MESSAGE = 1 << 22
 PATIENCE = 5.0
 """Time that a connection may take to say what it wants [s]."""
 _LONGEST = 240
-_HOST = re.compile(r"(?:[\w.-]+|\[[0-9A-Fa-f:.]+\])(?::\d{1,5})?", re.ASCII)
-"""A name or an address, with or without a port, and nothing beside it."""
-_LOCAL = ("localhost", "127.0.0.1", "::1")
 _HEADERS = {
     "Referrer-Policy": "no-referrer",
     "X-Content-Type-Options": "nosniff",
@@ -67,8 +63,7 @@ class Door:
             >>> door.refusal("/a/", "evil.example", None)
             "'evil.example' is no name of this machine"
         """
-        name = _name(f"http://{host}") if _HOST.fullmatch(host) else ""
-        if not name or not self._own(name):
+        if not names_this_machine(host, self.host):
             return f"{host[:80]!r} is no name of this machine"
         if origin is not None and urlsplit(origin).netloc.lower() != host.lower():
             return f"{origin[:80]!r} is another page"
@@ -76,17 +71,6 @@ class Door:
         if len(path) > _LONGEST or not hmac.compare_digest(given.encode(), self.token.encode()):
             return "the address lacks the token"
         return ""
-
-    def _own(self, name: str) -> bool:
-        if name in _LOCAL or name == self.host.lower():
-            return True
-        if self.host in _LOCAL:
-            return False
-        # listened on from outside: by an address, or by the name of this machine
-        with contextlib.suppress(ValueError):
-            ipaddress.ip_address(name)
-            return True
-        return name in (socket.gethostname().lower(), socket.getfqdn().lower())
 
     def answered(self, serve: Callable[..., Any]) -> Callable[..., Any]:
         """Return the response to a request: a refusal, or that of the page's server.
@@ -115,15 +99,6 @@ class Door:
             return response
 
         return answer
-
-
-def _name(address: str) -> str:
-    """Return the name of the machine in an address; empty where there is none."""
-    try:
-        parts = urlsplit(address)
-        return "" if parts.username is not None or parts.path else (parts.hostname or "").lower()
-    except ValueError:
-        return ""
 
 
 @contextlib.contextmanager

@@ -21,6 +21,8 @@ CHANNELS = {18458: 16, 29569: 32}
 """Number of outputs by the magic number of a packet."""
 LATE = 16
 """Frames by which a packet may be late without counting as a restart."""
+QUIET = 1.0
+"""Silence after which an autopilot at another address takes its place, at most [s]."""
 MOST = 1024
 """Bytes of a packet that are read: one more than any good one has."""
 
@@ -115,7 +117,7 @@ class ArduPilot:
         Raises:
             ConfigError: there is none.
         """
-        self._first = self._heard()
+        self._first = self._heard(time.monotonic() + self._timeout)
         if self._first is None:
             raise silent(self.where, self._timeout, "sim_vehicle.py -f JSON:127.0.0.1")
         frame, self._peer = self._first
@@ -150,24 +152,39 @@ class ArduPilot:
 
     def _next(self) -> tuple[Frame, Any] | None:
         """Wait for a frame that is new; None when there is none or the count began anew."""
-        while (found := self._heard()) is not None:
+        end, other = time.monotonic() + self._timeout, None
+        while (found := self._heard(end)) is not None:
             frame, peer = found
-            if frame.number > self._count and peer == self._peer:
-                return found
-            anew = frame.number == 0 and (self._count > 0 or peer != self._peer)
-            if anew or frame.number < self._count - LATE:
-                self._first, self.restarted = found, True
-                self._peer, self.ended = peer, "the autopilot restarted"
-                return None
+            anew = frame.number == 0 != self._count or frame.number < self._count - LATE
             if peer != self._peer:
-                self.refusals.say("a frame of a second autopilot", f"at {peer[0]}:{peer[1]}")
-            elif frame.number == self._count:
+                # one that counts from the start takes over, if the one that was met stays silent
+                if other is None and (anew or frame.number == 0):
+                    quiet = min(QUIET, 0.5 * self._timeout)
+                    other, end = found, min(end, time.monotonic() + quiet)
+                else:
+                    self._refuse_second(peer)
+                continue
+            if other is not None:
+                self._refuse_second(other[1])
+            if anew:
+                return self._begun_anew(found)
+            if frame.number > self._count:
+                return found
+            end, other = time.monotonic() + self._timeout, None
+            if frame.number == self._count:
                 self._ear.sendto(self._said, peer)
-        return None
+        return None if other is None else self._begun_anew(other)
 
-    def _heard(self) -> tuple[Frame, Any] | None:
-        """Wait for a good packet; None after the timeout."""
-        end = time.monotonic() + self._timeout
+    def _refuse_second(self, peer: Any) -> None:
+        self.refusals.say("a frame of a second autopilot", f"at {peer[0]}:{peer[1]}")
+
+    def _begun_anew(self, found: tuple[Frame, Any]) -> None:
+        """End the session; the next one begins with a frame."""
+        self._first, self.restarted = found, True
+        self._peer, self.ended = found[1], "the autopilot restarted"
+
+    def _heard(self, end: float) -> tuple[Frame, Any] | None:
+        """Wait for a good packet; None at a time of the clock [s]."""
         while (left := end - time.monotonic()) > 0.0:
             self._ear.settimeout(left)
             try:

@@ -19,9 +19,13 @@ from seals.teleop.autopilot.settings import HilSettings
 PORT = 4560
 EARTH = 6371000.0
 """Radius of the sphere on which PX4 projects [m]."""
+BROWSERS = (b"GET", b"POS", b"PUT", b"HEA", b"OPT", b"DEL", b"PAT", b"\x16\x03\x01")
+"""How requests of web pages begin, which may hold messages of MAVLink: HTTP, TLS."""
 ARMED, ALL_FIELDS = 128, 0x1FFF
 ATMOSPHERE = 101325.0
 GAUSS, HECTOPASCAL = 1e-4, 100.0
+GREETING = 0.2
+"""Wait for the first byte of a connection [s]."""
 START = 0.02
 """Wait for outputs in each step until the first come [s]: PX4 starts on sensors alone."""
 
@@ -83,6 +87,7 @@ class Px4:
         self.refusals = Refusals()
         self.ended, self.restarted, self.frames, self.lost = "", False, 0, 0
         self._wire: socket.socket | None = None
+        self._spoken, self._begin = False, 0.0
         self._speaker: Any = None
         self._ears: Any = None
 
@@ -92,15 +97,34 @@ class Px4:
         Raises:
             ConfigError: it does not.
         """
-        self._ear.settimeout(self._timeout)
-        try:
-            self._wire, _ = self._ear.accept()
-        except TimeoutError:
-            raise silent(self.where, self._timeout, "make px4_sitl none_iris") from None
+        self._begin = time.monotonic()
+        while self._wire is None:
+            self._ear.settimeout(max(self._begin + self._timeout - time.monotonic(), 1e-3))
+            try:
+                wire, peer = self._ear.accept()
+            except TimeoutError:
+                raise silent(self.where, self._timeout, "make px4_sitl none_iris") from None
+            if self._foreign(wire):
+                self.refusals.say("a web page, or who left at once", f"from {peer[0]}:{peer[1]}")
+                wire.close()
+            else:
+                self._wire = wire
+        self._begin = time.monotonic()
         self._wire.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._speaker = self._dialect.MAVLink(_Writer(self._wire), srcSystem=1, srcComponent=200)
         self._ears = self._dialect.MAVLink(None)
         self._ears.robust_parsing = True
+
+    def _foreign(self, wire: socket.socket) -> bool:
+        """Return whether a connection is one of a browser, which speaks at once; PX4 need not."""
+        wire.settimeout(GREETING)
+        try:
+            begin = wire.recv(3, socket.MSG_PEEK)
+        except TimeoutError:
+            return False
+        except ConnectionError:
+            return True
+        return not begin or begin in BROWSERS
 
     def renew(self) -> None:
         """Do nothing: a connection that ends is not taken up again."""
@@ -208,11 +232,15 @@ class Px4:
                 break
             if not raw:
                 raise EOFError
+            if not self._spoken and raw[:3] in BROWSERS:
+                self.refusals.say("a web page")
+                raise EOFError
+            self._spoken = True
             found = self._newest(raw, stamp)
             if found is not None:
                 self.frames += 1
                 return found
-        if self.frames:
+        if self.frames or time.monotonic() > self._begin + self._timeout:
             raise TimeoutError
         return np.full(16, np.nan)
 
