@@ -1,11 +1,12 @@
-"""Entry of a hemisphere and drag of a sphere in particle water over several spacings.
+"""Entry, drag, a dam break and still water in particle water over several spacings.
 
-Both solvers, both cases; of every figure the value at spacing zero with its band. Cases go from the
+Both solvers, all cases; of every figure the value at spacing zero with its band. Cases go from the
 coarsest spacing to the finest, and the file holds what is done after each, so that a run that is
 stopped loses one case only. ``--page`` writes docs/water_convergence.md from the files of runs.
 
     python benchmarks/water_convergence.py entry tow --across 4,5,6 --out build/convergence.json
     python benchmarks/water_convergence.py entry tow --across 5,7,10,14,20 --device cuda --limit 400
+    python benchmarks/water_convergence.py dam --set fluid.physics.wall_friction=0.004
     python benchmarks/water_convergence.py --page build/convergence.json
 """
 
@@ -21,16 +22,20 @@ from typing import Any
 
 import numpy as np
 
-from seals.experiments.water_validation import entry, tow
+from seals.experiments.water_validation import dam_breaks, entry, hydrostatics, tow
 from seals.experiments.water_validation.case import Grade
 from seals.experiments.water_validation.richardson import extrapolate
 from seals.plugins.fluids.coupling import Device, Method
+from seals.plugins.fluids.solvers.pbf.choices import Kernel
+from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
 from seals.report.figures import Chart, Series
 from seals.report.pictures import write_picture
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "water_convergence.md"
 Row = dict[str, Any]
+ERRORS = ("front", "front_moved", "layer", "energy", "carried")
+"""Figures that are errors: zero is right."""
 HEAD = """\
 # Convergence of the particle water
 
@@ -44,7 +49,7 @@ clear, the fit is of first order and its band three times the distance to the fi
 def options() -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("cases", nargs="*", help="entry, tow")
+    parser.add_argument("cases", nargs="*", help=f"of {', '.join(CASES)}")
     parser.add_argument("--across", default="4,5,6", help="spacings across the body, comma between")
     parser.add_argument("--speeds", default="", help="[m/s]; all of each case when left out")
     parser.add_argument("--solver", default="pbf,dfsph")
@@ -53,7 +58,7 @@ def options() -> argparse.Namespace:
     parser.add_argument("--limit", type=float, default=1e9, help="no case begins later [s]")
     parser.add_argument("--out", type=Path, default=ROOT / "build" / "convergence.json")
     parser.add_argument("--settle", type=float, default=0.6, help="time before an entry [s]")
-    parser.add_argument("--set", action="append", default=[], help="further override of an entry")
+    parser.add_argument("--set", action="append", default=[], help="fluid.physics.NAME=VALUE")
     parser.add_argument("--page", nargs="+", type=Path, help="files to write the page from")
     return parser.parse_args()
 
@@ -70,14 +75,50 @@ def tow_figures(speed: float, across: float, grade: Grade, more: Sequence[str]) 
     return {"drag": found.steady, "particles": found.particles}
 
 
+def dam_figures(speed: float, across: float, grade: Grade, more: Sequence[str]) -> Row:
+    """Return the figures of a dam break, by the spacings across its width."""
+    a, unit = dam_breaks.MARTIN_MOYCE, (dam_breaks.MARTIN_MOYCE / dam_breaks.GRAVITY) ** 0.5
+    found = dam_breaks.collapse(
+        a, 2.0 * a, 8.0 * a, a / across, 2.5 * unit, grade, physics_of(more)
+    )
+    line, moved = dam_breaks.front_errors(found, a, unit)
+    return {"front": line.error, "front_moved": moved.error, "particles": found.particles}
+
+
+def still_figures(speed: float, across: float, grade: Grade, more: Sequence[str]) -> Row:
+    """Return the figures of a column at rest, by the spacings across its height."""
+    found = hydrostatics.stand(hydrostatics.HEIGHT / across, grade, physics_of(more))
+    return {
+        "layer": found.error,
+        "energy": found.energy,
+        "carried": found.carried - 1.0,
+        "particles": found.particles,
+    }
+
+
+def physics_of(more: Sequence[str]) -> PbfSettings:
+    """Return options of a solver without a configuration, from its overrides."""
+    prefix = "fluid.physics."
+    pairs = (word.removeprefix(prefix).split("=") for word in more if word.startswith(prefix))
+    whole = {"iterations": int, "kernel": Kernel}
+    return PbfSettings(**{name: whole.get(name, float)(value) for name, value in pairs})
+
+
 CASES: dict[str, tuple[Callable[..., Row], tuple[float, ...]]] = {
     "entry": (entry_figures, (2.0, 4.0, 6.0)),
     "tow": (tow_figures, (1.0, 2.0, 4.0)),
+    "dam": (dam_figures, (0.0,)),
+    "still": (still_figures, (0.0,)),
 }
 FIGURES = {
     "change": "change of velocity in 50 ms [m/s]",
     "peak": "peak of means over 1 ms [m/s²]",
     "drag": "drag coefficient of a sphere towed [1]",
+    "front": "front of a dam break, mean error [1]",
+    "front_moved": "the same with the clock fitted [1]",
+    "layer": "pressure of a still column, error of the worst layer [1]",
+    "energy": "kinetic energy of a still column, of m g H [1]",
+    "carried": "load of the floor under a still column, of the weight, less one [1]",
 }
 
 
@@ -130,8 +171,11 @@ def write_page(files: Sequence[Path]) -> None:
     for speed in CASES["entry"][1]:
         change, peak = entry.references(entry.measured(round(speed)))
         references |= {("change", speed): change, ("peak", speed): peak}
+    references |= {(name, 0.0): 0.0 for name in ERRORS}
     parts, charts = [HEAD], []
     for figure, title in FIGURES.items():
+        if not any(figure in row for row in rows):
+            continue
         table, chart = _section(figure, title, rows, references)
         parts.append(table)
         charts.append(chart)
@@ -161,14 +205,16 @@ def _section(
         if len(part) >= 3:
             e = extrapolate([1.0 / a for a in part], list(part.values()))
             at, order = f"{e.value:.3g} ± {e.band:.2g}", f"{e.order:.2g}" if e.clear else "unclear"
-            off = f"{e.value / known - 1.0:+.0%}"
-        cells = [solver, f"{speed:g}", *cells, at, order, f"{known:.3g}", off]
+            off = f"{e.value / known - 1.0:+.0%}" if known else ""
+        cells = [solver, f"{speed:g}" if speed else "", *cells, at, order, f"{known:.3g}", off]
         lines.append(f"| {' | '.join(cells)} |")
         x = np.array([1.0 / a for a in part])
-        y = np.array([v / known for v in part.values()])
-        series.append(Series(name=f"{solver} {speed:g} m/s", x=x, y=y))
+        y = np.array([v / known if known else v for v in part.values()])
+        name = f"{solver} {speed:g} m/s" if speed else solver
+        series.append(Series(name=name.replace("fluid.physics.", ""), x=x, y=y))
+    label = "error [1]" if figure in ERRORS else "over the reference [1]"
     chart = Chart(
-        title=title, y_label="over the reference [1]", x_label="spacing over body [1]",
+        title=title, y_label=label, x_label="spacing over body [1]",
         series=tuple(series),
     )  # fmt: skip
     return "\n".join(lines) + "\n", chart

@@ -135,8 +135,8 @@ def _compared(speed: int, found: Entry, drops: list[tuple[Floats, Floats]]) -> l
     change, peak = references(drops)
     name = f"{speed} m/s: change of velocity over 50 ms [m/s]"
     return [
-        relative(name, found.change, change, 0.15),
-        relative(f"{speed} m/s: peak [m/s^2]", found.peak, peak, 0.30),
+        relative(name, found.change, change, 0.12),
+        relative(f"{speed} m/s: peak [m/s^2]", found.peak, peak, 0.15),
     ]
 
 

@@ -18,6 +18,7 @@ from seals.plugins.fluids.solver import Domain, Exchange, Snapshot
 from seals.plugins.fluids.solvers.pbf.boundary import Boundary
 from seals.plugins.fluids.solvers.pbf.checks import check_fill, check_place, check_state, trouble
 from seals.plugins.fluids.solvers.pbf.engine import Engine
+from seals.plugins.fluids.solvers.pbf.stress import Method, mean_stress
 
 if TYPE_CHECKING:
     from seals.plugins.fluids.solvers.device_pipeline import DevicePipeline, Sums
@@ -293,13 +294,33 @@ class DeviceSolver(ABC):
         return self._rows(self.pipeline.particles.place[0])[:, 3]
 
     def pressures(self) -> Array:
-        """Pressures of the last substep [Pa], shape (n,)."""
+        """Pressures of the last substep, see `pbf.stress` [Pa], shape (n,)."""
         if not self.pipeline.current:
             return np.zeros(self.count)
-        p = self.pipeline.particles
-        virial = self._rows(p.third) if p.isotropic else self.pipeline.smoothing.lattice.virial
-        factor = self.settings.density / self.pipeline.current**2
-        return np.asarray(virial * factor * self._pressed())
+        settings, boundary = self.settings, self.boundary
+        method = Method(
+            self.spacing,
+            settings.kernel,
+            self.pipeline.smoothing.lattice,
+            settings.stress_correction,
+            settings.solid_scale,
+        )
+        samples = [np.empty((0, 3))]
+        weights = [np.empty(0)]
+        for body, points in boundary.points.items():
+            if body:
+                turn = self._bodies[body - 1, 3:12].reshape(3, 3)
+                points = points @ turn.T + self._bodies[body - 1, :3] + self.origin  # noqa: PLW2901
+            samples.append(points)
+            weights.append(boundary.weights[body])
+        stress = mean_stress(
+            self.positions(),
+            self._pressed(),
+            np.concatenate(samples),
+            np.concatenate(weights),
+            method,
+        )
+        return settings.density / self.pipeline.current**2 * stress
 
     def _pressed(self) -> Array:
         """Multipliers that press on the neighbours, see `pressures` [m^2], shape (n,)."""
