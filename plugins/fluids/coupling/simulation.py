@@ -106,7 +106,7 @@ class Simulation(ABC):
 
     def exchange(self, states: BodyStates, time: float, step: float) -> Floats:
         """Advance by a step; return the impulses on the bodies [N s, N m s], shape (K, 6)."""
-        before = self.water.momentum()
+        before, self.step = self.water.momentum(), step
         start = self.water.momentum() if self._shift(states, time) else before
         self._place(states, time, step)
         done = self.water.advance(step, substeps=self._substeps(step))

@@ -44,6 +44,8 @@ class FluidWindow(ParticleFluid):
         ring: width of the relaxation ring, in spacings.
         cell: by which the window moves, in spacings, once the robot has come so far.
         rate: of relaxation at the sides [1/s].
+        relaxations: substeps after a shift in which only places change, so that what was cut and
+            added is as dense as the rest; 0 leaves it to the next step.
         lag: time constant of the level controller [s].
         current: east and north [m/s].
         substeps: of the fluid in a step of the world; 0 derives them from the solver's stability.
@@ -87,6 +89,7 @@ class FluidWindow(ParticleFluid):
     ring: int = count(5, bounds=(1, 1000))
     cell: int = count(1, bounds=(1, 100))
     rate: float = setting(300.0, "1/s", bounds=(0.0, 1e4), source="measured on shifts")
+    relaxations: int = count(4, bounds=(0, 100))
     lag: float = setting(0.1, "s", bounds=(1e-3, 1e3), source=_CHOSEN)
     current: list[float] = vector((0.0, 0.0), "m/s", bounds=(-10.0, 10.0), source=_CHOSEN)
 

@@ -159,7 +159,27 @@ class MovingDomain(Simulation):
         self._put_sides(time)
         self._frame(time)
         self._add(new, time)
+        self._relax(states)
         return True
+
+    def _relax(self, states: BodyStates) -> None:
+        """Even out the density of what was cut and added by places alone, without velocities.
+
+        Left to the next step, it would be a pulse of sound.
+        """
+        if not self.settings.relaxations:
+            return
+        velocities, still = self.water.velocities(), {}
+        if self.bodies:
+            held = {"velocity", "spin", "inverse_mass", "inverse_inertia", "acceleration"}
+            still = {k: 0.0 * v if k in held else v for k, v in states._asdict().items()}
+        count = self._substeps(self.step)
+        for _ in range(self.settings.relaxations):
+            self.water.set_particles(velocities=np.zeros_like(velocities))
+            if self.bodies:
+                self.water.place_bodies(**still)
+            self.water.advance(self.step / count, substeps=1)
+        self.water.set_particles(velocities=velocities)
 
     def _add(self, rest: Floats, time: float) -> None:
         """Add particles of the outer sea, by their places of rest (n, 3) [m]."""
