@@ -1,10 +1,11 @@
-"""Extrapolation of figures to spacing zero."""
+"""Extrapolation of figures to spacing zero; references of the validation."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
+from seals.experiments.water_validation import heave
 from seals.experiments.water_validation.richardson import extrapolate
 
 SPACINGS = np.array([1.0, 0.7, 0.5, 0.35, 0.25])
@@ -43,3 +44,11 @@ def test_two_spacings_are_refused() -> None:
     """A fit of three unknowns needs three."""
     with pytest.raises(ValueError, match="Give at least three"):
         extrapolate([1.0, 1.0, 0.5], [1.0, 1.0, 2.0])
+
+
+def test_heave_in_potential_flow_has_the_measured_period_and_decays() -> None:
+    """Half-submerged sphere of 0.3 m: the period of Kramer et al. 2021 within 5 %."""
+    z = heave.potential_flow(300)
+    trough, crest = heave.extremes(z)
+    assert 2.0 * (crest - trough) * heave.STEP == pytest.approx(heave.PERIOD, rel=0.05)
+    assert z[0] == 1.0 > -z[trough] > z[crest] > 0.5

@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from seals.errors import ConfigError
+from seals.experiments.water_validation.hulme import HEAVE, LIMIT, SURGE_LIMIT
 from seals.hydrostatics import Hull, HullBox, HullCompound, HullCylinder, HullMesh, HullSphere
 from seals.scaffold.hydrodynamics import (
     Ellipsoid,
@@ -16,7 +17,6 @@ from seals.scaffold.hydrodynamics import (
     panels_of,
     radiation_of,
 )
-from tests.verification.hulme import HEAVE, LIMIT, SURGE_LIMIT
 
 pytest.importorskip("capytaine", reason="boundary elements need the extra hydro")
 

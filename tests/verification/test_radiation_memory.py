@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from seals.experiments.water_validation.hulme import HEAVE, LIMIT
 from seals.hydrostatics import HullCylinder
 from seals.plugins.backends.free import BackendFree
 from seals.plugins.effects.added_mass import AddedMass
@@ -25,7 +26,6 @@ from seals.scaffold.hydrodynamics import (
     wave_frequencies,
 )
 from seals.scaffold.hydrodynamics.link import Method, hydrodynamics_of
-from tests.verification.hulme import HEAVE, LIMIT
 
 if TYPE_CHECKING:
     from tests.verification.conftest import Bench
