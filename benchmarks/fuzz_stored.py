@@ -231,14 +231,6 @@ def _recording(name: str) -> Target:
     )
 
 
-def _hdf5() -> Target:
-    from seals.learn.demonstrations.exchange import read_hdf5, write_hdf5
-
-    place = Path(tempfile.mkdtemp(prefix="fuzz_hdf5_")) / "a.hdf5"
-    write_hdf5(_demonstrations(), place)
-    return Target(whole=place.read_bytes(), name="a.hdf5", load=read_hdf5)
-
-
 def _new_robot() -> Target:
     """A URDF on its way into a robot's folder."""
     from benchmarks.fuzz_targets import URDF
@@ -267,7 +259,6 @@ STORED: dict[str, Callable[[], Target]] = {
     "weights": lambda: _policy("policy.safetensors"),
     "demo_card": lambda: _recording("card.json"),
     "demo_steps": lambda: _recording("episodes.safetensors"),
-    "hdf5": _hdf5,
     "new_robot": _new_robot,
 }
 """Loaders of models, plans, answers, runs, trainings, policies and demonstrations by name."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -12,6 +13,7 @@ from seals.learn.learner import Spaces, need_torch, whole
 from seals.learn.observations import tensors, vector
 from seals.learn.scaling import RunningNormaliser
 from seals.learn.seeding import first_weights, generator_of
+from seals.learn.stateful import Stateful
 from seals.schema import setting
 
 if TYPE_CHECKING:
@@ -65,7 +67,7 @@ class BC:
         return BcAgent(self, spaces, device, seed)
 
 
-class BcAgent:
+class BcAgent(Stateful):
     """Agent of behaviour cloning.
 
     Args:
@@ -75,6 +77,8 @@ class BcAgent:
         seed: of the first weights and of all draws.
     """
 
+    parts = ("body", "best", "optimiser", "norm", "generator")
+    plain = ("least", "shown", "test", "made")
     interactive = False
     wants = "must"
     reports = ("loss", "least_held_out_loss")
@@ -95,7 +99,7 @@ class BcAgent:
             self.body.parameters(), lr=learner.learning_rate, weight_decay=learner.weight_decay
         )
         self.made = 0
-        self.best = {key: value.clone() for key, value in self.body.state_dict().items()}
+        self.best = copy.deepcopy(self.body)
         self.least = torch.tensor(float("inf"), device=device)
         self.shown: dict[str, Tensor] = {}
         self.test: dict[str, Tensor] = {}
@@ -167,7 +171,7 @@ class BcAgent:
             loss = self._loss(self.test if len(self.test["action"]) else self.shown)
         if bool(loss <= self.least):
             self.least = loss
-            self.best = {key: value.clone() for key, value in self.body.state_dict().items()}
+            self.best.load_state_dict(self.body.state_dict())
 
     def policy(self) -> tuple[dict[str, Any], dict[str, Tensor]]:
         """Return the best policy so far."""
@@ -177,35 +181,5 @@ class BcAgent:
             hidden=self.learner.hidden,
             normalise=self.learner.normalise,
         )
-        with first_weights(0):
-            body = networks.mlp(
-                self.spaces.observation_size, self.spaces.action_size, self.learner.hidden
-            )
-        body.load_state_dict(self.best)
         norm = None if self.norm is None else self.norm.layer
-        return networks.policy_of(network, body=body, norm=norm)
-
-    def state(self) -> dict[str, Any]:
-        """Return network, optimiser, demonstrations and the generator."""
-        return {
-            "body": self.body.state_dict(),
-            "best": self.best,
-            "least": self.least,
-            "optimiser": self.optimiser.state_dict(),
-            "norm": None if self.norm is None else self.norm.state(),
-            "shown": self.shown,
-            "test": self.test,
-            "made": self.made,
-            "generator": self.generator.get_state().clone(),
-        }
-
-    def load(self, state: Mapping[str, Any]) -> None:
-        """Restore that state."""
-        self.body.load_state_dict(state["body"])
-        self.optimiser.load_state_dict(state["optimiser"])
-        self.best, self.least = dict(state["best"]), state["least"]
-        self.shown, self.test = dict(state["shown"]), dict(state["test"])
-        self.made = int(state["made"])
-        if self.norm is not None:
-            self.norm.load(state["norm"])
-        self.generator.set_state(state["generator"].cpu())
+        return networks.policy_of(network, body=self.best, norm=norm)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -11,6 +12,7 @@ from seals.learn.learner import Spaces, need_torch, one_of, whole
 from seals.learn.observations import vector
 from seals.learn.scaling import FORMS, RunningNormaliser, transform_reward
 from seals.learn.seeding import first_weights, generator_of
+from seals.learn.stateful import Stateful
 from seals.schema import setting
 
 if TYPE_CHECKING:
@@ -84,8 +86,8 @@ class PPO:
         return PpoAgent(self, spaces, device, seed)
 
 
-class PpoAgent:
-    """Agent of proximal policy optimisation.
+class PpoAgent(Stateful):
+    """Agent of proximal policy optimisation; loss and advantages are TorchRL's.
 
     Args:
         learner: the hyper-parameters.
@@ -94,32 +96,50 @@ class PpoAgent:
         seed: of the first weights and of all draws.
     """
 
+    parts = ("actor", "critic", "optimiser", "norm", "generator")
+    plain = ("rollout", "round", "order", "made")
     interactive = True
     wants = "no"
-    reports = ("actor_loss", "critic_loss", "deviation", "moved", "value")
+    reports = ("actor_loss", "critic_loss", "deviation", "clipped", "value")
 
     def __init__(self, learner: PPO, spaces: Spaces, device: str, seed: int) -> None:
-        """Make networks and optimiser."""
+        """Make networks, loss and optimiser."""
         import torch
+        from tensordict.nn import AddStateIndependentNormalScale, TensorDictModule
+        from torchrl.modules import IndependentNormal, ProbabilisticActor, ValueOperator
+        from torchrl.objectives import ClipPPOLoss
 
         self.learner, self.spaces, self.device = learner, spaces, device
         self.generator = generator_of(seed, device)
         self.norm = RunningNormaliser(spaces.observation_size, device)
+        size, actions = spaces.observation_size, spaces.action_size
         with first_weights(seed):
-            size = spaces.observation_size
-            self.actor = networks.mlp(size, spaces.action_size, learner.hidden).to(device)
+            self.mean = networks.mlp(size, actions, learner.hidden)
             self.critic = networks.mlp(size, 1, learner.hidden).to(device)
-            with torch.no_grad():
-                # the first actions are near zero, so that the noise alone explores
-                list(self.actor.parameters())[-2].mul_(0.01)
-        deviation = torch.full((spaces.action_size,), learner.deviation, device=device)
-        self.log_deviation = deviation.log().requires_grad_()
-        self.parameters = [
-            *self.actor.parameters(),
-            *self.critic.parameters(),
-            self.log_deviation,
-        ]
-        self.optimiser = torch.optim.Adam(self.parameters, lr=learner.learning_rate)
+        deviation = AddStateIndependentNormalScale(actions, scale_mapping="exp")
+        with torch.no_grad():
+            # the first actions are near zero, so that the noise alone explores
+            list(self.mean.parameters())[-2].mul_(0.01)
+            deviation.state_independent_scale.fill_(math.log(learner.deviation))
+        self.actor = torch.nn.Sequential(self.mean, deviation).to(device)
+        keys = ["loc", "scale"]
+        self.law = ProbabilisticActor(
+            TensorDictModule(self.actor, in_keys=["observation"], out_keys=keys),
+            in_keys=keys,
+            distribution_class=IndependentNormal,
+        )
+        self.loss = ClipPPOLoss(
+            self.law,
+            ValueOperator(self.critic),
+            clip_epsilon=learner.clip,
+            entropy_coeff=learner.entropy,
+            critic_coeff=learner.value,
+            loss_critic_type="l2",
+            normalize_advantage=True,
+            functional=False,
+        )
+        self.learned = [*self.actor.parameters(), *self.critic.parameters()]
+        self.optimiser = torch.optim.Adam(self.learned, lr=learner.learning_rate)
         self.drawn: Tensor | None = None
         self.rollout: list[dict[str, Tensor]] = []
         self.round: dict[str, Tensor] = {}
@@ -134,11 +154,11 @@ class PpoAgent:
         import torch
 
         with torch.no_grad():
-            mean = self.actor(self._actor_inputs(vector(observation)))
+            mean, deviation = self.actor(self._normalised(vector(observation)))
             if not explore:
                 return mean.clamp(-1.0, 1.0)
             noise = torch.randn(mean.shape, generator=self.generator, device=self.device)
-            self.drawn = mean + self.log_deviation.exp() * noise
+            self.drawn = mean + deviation * noise
             return self.drawn.clamp(-1.0, 1.0)
 
     def observe(self, observation: Any, action: Tensor, result: StepResult) -> None:
@@ -166,59 +186,69 @@ class PpoAgent:
     def update(self) -> dict[str, Tensor]:
         """Improve actor and critic on one minibatch of this round."""
         import torch
+        from tensordict import TensorDict
 
         if self.made == 0:
             self._begin_round()
-        batch = {key: value[self._minibatch()] for key, value in self.round.items()}
-        mean, value = self._both(batch["observation"])
-        log_prob = self._log_prob(mean, batch["action"])
-        ratio = (log_prob - batch["log_prob"]).exp()
-        gain = batch["advantage"]
-        gain = (gain - gain.mean()) / (gain.std(unbiased=False) + 1e-8)
-        clipped = ratio.clamp(1.0 - self.learner.clip, 1.0 + self.learner.clip)
-        actor_loss = -torch.minimum(ratio * gain, clipped * gain).mean()
-        critic_loss = (value - batch["wanted"]).square().mean()
-        loss = actor_loss + self.learner.value * critic_loss
-        self._step(loss - self.learner.entropy * self.log_deviation.sum())
+        index = self._minibatch()
+        rows = {key: value[index] for key, value in self.round.items()}
+        found = self.loss(TensorDict(rows, batch_size=[len(index)]))
+        self.optimiser.zero_grad(set_to_none=True)
+        (found["loss_objective"] + found["loss_critic"] + found["loss_entropy"]).backward()
+        torch.nn.utils.clip_grad_norm_(self.learned, self.learner.steepest)
+        self.optimiser.step()
         self.made += 1
         if self.due() == 0:
             self._end_round()
         return {
-            "actor_loss": actor_loss.detach(),
-            "critic_loss": critic_loss.detach(),
-            "deviation": self.log_deviation.detach().exp().mean(),
-            "moved": (ratio.detach() - 1.0).abs().mean(),
-            "value": value.detach().mean(),
+            "actor_loss": found["loss_objective"].detach(),
+            "critic_loss": found["loss_critic"].detach(),
+            "deviation": self.actor[1].state_independent_scale.detach().exp().mean(),
+            "clipped": found["clip_fraction"],
+            "value": rows["value_target"].mean(),
         }
 
     def _begin_round(self) -> None:
         """Compute log-probabilities, advantages and value targets of the rollout."""
         import torch
+        from tensordict import TensorDict
         from torchrl.objectives.value.functional import generalized_advantage_estimate
 
         steps = {key: torch.stack([step[key] for step in self.rollout]) for key in self.rollout[0]}
+        size = steps["reward"].numel()
         with torch.no_grad():
-            mean, value = self._both(steps["observation"].flatten(0, 1))
-            _, later = self._both(steps["final"].flatten(0, 1))
-            ended = steps["terminated"] | steps["truncated"]
-            column = (*ended.shape, 1)
-            gain, wanted = generalized_advantage_estimate(
+            seen, after = (
+                self._normalised(steps[key].flatten(0, 1)) for key in ("observation", "final")
+            )
+            column = (*steps["reward"].shape, 1)
+            ended, terminated, reward, value, later = (
+                values.reshape(column)
+                for values in (
+                    steps["terminated"] | steps["truncated"],
+                    steps["terminated"],
+                    steps["reward"],
+                    self.critic(seen),
+                    self.critic(after),
+                )
+            )
+            gain, target = generalized_advantage_estimate(
                 self.learner.gamma,
                 self.learner.decay,
-                value.reshape(column),
-                later.reshape(column),
-                steps["reward"].reshape(column),
-                ended.reshape(column),
-                steps["terminated"].reshape(column),
+                value,
+                later,
+                reward,
+                ended,
+                terminated,
                 time_dim=0,
             )
             action = steps["action"].flatten(0, 1)
+            law = self.law.get_dist(TensorDict({"observation": seen}, batch_size=[size]))
             self.round = {
-                "observation": steps["observation"].flatten(0, 1),
+                "observation": seen,
                 "action": action,
-                "log_prob": self._log_prob(mean, action),
-                "advantage": gain.flatten(),
-                "wanted": wanted.flatten(),
+                "action_log_prob": law.log_prob(action),
+                "advantage": gain.flatten(0, 1),
+                "value_target": target.flatten(0, 1),
             }
 
     def _minibatch(self) -> Tensor:
@@ -237,25 +267,8 @@ class PpoAgent:
         self.norm.update(torch.cat([step["observation"] for step in self.rollout]))
         self.rollout, self.round, self.order, self.made = [], {}, None, 0
 
-    def _actor_inputs(self, observation: Tensor) -> Tensor:
+    def _normalised(self, observation: Tensor) -> Tensor:
         return networks.network_inputs(observation, norm=self.norm.layer, encoder=None)
-
-    def _both(self, observation: Tensor) -> tuple[Tensor, Tensor]:
-        seen = self._actor_inputs(observation)
-        return self.actor(seen), self.critic(seen).squeeze(-1)
-
-    def _log_prob(self, mean: Tensor, action: Tensor) -> Tensor:
-        """Return the log-probability of actions, up to a constant."""
-        away = (action - mean) * (-self.log_deviation).exp()
-        return (-0.5 * away.square() - self.log_deviation).sum(-1)
-
-    def _step(self, loss: Tensor) -> None:
-        import torch
-
-        self.optimiser.zero_grad(set_to_none=True)
-        loss.backward()
-        torch.nn.utils.clip_grad_norm_(self.parameters, self.learner.steepest)
-        self.optimiser.step()
 
     def policy(self) -> tuple[dict[str, Any], dict[str, Tensor]]:
         """Return the policy's mean, clipped to -1 and 1."""
@@ -265,34 +278,4 @@ class PpoAgent:
             hidden=self.learner.hidden,
             squash="clip",
         )
-        return networks.policy_of(network, body=self.actor, norm=self.norm.layer)
-
-    def state(self) -> dict[str, Any]:
-        """Return networks, optimiser, the steps of this round and the generator."""
-        return {
-            "actor": self.actor.state_dict(),
-            "critic": self.critic.state_dict(),
-            "log_deviation": self.log_deviation.detach().clone(),
-            "optimiser": self.optimiser.state_dict(),
-            "norm": self.norm.state(),
-            "turns": [dict(step) for step in self.rollout],
-            "round": dict(self.round),
-            "order": self.order,
-            "made": self.made,
-            "generator": self.generator.get_state().clone(),
-        }
-
-    def load(self, state: Mapping[str, Any]) -> None:
-        """Restore that state."""
-        import torch
-
-        self.actor.load_state_dict(state["actor"])
-        self.critic.load_state_dict(state["critic"])
-        with torch.no_grad():
-            self.log_deviation.copy_(state["log_deviation"])
-        self.optimiser.load_state_dict(state["optimiser"])
-        self.norm.load(state["norm"])
-        self.rollout = [dict(step) for step in state["turns"]]
-        self.round, self.order = dict(state["round"]), state["order"]
-        self.made = int(state["made"])
-        self.generator.set_state(state["generator"].cpu())
+        return networks.policy_of(network, body=self.mean, norm=self.norm.layer)

@@ -16,6 +16,7 @@ from seals.learn.replay.returns import Returns, of_episodes
 from seals.learn.replay.samplers import Sampler
 from seals.learn.scaling import FORMS, RunningNormaliser, transform_reward
 from seals.learn.seeding import first_weights, generator_of
+from seals.learn.stateful import Stateful
 from seals.learn.tanh_normal import TanhNormal
 from seals.schema import count, setting
 
@@ -103,7 +104,7 @@ class SAC:
         return SacAgent(self, spaces, device, seed, sampler=Sampler(), wants=wants)
 
 
-class SacAgent:
+class SacAgent(Stateful):
     """Agent of soft actor-critic; subclasses change inputs, sampling and targets.
 
     Args:
@@ -115,6 +116,8 @@ class SacAgent:
         wants: demonstrations: ``no``, ``may`` or ``must``.
     """
 
+    parts = ("nets", "memory", "returns", "norm", "generator")
+    plain = ("steps", "updates")
     interactive = True
     encoder_loss = "critics"
     """Loss that updates the image encoder."""
@@ -347,24 +350,3 @@ class SacAgent:
             hidden=self.learner.hidden,
             normalise=self.learner.normalise,
         )
-
-    def state(self) -> dict[str, Any]:
-        """Return networks, optimisers, memory, counts and the generator."""
-        return {
-            "networks": self.nets.state(),
-            "memory": self.memory.state(),
-            "returns": self.returns.state(),
-            "norm": None if self.norm is None else self.norm.state(),
-            "generator": self.generator.get_state().clone(),
-            "counts": {"steps": self.steps, "updates": self.updates},
-        }
-
-    def load(self, state: Mapping[str, Any]) -> None:
-        """Restore that state."""
-        self.nets.load(state["networks"])
-        self.memory.load(state["memory"])
-        self.returns.load(state["returns"])
-        if self.norm is not None:
-            self.norm.load(state["norm"])
-        self.generator.set_state(state["generator"].cpu())
-        self.steps, self.updates = state["counts"]["steps"], state["counts"]["updates"]

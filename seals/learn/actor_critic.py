@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from seals.learn import networks
+from seals.learn.stateful import Stateful
 
 if TYPE_CHECKING:
     from torch import Tensor
 
 
-class ActorCriticNetworks:
+class ActorCriticNetworks(Stateful):
     """Actor, critics, target critics and temperature, each with its optimiser.
 
     Make it inside `seals.learn.seeding.first_weights`.
@@ -30,6 +31,8 @@ class ActorCriticNetworks:
             actor.
         encoder_loss: loss that updates the encoder, ``"critics"`` or ``"actor"``.
     """
+
+    parts = ("modules", "optimisers", "log_alpha")
 
     def __init__(
         self,
@@ -61,6 +64,8 @@ class ActorCriticNetworks:
         self.slow.requires_grad_(False)
         self.log_alpha = torch.tensor(temperature, device=device).log().requires_grad_()
         seen = [] if encoder is None else list(encoder.parameters())
+        self.modules = {"actor": self.actor, "critics": self.critics, "slow": self.slow}
+        self.modules |= {} if encoder is None else {"encoder": encoder}
         self._fast = list(self.critics.parameters())
         self._slow = list(self.slow.parameters())
         self._learned: dict[str, list[Tensor]] = {
@@ -136,26 +141,3 @@ class ActorCriticNetworks:
                 tensor.copy_(earlier)
             for tensor in now[len(before) :]:
                 tensor.zero_()
-
-    def _modules(self) -> dict[str, Any]:
-        named = {"actor": self.actor, "critics": self.critics, "slow": self.slow}
-        return named if self.encoder is None else {**named, "encoder": self.encoder}
-
-    def state(self) -> dict[str, Any]:
-        """Return all weights and the state of the optimisers."""
-        return {
-            "modules": {name: part.state_dict() for name, part in self._modules().items()},
-            "optimisers": {name: part.state_dict() for name, part in self.optimisers.items()},
-            "log_alpha": self.log_alpha.detach().clone(),
-        }
-
-    def load(self, state: Mapping[str, Any]) -> None:
-        """Restore that state."""
-        import torch
-
-        for name, module in self._modules().items():
-            module.load_state_dict(state["modules"][name])
-        for name, optimiser in self.optimisers.items():
-            optimiser.load_state_dict(state["optimisers"][name])
-        with torch.no_grad():
-            self.log_alpha.copy_(state["log_alpha"])

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from seals.learn.networks import normaliser_of
+from seals.learn.stateful import Stateful
 
 if TYPE_CHECKING:
-    from torch import Tensor, nn
+    from torch import Tensor
 
 FORMS = ("plain", "symlog", "clip")
 """Forms of a reward: as it is, the logarithm of its size, or cut off at -1 and 1."""
@@ -34,16 +34,18 @@ def transform_reward(reward: Tensor, *, scale: float, form: str) -> Tensor:
     return scaled.clamp(-1.0, 1.0) if form == "clip" else scaled
 
 
-class RunningNormaliser:
+class RunningNormaliser(Stateful):
     """Running mean and variance of observations, stored in the normalisation layer.
 
     References:
         Chan, Golub and LeVeque 1983, doi 10.1080/00031305.1983.10483115 (joining of variances).
     """
 
+    parts, plain = ("layer",), ("count",)
+
     def __init__(self, size: int, device: str) -> None:
         """Start with mean 0 and variance 1, at the weight of a hundredth of an observation."""
-        self.layer: nn.Module = normaliser_of(size).to(device)
+        self.layer: Any = normaliser_of(size).to(device)
         self.count = PRIOR
 
     def update(self, batch: Tensor) -> None:
@@ -51,7 +53,7 @@ class RunningNormaliser:
         import torch
 
         with torch.no_grad():
-            mean, variance = self._buffers()
+            mean, variance = self.layer.running_mean, self.layer.running_var
             new = float(batch.shape[0])
             total = self.count + new
             offset = batch.mean(0) - mean
@@ -62,19 +64,3 @@ class RunningNormaliser:
             )
             mean.add_(offset * (new / total))
             self.count = total
-
-    def _buffers(self) -> tuple[Tensor, Tensor]:
-        named = dict(self.layer.named_buffers())
-        return named["running_mean"], named["running_var"]
-
-    def state(self) -> dict[str, Any]:
-        """Return count, mean and variance."""
-        mean, variance = self._buffers()
-        return {"count": self.count, "mean": mean.clone(), "variance": variance.clone()}
-
-    def load(self, state: Mapping[str, Any]) -> None:
-        """Restore that state."""
-        mean, variance = self._buffers()
-        self.count = float(state["count"])
-        mean.copy_(state["mean"])
-        variance.copy_(state["variance"])

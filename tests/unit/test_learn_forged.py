@@ -64,24 +64,24 @@ def _doubled(part: Any) -> Any:
 
 FORGERIES: dict[str, tuple[Change, str]] = {
     "weights of another shape": (
-        entry("agent", "networks", "modules", "actor", value=first(more)),
+        entry("agent", "nets", "modules", "actor", value=first(more)),
         "array",
     ),
     "weights of another kind": (
-        entry("agent", "networks", "modules", "actor", value=first(lambda w: w.double())),
+        entry("agent", "nets", "modules", "actor", value=first(lambda w: w.double())),
         "array float64",
     ),
     "weights that are texts": (
-        entry("agent", "networks", "modules", "actor", value=first(lambda w: "x" * 9)),
+        entry("agent", "nets", "modules", "actor", value=first(lambda w: "x" * 9)),
         "is an entry str",
     ),
     "no actor": (
-        entry("agent", "networks", "modules", value=lambda m: {"critics": m["critics"]}),
+        entry("agent", "nets", "modules", value=lambda m: {"critics": m["critics"]}),
         "no entry",
     ),
     "an agent that is a list": (entry("agent", value=lambda agent: [agent]), "is an entry list"),
     "optimisers without parameters": (
-        entry("agent", "networks", "optimisers", value=first(lambda o: {**o, "param_groups": []})),
+        entry("agent", "nets", "optimisers", value=first(lambda o: {**o, "param_groups": []})),
         "parameter group",
     ),
     "steps of a text": (entry("place", "step", value="soon"), "is an entry str"),

@@ -49,12 +49,12 @@ def test_running_scale_is_that_of_all_observations() -> None:
     running = RunningNormaliser(2, "cpu")
     for part in np.split(rows, [1, 2, 10, 600]):
         running.update(torch.from_numpy(part).float())
-    state = running.state()
+    state = running.layer
     # the prior: a hundredth of a row of mean 0 and variance 1
     mean = rows.sum(0) / 1000.01
     second = ((rows**2).sum(0) + 0.01) / 1000.01
-    np.testing.assert_allclose(state["mean"].numpy(), mean, rtol=1e-4)
-    np.testing.assert_allclose(state["variance"].numpy(), second - mean**2, rtol=1e-3)
+    np.testing.assert_allclose(state.running_mean.numpy(), mean, rtol=1e-4)
+    np.testing.assert_allclose(state.running_var.numpy(), second - mean**2, rtol=1e-3)
     shown = running.layer(torch.from_numpy(rows).float())
     np.testing.assert_allclose(shown.std(0).numpy(), 1.0, rtol=0.02)
 
@@ -111,10 +111,12 @@ def test_a_policy_is_the_mean_of_its_actor(normalise: bool, squash: str) -> None
     actor = actor_of(told)
     actor.load_state_dict(tensors)
     observation = torch.randn(20, 4) * 3.0
-    state = running.state()
+    state = running.layer
     seen = observation
     if normalise:
-        seen = ((observation - state["mean"]) / (state["variance"] + 1e-5).sqrt()).clamp(-10, 10)
+        seen = ((observation - state.running_mean) / (state.running_var + 1e-5).sqrt()).clamp(
+            -10, 10
+        )
     mean = body(seen)[:, :3]
     wanted = mean.tanh() if squash == "tanh" else mean.clamp(-1.0, 1.0)
     assert float((actor(observation) - wanted).detach().abs().max()) < 1e-5

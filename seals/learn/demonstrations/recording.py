@@ -114,31 +114,3 @@ def _parts(observation: Any) -> dict[str, Any]:
 
 def _plain(values: Any) -> Any:
     return values.detach().cpu().numpy()
-
-
-def replayed(environment: Batched, episodes: Sequence[Episode]) -> list[Episode]:
-    """Replay the actions of demonstrations from their seeds; return the new episodes.
-
-    Args:
-        environment: of the demonstrations, with as many environments as there are episodes.
-        episodes: to be repeated; their ends are theirs, whatever is seen.
-    """
-    import torch
-
-    observation = environment.reset([episode.seed for episode in episodes])
-    longest = max(episode.steps for episode in episodes)
-    size = episodes[0].action.shape[1]
-    seen, rows = [_parts(observation)], []
-    for step in range(longest):
-        action = np.zeros((len(episodes), size), dtype=np.float32)
-        for k, episode in enumerate(episodes):
-            if step < episode.steps:
-                action[k] = episode.action[step]
-        turn = environment.step(torch.as_tensor(action, device=environment.device))
-        seen.append(_parts(turn.final))
-        flags = {n: _plain(getattr(turn, n)) for n in ("terminated", "truncated")}
-        rows.append({"action": action, "reward": _plain(turn.reward), **flags})
-    return [
-        _episode(rows[: e.steps], seen[: e.steps + 1], k, seed=e.seed, success=e.success)
-        for k, e in enumerate(episodes)
-    ]

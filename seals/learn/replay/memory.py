@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from seals.errors import ConfigError
-from seals.learn.replay.returns import present_names
 
 if TYPE_CHECKING:
     from torch import Generator, Tensor
@@ -121,7 +120,7 @@ class Memory:
         """
         if state["rows"] is None:
             return
-        rows = self._table(present_names(state["rows"]))
+        rows = self._table(state["rows"])
         protected, cursor, size = int(state["protected"]), int(state["cursor"]), len(rows)
         # room is made for the protected rows, and the cursor is where the next one is written
         if not 0 <= protected <= size <= protected + self.capacity or not 0 <= cursor <= size:
@@ -152,10 +151,9 @@ class Memory:
         self.sampler.extend(index)
 
     def _table(self, columns: Mapping[str, Any]) -> Any:
-        """Return columns as a TensorDict on the device, without indices of older checkpoints."""
+        """Return columns as a TensorDict on the device."""
         from tensordict import TensorDict
 
-        given = {name: value for name, value in columns.items() if name != "index"}
-        found = TensorDict(given, device=self.device)
+        found = TensorDict(dict(columns), device=self.device)
         found.batch_size = next(iter(found.values(True, True))).shape[:1]
         return found

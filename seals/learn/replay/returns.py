@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from seals.learn.observations import each, where
+from seals.learn.stateful import Stateful
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -14,7 +15,7 @@ STEP = ("step_reward", "step_discount", "step_next_observation")
 """Columns of the single step, beside those over several."""
 
 
-class Returns:
+class Returns(Stateful):
     """Conversion of steps of many environments to transitions of up to ``length`` steps.
 
     Equation:
@@ -33,10 +34,12 @@ class Returns:
         both: whether the columns of the single step come along.
     """
 
+    plain = ("under_way",)
+
     def __init__(self, *, length: int, gamma: float, both: bool = False) -> None:
         """Start with an empty window."""
         self.length, self.gamma, self.both = length, gamma, both
-        self._under_way: list[dict[str, Any]] = []
+        self.under_way: list[dict[str, Any]] = []
 
     def push(
         self,
@@ -62,7 +65,7 @@ class Returns:
 
         alive = ~(terminated | truncated)
         discount = self.gamma * (~terminated).to(reward.dtype)
-        for item in self._under_way:
+        for item in self.under_way:
             running = item["alive"]
             item["reward"] = item["reward"] + torch.where(
                 running, item["discount"] * reward, torch.zeros_like(reward)
@@ -80,35 +83,17 @@ class Returns:
         }
         if self.both:
             begun |= dict(zip(STEP, (reward, discount, final), strict=True))
-        self._under_way.append(begun)
-        return self._out() if len(self._under_way) == self.length else None
+        self.under_way.append(begun)
+        return self._out() if len(self.under_way) == self.length else None
 
     def drain(self) -> list[dict[str, Any]]:
         """Return the transitions left in the window after the episodes have ended."""
-        return [self._out() for _ in range(len(self._under_way))]
+        return [self._out() for _ in range(len(self.under_way))]
 
     def _out(self) -> dict[str, Any]:
-        item = self._under_way.pop(0)
+        item = self.under_way.pop(0)
         del item["alive"]
         return item
-
-    def state(self) -> dict[str, Any]:
-        """Return the incomplete transitions."""
-        return {"under_way": [dict(item) for item in self._under_way]}
-
-    def load(self, state: Mapping[str, Any]) -> None:
-        """Restore that state."""
-        self._under_way = [present_names(item) for item in state["under_way"]]
-
-
-def present_names(columns: Mapping[str, Any]) -> dict[str, Any]:
-    """Rename columns of older checkpoints.
-
-    Example:
-        >>> list(present_names({"following": 0, "action": 1}))
-        ['next_observation', 'action']
-    """
-    return {key.replace("following", "next_observation"): x for key, x in columns.items()}
 
 
 def of_episodes(columns: Mapping[str, Any], returns: Returns) -> dict[str, Any]:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
+
+from seals.learn.stateful import Stateful
 
 if TYPE_CHECKING:
     from torch import Generator, Tensor
 
 
-class Sampler:
+class Sampler(Stateful):
     """Uniform sampling, or a fixed share of demonstrations.
 
     Args:
@@ -47,13 +48,6 @@ class Sampler:
     def extend(self, index: Tensor) -> None:
         """Do nothing: uniform sampling keeps no record of transitions."""
 
-    def state(self) -> dict[str, Any]:
-        """Return an empty state."""
-        return {}
-
-    def load(self, state: Mapping[str, Any]) -> None:
-        """Do nothing: there is no state."""
-
 
 class Prioritised(Sampler):
     """Prioritised sampling by temporal-difference error, with a bonus for demonstrations.
@@ -77,6 +71,8 @@ class Prioritised(Sampler):
         Schaul et al. 2016, arXiv 1511.05952; Vecerik et al. 2017, arXiv 1707.08817.
     """
 
+    parts = ("priorities", "largest", "scale")
+    plain = ("updates", "weight")
     MEMORY = 0.999
     """Share of the running mean of |delta| that stays from one batch to the next."""
 
@@ -89,15 +85,16 @@ class Prioritised(Sampler):
         self.epsilon, self.bonus = epsilon, bonus
         self.priorities: Any = None
         self.updates = 0
-        self._weight = 0.0
-        self._largest: Tensor | float = 1.0
-        self._scale: Tensor | float = 0.0
+        self.weight = 0.0
+        self.largest: Any = None
+        self.scale: Any = None
 
     def allocate(self, size: int, device: str) -> None:
         """Allocate the priorities of ``size`` transitions, all zero."""
         import torch
 
         self.priorities = torch.zeros(size, dtype=torch.float64, device=device)
+        self.largest, self.scale = self.priorities.new_ones(()), self.priorities.new_zeros(())
 
     def sample(self, stored: int, count: int) -> tuple[Tensor, Tensor | None]:
         """Return indices (count,) and their weights, largest 1.
@@ -118,21 +115,17 @@ class Prioritised(Sampler):
 
     def extend(self, index: Tensor) -> None:
         """Give new transitions the largest recent error."""
-        import torch
-
-        error = torch.ones(index.shape, dtype=torch.float64, device=index.device) * self._largest
-        self.priorities[index] = self._priority(index, error)
+        self.priorities[index] = self._priority(index, self.largest.expand(index.shape))
 
     def update_priorities(self, index: Tensor, error: Tensor) -> None:
         """Update the priorities of drawn transitions by their errors (batch,)."""
         import torch
 
         size = error.detach().double().abs()
-        self._scale = self.MEMORY * self._scale + (1.0 - self.MEMORY) * size.mean()
-        self._weight = self.MEMORY * self._weight + (1.0 - self.MEMORY)
-        mean = torch.as_tensor(self._scale) / self._weight
-        scaled = size / mean.clamp(min=1e-12)
-        self._largest = torch.maximum(scaled.max(), 0.999 * torch.as_tensor(self._largest))
+        self.scale = self.MEMORY * self.scale + (1.0 - self.MEMORY) * size.mean()
+        self.weight = self.MEMORY * self.weight + (1.0 - self.MEMORY)
+        scaled = size / (self.scale / self.weight).clamp(min=1e-12)
+        self.largest = torch.maximum(scaled.max(), 0.999 * self.largest)
         self.priorities[index] = self._priority(index, scaled)
         self.updates += 1
 
@@ -140,30 +133,6 @@ class Prioritised(Sampler):
         shown = (index < self.protected).to(scaled.dtype)
         found: Tensor = (scaled + self.epsilon + self.bonus * shown) ** self.alpha
         return found
-
-    def state(self) -> dict[str, Any]:
-        """Return the priorities and the running figures."""
-        import torch
-
-        return {
-            "leaves": self.priorities.clone(),
-            "updates": self.updates,
-            "largest": torch.as_tensor(self._largest, dtype=torch.float64).clone(),
-            "scale": torch.as_tensor(self._scale, dtype=torch.float64).clone(),
-            "weight": self._weight,
-        }
-
-    def load(self, state: Mapping[str, Any]) -> None:
-        """Restore that state.
-
-        Raises:
-            RuntimeError: it is of another number of transitions.
-        """
-        self.priorities.copy_(state["leaves"])
-        device = self.priorities.device
-        self.updates, self._weight = int(state["updates"]), float(state["weight"])
-        self._largest = state["largest"].to(device)
-        self._scale = state["scale"].to(device)
 
 
 def _device(generator: Generator | None) -> Any:

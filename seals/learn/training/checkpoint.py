@@ -12,8 +12,6 @@ from seals.logs.atomic import atomic_path
 from seals.state_file import StateError, read_state, write_state
 
 FILE = "checkpoint.bin"
-OLD = "checkpoint.pt"
-"""File as it was written before, a pickle of PyTorch; it is refused."""
 KIND = "training"
 
 
@@ -46,11 +44,6 @@ def read_checkpoint(folder: Path, *, device: str) -> dict[str, Any]:
     """
     path = folder / FILE
     if not has_checkpoint(folder):
-        if (folder / OLD).exists():
-            raise ConfigError(
-                f"resume={folder}: its {OLD} is a pickle, as SEALS wrote them before; it is read "
-                "no more.\nBegin the training anew without resume."
-            )
         raise ConfigError(
             f"resume={folder}: there is no {FILE} in this folder.\n"
             "A training that came to its end keeps none; begin anew without resume."
@@ -76,8 +69,7 @@ def has_checkpoint(folder: Path) -> bool:
 
 def remove_checkpoint(folder: Path) -> None:
     """Remove the checkpoint of a training that is complete or restarted."""
-    for name in (FILE, OLD):
-        (folder / name).unlink(missing_ok=True)
+    (folder / FILE).unlink(missing_ok=True)
 
 
 def _half_of_memory() -> int:
