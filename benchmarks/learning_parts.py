@@ -21,12 +21,14 @@ from tensordict import TensorDict
 from tensordict.nn import TensorDictModule
 from torchrl.data import LazyTensorStorage, TensorDictReplayBuffer
 from torchrl.data.replay_buffers.samplers import PrioritizedSampler, RandomSampler
+from torchrl.envs.transforms import MultiStepTransform
 from torchrl.modules import ProbabilisticActor, ValueOperator
 from torchrl.modules import TanhNormal as TorchrlTanhNormal
 from torchrl.objectives import SACLoss, SoftUpdate
 
 from seals.learn.learner import Spaces
 from seals.learn.replay.memory import Memory
+from seals.learn.replay.returns import Returns
 from seals.learn.replay.samplers import Prioritised, Sampler
 from seals.learn.seeding import generator_of
 from seals.learn.tanh_normal import HIGHEST, LOWEST, TanhNormal
@@ -37,6 +39,8 @@ ENVIRONMENTS = 64
 """Rows that are written at once."""
 ROWS = 100_000
 """Transitions of a full memory."""
+STEPS = 3
+"""Most steps of a transition."""
 BLOCKS = 7
 
 
@@ -219,6 +223,34 @@ def updates() -> Part:
     return Part("update of SAC", lambda: ours._update_networks(batch), theirs)
 
 
+def several() -> Part:
+    """Make transitions of three steps of a step of all environments."""
+    step, transform = transitions(ENVIRONMENTS), MultiStepTransform(n_steps=STEPS, gamma=GAMMA)
+    ours, given = Returns(length=STEPS, gamma=GAMMA), stepped(step)
+    return Part(
+        "returns over three steps", lambda: pushed(ours, step), lambda: transform.inv(given)
+    )
+
+
+def stepped(step: dict[str, torch.Tensor]) -> TensorDict:
+    """Return a step of all environments as TorchRL collects it, shape (environments, 1)."""
+    found: TensorDict = theirs_of(step).unsqueeze(1)
+    return found
+
+
+def pushed(returns: Returns, step: dict[str, torch.Tensor]) -> dict[str, Any] | None:
+    """Push a step of all environments; return the transitions that it completes."""
+    ended = step["discount"] == 0.0
+    return returns.push(
+        step["observation"],
+        step["action"],
+        reward=step["reward"],
+        terminated=ended,
+        truncated=torch.zeros_like(ended),
+        final=step["next_observation"],
+    )
+
+
 def rate(call: Callable[[], Any], seconds: float) -> float:
     """Return calls a second over so many seconds of the processor."""
     count, began = 0, time.process_time()
@@ -246,7 +278,7 @@ def main() -> None:
     torch.set_num_threads(1)
     logging.getLogger("torchrl").setLevel(logging.ERROR)
     print("| part | own [1/s] | TorchRL [1/s] | own / TorchRL |\n|---|---|---|---|")
-    for part in (*memories(), drawing(), updates()):
+    for part in (*memories(), several(), drawing(), updates()):
         own, other = measured(part, given.seconds)
         there = math.isfinite(other)
         told = (f"{other:,.0f}", f"{own / other:.1f}") if there else ("not in this wheel", "")

@@ -6,14 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from seals.errors import ConfigError
 from seals.learn import networks
 from seals.learn.actor_critic import ActorCriticNetworks
 from seals.learn.learner import Spaces, need_torch, one_of, whole
 from seals.learn.observations import tensors, vector
 from seals.learn.recorded import Recorded
 from seals.learn.replay.memory import Memory
-from seals.learn.replay.returns import Returns, of_episodes
-from seals.learn.replay.samplers import Sampler
+from seals.learn.replay.returns import STEP, Returns, of_episodes
+from seals.learn.replay.samplers import Prioritised, Sampler
 from seals.learn.scaling import FORMS, RunningNormaliser, transform_reward
 from seals.learn.seeding import first_weights, generator_of
 from seals.learn.stateful import Stateful
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 
 
 PAPER = "Haarnoja et al. 2018, arXiv 1812.05905"
+GIVEN = "Vecerik et al. 2017, arXiv 1707.08817"
+PRIORITY = "Schaul et al. 2016, arXiv 1511.05952"
 SHOWN = ("none", "buffer")
 SETTLED = 0.1
 """Share of the learning rate that is left when a learner has settled."""
@@ -40,6 +43,12 @@ class SAC:
         y = r + gamma^m (min_k Q'_k(s', a') - alpha log pi(a'|s')),  a' ~ pi(s')
         critics: (Q_k(s, a) - y)^2;  actor: alpha log pi(a|s) - min_k Q_k(s, a)
         temperature: -log alpha (log pi(a|s) + wanted entropy)
+        with one_step > 0: (one_step (Q_k - y_1)^2 + (Q_k - y_m)^2) / (1 + one_step)
+        priority: (|Q - y| / running mean + epsilon + bonus if demonstrated)^alpha
+
+    From demonstrations it is SACfD (recipe ``sacfd``: priorities, two returns, pretraining) or RLPD
+    (recipe ``rlpd``: half of every batch, critics with layer normalisation). They are never
+    overwritten.
 
     Args:
         hidden: widths of the hidden layers.
@@ -57,12 +66,27 @@ class SAC:
         settle: control steps over which the learning rate falls to a tenth; 0 for never.
         steps: most steps of a transition; more than one drops the entropy in between.
         demonstrations: ``none``, or ``buffer``: they lie in the memory and are drawn like the rest.
+        share: of a batch that comes from demonstrations; 0 for in proportion to their number [1].
+        subset: critics, drawn anew for each update, of which the lowest is the target; 0 for all.
+        one_step: weight of the return over one step beside that over ``steps`` steps [1].
+        pretrain: updates on demonstrations alone before the first step.
+        alpha: how much priority counts in drawing, 0 for not at all [1].
+        beta: correction for it at first; it rises to 1 [1].
+        anneal: updates over which it rises.
+        epsilon: least priority, in units of the mean error [1].
+        bonus: of demonstrations, in units of the mean error [1].
         reward_scale: multiplies the reward [1].
         reward_form: ``plain``, ``symlog`` or ``clip``.
         normalise: whether observations are brought to mean 0 and deviation 1 as they come.
 
+    Limitations:
+        The published priority adds the actor's gradient; here it is the critics' error alone. The
+        temperature is learned in pretraining, too.
+
     References:
-        Haarnoja et al. 2018, arXiv 1812.05905.
+        Haarnoja et al. 2018, arXiv 1812.05905; Vecerik et al. 2017, arXiv 1707.08817, and Schaul
+        et al. 2016, arXiv 1511.05952 (demonstrations, priorities); Ball et al. 2023, arXiv
+        2302.02948 (share, subset: RLPD).
     """
 
     hidden: list[int] = field(default_factory=lambda: [128, 128])
@@ -80,6 +104,15 @@ class SAC:
     settle: int = 0
     steps: int = 1
     demonstrations: str = "none"
+    share: float = setting(0.0, "1", bounds=(0.0, 1.0), source="chosen: in proportion")
+    subset: int = 0
+    one_step: float = setting(0.0, "1", bounds=(0.0, 10.0), source="chosen: one return")
+    pretrain: int = 0
+    alpha: float = setting(0.0, "1", bounds=(0.0, 1.0), source="chosen: no priorities")
+    beta: float = setting(0.4, "1", bounds=(0.0, 1.0), source=f"{PRIORITY}, table 3")
+    anneal: int = 25_000
+    epsilon: float = setting(1e-3, "1", bounds=(0.0, 10.0), source=f"{GIVEN}, section 4")
+    bonus: float = setting(1.0, "1", bounds=(0.0, 100.0), source="chosen")
     reward_scale: float = setting(1.0, "1", bounds=(1e-9, 1e9), source="chosen")
     reward_form: str = "plain"
     normalise: bool = True
@@ -93,27 +126,44 @@ class SAC:
             random_steps=(self.random_steps, 0),
             settle=(self.settle, 0),
             steps=(self.steps, 1),
+            subset=(self.subset, 0),
+            pretrain=(self.pretrain, 0),
+            anneal=(self.anneal, 1),
         )
+        if self.subset > self.critics:
+            raise ConfigError(
+                f"learner.subset={self.subset} is more than learner.critics={self.critics}.\n"
+                f"Allowed: from 0 to {self.critics}."
+            )
         one_of("reward_form", self.reward_form, FORMS)
         one_of("demonstrations", self.demonstrations, SHOWN)
 
     def start(self, spaces: Spaces, *, device: str, seed: int) -> SacAgent:
         """Return a fresh agent."""
         need_torch()
-        wants = "no" if self.demonstrations == "none" else "must"
-        return SacAgent(self, spaces, device, seed, sampler=Sampler(), wants=wants)
+        return SacAgent(self, spaces, device, seed)
+
+    def sampler(self) -> Sampler:
+        """Return what chooses the transitions of a batch."""
+        if self.alpha == 0.0:
+            return Sampler(share=self.share or None)
+        return Prioritised(
+            alpha=self.alpha,
+            beta=self.beta,
+            anneal=self.anneal,
+            epsilon=self.epsilon,
+            bonus=self.bonus,
+        )
 
 
 class SacAgent(Stateful):
-    """Agent of soft actor-critic; subclasses change inputs, sampling and targets.
+    """Agent of soft actor-critic; subclasses change its inputs.
 
     Args:
         learner: the hyper-parameters.
         spaces: sizes of observation and action.
         device: of networks and memory.
         seed: of the first weights and of all draws.
-        sampler: which transitions a batch is made of.
-        wants: demonstrations: ``no``, ``may`` or ``must``.
     """
 
     parts = ("nets", "memory", "returns", "norm", "generator")
@@ -130,14 +180,16 @@ class SacAgent(Stateful):
         "demonstration_share",
     )
 
-    def __init__(
-        self, learner: SAC, spaces: Spaces, device: str, seed: int, *, sampler: Any, wants: str
-    ) -> None:
+    def __init__(self, learner: SAC, spaces: Spaces, device: str, seed: int) -> None:
         """Make networks, optimisers and an empty memory."""
-        self.learner, self.spaces, self.device, self.wants = learner, spaces, device, wants
+        self.learner, self.spaces, self.device = learner, spaces, device
+        self.wants = "no" if learner.demonstrations == "none" else "must"
         self.generator = generator_of(seed, device)
         self.memory = Memory(
-            capacity=learner.capacity, sampler=sampler, device=device, generator=self.generator
+            capacity=learner.capacity,
+            sampler=learner.sampler(),
+            device=device,
+            generator=self.generator,
         )
         self.returns = self._fresh_returns()
         self.steps = self.updates = 0
@@ -164,7 +216,11 @@ class SacAgent(Stateful):
     # what relatives change
 
     def _fresh_returns(self) -> Returns:
-        return Returns(length=self.learner.steps, gamma=self.learner.gamma)
+        learner = self.learner
+        return Returns(length=learner.steps, gamma=learner.gamma, both=self._both_returns())
+
+    def _both_returns(self) -> bool:
+        return self.learner.steps > 1 and self.learner.one_step > 0.0
 
     def _encoder(self) -> Any:
         """Return the image encoder; None, as this agent takes no images."""
@@ -185,19 +241,24 @@ class SacAgent(Stateful):
         """Return the critics' inputs besides the action: those of the actor."""
         return seen
 
-    def _recordable(self) -> bool:
-        """Return True if an update can be recorded as a CUDA graph."""
-        return True
-
     def _pessimistic_value(self, values: Tensor) -> Tensor:
-        """Return the pessimistic value (batch,) of all target critics' values (k, batch)."""
+        """Return the pessimistic value (batch,) of the target critics' values (k, batch)."""
+        import torch
+
+        if 0 < self.learner.subset < self.learner.critics:
+            order = torch.randperm(len(values), generator=self.generator, device=self.device)
+            values = values[order[: self.learner.subset]]
         return values.min(0).values
 
     def _td_targets(self, batch: Any) -> list[tuple[float, Tensor]]:
         """Return the targets (batch,) of the critics, each with its share of the loss."""
-        return [
-            (1.0, self._td_target(batch["reward"], batch["discount"], batch["next_observation"]))
-        ]
+        names = ("reward", "discount", "next_observation")
+        many = self._td_target(*(batch[name] for name in names))
+        if not self._both_returns():
+            return [(1.0, many)]
+        weight = self.learner.one_step / (1.0 + self.learner.one_step)
+        one = self._td_target(*(batch[name] for name in STEP))
+        return [(weight, one), (1.0 - weight, many)]
 
     # acting and remembering
 
@@ -246,13 +307,12 @@ class SacAgent(Stateful):
     # learning
 
     def due(self) -> int:
-        """Return the number of updates due at the configured ratio of updates to steps."""
-        return self._updates_earned() - self.updates
-
-    def _updates_earned(self) -> int:
-        if self.memory.experience <= 0:
-            return 0
-        return int(self.learner.ratio * max(0, self.steps - self.learner.random_steps))
+        """Return the number of updates due: pretraining first, then by the ratio to steps."""
+        first = self.learner.pretrain if self.memory.protected else 0
+        if self.updates < first or self.memory.experience <= 0:
+            return max(0, first - self.updates)
+        earned = int(self.learner.ratio * max(0, self.steps - self.learner.random_steps))
+        return earned + first - self.updates
 
     def update(self) -> dict[str, Tensor]:
         """Update critics, actor and temperature on one batch."""
@@ -266,7 +326,8 @@ class SacAgent(Stateful):
 
     def _update_recorded(self, batch: Any) -> dict[str, Tensor]:
         """Update on a batch, on an accelerator by a CUDA graph of the first update."""
-        if self.device == "cpu" or not self._recordable():
+        # a draw of critics takes a decision that a recording cannot
+        if self.device == "cpu" or 0 < self.learner.subset < self.learner.critics:
             return self._update_networks(batch)
         given = dict(batch.items())
         if self._recorded is None:

@@ -10,7 +10,6 @@ from seals.errors import ConfigError, suggestion
 from seals.learn import networks
 from seals.learn.augmentation import random_shift
 from seals.learn.learner import Spaces, need_torch, one_of, whole
-from seals.learn.replay.samplers import Sampler
 from seals.plugins.learners.sac import SAC, SacAgent
 from seals.schema import setting
 
@@ -85,8 +84,7 @@ class VisualSAC(SAC):
                 "learner visual_sac needs pictures, and this task shows none.\n"
                 "Choose an observation with pixels, or learner=sac"
             )
-        wants = "no" if self.demonstrations == "none" else "must"
-        return VisualSacAgent(self, spaces, device, seed, sampler=Sampler(), wants=wants)
+        return VisualSacAgent(self, spaces, device, seed)
 
 
 def remaining_columns(names: Sequence[str], withheld: Sequence[str]) -> list[int] | None:
@@ -116,9 +114,7 @@ class VisualSacAgent(SacAgent):
 
     learner: VisualSAC
 
-    def __init__(
-        self, learner: VisualSAC, spaces: Spaces, device: str, seed: int, **more: Any
-    ) -> None:
+    def __init__(self, learner: VisualSAC, spaces: Spaces, device: str, seed: int) -> None:
         """Select the observation columns, and the loss that updates the encoder."""
         import torch
 
@@ -131,7 +127,7 @@ class VisualSacAgent(SacAgent):
             None if self._remaining is None else torch.tensor(self._remaining, device=device)
         )
         self.encoder_loss = "critics" if learner.critics_see == "same" else "actor"
-        super().__init__(learner, spaces, device, seed, **more)
+        super().__init__(learner, spaces, device, seed)
 
     def _encoder_options(self) -> dict[str, Any]:
         learner = self.learner

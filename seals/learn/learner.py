@@ -99,11 +99,12 @@ class Learner(Protocol):
         """
 
 
-def whole(**values: tuple[int, int]) -> None:
+def whole(where: str = "learner", /, **values: tuple[int, int]) -> None:
     """Refuse whole numbers below their least value.
 
     Args:
-        values: (value, least) by the name of the hyper-parameter.
+        where: part of the configuration that holds them.
+        values: (value, least) by name.
 
     Raises:
         ConfigError: one is too small.
@@ -114,7 +115,7 @@ def whole(**values: tuple[int, int]) -> None:
     for name, (value, least) in values.items():
         if value < least:
             raise ConfigError(
-                f"learner.{name}={value} is not allowed.\nAllowed: a whole number from {least} on."
+                f"{where}.{name}={value} is not allowed.\nAllowed: a whole number from {least} on."
             )
 
 

@@ -13,7 +13,6 @@ import numpy as np
 
 from seals.arrays import Array, Floats
 from seals.control import Reference
-from seals.deprecation import add_former_names
 from seals.robot.model import RobotModel
 
 
@@ -47,9 +46,6 @@ class Instant(NamedTuple):
     action: Array
     start: Array
     facts: Mapping[str, Array]
-
-
-add_former_names(Instant, {"spin": "angular_velocity"})
 
 
 class Draw(NamedTuple):

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from seals import registry
+from seals.config.compose import compose
 from seals.plugins.learners.sac import SAC, SacAgent
 from seals.testing import ContractError, check_learner
 
@@ -18,12 +19,27 @@ torch.set_num_threads(1)
 OFF_POLICY = {"hidden": [16, 16], "batch": 16, "random_steps": 20, "capacity": 500}
 VALUES: dict[str, dict[str, Any]] = {
     "sac": OFF_POLICY,
-    "sacfd": {**OFF_POLICY, "pretrain": 5},
-    "rlpd": {**OFF_POLICY, "critics": 3},
     "visual_sac": {**OFF_POLICY, "channels": 4, "batch": 8},
     "bc": {"hidden": [16], "batch": 16, "updates": 40, "look": 10},
     "ppo": {"hidden": [16], "horizon": 8},
 }
+
+
+SHOWN: dict[str, dict[str, Any]] = {
+    "sacfd": {"steps": 3, "alpha": 0.6, "one_step": 1.0, "pretrain": 5},
+    "rlpd": {"layer_norm": True, "share": 0.5, "subset": 2, "critics": 3},
+}
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_recipes_from_demonstrations_keep_it_too(name: str) -> None:
+    """Priorities with two returns and pretraining; half of a batch and a draw of critics."""
+    values = {**OFF_POLICY, "demonstrations": "buffer", **SHOWN[name]}
+    assert check_learner("sac", values=values).updates > 0
+    given = compose([f"learner={name}", "env=reach"], root="train").learner
+    assert {k: given[k] for k in SHOWN[name] if k not in ("pretrain", "critics")} == {
+        k: v for k, v in SHOWN[name].items() if k not in ("pretrain", "critics")
+    }
 
 
 @pytest.mark.parametrize("name", registry.names("learner"))
@@ -58,8 +74,8 @@ def test_a_blind_learner_and_one_that_only_sees_keep_it_too(values: dict[str, An
 
 def test_demonstrations_lie_in_every_batch_as_configured() -> None:
     """RLPD draws the share it was told; SAC with demonstrations draws them like the rest."""
-    values = {**OFF_POLICY, "share": 0.25}
-    assert check_learner("rlpd", values=values).figures["demonstration_share"] == 0.25
+    values = {**OFF_POLICY, "demonstrations": "buffer", "share": 0.25}
+    assert check_learner("sac", values=values).figures["demonstration_share"] == 0.25
     values = {**OFF_POLICY, "demonstrations": "buffer"}
     assert check_learner("sac", values=values).figures["demonstration_share"] > 0.0
 
@@ -70,10 +86,7 @@ class Forgetful(SAC):
 
     def start(self, spaces: Any, *, device: str, seed: int) -> Any:
         """Return the agent."""
-        from seals.learn.replay.samplers import Sampler
-
-        sampler = Sampler()
-        return ForgetfulAgent(self, spaces, device, seed, sampler=sampler, wants="no")
+        return ForgetfulAgent(self, spaces, device, seed)
 
 
 class ForgetfulAgent(SacAgent):

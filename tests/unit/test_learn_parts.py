@@ -10,6 +10,7 @@ pytest.importorskip("torchrl", reason="learning needs torchrl: pip install 'aam-
 from tensordict import TensorDict  # noqa: E402  what follows needs it
 
 from benchmarks import learning_parts as parts  # noqa: E402
+from seals.learn.replay.returns import Returns  # noqa: E402
 from seals.learn.seeding import generator_of  # noqa: E402
 from seals.learn.tanh_normal import TanhNormal  # noqa: E402
 
@@ -63,6 +64,31 @@ def test_losses_of_sac_are_those_of_torchrl() -> None:
         other = torch.sort(torch.cat([s.flatten() for s in moved])).values
         assert whole.shape == other.shape
         assert torch.allclose(whole, other, rtol=1e-3, atol=1e-5)
+
+
+def test_returns_over_several_steps_are_those_of_torchrl() -> None:
+    """Twelve steps of sixty-four environments, a tenth of which ends: rewards and states."""
+    ours = Returns(length=parts.STEPS, gamma=parts.GAMMA)
+    theirs = parts.MultiStepTransform(n_steps=parts.STEPS, gamma=parts.GAMMA)
+    found, other = [], []
+    for seed in range(12):
+        step = parts.transitions(parts.ENVIRONMENTS, seed=seed)
+        found.append(parts.pushed(ours, step))
+        other.append(theirs.inv(parts.stepped(step).clone()))
+    # theirs come out one call later
+    pairs = list(zip(found[2:], other[3:], strict=False))
+    assert len(pairs) == 9
+    for own, given in pairs:
+        assert torch.allclose(own["reward"], given["next", "reward"][:, 0, 0], atol=1e-6)
+        for name, key in (
+            ("observation", "observation"),
+            ("action", "action"),
+            ("next_observation", ("next", "observation")),
+        ):
+            assert torch.equal(own[name], given[key][:, 0])
+        # where no episode ended on the way
+        going = own["discount"] > 0.0
+        assert torch.allclose(own["discount"][going], given["gamma"][:, 0][going])
 
 
 def test_parts_can_be_measured() -> None:

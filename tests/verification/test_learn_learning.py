@@ -13,15 +13,14 @@ from seals.learn.training.loop import Outcome, Training
 from seals.learn.training.schedule import TrainingSchedule
 from seals.plugins.learners.bc import BC
 from seals.plugins.learners.ppo import PPO
-from seals.plugins.learners.rlpd import RLPD
 from seals.plugins.learners.sac import SAC
-from seals.plugins.learners.sacfd import SACfD
 from seals.testing.reaching import PointReach, demonstrations
 
 torch = pytest.importorskip("torch")
 pytest.importorskip("torchrl")
 torch.set_num_threads(1)
 
+SHOWN: dict[str, Any] = {"demonstrations": "buffer"}
 SMALL: dict[str, Any] = {
     "hidden": [64, 64],
     "learning_rate": 1e-3,
@@ -154,11 +153,11 @@ def test_cloning_learns_from_many_demonstrations(tmp_path: Path) -> None:
     [
         (SAC(**SMALL), 6000, 1, 0),
         (SAC(**SMALL, steps=3), 8000, 8, 0),
-        (SAC(**SMALL, demonstrations="buffer"), 6000, 8, 10),
+        (SAC(**SMALL, **SHOWN), 6000, 8, 10),
         # demonstrations hold few of the starts: what is learned from them alone must be unlearned
-        (SACfD(**SMALL, pretrain=500), 12_000, 8, 10),
+        (SAC(**SMALL, **SHOWN, steps=3, alpha=0.6, one_step=1.0, pretrain=500), 12_000, 8, 10),
         # half of every batch needs more than a few of them
-        (RLPD(**SMALL), 12_000, 8, 100),
+        (SAC(**SMALL, **SHOWN, layer_norm=True, share=0.5, subset=2), 12_000, 8, 100),
         (PPO(learning_rate=1e-3, gamma=0.95), 250_000, 64, 0),
     ],
     ids=["sac", "sac-3-steps", "sac-shown", "sacfd", "rlpd", "ppo"],

@@ -13,9 +13,9 @@ from seals.control.plant import build_plant
 from seals.errors import ConfigError
 from seals.frames import quaternion_of_rpy
 from seals.learn.batched import StepResult
-from seals.learn.environments.episodes import FARTHEST, Episodes, EpisodeState
+from seals.learn.environments.batch import BatchEnvironments, picked
+from seals.learn.environments.episodes import EpisodeState
 from seals.learn.environments.plain import plain, rebuilt
-from seals.learn.environments.twin import picked
 from seals.learn.task import Draw, Instant, Task, WorldTask, tool_of
 from seals.run.assembly import build_model
 from seals.run.settings import RunSettings
@@ -44,7 +44,7 @@ class Scene(NamedTuple):
     ledger: EpisodeState
 
 
-class BatchWorlds:
+class BatchWorlds(BatchEnvironments):
     """N environments of one walking task, one world with contacts each.
 
     Args:
@@ -64,8 +64,6 @@ class BatchWorlds:
         ConfigError: the run holds what a batch of worlds has not: objects, a fluid, sensors.
     """
 
-    pixels: tuple[int, int, int] | None = None
-
     def __init__(
         self,
         settings: RunSettings,
@@ -79,12 +77,13 @@ class BatchWorlds:
         """Build the worlds."""
         import torch
 
+        super().__init__(task, count=count, device=device, seed=seed)
         robot, effects = build_model(settings)
         _refuse(settings, task, robot)
         step = settings.time.step
         check_gains(robot, effects, step)
         backend: Any = settings.backend
-        self.task, self.count, self.device, self.robot = task, count, device, robot
+        self.robot = robot
         self.worlds = backend.worlds(
             robot,
             effects,
@@ -103,10 +102,6 @@ class BatchWorlds:
         self._period = self._every * step
         self._span = self.physics_steps * step
         self._posture = self._tensor(task.posture)
-        self.episodes = Episodes(task)
-        self.observation_size = len(task.observation_names)
-        self.action_size = len(task.action_names)
-        self._rng = np.random.default_rng(seed)
         self._calls = 0
         self._buffers()
 
@@ -118,7 +113,6 @@ class BatchWorlds:
         self._columns = torch.as_tensor(self._gait.joints, device=self.device)
         still = torch.zeros(self.count, self.action_size, device=self.device)
         self._all = torch.ones(self.count, dtype=torch.bool, device=self.device)
-        self._scene: Any = None
         start = self._draw(self.task.draw(np.random.default_rng(0), self.count))
         self._place(self._all, start)
         now = self._instant(still, start[3], still[:, :1])
@@ -149,13 +143,8 @@ class BatchWorlds:
 
     def reset(self, seeds: Sequence[int] | None = None) -> Tensor:
         """Reset all environments; see `seals.learn.batched.Batched`."""
-        if seeds is None:
-            draw = self.task.draw(self._rng, self.count)
-        else:
-            draws = [self.task.draw(np.random.default_rng(s), 1) for s in seeds]
-            draw = Draw(*(np.concatenate(column) for column in zip(*draws, strict=True)))
         self._calls = 0
-        self._scene = self._begun(self._all, draw)
+        self._scene = self._begun(self._all, self._drawn(seeds))
         return self._observation(self._scene.now)
 
     def step(self, action: Tensor) -> StepResult:
@@ -167,24 +156,12 @@ class BatchWorlds:
             asked = action.detach().to(self.device, torch.float32).clamp(-1.0, 1.0)
             self._advance(asked, before)
             now = self._instant(asked, self._scene.goal, before.start)
-            verdict, ledger = self.episodes.assess(now, before, self._scene.ledger)
-            # nothing compares with what is not a number
-            lost = ~(now.position.abs() < FARTHEST).all(1)
-            terminated = verdict.terminated | lost
-            ended = terminated | verdict.truncated
+            verdict, ended, ledger = self._judged(now, before, self._scene.ledger)
             final = self._observation(now)
             self._scene = self._scene._replace(now=now, ledger=ledger)
             if bool(ended.any()):
                 self._scene = self._reset_ended(ended)
-            return StepResult(
-                observation=self._observation(self._scene.now),
-                reward=self._finite(verdict.reward),
-                terminated=terminated,
-                truncated=verdict.truncated & ~lost,
-                final=final,
-                success=verdict.success & ended & ~lost,
-                facts={name: x.float() for name, x in verdict.facts.items()},
-            )
+            return self._result(verdict, final, self._observation(self._scene.now))
 
     def _advance(self, asked: Tensor, before: Instant) -> None:
         """Advance all worlds by one control step."""
@@ -202,12 +179,7 @@ class BatchWorlds:
         """Reset the environments whose episode ended."""
         import torch
 
-        index = np.flatnonzero(ended.cpu().numpy())
-        few = self.task.draw(self._rng, len(index))
-        full = [np.zeros((self.count, x.shape[1])) for x in few]
-        for whole, part in zip(full, few, strict=True):
-            whole[index] = part
-        fresh, old = self._begun(ended, Draw(*full)), self._scene
+        fresh, old = self._begun(ended, self._drawn_where(ended.cpu().numpy())), self._scene
         return Scene(
             old.gait,
             torch.where(ended[:, None], fresh.goal, old.goal),
@@ -270,16 +242,6 @@ class BatchWorlds:
             facts=facts,
         )
 
-    def scripted_policy(self) -> Tensor:
-        """Return the actions of the task's scripted policy, shape (N, a)."""
-        return self._finite(self.task.scripted_policy(self._scene.now))
-
-    @property
-    def now(self) -> Instant:
-        """Present state of all robots."""
-        found: Instant = self._scene.now
-        return found
-
     def snapshot(self) -> Any:
         """Return the complete state, as plain data and tensors."""
         return {
@@ -304,12 +266,6 @@ class BatchWorlds:
     def close(self) -> None:
         """Release the worlds."""
         self._scene = None
-
-    def _observation(self, now: Instant) -> Tensor:
-        return self._finite(self.task.observation(now)).clamp(-FARTHEST, FARTHEST)
-
-    def _finite(self, values: Tensor) -> Tensor:
-        return values.float().nan_to_num(0.0, 0.0, 0.0)
 
     def _tensor(self, values: Any) -> Tensor:
         import torch

@@ -13,8 +13,9 @@ from seals.batch.piloted import Flight, PilotedTwin
 from seals.errors import ConfigError
 from seals.frames import matrix_of, quaternion_of, rotate
 from seals.learn.batched import StepResult
+from seals.learn.environments.batch import BatchEnvironments, picked
 from seals.learn.environments.episode_frame import ActorPose, EpisodeFrame, FrameCallback
-from seals.learn.environments.episodes import FARTHEST, Episodes, EpisodeState
+from seals.learn.environments.episodes import EpisodeState
 from seals.learn.environments.plain import plain, rebuilt
 from seals.learn.environments.prefetched_resets import Starts
 from seals.learn.seeding import generator_of
@@ -53,7 +54,7 @@ class Scene(NamedTuple):
     ledger: EpisodeState
 
 
-class TwinEnvironments:
+class TwinEnvironments(BatchEnvironments):
     """N environments of one task in one batch of robots with held joints.
 
     Args:
@@ -72,8 +73,6 @@ class TwinEnvironments:
         ConfigError: the run holds what a batch of twins does not know: objects, a fluid.
     """
 
-    pixels: tuple[int, int, int] | None = None
-
     def __init__(
         self,
         settings: RunSettings,
@@ -87,10 +86,10 @@ class TwinEnvironments:
     ) -> None:
         """Build the batch."""
         _refuse(settings, task)
+        super().__init__(task, count=count, device=device, seed=seed)
         robot, effects = build_model(settings)
         backend: Any = settings.backend
         fused = backend.fused if fused is None else fused
-        self.task, self.count, self.device = task, count, device
         self._like = _like_on(device, double=backend.double, fused=fused)
         joints = task.posture
         self._twin = PilotedTwin(
@@ -110,11 +109,7 @@ class TwinEnvironments:
         self.robot = robot
         speeds = carrying_speeds(self._twin.plant, joints)
         self._drive = as_like(speeds, self._like)
-        self.episodes = Episodes(task)
-        self.observation_size = len(task.observation_names)
-        self.action_size = len(task.action_names)
         self._no_action = as_like(np.zeros((count, self.action_size)), self._like)
-        self._rng = np.random.default_rng(seed)
         self._generator: Any = None
         self._alone = fused or on_accelerator(self._like)
         if self._alone:
@@ -123,18 +118,12 @@ class TwinEnvironments:
         self._starts: Starts | None = None
         self._recorded: Recorded | None = None
         self._still: Any = None
-        self._scene: Any = None
         self._frame_callback: FrameCallback | None = None
         self.reached: Any = None
 
     def reset(self, seeds: Sequence[int] | None = None) -> Tensor:
         """Reset all environments; see `seals.learn.batched.Batched`."""
-        if seeds is None:
-            draw = self.task.draw(self._rng, self.count)
-        else:
-            draws = [self.task.draw(np.random.default_rng(s), 1) for s in seeds]
-            draw = Draw(*(np.concatenate(column) for column in zip(*draws, strict=True)))
-        self._set(self._initial_scene(*self._initial_flight(draw)))
+        self._set(self._initial_scene(*self._initial_flight(self._drawn(seeds))))
         return self._observation(self._scene.now)
 
     def step(self, action: Tensor) -> StepResult:
@@ -168,42 +157,17 @@ class TwinEnvironments:
         self, scene: Scene, asked: Array, chance: Array | None
     ) -> tuple[Scene, tuple[StepResult, Instant]]:
         """One control step of all environments as a pure function, without branches on values."""
-        before, xp = scene.now, namespace(asked)
+        before = scene.now
         velocity, yaw = self.task.command(asked, before)
         flight = self._twin.fly(scene.flight, velocity, yaw, self._steps)
         now = self._instant(flight, scene.goal, asked, before.start)
-        verdict, ledger = self.episodes.assess(now, before, scene.ledger)
-        near = xp.all(xp.abs(now.position) < FARTHEST, axis=1)
-        # nothing compares with what is not a number
-        lost = ~near
-        terminated = verdict.terminated | lost
-        ended = terminated | verdict.truncated
+        verdict, ended, ledger = self._judged(now, before, scene.ledger)
         final = self._observation(now)
         after = Scene(flight, scene.goal, now, ledger)
         if some(ended):
             after = self._reset_ended(after, ended, chance)
-        result = StepResult(
-            observation=self._observation(after.now),
-            reward=self._as_tensor(verdict.reward),
-            terminated=self._flag(terminated),
-            truncated=self._flag(verdict.truncated & ~lost),
-            final=final,
-            success=self._flag(verdict.success & ended),
-            facts={
-                name: self._as_tensor(x, none=float("nan")) for name, x in verdict.facts.items()
-            },
-        )
+        result = self._result(verdict, final, self._observation(after.now))
         return after, (result, now)
-
-    def scripted_policy(self) -> Tensor:
-        """Return the actions of the task's scripted policy, shape (N, a)."""
-        return self._as_tensor(self.task.scripted_policy(self._scene.now))
-
-    @property
-    def now(self) -> Instant:
-        """Present state of all robots."""
-        found: Instant = self._scene.now
-        return found
 
     def snapshot(self) -> Any:
         """Return the complete state, as plain data and tensors."""
@@ -260,12 +224,7 @@ class TwinEnvironments:
         if self._starts is not None and chance is not None:
             opened = self._initial_scene(*self._starts.picked(self._still, chance))
         else:
-            index = np.flatnonzero(ended)
-            few = self.task.draw(self._rng, len(index))
-            full = [np.zeros((self.count, x.shape[1])) for x in few]
-            for whole, part in zip(full, few, strict=True):
-                whole[index] = part
-            opened = self._initial_scene(*self._initial_flight(Draw(*full)))
+            opened = self._initial_scene(*self._initial_flight(self._drawn_where(ended)))
         return Scene(
             self._twin.merged(opened.flight, scene.flight, ended),
             namespace(ended).where(ended[:, None], opened.goal, scene.goal),
@@ -330,40 +289,11 @@ class TwinEnvironments:
             return np.asarray(held.cpu().numpy(), dtype=float)
         return held.to(device=self._like.device, dtype=self._like.dtype)
 
-    def _as_tensor(self, values: Array, none: float = 0.0) -> Tensor:
-        """Convert to a float32 tensor; numbers that are not finite become `none`."""
-        import torch
-
-        tensor = torch.from_numpy(values) if isinstance(values, np.ndarray) else values
-        return torch.nan_to_num(tensor.to(torch.float32), none, none, none)
-
-    def _flag(self, flags: Array) -> Tensor:
-        import torch
-
-        found: Tensor = torch.from_numpy(flags) if isinstance(flags, np.ndarray) else flags
-        return found
-
-    def _observation(self, now: Instant) -> Tensor:
-        return self._as_tensor(self.task.observation(now)).clamp(-FARTHEST, FARTHEST)
-
 
 def tool_offset(robot: RobotModel, joints: Floats) -> Floats:
     """Return the position of the hand in body axes, joints held [m], shape (3,)."""
     places, _ = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], joints[None])
     return np.asarray(places[0, list(tool_of(robot))].mean(axis=0))
-
-
-def picked(fresh: Any, other: Any, ended: Array) -> Any:
-    """Select rows of one tuple of arrays by the mask ``ended`` (N,), else of another."""
-    xp = namespace(ended)
-    out = []
-    for a, b in zip(fresh, other, strict=True):
-        if isinstance(b, Mapping):
-            out.append(b)
-            continue
-        mask = xp.reshape(ended, (-1, *[1] * (b.ndim - 1)))
-        out.append(xp.where(mask, a, b))
-    return type(other)(*out) if hasattr(other, "_fields") else tuple(out)
 
 
 def _like_on(device: str, *, double: bool, fused: bool) -> Array:

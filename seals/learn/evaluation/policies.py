@@ -41,15 +41,16 @@ class PolicyScripted:
 
 
 class PolicyRandom:
-    """Uniform random actions from -1 to 1, determined by each episode's seed.
+    """Uniform random actions, determined by each episode's seed.
 
     Args:
         size: numbers in an action.
         device: of the actions.
+        most: largest action; 0 for none at all.
     """
 
-    def __init__(self, size: int, device: str) -> None:
-        self.size, self.device = size, device
+    def __init__(self, size: int, device: str, *, most: float = 1.0) -> None:
+        self.size, self.device, self.most = size, device, most
         self._random: list[np.random.Generator] = []
 
     def begin(self, seeds: Sequence[int]) -> None:
@@ -60,30 +61,10 @@ class PolicyRandom:
         """Return the next random actions."""
         import torch
 
-        drawn = np.stack([random.uniform(-1.0, 1.0, self.size) for random in self._random])
+        drawn = np.stack(
+            [random.uniform(-self.most, self.most, self.size) for random in self._random]
+        )
         return torch.as_tensor(drawn, dtype=torch.float32, device=self.device)
-
-
-class PolicyStill:
-    """Policy of zero actions.
-
-    Args:
-        size: numbers in an action.
-        device: of the actions.
-    """
-
-    def __init__(self, size: int, device: str) -> None:
-        self.size, self.device, self.count = size, device, 0
-
-    def begin(self, seeds: Sequence[int]) -> None:
-        """Store the number of environments."""
-        self.count = len(seeds)
-
-    def act(self, observation: Any) -> Tensor:
-        """Return zeros."""
-        import torch
-
-        return torch.zeros((self.count, self.size), device=self.device)
 
 
 def policy_of(name: str, environment: Batched, *, device: str, key: str = "policy") -> Policy:
@@ -104,7 +85,7 @@ def policy_of(name: str, environment: Batched, *, device: str, key: str = "polic
     if name == RANDOM:
         return PolicyRandom(environment.action_size, environment.device)
     if name == STILL:
-        return PolicyStill(environment.action_size, environment.device)
+        return PolicyRandom(environment.action_size, environment.device, most=0.0)
     if Path(name).is_file() and Path(name).suffix in SUFFIXES:
         return policy_of_keys(Path(name), environment)
     from seals.learn.policy import load_policy

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from seals.errors import ConfigError
+from seals.learn.learner import whole
 from seals.schema import setting
 
 
@@ -38,10 +38,11 @@ class TrainingSchedule:
         Raises:
             ConfigError: one is too small.
         """
-        least = {"steps": 0, "look_every": 1, "episodes": 1, "log_every": 1, "in_a_row": 1}
-        for name, low in least.items():
-            if getattr(self, name) < low:
-                raise ConfigError(
-                    f"course.{name}={getattr(self, name)} is not allowed.\n"
-                    f"Allowed: a whole number from {low} on."
-                )
+        whole(
+            "course",
+            steps=(self.steps, 0),
+            look_every=(self.look_every, 1),
+            episodes=(self.episodes, 1),
+            log_every=(self.log_every, 1),
+            in_a_row=(self.in_a_row, 1),
+        )

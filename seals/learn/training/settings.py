@@ -2,29 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass, field
 from typing import Any
 
 from seals.learn.settings import LearnSettings
 from seals.learn.training.schedule import TrainingSchedule
 from seals.schema import setting
-
-OWN = (
-    "learner",
-    "course",
-    "count",
-    "judges",
-    "device",
-    "threads",
-    "demonstrations",
-    "shown",
-    "shuffled",
-    "varied",
-    "varied_from",
-    "film",
-    "track",
-)
-"""Keys of a training that its environment does not have."""
 
 
 @dataclass(kw_only=True)
@@ -66,3 +50,8 @@ class TrainSettings(LearnSettings):
     varied_from: str | None = None
     film: bool = False
     track: str | None = None
+
+
+_SHARED = {field.name for field in dataclasses.fields(LearnSettings)}
+OWN = tuple(one.name for one in dataclasses.fields(TrainSettings) if one.name not in _SHARED)
+"""Keys of a training that its environment does not have."""

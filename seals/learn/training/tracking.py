@@ -1,97 +1,80 @@
-"""Experiment trackers: training metrics in TensorBoard, MLflow or Weights & Biases."""
+"""Experiment trackers: training metrics in TensorBoard, MLflow or Weights & Biases, by TorchRL."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from seals.errors import ConfigError, optional_import, suggestion
 
 PROJECT = "seals"
 """Project, or experiment, under which trackers list trainings."""
+_Loggers = tuple[Any, Callable[[], object]]
+"""Logger of TorchRL, and what ends it."""
 
 
-class Tracker(Protocol):
-    """Receiver of the figures of a training."""
+class Tracker:
+    """Receiver of the figures of a training.
+
+    Args:
+        logger: of TorchRL.
+        close: writes what is left.
+    """
+
+    def __init__(self, logger: Any, close: Callable[[], object]) -> None:
+        self._logger, self.close = logger, close
 
     def add(self, values: Mapping[str, float], step: int) -> None:
         """Take the figures of a row by name, at a number of control steps."""
-
-    def close(self) -> None:
-        """Write what is left."""
-
-
-class _TensorBoard:
-    def __init__(self, folder: Path, facts: Mapping[str, Any]) -> None:
-        from torch.utils.tensorboard import SummaryWriter
-
-        self._writer = SummaryWriter(str(folder / "tensorboard"))
-
-    def add(self, values: Mapping[str, float], step: int) -> None:
         for name, value in values.items():
-            self._writer.add_scalar(name, value, step)
-
-    def close(self) -> None:
-        self._writer.close()
+            self._logger.log_scalar(name, value, step=step)
 
 
-class _Wandb:
+def _tensorboard(folder: Path, facts: Mapping[str, Any]) -> _Loggers:
+    import torch.utils.tensorboard  # noqa: F401  TorchRL would not say what is missing
+    from torchrl.record.loggers.tensorboard import TensorboardLogger
+
+    found = TensorboardLogger("tensorboard", log_dir=str(folder))
+    return found, found.experiment.close
+
+
+def _wandb(folder: Path, facts: Mapping[str, Any]) -> _Loggers:
     """Offline unless ``WANDB_MODE`` says otherwise: nothing leaves the machine by itself."""
+    import wandb
+    from torchrl.record.loggers.wandb import WandbLogger
 
-    def __init__(self, folder: Path, facts: Mapping[str, Any]) -> None:
-        import wandb
-
-        mode: Any = os.environ.get("WANDB_MODE", "offline")
-        self._run: Any = wandb.init(
-            project=PROJECT,
-            name=folder.name,
-            dir=str(folder),
-            config=dict(facts),
-            mode=mode,
-            settings=wandb.Settings(console="off", silent=True),
-        )
-
-    def add(self, values: Mapping[str, float], step: int) -> None:
-        self._run.log(dict(values), step=step)
-
-    def close(self) -> None:
-        self._run.finish()
+    found = WandbLogger(
+        folder.name,
+        save_dir=str(folder),
+        project=PROJECT,
+        log_env_packages=False,
+        config=dict(facts),
+        mode=os.environ.get("WANDB_MODE", "offline"),
+        settings=wandb.Settings(console="off", silent=True),
+    )
+    return found, found.experiment.finish
 
 
-class _Mlflow:
+def _mlflow(folder: Path, facts: Mapping[str, Any]) -> _Loggers:
     """In the training's folder unless ``MLFLOW_TRACKING_URI`` says otherwise."""
+    import mlflow
+    from torchrl.record.loggers.mlflow import MLFlowLogger
 
-    def __init__(self, folder: Path, facts: Mapping[str, Any]) -> None:
-        from mlflow.tracking import MlflowClient
-
-        whole = folder.resolve()
-        place = os.environ.get("MLFLOW_TRACKING_URI") or f"sqlite:///{whole / 'mlflow.db'}"
-        self._client: Any = MlflowClient(tracking_uri=place)
-        found = self._client.get_experiment_by_name(PROJECT)
-        if found is None:
-            files = (whole / "mlruns").as_uri() if place.startswith("sqlite") else None
-            number = self._client.create_experiment(PROJECT, artifact_location=files)
-        else:
-            number = found.experiment_id
-        self._id = self._client.create_run(number).info.run_id
-        self._client.set_tag(self._id, "mlflow.runName", folder.name)
-        for name, value in facts.items():
-            self._client.log_param(self._id, name, str(value)[:250])
-
-    def add(self, values: Mapping[str, float], step: int) -> None:
-        for name, value in values.items():
-            self._client.log_metric(self._id, name, value, step=step)
-
-    def close(self) -> None:
-        self._client.set_terminated(self._id)
+    whole = folder.resolve()
+    place = os.environ.get("MLFLOW_TRACKING_URI") or f"sqlite:///{whole / 'mlflow.db'}"
+    files = (whole / "mlruns").as_uri() if place.startswith("sqlite") else None
+    found = MLFlowLogger(PROJECT, place, artifact_location=files)
+    mlflow.set_tag("mlflow.runName", folder.name)
+    mlflow.log_params({name: str(value)[:250] for name, value in facts.items()})
+    return found, mlflow.end_run
 
 
-_KINDS: Mapping[str, tuple[Callable[[Path, Mapping[str, Any]], Tracker], str]] = {
-    "tensorboard": (_TensorBoard, "aam-seals[learn]"),
-    "wandb": (_Wandb, "aam-seals[track]"),
-    "mlflow": (_Mlflow, "aam-seals[track]"),
+_KINDS: Mapping[str, tuple[Callable[[Path, Mapping[str, Any]], _Loggers], str]] = {
+    "tensorboard": (_tensorboard, "learn"),
+    "wandb": (_wandb, "track"),
+    "mlflow": (_mlflow, "track"),
 }
 
 
@@ -111,9 +94,9 @@ def tracker_of(name: str | None, folder: Path, facts: Mapping[str, Any]) -> Trac
         return None
     if name not in _KINDS:
         raise ConfigError(f"track={name} is not known.\n{suggestion(name, _KINDS)}")
-    kind, package = _KINDS[name]
+    kind, extra = _KINDS[name]
     with optional_import(
         f"track={name} needs a package",
-        f"Install it: pip install '{package}'; the CSV files say the same without it.",
+        f"Install it: pip install 'aam-seals[{extra}]'; the CSV files say the same without it.",
     ):
-        return kind(folder, facts)
+        return Tracker(*kind(folder, facts))
