@@ -61,7 +61,7 @@ class ReaderCsv:
         """
         given = source or self.path
         if not given:
-            raise LogError("the CSV reader needs a file.\nGive it as path=FILE.")
+            raise LogError("the CSV reader needs a file.\nGive it: log=FILE, in Python path=FILE.")
         log = read_csv(
             given,
             columns=self.columns,

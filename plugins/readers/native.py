@@ -35,7 +35,9 @@ class ReaderNative:
         """
         given = source or self.path
         if not given:
-            raise LogError("the native reader needs a folder.\nGive it as path=FOLDER.")
+            raise LogError(
+                "the native reader needs a folder.\nGive it: log=FOLDER, in Python path=FOLDER."
+            )
         place = Path(given)
         holds_table = any((place / name).exists() for name in (*TABLES, "meta.yaml"))
         if place.is_dir() and not holds_table:

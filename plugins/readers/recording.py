@@ -42,7 +42,10 @@ class Recording:
         """
         given = source or self.path
         if not given:
-            raise LogError(f"the {self.kind} reader needs a recording.\nGive it as path=PATH.")
+            raise LogError(
+                f"the {self.kind} reader needs a recording.\n"
+                "Give it: log=PATH, in Python path=PATH."
+            )
         choice = Choice(
             topics=self.topics,
             fields=by_topic(self.columns, self.units, self.negate),

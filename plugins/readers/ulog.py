@@ -71,7 +71,7 @@ class ReaderUlog:
         """
         given = source or self.path
         if not given:
-            raise LogError("the ULog reader needs a file.\nGive it as path=FILE.")
+            raise LogError("the ULog reader needs a file.\nGive it: log=FILE, in Python path=FILE.")
         where = str(given)
         samples = {
             (topic if instance == 0 else f"{topic}:{instance}"): found

@@ -83,7 +83,9 @@ class ReaderWitmotion:
         """
         given = source or self.path
         if not given:
-            raise LogError("the WitMotion reader needs a file.\nGive it as path=FILE.")
+            raise LogError(
+                "the WitMotion reader needs a file.\nGive it: log=FILE, in Python path=FILE."
+            )
         names, rows, segment = _rows(_text(read_bytes(given, most=_MOST_BYTES)), str(given))
         try:
             table = np.array(rows, dtype=np.float64)

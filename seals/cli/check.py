@@ -27,8 +27,10 @@ def check(arguments: list[str]) -> int:
 
     if len(arguments) == 1 and not arguments[0].startswith("-") and "=" not in arguments[0]:
         arguments = [f"robot={arguments[0]}"]
-    if not any(word.startswith("robot=") for word in arguments):
-        raise ConfigError("robot is not given.\nWrite: seals check robot=NAME or robot=FOLDER")
+    robots = [word for word in arguments if word.startswith("robot=")]
+    if len(robots) != 1:
+        given = f"{' '.join(robots)}: several robots are given" if robots else "robot is not given"
+        raise ConfigError(f"{given}.\nWrite: seals check robot=NAME or robot=FOLDER")
     config = compose(arguments)
     refuse_unknown(config, where="")
     with refusals(arguments):

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from seals.cli.slips import refuse_slips
+from seals.cli.slips import refuse_slips, repeated_keys
 from seals.cli.sweep import MULTIRUN, RESUME, begun, own_words, with_objective
 from seals.config import roots
 from seals.config.overrides import joined
@@ -173,6 +173,8 @@ def launch(root: str, arguments: list[str], task: Task) -> int:
     arguments, resumed = begun(root, [*kept, *checked])
     _refuse_other_verb(root, arguments)
     refuse_slips(root, arguments)
+    for remark in repeated_keys(arguments):
+        print(remark, file=sys.stderr)
     install()
     sweep = Sweep(root, own_words(arguments), resumed=resumed)
     outcome = _Outcome(task, sweep.claim)
@@ -370,6 +372,11 @@ def _refuse_flags(arguments: list[str]) -> list[str]:
             "Allowed: KEY=VALUE, --multirun, --resume, --cfg job|hydra|all, --package KEY, "
             "--config-dir DIR"
         ) from stop
+    if given.config_dir and not Path(given.config_dir).is_dir():
+        raise ConfigError(
+            f"--config-dir {given.config_dir}: there is no such folder.\n"
+            "Give a folder of configurations: seals run --config-dir FOLDER experiment=theirs"
+        )
     if given.config_name in roots.NAMES:
         raise ConfigError(
             f"--config-name {given.config_name}: that is the schema of a configuration, not one.\n"

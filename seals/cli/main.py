@@ -394,7 +394,7 @@ def _named(target: str) -> Any:
 
 
 def _overview() -> str:
-    rows = "\n".join(f"  {name:10}{verb.summary}" for name, verb in VERBS.items())
+    rows = "\n".join(f"  {name:11}{verb.summary}" for name, verb in VERBS.items())
     return (
         f"SEALS {seals.__version__}: robots that cross sea, air and land\n\n"
         f"usage: seals VERB [arguments]\n\n{rows}\n\n"

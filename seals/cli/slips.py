@@ -9,6 +9,8 @@ from seals.errors import ConfigError
 
 _LOGS = ("calibrate", "compare", "diagnose", "verify", "plan")
 """Verbs that take a log."""
+_FOLDERS = ("hydra.run.dir=", "hydra.sweep.dir=")
+"""Output folders without a value, which Hydra takes for the present folder."""
 
 
 def refuse_slips(root: str, words: Sequence[str]) -> None:
@@ -25,6 +27,11 @@ def refuse_slips(root: str, words: Sequence[str]) -> None:
     """
     before = ""
     for word in words:
+        if word in _FOLDERS:
+            raise ConfigError(
+                f"{word} names no folder; the files here would be overwritten.\n"
+                f"Give one: {word}FOLDER, or leave it out: runs/DAY/TIME_NAME is new."
+            )
         # a word after a flag may be the flag's own
         key = "" if "=" in word or before.startswith("-") else _key_of(root, word)
         if key:
@@ -32,6 +39,25 @@ def refuse_slips(root: str, words: Sequence[str]) -> None:
         before = "" if "=" in word else word
     if root == "run":
         _refuse_own_folder(words)
+
+
+def repeated_keys(words: Sequence[str]) -> list[str]:
+    """Return a remark for each key that the words give several values; the last value holds.
+
+    Example:
+        >>> repeated_keys(["robot=ball", "seed=1", "robot=box", "seed=1"])
+        ['robot is given 2 values; the last one holds: robot=box']
+    """
+    values: dict[str, list[str]] = {}
+    for word in words:
+        key, sign, value = word.lstrip("+").partition("=")
+        if sign and not word.startswith("-"):
+            values.setdefault(key, []).append(value)
+    return [
+        f"{key} is given {len(set(given))} values; the last one holds: {key}={given[-1]}"
+        for key, given in values.items()
+        if len(set(given)) > 1
+    ]
 
 
 def _key_of(root: str, word: str) -> str:

@@ -61,6 +61,11 @@ def _begun(folder: Path) -> list[str]:
             "Restore it, or begin anew without resume."
         )
     words = [str(word) for word in found or []]
+    if (folder / "run.json").is_file() and (folder / "log.parquet").is_file():
+        raise ConfigError(
+            f"resume={folder}: this folder holds a run, not a training.\n"
+            f"Resume or repeat it: seals run resume={folder}, or repeat={folder}"
+        )
     refuse_dangerous(
         words,
         where=f"resume={folder}: {path.name}",

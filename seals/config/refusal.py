@@ -177,9 +177,7 @@ def _allowed(parent: Any, key: str, text: str) -> str:
         return suggestion(
             "", [f"{key}.{name}" for name in parent[key]], label="Set one of its keys"
         )
-    return (
-        "Allowed: a list in brackets, for instance [0,0,1]" if "List" in text else "See: --cfg job"
-    )
+    return "Allowed: a list in brackets, for instance [a,b]" if "List" in text else "See: --cfg job"
 
 
 _SAYINGS: tuple[tuple[str, str, str], ...] = (

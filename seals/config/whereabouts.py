@@ -21,6 +21,9 @@ def unknown_robot(given: str, installed: Sequence[str]) -> UnknownPlugin:
         name = urdf.stem.lower().replace("-", "_").replace(".", "_")
         advice = f"Make a robot of the URDF first: seals new robot my_{name} --urdf {urdf}"
         return _refusal(given, "holds no robot.yaml", advice)
+    if given and path.exists():
+        advice = "Make one of a URDF: seals new robot NAME --urdf FILE, or see: seals list robot"
+        return _refusal(given, "is here, but holds no robot.yaml", advice)
     folders = _folders(path.parent if "/" in given else Path())
     close = nearest(given, folders)
     if close is not None:

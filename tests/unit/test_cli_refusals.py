@@ -68,6 +68,20 @@ WRONG = [
     ("run --config-name run_schema ROBOT", "schema of a configuration, not one", "seals run KEY"),
     ("train --config-name=train_schema", "schema of a configuration, not one", "seals train KEY"),
     ("compare ROBOT reader=impak", "reader 'impak'", "Did you mean 'impack'?"),
+    ("compare ROBOT", "the native reader needs a folder", "log=FOLDER"),
+    ("run ROBOT hydra.run.dir=", "hydra.run.dir= names no folder", "hydra.run.dir=FOLDER"),
+    ("run ROBOT --config-dir nowhere", "--config-dir nowhere: there is no", "folder of config"),
+    ("run ROBOT hide=wind", "hide=wind is not allowed", "a list in brackets, for instance [a,b]"),
+    (
+        "check robot=ball robot=box",
+        "robot=ball robot=box: several robots",
+        "seals check robot=NAME",
+    ),
+    (
+        "calibrate log=hidden_effect/flight_a parameters=[mass] prior=-1",
+        "prior=-1.0 is not allowed",
+        "from 0.01 to 10",
+    ),
 ]
 
 
@@ -111,6 +125,56 @@ def test_the_bounds_of_a_pure_number_carry_no_unit(
     assert main([f"robot={pebble}" if word == "ROBOT" else word for word in line.split()]) == 2
     last = capsys.readouterr().err.splitlines()[-1]
     assert last == advice or (last.startswith(advice) and "(default" in advice)
+
+
+def test_a_folder_that_is_no_robot_is_named(
+    elsewhere: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A folder that is there but is no robot is not told to be missing."""
+    (elsewhere / "hull").mkdir()
+    assert main(["run", "robot=hull"]) == 2
+    assert capsys.readouterr().err.splitlines() == [
+        "UnknownPlugin: robot 'hull' is here, but holds no robot.yaml.",
+        "Make one of a URDF: seals new robot NAME --urdf FILE, or see: seals list robot",
+    ]
+
+
+@pytest.mark.parametrize("verb", ["add name=x", "plan"])
+def test_a_damaged_diagnosis_is_told_once(
+    verb: str, elsewhere: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The fault of the file, once, and what to do."""
+    (elsewhere / "diagnosis.json").write_text("{", encoding="utf-8")
+    assert main([*verb.split(), "diagnosis=."]) == 2
+    first, second = capsys.readouterr().err.splitlines()
+    assert first.count("damaged") == 1
+    assert ".." not in first + second
+    assert "seals diagnose" in second or "Diagnose the log again" in second
+
+
+def test_a_run_is_not_resumed_as_a_training(
+    elsewhere: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The verb that resumes it is named."""
+    (elsewhere / "old" / ".hydra").mkdir(parents=True)
+    (elsewhere / "old" / ".hydra" / "overrides.yaml").write_text("[]", encoding="utf-8")
+    for name in ("run.json", "log.parquet"):
+        (elsewhere / "old" / name).touch()
+    assert main(["train", "resume=old"]) == 2
+    first, second = capsys.readouterr().err.splitlines()
+    assert first.endswith("this folder holds a run, not a training.")
+    assert "seals run resume=old" in second
+
+
+def test_a_key_with_two_values_is_remarked(
+    pebble: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The last value holds, as scripts want it, and a person is told so."""
+    seen = []
+    application(monkeypatch, lambda config: seen.append(config.seed))
+    assert main(["run", f"robot={pebble}", "seed=1", "seed=2"]) == 0
+    assert seen == [2]
+    assert capsys.readouterr().err == "seed is given 2 values; the last one holds: seed=2\n"
 
 
 @pytest.mark.parametrize("line", ["run robot=bal", "run robot=FOLDER time.step=nan"])

@@ -9,9 +9,11 @@ from typing import Any
 from seals.errors import ConfigError
 from seals.logs.atomic import finite, write_json, write_text
 from seals.logs.shipped import find_log
+from seals.schema import check_value, parameters_of
 from seals.sysid.calibration.applying import DIFF, Edited, edited, write_robot
 from seals.sysid.calibration.calibration import STAGES, Calibration, calibrated
 from seals.sysid.calibration.next_flight import NextFlight, next_flight
+from seals.sysid.calibration.settings import CalibrateSettings
 from seals.sysid.calibration.words import HEAD, error_sentence, remarks, row
 from seals.sysid.data.robot_description import RobotDescription, described
 from seals.sysid.report.given_logs import make_folder, places_of, read_log, sources
@@ -51,6 +53,7 @@ def execute(config: Any) -> int:
         raise ConfigError(
             "log is not given.\nSay which: seals calibrate log=FOLDER parameters=[mass] out=FOLDER"
         )
+    check_value("prior", config.prior, parameters_of(CalibrateSettings)["prior"])
     robot = described(config)
     if config.apply and robot is None:
         raise ConfigError(

@@ -89,8 +89,9 @@ def read_diagnosis(place: Path) -> dict[str, Any]:
     try:
         answer = read_json(path)
     except LogError as error:
+        fault = str(error).partition("\n")[0].rstrip(".")
         raise ConfigError(
-            f"diagnosis={place} cannot be read: {error}.\n"
+            f"diagnosis={place}: {fault}.\n"
             "Give the folder of an answer: seals diagnose log=FOLDER out=FOLDER writes one."
         ) from error
     if not isinstance(answer, dict) or "verdict" not in answer:

@@ -92,7 +92,10 @@ def read_answer(
         why = "; ".join(str(reason) for reason in raw.get("reasons") or ())
         log, nominal = dict(raw.get("log") or {}), _determined(raw.get("nominal") or {})
         text = str((raw.get("formula") or {}).get("text", ""))
-    except (LogError, OSError, AttributeError, ValueError, KeyError, TypeError) as cause:
+    except LogError as cause:
+        fault = str(cause).partition("\n")[0].rstrip(".")
+        raise ConfigError(f"{fault}.\nDiagnose the log again.") from cause
+    except (OSError, AttributeError, ValueError, KeyError, TypeError) as cause:
         raise ConfigError(f"{path} is damaged: {cause}.\nDiagnose the log again.") from cause
     law = _formula(path, raw, verdict, accept)
     if verdict in _REFUSED and law is None:
