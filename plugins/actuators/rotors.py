@@ -56,7 +56,6 @@ class Rotors(ActuatorOptions, Effect):
         torque_change: relative change of all torque coefficients [1].
         first: column of the first of these rotors among the drives of all actuators.
         links: the link that carries them, the root by default.
-        correction: see `seals.effects.Effect`.
 
     Lists of coefficients hold one number a rotor, or one number for all.
 

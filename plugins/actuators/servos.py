@@ -47,7 +47,6 @@ class Servos(Effect):
         speed_limit: largest change of the command [rad/s], one number for all joints or one a
             joint; empty for none.
         links: not used; servos act on joints.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         The current loop is far faster than the joint; motor and link are one, see

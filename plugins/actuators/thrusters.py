@@ -29,7 +29,6 @@ class Thrusters(ActuatorOptions, Effect):
         power_coefficient: c [W/N^1.5], likewise; 1 / (eta sqrt(2 rho A)) by momentum theory.
         first: column of the first of these thrusters among the drives of all actuators.
         links: the link that carries them, the root by default.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         The static map from force to speed is known and inverted; counter-rotating or ducted blades

@@ -36,7 +36,6 @@ class AccelerometerBias(Effect):
         bias_y: b along sensor y [m/s^2].
         bias_z: b along sensor z [m/s^2].
         links: not used; it acts on the accelerometer.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         Constant over the log.

@@ -36,7 +36,6 @@ class AccelerometerScale(Effect):
         scale_y: k along sensor y [1].
         scale_z: k along sensor z [1].
         links: not used; it acts on the accelerometer.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         Constant over the log and over the range.

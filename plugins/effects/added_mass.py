@@ -58,8 +58,6 @@ class AddedMass(Effect):
             [kg, kg m, kg m^2]; empty where s M_A stands for it.
         floating_fraction: submerged share of the hull at which A_inf holds [1].
         medium: water.
-        links: links it acts on, the root by default.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         Ideal flow; the matrix grows in proportion to the submerged share, or along the lines above.

@@ -43,8 +43,6 @@ class DragAngular(Effect):
         quadratic_y: e about body y [N m s^2/rad^2].
         quadratic_z: e about body z [N m s^2/rad^2].
         medium: water, air or any.
-        links: links it acts on, the root by default.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         The medium does not rotate; axes are uncoupled.

@@ -35,7 +35,6 @@ class Battery(Effect):
         sensitivity: loss of thrust for a loss of voltage at a held command [1]; zero for speed
             controllers that hold the speed, about 2 for those that hold the duty.
         links: the link of the drives it feeds, the root by default.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         Constant temperature; no recovery after load; drives take power alone, whatever the voltage.

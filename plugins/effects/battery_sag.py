@@ -26,7 +26,6 @@ class BatterySag(Effect):
         sensitivity: k [1].
         full_voltage: V_full [V].
         links: the link of the actuators it changes, the root by default.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         Speed controllers fall short of the commanded speed in proportion to the missing voltage.

@@ -37,7 +37,6 @@ class Buoyancy(Effect):
         volume_change: dV, change of the displaced volume against the hull's, same shape [m^3].
         medium: the fluid that lifts, water by default.
         links: links with a hull, all by default.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         The pressure is that of the undisturbed water; the surface is plane over the hull; the

@@ -38,8 +38,6 @@ class CentreOfBuoyancy(Effect):
         offset_y: d along body y [m].
         offset_z: d along body z [m].
         medium: the fluid that lifts, water by default.
-        links: links it acts on, the root by default.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         The same shift for every submerged share; the volume is that of the hull.

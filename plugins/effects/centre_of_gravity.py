@@ -38,8 +38,6 @@ class CentreOfGravity(Effect):
         offset_x: d along link x [m].
         offset_y: d along link y [m].
         offset_z: d along link z [m].
-        links: links it acts on, the root by default.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         Mass and inertia about the centre of gravity are known.

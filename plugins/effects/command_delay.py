@@ -22,7 +22,6 @@ class CommandDelay(Effect):
     Args:
         delay: d [s].
         links: not used; the delay is that of every command.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         Constant, the same for all actuators and joints.

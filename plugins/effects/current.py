@@ -32,7 +32,6 @@ class Current(Effect):
         velocity_z: upward [m/s].
         medium: water.
         links: links it acts on, all by default.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         Constant in time and space; enters through every water drag and the added mass.

@@ -93,8 +93,6 @@ class EffectFormula(Effect):
         rate: of all that swings [rad/s].
         thrust: share of the actuators' force and torque that is added [1].
         medium: in which all terms act: any, air or water.
-        links: links it acts on, the root by default.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         The law holds where the log went; the clock of the simulation is that of the log.

@@ -24,7 +24,6 @@ class Gravity(Effect):
 
     Args:
         links: links with weight, all by default.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         A uniform field of the strength ``environment.gravity``.

@@ -25,7 +25,6 @@ class GroundEffect(Effect):
         coefficient: k, 1 in the textbook [1].
         ground_level: world z of the ground [m].
         links: the link of the rotors it changes, the root by default.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         Each rotor by itself over flat level ground, at constant speed of the rotor.

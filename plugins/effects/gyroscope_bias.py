@@ -36,7 +36,6 @@ class GyroscopeBias(Effect):
         bias_y: b about sensor y [rad/s].
         bias_z: b about sensor z [rad/s].
         links: not used; it acts on the gyroscope.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         Constant over the log.

@@ -43,8 +43,6 @@ class InertiaChange(Effect):
         delta_xx: about link x [kg m^2].
         delta_yy: about link y [kg m^2].
         delta_zz: about link z [kg m^2].
-        links: links it acts on, the root by default.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         Mass and centre of gravity are known; no change of the products of inertia.

@@ -33,7 +33,6 @@ class JointBacklash(Effect):
         kd: damping of the servo [N m s/rad].
         joint: 1-based index of one joint, or 0 for all.
         links: not used; backlash acts on joints.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         Quasi-static: the motor takes the place at which the servo's spring and the contact balance,

@@ -33,7 +33,6 @@ class JointFriction(Effect):
         threshold: q'_0, speed over which the Coulomb torque changes sign [rad/s].
         joint: 1-based index of one joint, or 0 for all.
         links: not used; friction acts on joints.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         The sign function is smoothed over ``threshold`` so that the law is differentiable.

@@ -27,8 +27,6 @@ class Lift(Effect):
         attack_drag: A_D, growth of the drag coefficient with the square of the angle of attack
             times the same area [m^2].
         medium: water, air or any.
-        links: links it acts on, the root by default.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         The plane of the wing is the body's xy plane; the force acts on the link origin. sin(a)

@@ -33,8 +33,6 @@ class DragLinear(Effect):
         coefficient_y: c along body y [N s/m].
         coefficient_z: c along body z [N s/m].
         medium: water, air or any.
-        links: links it acts on, the root by default.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         Axes are uncoupled; the force acts on the link origin.

@@ -46,7 +46,6 @@ class Payload(Effect):
         position_y: p along link y [m].
         position_z: p along link z [m].
         links: the link that carries it, the root by default.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         A point: no inertia about its own centre; no volume, no drag.

@@ -73,8 +73,6 @@ class DragQuadratic(Effect):
         position_y: along y [m].
         position_z: along z [m].
         medium: water, air or any.
-        links: links it acts on, the root by default.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         Density is inside the coefficient; the flow is uniform along the body. ``per_axis``: axes

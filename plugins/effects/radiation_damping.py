@@ -35,8 +35,6 @@ class DampingRadiation(Effect):
         angular_y: d about body y [N m s/rad].
         angular_z: d about body z [N m s/rad].
         medium: water.
-        links: links it acts on, the root by default.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         One frequency: coefficients are those at the frequency of the motion, without memory. A hull

@@ -39,8 +39,6 @@ class RadiationMemory(Effect):
         floating_fraction: s_0, submerged share of the hull at which the numbers hold [1].
         strength: factor on the force [1].
         medium: water.
-        links: links it acts on, the root by default.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         Linear waves about the floating hull, deep water, no forward speed; the added mass at

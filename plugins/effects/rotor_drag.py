@@ -25,7 +25,6 @@ class DragRotor(Effect):
         coefficient: c [s/m].
         medium: air.
         links: the link of the rotors, the root by default.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         Discs lie in the body's xy plane; the drag of a blade element grows with its thrust.

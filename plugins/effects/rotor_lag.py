@@ -30,7 +30,6 @@ class RotorLag(Effect):
     Args:
         time_constant_change: d [s].
         links: not used; the lag is that of every actuator.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         Rise and fall take the same time; all drives change alike.

@@ -28,7 +28,6 @@ class RotorMedium(Effect):
         torque_limit: of every motor [N m].
         reference_density: rho_0, for which the rotors' coefficients hold [kg/m^3].
         links: the link of the rotors it changes, the root by default.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         Coefficients of thrust and torque do not depend on the Reynolds number beyond the

@@ -22,7 +22,6 @@ class SensorDelay(Effect):
         delay: d [s].
         sensors: names of the sensors that are late, ``*`` for all; empty for the inertial ones.
         links: not used; the delay is that of sensors.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         Constant, the same for all those sensors; comes before misalignment, scale and bias.

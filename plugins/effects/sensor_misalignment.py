@@ -39,7 +39,6 @@ class SensorMisalignment(Effect):
         rotation_z: r about sensor z [rad].
         sensors: names of the sensors that are turned, ``*`` for all; empty for the inertial ones.
         links: not used; it acts on sensors.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         Gyroscope and accelerometer are turned together, as one block. Other sensors are turned

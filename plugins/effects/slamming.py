@@ -24,8 +24,6 @@ class Slamming(Effect):
     Args:
         coefficient: C_s [1].
         medium: water.
-        links: links it acts on, the root by default.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         The force acts on the link origin; its course over the entry follows 4 s (1 - s), whose

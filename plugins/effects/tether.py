@@ -48,7 +48,6 @@ class Tether(Effect):
         length: L, free length [m].
         stiffness: K [N/m].
         links: the link it pulls, the root by default.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         Straight and without mass; attached at the link origin.

@@ -31,7 +31,6 @@ class ThrustCoefficient(Effect):
     Args:
         relative_change: f [1].
         links: the link of the actuators it changes, the root by default.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         The same change for all, at every speed.

@@ -30,7 +30,6 @@ class ThrustInWater(Effect):
         ratio_change: change of the ratio [1].
         water_level: world z of the still surface [m].
         links: the link of the actuators it changes, the root by default.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         The surface is flat at ``water_level``; the controller takes account of the density, so that

@@ -28,7 +28,6 @@ class ThrusterMedium(Effect):
     Args:
         radius: R of the propellers [m].
         links: the link of the thrusters it changes, the root by default.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         The electronics turn a commanded force into the speed that gives it under water, and hold

@@ -26,7 +26,6 @@ class WeakRotor(Effect):
         relative_loss: f [1].
         rotor: 1-based index of the drive on its actuator.
         links: the link of the actuator it changes, the root by default.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         A damaged or fouled blade loses lift and keeps its drag.

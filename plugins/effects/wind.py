@@ -32,7 +32,6 @@ class Wind(Effect):
         velocity_z: upward [m/s].
         medium: air.
         links: links it acts on, all by default.
-        correction: see `seals.effects.Effect`.
 
     Assumptions:
         Constant in time and space; enters through every air drag.

@@ -13,28 +13,13 @@ import numpy as np
 
 from seals.errors import LogError
 from seals.logs.arrays import refuse_hollow
-from seals.logs.datasets import DataFile, Dataset, locate, paths_of
+from seals.logs.datasets import locate, paths_of, read_dataset
 from seals.logs.log import Log
 from seals.logs.units import to_si
 from seals.untrusted_io import MOST_BYTES, read_bytes, regular_file
 
-_SHEETS = DataFile(
-    path="data/Ball_drops_data.xls",
-    sha256="942b2d68abfff3828ca323de491435d4ec27c3a22e62cee0cbdf52c2e8d1c0ed",
-)
-_WEIGHTS = DataFile(
-    path="data/balls.txt",
-    sha256="7cc282a6559ef636ce30cad53aae5bf825ce6200a94dd54f668af9797c584585",
-)
-DATASET = Dataset(
-    folder="falling-balls",
-    repository="briandesilva/discovery-of-physics-from-data",
-    commit="b79c34317f049c9b47aaf2cc4c54c5ec7219f3d7",
-    licence="MIT",
-    attribution="Cite de Silva, Higdon, Brunton, Kutz, Frontiers in Artificial Intelligence 3:25 "
-    "(2020).",
-    files=(_SHEETS, _WEIGHTS),
-)
+DATASET = read_dataset("seals.plugins.readers", "falling-balls")
+_SHEETS, _WEIGHTS = DATASET.files
 _HEADER = ("Drop #", "Time (s)", "Height (m)")
 _MOST_ROWS = 10_000
 

@@ -10,33 +10,13 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import LogError, suggestion
-from seals.logs.datasets import DataFile, Dataset, paths_of
+from seals.logs.datasets import paths_of, read_dataset
 from seals.logs.log import Log
 from seals.logs.units import STANDARD_GRAVITY, to_si
 from seals.plugins.readers.crazyflie_log import parse
 from seals.untrusted_io import read_bytes
 
-DATASET = Dataset(
-    folder="crazyflie-sysid",
-    repository="arplaboratory/data-driven-system-identification",
-    commit="2d267dd07b4262f579ee223d20b26a6dc9d17147",
-    licence="MIT",
-    attribution="Agile Robotics and Perception Lab, arXiv:2404.07837.",
-    files=(
-        DataFile(
-            path="logs_crazyflie/log10",
-            sha256="da77c31ecf18a65159b7f973cf3246ec80ea2fc3e60183812416fad47f32b402",
-        ),
-        DataFile(
-            path="logs_crazyflie/log15",
-            sha256="364dea627205f4eee3e8d54f72b0ba8fd93442dcea9c8cc4a42b59004ecf3a31",
-        ),
-        DataFile(
-            path="logs_crazyflie/log16",
-            sha256="19070dd8462cdffd547a1c2f727b19308341ac79cc852a0ef0f1e796cd71b3a9",
-        ),
-    ),
-)
+DATASET = read_dataset("seals.plugins.readers", "crazyflie-sysid")
 _FULL_PWM = 65535.0
 _MOST_BYTES = 1 << 25
 _COLUMNS = {

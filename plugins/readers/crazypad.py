@@ -6,22 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from seals.errors import LogError, suggestion
-from seals.logs.datasets import DataFile, Dataset, paths_of
+from seals.logs.datasets import paths_of, read_dataset
 from seals.logs.log import Log
 from seals.logs.table import read_parquet
-from seals.plugins.readers.crazypad_files import flight_files
 
-_FLIGHTS: tuple[DataFile, ...] = flight_files()
-DATASET = Dataset(
-    folder="crazypad/flights",
-    repository="AerialRoboticsUUST/CrazyPAD",
-    commit="5448265fa1bbb3ce983a73a9336cc6e887886360",
-    licence="MIT",
-    attribution="Cite Masalimov, Muslimov, Kozlov, Munasypov, CrazyPAD, Data 2024, 9, 79.",
-    note="The offline tables hold the binary logs in SI units, without pulse widths; motor "
-    "commands of controller logs are rebuilt with the firmware's mixer.",
-    files=_FLIGHTS,
-)
+DATASET = read_dataset("seals.plugins.readers", "crazypad/flights")
 _BODY = ("x", "y", "z")
 _NEEDED = {
     "t_s": "t",
@@ -84,7 +73,7 @@ def _flight(path: Path) -> Log:
         )
     known = {**_NEEDED, **_PRESENT_IN_SOME}
     columns = {ours: table[theirs] for theirs, ours in known.items() if theirs in table}
-    published = any(path.stem == file.stem for file in _FLIGHTS)
+    published = any(path.stem == file.stem for file in DATASET.files)
     return Log(
         name=path.stem,
         columns=columns,

@@ -11,24 +11,11 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import LogError
 from seals.logs.arrays import read_npy
-from seals.logs.datasets import DataFile, Dataset, paths_of
+from seals.logs.datasets import paths_of, read_dataset
 from seals.logs.log import Log
 from seals.logs.units import to_si
 
-DATASET = Dataset(
-    folder="slocum-glider",
-    repository="smerckel/gliderflight",
-    commit="0ad087b9b4d0adf4892c1ed5a3802fb813156c49",
-    licence="MIT",
-    attribution="Cite Merckelbach et al., Journal of Atmospheric and Oceanic Technology 36(2), "
-    "281-296 (2019).",
-    files=(
-        DataFile(
-            path="data/gliderflight_data.npy",
-            sha256="650aff9518822071878aa72ba9d093690e406de6e006464ab37d176a6799f6be",
-        ),
-    ),
-)
+DATASET = read_dataset("seals.plugins.readers", "slocum-glider")
 _GRAVITY = 9.81
 
 

@@ -13,48 +13,12 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import LogError, MissingExtra
 from seals.logs.arrays import read_npz
-from seals.logs.datasets import DataFile, Dataset, paths_of
+from seals.logs.datasets import paths_of, read_dataset
 from seals.logs.log import Log
 from seals.logs.units import STANDARD_GRAVITY, to_si
 from seals.untrusted_io import regular_file
 
-# checksums of the offline .npz form; the public .ide recordings were not at hand to be summed
-_OFFLINE = {
-    "2mps_sphere_1": "f4942f33b2a2b1e69e9289ca180e40b39896801db18f1a315aa5993c87e90e55",
-    "2mps_sphere_2": "4f6abdb4093dc355042b9ecf9e3de6566e4d9a7c6bb9c009ee075f767bcedaf1",
-    "2mps_sphere_3": "4967a20478f4d2714bd79140588ae27419d328fb1b089e0a0408024da5544189",
-    "4mps_150degcone_1": "765302a03be4447e79b5d38267623706042d69e5704880c4607b77d55c8e2671",
-    "4mps_150degcone_2": "9bb7b98078fe4a4a98258a0d34aa45d05abc8ed652cfc20294051bcd55cde4ff",
-    "4mps_150degcone_3": "6d4c79c799a4c932aeae37e1334d341693aec827121ed573baf18e8e9e2bb8eb",
-    "4mps_sphere_1": "f3edc45b18d834c42ba049449e6a39fc76314262825eec1fba72d797ffd78171",
-    "4mps_sphere_2": "b725662be3c6dbc8ef6920b5dfc5863f3aaa9e318e05dc2f8d6f3a93935ab8c9",
-    "4mps_sphere_3": "25df43f143c665bbf3d7180526bd0f07e6622af3651c45930639a2708ddbf152",
-    "6mps_150degcone_1": "d91fe7389ca331e966a46b884dee400c1611cce3819cc56c2885f2f933be2962",
-    "6mps_150degcone_2": "5135898eb51effbc6565ac20f8d4a1fc6998a08a09e888ce6d4e44dcdcac08d5",
-    "6mps_150degcone_3": "10c376c0eee68dead2b323bb6941ef005ba93a943cbb901f2860832ecd7ef7c9",
-    "6mps_sphere_1": "92eff2cc9cdc6f408061258907c84a2695d0f228ddc6960c126f41a3531e9ffd",
-    "6mps_sphere_2": "47a4035e065d82c620a7d679733fa08f8f287faa5a08053a8b0e4dab75ba6c55",
-    "6mps_sphere_3": "e48fa7b0e7093bde7bed777058bc29d89f2425a243d277b7c1e5d0444fccedf2",
-}
-
-DATASET = Dataset(
-    folder="water-entry-impack",
-    repository="harrislab-brown/IMpack",
-    commit="c5426acc9e67aef9ad1b4c96de5577d02b3d7a51",
-    licence="CC BY-SA 4.0 (attribution, share alike for adapted data)",
-    attribution="IMpack, Harris Lab, Brown University: https://github.com/harrislab-brown/IMpack.",
-    note="The offline .npz files are an adaptation of the .ide recordings: the 40 g channel whole, "
-    "the 100 g channel cut around the largest peak.",
-    files=tuple(
-        DataFile(
-            path=f"data/water entry/{stem}.ide",
-            sha256=None,
-            offline=f"{stem}.npz",
-            offline_sha256=checksum,
-        )
-        for stem, checksum in _OFFLINE.items()
-    ),
-)
+DATASET = read_dataset("seals.plugins.readers", "water-entry-impack")
 
 
 class ImpackSensor(Enum):

@@ -12,23 +12,11 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import LogError
 from seals.isolated_reading import read_isolated
-from seals.logs.datasets import DataFile, Dataset, paths_of
+from seals.logs.datasets import paths_of, read_dataset
 from seals.logs.log import Log
 from seals.untrusted_io import regular_file
 
-DATASET = Dataset(
-    folder="single-pendulum",
-    repository="dynamicslab/MultiArm-Pendulum",
-    commit="e99a7e13fe2adc8fc647321a156b6cb59a48a698",
-    licence="MIT",
-    attribution="MultiArm-Pendulum, dynamicslab, https://github.com/dynamicslab/MultiArm-Pendulum.",
-    files=(
-        DataFile(
-            path="ParameterEstimation/SinglePendulum/SinglePendulumDataForParameterEstimation.mat",
-            sha256="f3b8cdda4a6e86405ec37ff32b98be76fd37806a609cba7870628c1e40377a98",
-        ),
-    ),
-)
+DATASET = read_dataset("seals.plugins.readers", "single-pendulum")
 _GROUPS = {"identification": ("Time_id", "Y_id"), "validation": ("Time_vad", "Y_vad")}
 
 

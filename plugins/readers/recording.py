@@ -18,7 +18,18 @@ Source = Callable[[Path, Callable[[str, str, str], bool], dict[str, str]], Itera
 
 @dataclass(kw_only=True)
 class Recording:
-    """Base of readers of recorded messages; subclasses interpret the messages."""
+    """Base of readers of recorded messages; subclasses interpret the messages.
+
+    Args:
+        topics: known topics to read; empty for all.
+        columns: ``TOPIC/FIELD`` (``/tank/level/data``, ``/wheels/speed[2]``) -> column of the log.
+        units: ``TOPIC/FIELD`` -> its unit.
+        negate: ``TOPIC/FIELD`` whose sign is turned.
+        clock: ``header`` takes the stamp inside a message, ``record`` the time of recording.
+        meta: what is known of vehicle and sensors, as in ``meta.yaml``.
+        name: name of the log.
+        licence: licence of the data.
+    """
 
     source: ClassVar[Source]
     kind: ClassVar[str]

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+import re
 import typing
+from collections.abc import Iterator
 from typing import Any
 
 from seals import registry
@@ -14,6 +16,9 @@ from seals.config.recipes import recipe_groups
 from seals.errors import ConfigError
 from seals.schema import Parameter, parameters_of
 from seals.text_table import table
+
+_ENTRY = re.compile(r"^    (\w+): ", re.MULTILINE)
+"""Name of a field under ``Args``."""
 
 
 def describe(arguments: list[str]) -> int:
@@ -38,8 +43,23 @@ def describe(arguments: list[str]) -> int:
         cls = plugin.load()
         print(f"{kind} {name}  ({plugin.value}, {plugin.origin})\n")
         print(inspect.getdoc(cls) or "(no description)")
+        for base, text in inherited_fields(cls):
+            print(f"\nFields of {base}:\n{text}")
         print("\n" + fields_table(cls))
     return 0
+
+
+def inherited_fields(cls: type) -> Iterator[tuple[str, str]]:
+    """Yield the ``Args`` of the base classes by class; a field that is told twice is left out."""
+    told = set(_ENTRY.findall(inspect.getdoc(cls) or ""))
+    for base in cls.__mro__[1:-1]:
+        text = inspect.cleandoc(base.__dict__.get("__doc__") or "")
+        block = re.split(r"\n\n|\n(?=\S)", text.partition("Args:\n")[2])[0]
+        parts = [part for part in re.split(r"\n(?=    \w)", block) if _ENTRY.findall(part)]
+        new = [part for part in parts if not told & set(_ENTRY.findall(part))]
+        if new:
+            yield base.__name__, "\n".join(new)
+        told |= set(_ENTRY.findall(text))
 
 
 def fields_table(cls: type) -> str:

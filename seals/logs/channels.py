@@ -6,7 +6,6 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-_VECTOR = ("x", "y", "z")
 _ANY_COMPONENT = re.compile(r"^(?P<stem>.+)_(?:[wxyz]|\d+)$")
 _NUMBER = re.compile(r"_(\d+)$")
 
@@ -36,255 +35,85 @@ class Channel:
     meaning: str
 
 
-_TABLE = (
-    Channel(
-        stem="rotor_speed_cmd",
-        numbered=True,
-        command=True,
-        unit="rad/s",
-        meaning="commanded rotor speed, held until the next row",
-    ),
-    Channel(
-        stem="thruster_cmd",
-        numbered=True,
-        command=True,
-        unit="N",
-        meaning="commanded thruster force along the thruster axis, held",
-    ),
-    Channel(
-        stem="joint_position_cmd",
-        numbered=True,
-        command=True,
-        unit="rad",
-        meaning="commanded joint angle, held",
-    ),
-    Channel(
-        stem="motor_pwm",
-        numbered=True,
-        command=True,
-        unit="1",
-        meaning="motor command as an autopilot logs it: share of full, pulse width, DShot",
-    ),
-    Channel(
-        stem="aim_velocity",
-        suffixes=_VECTOR,
-        command=True,
-        unit="m/s",
-        meaning="velocity that the guide wants, world axes, held",
-    ),
-    Channel(stem="aim_yaw", command=True, unit="rad", meaning="heading that the guide wants, held"),
-    Channel(stem="aim_yaw_rate", command=True, unit="rad/s", meaning="its rate, held"),
-    Channel(
-        stem="aim_grip",
-        numbered=True,
-        command=True,
-        unit="1",
-        meaning="closing that the guide wants of a gripper, 0 open, 1 closed, held",
-    ),
-    Channel(stem="position", suffixes=_VECTOR, unit="m", meaning="body origin in the world"),
-    Channel(
-        stem="orientation",
-        suffixes=("w", "x", "y", "z"),
-        unit="1",
-        meaning="unit quaternion that turns body vectors into world vectors",
-    ),
-    Channel(
-        stem="velocity",
-        suffixes=_VECTOR,
-        body=True,
-        unit="m/s",
-        meaning="velocity of the body origin over ground, body axes",
-    ),
-    Channel(
-        stem="angular_velocity",
-        suffixes=_VECTOR,
-        body=True,
-        unit="rad/s",
-        meaning="gyroscope, body axes",
-    ),
-    Channel(
-        stem="specific_force",
-        suffixes=_VECTOR,
-        body=True,
-        unit="m/s^2",
-        meaning="accelerometer, body axes: acceleration minus gravity (+9.81 z level at rest)",
-    ),
-    Channel(stem="depth", unit="m", meaning="depth of the body origin, positive down"),
-    Channel(stem="depth_rate", unit="m/s", meaning="rate of the depth, positive going down"),
-    Channel(
-        stem="heave_response",
-        unit="1",
-        meaning="amplitude of the heave over that of the wave, in steady regular waves",
-    ),
-    Channel(stem="battery_voltage", unit="V", meaning="terminal voltage under load"),
-    Channel(stem="battery_current", unit="A", meaning="current out of the battery"),
-    Channel(stem="battery_charge", unit="1", meaning="state of charge, 1 for full"),
-    Channel(
-        stem="rotor_speed",
-        aside=True,
-        numbered=True,
-        unit="rad/s",
-        meaning="speed of a rotor, positive in its own direction",
-    ),
-    Channel(
-        stem="velocity_valid",
-        aside=True,
-        unit="1",
-        meaning="whether a Doppler log holds the bottom, 1 or 0; without it there is no velocity",
-    ),
-    Channel(
-        stem="dvl_altitude",
-        aside=True,
-        unit="m",
-        meaning="height of a Doppler log above the bottom, its axis",
-    ),
-    Channel(
-        stem="dvl_beam_velocity",
-        aside=True,
-        numbered=True,
-        unit="m/s",
-        meaning="velocity along a beam of a Doppler log, towards the bottom positive",
-    ),
-    Channel(
-        stem="dvl_beam_range", aside=True, numbered=True, unit="m", meaning="range of such a beam"
-    ),
-    Channel(
-        stem="magnetic_field",
-        aside=True,
-        suffixes=_VECTOR,
-        unit="T",
-        meaning="magnetic field in the axes of its sensor",
-    ),
-    Channel(
-        stem="gps_position",
-        aside=True,
-        suffixes=_VECTOR,
-        unit="m",
-        meaning="antenna, east, north, up",
-    ),
-    Channel(
-        stem="gps_velocity",
-        aside=True,
-        suffixes=_VECTOR,
-        unit="m/s",
-        meaning="of the antenna, world axes",
-    ),
-    Channel(
-        stem="range", aside=True, unit="m", meaning="distance to the nearest object along a beam"
-    ),
-    Channel(
-        stem="sonar_range",
-        aside=True,
-        numbered=True,
-        unit="m",
-        meaning="first strong return of a sonar beam",
-    ),
-    Channel(
-        stem="lidar_range",
-        aside=True,
-        numbered=True,
-        unit="m",
-        meaning="nearest return in a part of a lidar's sector, or its largest range",
-    ),
-    Channel(
-        stem="acoustic_range", aside=True, unit="m", meaning="range of a transponder, by sound"
-    ),
-    Channel(
-        stem="acoustic_bearing",
-        aside=True,
-        unit="rad",
-        meaning="bearing of a transponder, left positive",
-    ),
-    Channel(
-        stem="acoustic_elevation",
-        aside=True,
-        unit="rad",
-        meaning="elevation of a transponder, up positive",
-    ),
-    Channel(
-        stem="acoustic_valid",
-        aside=True,
-        unit="1",
-        meaning="whether a transponder is heard, 1 or 0",
-    ),
-    Channel(stem="range_valid", aside=True, unit="1", meaning="whether a beam returned, 1 or 0"),
-    Channel(stem="contact", aside=True, unit="1", meaning="whether a pad is touched, 1 or 0"),
-    Channel(stem="pressing", aside=True, unit="N", meaning="normal force on a pad"),
-    Channel(
-        stem="offset",
-        aside=True,
-        suffixes=_VECTOR,
-        unit="m",
-        meaning="place of another body, link axes",
-    ),
-    Channel(stem="seen", aside=True, unit="1", meaning="whether a locator sees its target, 1 or 0"),
-    Channel(
-        stem="estimated_position",
-        aside=True,
-        suffixes=_VECTOR,
-        unit="m",
-        meaning="as odometry reports it",
-    ),
-    Channel(
-        stem="estimated_orientation",
-        aside=True,
-        suffixes=("w", "x", "y", "z"),
-        unit="1",
-        meaning="quaternion as odometry reports it, body to world",
-    ),
-    Channel(
-        stem="estimated_velocity",
-        aside=True,
-        suffixes=_VECTOR,
-        unit="m/s",
-        meaning="as odometry reports it, body axes",
-    ),
-    Channel(
-        stem="estimated_spin",
-        aside=True,
-        suffixes=_VECTOR,
-        unit="rad/s",
-        meaning="as odometry reports it, body axes",
-    ),
-    Channel(stem="joint_position", numbered=True, unit="rad", meaning="joint angle, link side"),
-    Channel(stem="joint_velocity", numbered=True, unit="rad/s", meaning="joint rate, link side"),
-    Channel(stem="roll", unit="rad", meaning="roll angle of a body that has no quaternion"),
-    Channel(stem="pitch", unit="rad", meaning="pitch angle above the horizontal, nose up positive"),
-    Channel(stem="pressure", unit="Pa", meaning="water pressure above that at the surface"),
-    Channel(
-        stem="ballast_volume",
-        unit="m^3",
-        meaning="volume pumped out of the hull, positive is buoyant",
-    ),
-    Channel(stem="water_density", unit="kg/m^3", meaning="density of the water at the body"),
-    Channel(
-        stem="speed_through_water",
-        unit="m/s",
-        meaning="speed of the body through the water, not negative",
-    ),
-    Channel(
-        stem="wave_elevation",
-        numbered=True,
-        unit="m",
-        meaning="surface elevation at a fixed probe, up positive",
-    ),
-    Channel(stem="wave_maker_position", unit="m", meaning="stroke of the wave maker"),
-    Channel(stem="spring_tension", numbered=True, unit="N", meaning="change of a mooring tension"),
-    Channel(stem="spring_force", unit="N", meaning="resultant of the mooring springs in sway"),
-    Channel(
-        stem="heave_acceleration",
-        numbered=True,
-        unit="m/s^2",
-        meaning="acceleration along body z, gravity removed",
-    ),
-    Channel(
-        stem="sway_acceleration",
-        unit="m/s^2",
-        meaning="acceleration along body y, gravity removed",
-    ),
-)
+_TABLE = """
+rotor_speed_cmd     n    command rad/s  commanded rotor speed, held until the next row
+thruster_cmd        n    command N      commanded thruster force along the thruster axis, held
+joint_position_cmd  n    command rad    commanded joint angle, held
+motor_pwm n command 1 motor command as an autopilot logs it: share of full, pulse width, DShot
+aim_velocity        xyz  command m/s    velocity that the guide wants, world axes, held
+aim_yaw             -    command rad    heading that the guide wants, held
+aim_yaw_rate        -    command rad/s  its rate, held
+aim_grip n command 1 closing that the guide wants of a gripper, 0 open, 1 closed, held
+position            xyz  -       m      body origin in the world
+orientation         wxyz -       1      unit quaternion that turns body vectors into world vectors
+velocity            xyz  body    m/s    velocity of the body origin over ground, body axes
+angular_velocity    xyz  body    rad/s  gyroscope, body axes
+specific_force xyz body m/s^2 accelerometer, body axes: acceleration minus gravity (+9.81 z at rest)
+depth               -    -       m      depth of the body origin, positive down
+depth_rate          -    -       m/s    rate of the depth, positive going down
+heave_response - - 1 amplitude of the heave over that of the wave, in steady regular waves
+battery_voltage     -    -       V      terminal voltage under load
+battery_current     -    -       A      current out of the battery
+battery_charge      -    -       1      state of charge, 1 for full
+rotor_speed         n    aside   rad/s  speed of a rotor, positive in its own direction
+velocity_valid - aside 1 whether a Doppler log holds the bottom, 1 or 0; if not, no velocity
+dvl_altitude        -    aside   m      height of a Doppler log above the bottom, its axis
+dvl_beam_velocity n aside m/s velocity along a beam of a Doppler log, towards the bottom positive
+dvl_beam_range      n    aside   m      range of such a beam
+magnetic_field      xyz  aside   T      magnetic field in the axes of its sensor
+gps_position        xyz  aside   m      antenna, east, north, up
+gps_velocity        xyz  aside   m/s    of the antenna, world axes
+range               -    aside   m      distance to the nearest object along a beam
+sonar_range         n    aside   m      first strong return of a sonar beam
+lidar_range n aside m nearest return in a part of a lidar's sector, or its largest range
+acoustic_range      -    aside   m      range of a transponder, by sound
+acoustic_bearing    -    aside   rad    bearing of a transponder, left positive
+acoustic_elevation  -    aside   rad    elevation of a transponder, up positive
+acoustic_valid      -    aside   1      whether a transponder is heard, 1 or 0
+range_valid         -    aside   1      whether a beam returned, 1 or 0
+contact             -    aside   1      whether a pad is touched, 1 or 0
+pressing            -    aside   N      normal force on a pad
+offset              xyz  aside   m      place of another body, link axes
+seen                -    aside   1      whether a locator sees its target, 1 or 0
+estimated_position  xyz  aside   m      as odometry reports it
+estimated_orientation wxyz aside   1      quaternion as odometry reports it, body to world
+estimated_velocity  xyz  aside   m/s    as odometry reports it, body axes
+estimated_spin      xyz  aside   rad/s  as odometry reports it, body axes
+joint_position      n    -       rad    joint angle, link side
+joint_velocity      n    -       rad/s  joint rate, link side
+roll                -    -       rad    roll angle of a body that has no quaternion
+pitch               -    -       rad    pitch angle above the horizontal, nose up positive
+pressure            -    -       Pa     water pressure above that at the surface
+ballast_volume      -    -       m^3    volume pumped out of the hull, positive is buoyant
+water_density       -    -       kg/m^3 density of the water at the body
+speed_through_water -    -       m/s    speed of the body through the water, not negative
+wave_elevation      n    -       m      surface elevation at a fixed probe, up positive
+wave_maker_position -    -       m      stroke of the wave maker
+spring_tension      n    -       N      change of a mooring tension
+spring_force        -    -       N      resultant of the mooring springs in sway
+heave_acceleration  n    -       m/s^2  acceleration along body z, gravity removed
+sway_acceleration   -    -       m/s^2  acceleration along body y, gravity removed
+"""
+"""Stem, components (``n``: numbered), command or body axes or carried aside, unit, meaning."""
 
-CHANNELS: dict[str, Channel] = {channel.stem: channel for channel in _TABLE}
+
+def _channel(row: str) -> Channel:
+    stem, components, role, unit, meaning = row.split(maxsplit=4)
+    return Channel(
+        stem=stem,
+        suffixes=() if components in "-n" else tuple(components),
+        numbered=components == "n",
+        command=role == "command",
+        body=role == "body",
+        aside=role == "aside",
+        unit=unit,
+        meaning=meaning,
+    )
+
+
+CHANNELS: dict[str, Channel] = {
+    channel.stem: channel for channel in map(_channel, _TABLE.strip().splitlines())
+}
 """Every known channel by stem; a log may hold others, which are carried along."""
 
 

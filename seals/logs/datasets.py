@@ -11,11 +11,14 @@ import os
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cache
+from importlib.resources import files
 from pathlib import Path
+from typing import Any
 from urllib.parse import quote
 
 from seals.errors import LogError, suggestion
-from seals.untrusted_io import regular_file
+from seals.untrusted_io import read_yaml, regular_file
 
 OFFLINE = "SEALS_DATA"
 """Environment variable: folder with one sub-folder for each data set."""
@@ -93,6 +96,24 @@ class Dataset:
                 f"data set '{self.folder}' has no file '{stem}'.\n" + suggestion(stem, by_stem)
             )
         return by_stem[stem]
+
+
+def read_dataset(package: str, folder: str) -> Dataset:
+    """Return a data set that the ``datasets.yaml`` of a package of readers describes.
+
+    Args:
+        package: that holds the file, such as ``seals.plugins.readers``.
+        folder: of the data set, a key of the file.
+    """
+    entry = dict(_described(package)[folder])
+    listed = {"sha256": None}
+    entries = tuple(DataFile(path=p, **(listed | f)) for p, f in entry.pop("files").items())
+    return Dataset(folder=folder, files=entries, **entry)
+
+
+@cache
+def _described(package: str) -> dict[str, Any]:
+    return read_yaml(str(files(package) / "datasets.yaml"))
 
 
 def show_on_stderr(text: str) -> None:

@@ -66,6 +66,18 @@ def test_describe_shows_the_file_of_a_recipe(capsys: pytest.CaptureFixture[str])
     assert "batch: 8192" in out
 
 
+def test_describe_tells_inherited_fields_once(capsys: pytest.CaptureFixture[str]) -> None:
+    """What a base class says of its fields follows, but not what the class says of them itself."""
+    assert main(["describe", "controller", "gait"]) == 0
+    out = capsys.readouterr().out
+    own, base = out.index("    duty: share"), out.index("Fields of Walker:")
+    assert own < base < out.index("    stroke: longest way")
+    assert main(["describe", "effect", "wind"]) == 0
+    out = capsys.readouterr().out
+    assert out.count("\n    links: ") == 1
+    assert "Fields of Effect:\n    correction: True" in out
+
+
 def test_list_and_help_do_not_import_hydra() -> None:
     """The quick verbs stay quick: they load no Hydra, no NumPy, nothing that is slow to load."""
     probe = (

@@ -23,21 +23,6 @@ class Gait(Walker):
         rest; f = speed duty / stroke between lowest and highest.
 
     Args:
-        rate: calls a second [Hz].
-        sense: sensor of pose and velocity, or ``truth``.
-        facing: ``aim``, ``ahead`` or ``sideways``.
-        stroke: longest way of a toe on the ground, in body axes [m].
-        lift: height of the toes in the air [m].
-        lowest: frequency at which slow walks step [Hz].
-        highest: largest frequency [Hz].
-        spread: of the toes outwards of the stance [m].
-        crouch: of the body below the stance [m].
-        turn_gain: of the heading's error [1/s].
-        turn_limit: largest rate of turn [rad/s].
-        smooth: time in which a change of walk is taken up [s].
-        support: share of the weight that is fed forward to the servos of the legs that stand [1].
-        level: bandwidth at which the feet hold the body level, 0 for not at all [rad/s].
-        catch: time by which the error of the velocity shifts where a toe lands [s].
         pattern: order of the legs.
         duty: share of the cycle on the ground, 0 for that of the pattern [1].
 
