@@ -8,9 +8,12 @@ import numpy as np
 
 from seals.config.compose import compose
 from seals.experiments.command import folder_of, parser_of, show_table
-from seals.experiments.open_sea.measures import Measured, measures, table
+from seals.experiments.open_sea.measures import Measured as Measured
+from seals.experiments.open_sea.measures import measures as measures
+from seals.experiments.open_sea.measures import table
 from seals.experiments.open_sea.pictures import draw
-from seals.experiments.open_sea.tow import Tow, towed
+from seals.experiments.open_sea.tow import Tow as Tow
+from seals.experiments.open_sea.tow import towed as towed
 from seals.run.build import build_run
 
 OVERRIDES = (
@@ -24,8 +27,6 @@ OVERRIDES = (
     "time.step=0.006",
 )
 """Deep water, waves of 6.2 m in the direction of the tow."""
-
-__all__ = ["Measured", "Tow", "main", "measures", "towed"]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -7,17 +7,10 @@ calls of `EngineBody`. The backend opens the scene, steps the engine and calls
 `CoupledBody.after_step` of every robot after each step.
 """
 
-from seals.coupling.body import CoupledBody
-from seals.coupling.engine import ContactPoints, EngineBody, SolvingEngineBody
-from seals.coupling.implicit_drive import ImplicitDrive, ImplicitDrives
-from seals.coupling.leapfrog import HalfStep
-
-__all__ = [
-    "ContactPoints",
-    "CoupledBody",
-    "EngineBody",
-    "HalfStep",
-    "ImplicitDrive",
-    "ImplicitDrives",
-    "SolvingEngineBody",
-]
+from seals.coupling.body import CoupledBody as CoupledBody
+from seals.coupling.engine import ContactPoints as ContactPoints
+from seals.coupling.engine import EngineBody as EngineBody
+from seals.coupling.engine import SolvingEngineBody as SolvingEngineBody
+from seals.coupling.implicit_drive import ImplicitDrive as ImplicitDrive
+from seals.coupling.implicit_drive import ImplicitDrives as ImplicitDrives
+from seals.coupling.leapfrog import HalfStep as HalfStep

@@ -1,17 +1,11 @@
 """Physical effects: the base class of their plug-ins, and their binding to the links of a robot."""
 
-from seals.effects.binding import BoundEffect, EffectSet, bind_effects
-from seals.effects.effect import Effect, MediumKind
-from seals.effects.identification import Addition, Freed, Identification, Subject
-
-__all__ = [
-    "Addition",
-    "BoundEffect",
-    "Effect",
-    "EffectSet",
-    "Freed",
-    "Identification",
-    "MediumKind",
-    "Subject",
-    "bind_effects",
-]
+from seals.effects.binding import BoundEffect as BoundEffect
+from seals.effects.binding import EffectSet as EffectSet
+from seals.effects.binding import bind_effects as bind_effects
+from seals.effects.effect import Effect as Effect
+from seals.effects.effect import MediumKind as MediumKind
+from seals.effects.identification import Addition as Addition
+from seals.effects.identification import Freed as Freed
+from seals.effects.identification import Identification as Identification
+from seals.effects.identification import Subject as Subject

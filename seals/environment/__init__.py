@@ -1,7 +1,7 @@
 """Environment of the links: air, water, ground, waves."""
 
-from seals.environment.sample import Sample
-from seals.environment.sampler import EnvironmentSampler
-from seals.environment.wetting import Wetting, WettingExact, WettingTable
-
-__all__ = ["EnvironmentSampler", "Sample", "Wetting", "WettingExact", "WettingTable"]
+from seals.environment.sample import Sample as Sample
+from seals.environment.sampler import EnvironmentSampler as EnvironmentSampler
+from seals.environment.wetting import Wetting as Wetting
+from seals.environment.wetting import WettingExact as WettingExact
+from seals.environment.wetting import WettingTable as WettingTable

@@ -2,22 +2,13 @@
 
 from __future__ import annotations
 
-from seals.logs.channels import CHANNELS, Channel
-from seals.logs.check import check_log, refuse_if_bad
-from seals.logs.finding import Finding, Severity
-from seals.logs.log import Log
-from seals.logs.native import read_native, write_native
-from seals.logs.reader import Reader
-
-__all__ = [
-    "CHANNELS",
-    "Channel",
-    "Finding",
-    "Log",
-    "Reader",
-    "Severity",
-    "check_log",
-    "read_native",
-    "refuse_if_bad",
-    "write_native",
-]
+from seals.logs.channels import CHANNELS as CHANNELS
+from seals.logs.channels import Channel as Channel
+from seals.logs.check import check_log as check_log
+from seals.logs.check import refuse_if_bad as refuse_if_bad
+from seals.logs.finding import Finding as Finding
+from seals.logs.finding import Severity as Severity
+from seals.logs.log import Log as Log
+from seals.logs.native import read_native as read_native
+from seals.logs.native import write_native as write_native
+from seals.logs.reader import Reader as Reader

@@ -1,27 +1,19 @@
 """Rendering: scenes, cameras, images, and the interface of renderers."""
 
-from seals.rendering.camera import OPTICAL, Cameras, Lens, mounted, single
-from seals.rendering.camera_view import CameraView, SceneView, Shot
-from seals.rendering.light import Light
-from seals.rendering.picture import Picture, Renderer
-from seals.rendering.scene import NOTHING, Detail, Poses, Scene, Shape, nowhere
-
-__all__ = [
-    "NOTHING",
-    "OPTICAL",
-    "CameraView",
-    "Cameras",
-    "Detail",
-    "Lens",
-    "Light",
-    "Picture",
-    "Poses",
-    "Renderer",
-    "Scene",
-    "SceneView",
-    "Shape",
-    "Shot",
-    "mounted",
-    "nowhere",
-    "single",
-]
+from seals.rendering.camera import OPTICAL as OPTICAL
+from seals.rendering.camera import Cameras as Cameras
+from seals.rendering.camera import Lens as Lens
+from seals.rendering.camera import mounted as mounted
+from seals.rendering.camera import single as single
+from seals.rendering.camera_view import CameraView as CameraView
+from seals.rendering.camera_view import SceneView as SceneView
+from seals.rendering.camera_view import Shot as Shot
+from seals.rendering.light import Light as Light
+from seals.rendering.picture import Picture as Picture
+from seals.rendering.picture import Renderer as Renderer
+from seals.rendering.scene import NOTHING as NOTHING
+from seals.rendering.scene import Detail as Detail
+from seals.rendering.scene import Poses as Poses
+from seals.rendering.scene import Scene as Scene
+from seals.rendering.scene import Shape as Shape
+from seals.rendering.scene import nowhere as nowhere

@@ -4,6 +4,4 @@
 docs/architecture.md; ``python benchmarks/compile_laws.py`` measures it.
 """
 
-from seals.tensor_compiler.fused import compile_law
-
-__all__ = ["compile_law"]
+from seals.tensor_compiler.fused import compile_law as compile_law

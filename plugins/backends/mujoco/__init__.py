@@ -1,5 +1,3 @@
 """MuJoCo as rigid-body backend: multi-bodies, contacts, joints."""
 
-from seals.plugins.backends.mujoco.backend import BackendMujoco
-
-__all__ = ["BackendMujoco"]
+from seals.plugins.backends.mujoco.backend import BackendMujoco as BackendMujoco

@@ -1,5 +1,3 @@
 """PyBullet as rigid-body backend: multi-bodies, contacts, joints."""
 
-from seals.plugins.backends.pybullet.backend import BackendPybullet
-
-__all__ = ["BackendPybullet"]
+from seals.plugins.backends.pybullet.backend import BackendPybullet as BackendPybullet

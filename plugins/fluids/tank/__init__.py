@@ -1,5 +1,3 @@
 """Tank of water particles: basin, boundaries, wave maker, two-way coupling with bodies."""
 
-from seals.plugins.fluids.tank.fluid import FluidParticles
-
-__all__ = ["FluidParticles"]
+from seals.plugins.fluids.tank.fluid import FluidParticles as FluidParticles

@@ -1,5 +1,3 @@
 """Viewer of a run in the web browser, by viser."""
 
-from seals.plugins.viewers.browser.viewer import ViewerBrowser
-
-__all__ = ["ViewerBrowser"]
+from seals.plugins.viewers.browser.viewer import ViewerBrowser as ViewerBrowser

@@ -1,5 +1,3 @@
 """Photorealistic frames by Mitsuba 3, with refraction, reflection, absorption and scattering."""
 
-from seals.plugins.viewers.mitsuba.renderer import RendererMitsuba
-
-__all__ = ["RendererMitsuba"]
+from seals.plugins.viewers.mitsuba.renderer import RendererMitsuba as RendererMitsuba

@@ -1,6 +1,7 @@
 """Films of runs: frames rendered from a run folder, and an MP4 of them."""
 
-from seals.view.films.frame import Frame, Photographer, WaterBody
-from seals.view.films.viewpoint import Viewpoint, looking
-
-__all__ = ["Frame", "Photographer", "Viewpoint", "WaterBody", "looking"]
+from seals.view.films.frame import Frame as Frame
+from seals.view.films.frame import Photographer as Photographer
+from seals.view.films.frame import WaterBody as WaterBody
+from seals.view.films.viewpoint import Viewpoint as Viewpoint
+from seals.view.films.viewpoint import looking as looking

@@ -5,7 +5,9 @@ once on `Traced` arrays, whose entries are nodes of a graph; LLVM makes one func
 """
 
 from seals.world.scalar_compiler import functions as functions
-from seals.world.scalar_compiler.kernel import REFUSED, CannotCompile, Kernel, compiled
-from seals.world.scalar_compiler.traced import Traced, constant
-
-__all__ = ["REFUSED", "CannotCompile", "Kernel", "Traced", "compiled", "constant"]
+from seals.world.scalar_compiler.kernel import REFUSED as REFUSED
+from seals.world.scalar_compiler.kernel import CannotCompile as CannotCompile
+from seals.world.scalar_compiler.kernel import Kernel as Kernel
+from seals.world.scalar_compiler.kernel import compiled as compiled
+from seals.world.scalar_compiler.traced import Traced as Traced
+from seals.world.scalar_compiler.traced import constant as constant
