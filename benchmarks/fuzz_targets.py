@@ -151,7 +151,7 @@ def _imu() -> bytes:
 def _mcap(compression: str) -> Target:
     from mcap.writer import CompressionType, Writer
 
-    from seals.plugins.readers.mcap import ReaderMcap
+    from seals.plugins.readers.recording import ReaderMcap
 
     stream, raw = io.BytesIO(), _imu()
     out = Writer(stream, compression=CompressionType[compression], chunk_size=2048)
@@ -168,7 +168,7 @@ def _mcap(compression: str) -> Target:
 
 
 def _rosbag2() -> Target:
-    from seals.plugins.readers.rosbag2 import ReaderRosbag2
+    from seals.plugins.readers.recording import ReaderRosbag2
 
     path = Path(tempfile.mkdtemp()) / "a.db3"
     base = sqlite3.connect(path)

@@ -45,10 +45,10 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         "taken_over",
     ),
     "entities of a mesh": Guard(
-        "seals.hydrostatics.formats", "if _ENTITY.search(raw) or", "if", FILES, "entities_of_a_mesh"
+        "seals.hydrostatics.meshes", "if _ENTITY.search(raw) or", "if", FILES, "entities_of_a_mesh"
     ),
     "zero bytes of a mesh": Guard(
-        "seals.hydrostatics.formats", ' or b"\\0" in raw', "", FILES, "entities_of_a_mesh"
+        "seals.hydrostatics.meshes", ' or b"\\0" in raw', "", FILES, "entities_of_a_mesh"
     ),
     "entities of a manifest": Guard(
         "seals.scaffold.resources", 'if "<!" in text', 'if "<?!" in text', FILES, "manifest"
@@ -121,7 +121,7 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         "xacro",
     ),
     "formats of meshes": Guard(
-        "seals.hydrostatics.formats", "not in FORMATS", "is None", FILES, "plain_meshes"
+        "seals.hydrostatics.meshes", "not in FORMATS", "is None", FILES, "plain_meshes"
     ),
     "meshes inside": Guard(
         "seals.robot.meshes",
@@ -131,7 +131,7 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         "outside",
     ),
     "files that a mesh names": Guard(
-        "seals.hydrostatics.formats",
+        "seals.hydrostatics.meshes",
         "    refuse_references(path, where)\n",
         "",
         REFERENCES,

@@ -122,8 +122,8 @@ def load_logs(source: str | Path, *, reader: str | None = None, **options: Any) 
         ConfigError: there is no such file, no such reader, or the reader has no such field.
         LogError: the content cannot be used.
     """
+    from seals.logs.reader import reader_of
     from seals.logs.shipped import find_log
-    from seals.logs.suffixes import reader_of
 
     place = find_log(source, key="source")
     name = reader or reader_of(place)

@@ -8,7 +8,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.backend import Dynamics
-from seals.multibody.added import added_terms
+from seals.multibody.spatial import added_terms
 from seals.state_records import state_record
 from seals.world import Actor
 

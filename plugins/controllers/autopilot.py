@@ -10,7 +10,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.control import ActuatorCommand, Plant, Reference, RobotState
-from seals.control.added import water_drag
+from seals.control.added import model_wrench, water_drag
 from seals.control.allocation import Saturation
 from seals.control.attitude import attitude_error
 from seals.control.axes import (
@@ -26,7 +26,6 @@ from seals.control.axes import (
 from seals.control.fins import fins_of, with_fins
 from seals.control.limbs import joint_targets, stowed
 from seals.control.mass_properties import MassPropertyEstimator
-from seals.control.model_wrench import model_wrench
 from seals.control.plant import Layout
 from seals.frames import cross3
 from seals.plugins.controllers.vehicle import VehicleController

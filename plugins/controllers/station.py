@@ -9,12 +9,12 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.control import ActuatorCommand, Plant, Reference, RobotState
+from seals.control.added import model_wrench
 from seals.control.allocation import Saturation
 from seals.control.attitude import attitude_error, lean_for
 from seals.control.axes import HEAVE, STATION_ORDER, SURGE, YAW
 from seals.control.filters import summed
 from seals.control.limbs import joint_targets
-from seals.control.model_wrench import model_wrench
 from seals.control.plant import Layout
 from seals.plugins.controllers.vehicle import VehicleController
 from seals.schema import setting

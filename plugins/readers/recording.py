@@ -1,4 +1,4 @@
-"""Base of readers of recorded messages: options, and conversion to one log."""
+"""Readers of recorded messages: MCAP and rosbag2."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from typing import Any, ClassVar
 
 from seals.errors import LogError
 from seals.logs.log import Log
+from seals.plugins.readers.mcap_file import messages as mcap_messages
 from seals.plugins.readers.ros_streams import Choice, Message, gather
+from seals.plugins.readers.rosbag2_file import messages as rosbag2_messages
 from seals.plugins.readers.streams import by_topic, finished
 
 Source = Callable[[Path, Callable[[str, str, str], bool], dict[str, str]], Iterator[Message]]
@@ -69,3 +71,45 @@ class Recording:
             type(self).source(path, choice.wants, present), present, choice, where=str(path)
         )
         return [finished(streams, path, meta=self.meta, name=self.name, licence=self.licence)]
+
+
+@dataclass(kw_only=True)
+class ReaderMcap(Recording):
+    """Recordings in one MCAP file: ROS 2 messages and JSON topics.
+
+    Channels:
+        Of ``Odometry``, ``PoseStamped``, ``Imu``, ``JointState``, ``BatteryState``,
+        ``MagneticField`` and ``Range``; others by ``columns``.
+    Units:
+        SI, ENU and FLU, as ROS prescribes (REP 103); mapped fields as declared.
+    Limitations:
+        Messages of other types than ROS 2 ships, and Protobuf, are not decoded: definitions inside
+        a recording are never turned into code. Poses count as those of the body origin.
+
+    Args:
+        path: the file.
+    """
+
+    source: ClassVar[Source] = staticmethod(mcap_messages)
+    kind: ClassVar[str] = "MCAP"
+
+
+@dataclass(kw_only=True)
+class ReaderRosbag2(Recording):
+    """Recordings of ROS 2: a folder with ``metadata.yaml``, or one file ``.db3`` or ``.mcap``.
+
+    Channels:
+        Of ``Odometry``, ``PoseStamped``, ``Imu``, ``JointState``, ``BatteryState``,
+        ``MagneticField`` and ``Range``; others by ``columns``.
+    Units:
+        SI, ENU and FLU, as ROS prescribes (REP 103); mapped fields as declared.
+    Limitations:
+        Messages of other types than ROS 2 ships are not decoded: definitions inside
+        a recording are never turned into code. Poses count as those of the body origin.
+
+    Args:
+        path: folder or file.
+    """
+
+    source: ClassVar[Source] = staticmethod(rosbag2_messages)
+    kind: ClassVar[str] = "rosbag2"

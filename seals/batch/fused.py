@@ -7,16 +7,14 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Array, as_like, column_of, namespace
-from seals.batch.posture import Posture
 from seals.batch.rigid import RigidBody, pattern
-from seals.batch.state import TwinState
+from seals.batch.state import Posture, TwinState
 from seals.effects.evaluation import Evaluation, Evaluator
 from seals.environment.settings import EnvironmentSettings
 from seals.frames import cross, matrix_of
 from seals.motion import Body, Motion, Wrench
-from seals.multibody.added import added_terms
 from seals.multibody.rows import take_motion
-from seals.multibody.spatial import kirchhoff, twist_map
+from seals.multibody.spatial import added_terms, kirchhoff, twist_map
 from seals.multibody.tree import forward
 from seals.robot.model import RobotModel
 

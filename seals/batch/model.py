@@ -9,10 +9,9 @@ import numpy as np
 
 from seals.arrays import Array, as_like, column_of, deciding, namespace
 from seals.batch.fused import FusedBody
-from seals.batch.posture import Posture
 from seals.batch.rigid import RigidBody
 from seals.batch.slopes import Ahead, FusedSlopes
-from seals.batch.state import GAMMA, Rates, TwinState, advance, rosenbrock, runge_kutta
+from seals.batch.state import GAMMA, Posture, Rates, TwinState, advance, rosenbrock, runge_kutta
 from seals.batch.tree import TreeBody
 from seals.effects.binding import BoundEffect, EffectSet
 from seals.effects.evaluation import Evaluator

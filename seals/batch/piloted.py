@@ -12,8 +12,7 @@ from seals.batch.drives import BatchDrives
 from seals.batch.fused import FusedBody
 from seals.batch.holding import hold
 from seals.batch.model import BatchDynamics
-from seals.batch.posture import Posture
-from seals.batch.state import TwinState
+from seals.batch.state import Posture, TwinState
 from seals.control.batched import BatchController, View
 from seals.control.batched_estimators import BatchActuatorLimitEstimator, BatchImmersionEstimator
 from seals.control.plant import build_plant

@@ -11,18 +11,17 @@ import numpy as np
 from seals.arrays import Floats
 from seals.batch.fused import FusedBody
 from seals.batch.model import BatchDynamics
-from seals.batch.posture import Posture
 from seals.batch.rigid import RigidBody
-from seals.batch.state import Rates, TwinState
+from seals.batch.state import Posture, Rates, TwinState
 from seals.batch.tree import TreeBody
 from seals.effects.binding import EffectSet
 from seals.effects.evaluation import Evaluation, Evaluator
 from seals.environment.sample import Sample
 from seals.frames import unrotate
 from seals.motion import Inputs, Joints
-from seals.multibody.added import added_terms
 from seals.multibody.linear import Factors
 from seals.multibody.rows import by_batch, take_motion
+from seals.multibody.spatial import added_terms
 
 
 class Force(NamedTuple):

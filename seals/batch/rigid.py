@@ -8,15 +8,13 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Array, as_like, column_of, columns, namespace, unasked
-from seals.batch.posture import Posture
-from seals.batch.state import Rates, TwinState
+from seals.batch.state import Posture, Rates, TwinState
 from seals.effects.evaluation import Evaluation, Evaluator
 from seals.environment.settings import EnvironmentSettings
 from seals.frames import cross, matrix_of, quaternion_rate, rotate
 from seals.motion import Body, Inputs, Joints, Motion
-from seals.multibody.added import added_terms
 from seals.multibody.linear import solve_symmetric
-from seals.multibody.spatial import kirchhoff
+from seals.multibody.spatial import added_terms, kirchhoff
 from seals.robot.model import RobotModel
 
 

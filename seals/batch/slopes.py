@@ -6,8 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from seals.arrays import Array, as_like, column_of
-from seals.batch.posture import Posture
-from seals.batch.state import Rates, TwinState
+from seals.batch.state import Posture, Rates, TwinState
 from seals.errors import ConfigError
 from seals.motion import Inputs
 from seals.tensor_compiler import compile_law

@@ -8,7 +8,10 @@ import numpy as np
 
 from seals.arrays import Array, as_like
 from seals.deprecation import add_former_names, warn_renamed
+from seals.environment.sample import Sample
 from seals.frames import normalised, quaternion_of_rpy
+from seals.motion import Motion
+from seals.multibody.kinematics import Kinematics, LinkVelocities
 
 
 class TwinState(NamedTuple):
@@ -126,3 +129,21 @@ def runge_kutta(state: TwinState, k: tuple[Rates, Rates, Rates, Rates], step: An
     parts = zip(state, *(r[:6] for r in k), strict=True)
     moved = TwinState(*(x + sixth * (a + 2.0 * (b + c) + d) for x, a, b, c, d in parts))
     return moved.normal()
+
+
+class Posture(NamedTuple):
+    """Poses, velocities and surroundings at a state, independent of the parameters.
+
+    Args:
+        base: R_WB, shape (B, 3, 3).
+        motion: of the links, rows link by link.
+        sample: surroundings without the flow effects; None to sample them afresh.
+        kinematics: of the links; None for a single body.
+        moving: velocities of the links; None for a single body.
+    """
+
+    base: Array
+    motion: Motion
+    sample: Sample | None = None
+    kinematics: Kinematics | None = None
+    moving: LinkVelocities | None = None

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Array, Floats, as_like, column_of, namespace
-from seals.batch.posture import Posture
-from seals.batch.state import Rates, TwinState
+from seals.batch.state import Posture, Rates, TwinState
 from seals.effects.evaluation import Evaluation, Evaluator
 from seals.effects.joint_inertia import armature_of
 from seals.environment.settings import EnvironmentSettings

@@ -15,9 +15,9 @@ from seals.logs.finding import Severity
 from seals.logs.log import Log
 from seals.logs.motor_curve import motor_curve, with_rotor_speeds
 from seals.logs.native import TABLES, write_native
+from seals.logs.reader import foreign_reader_of
 from seals.logs.resample import even_rows
 from seals.logs.shipped import find_log
-from seals.logs.suffixes import foreign_reader_of
 from seals.untrusted_io import read_bytes, read_yaml
 
 _QUOTES = "'\""

@@ -9,11 +9,10 @@ import numpy as np
 from seals.arrays import Floats
 from seals.batch import BatchDynamics
 from seals.compare.case import Case
-from seals.compare.noise import noise_of
+from seals.compare.noise import moving_mean, noise_of
 from seals.compare.predict import Job
 from seals.compare.sampled import SampledPredictor, bare_case, divided
 from seals.compare.settings import CompareSettings
-from seals.compare.smoothing import moving_mean
 from seals.errors import ConfigError, LogError
 from seals.logs.log import Log
 from seals.robot.model import RobotModel

@@ -1,4 +1,4 @@
-"""Noise estimate of a measured channel from the data alone."""
+"""Noise estimate of a measured channel from the data alone, and smoothing of samples."""
 
 from __future__ import annotations
 
@@ -51,3 +51,13 @@ def _quantum(y: Floats) -> float:
     if levels.size < 2 or levels.size > 0.5 * y.size:
         return 0.0
     return float(np.min(np.diff(levels)))
+
+
+def moving_mean(values: Floats, width: int) -> Floats:
+    """Return the centred moving mean over ``width`` samples, padded with zeros.
+
+    Example:
+        >>> moving_mean(np.array([3.0, 3.0, 3.0]), 3)
+        array([2., 3., 2.])
+    """
+    return np.asarray(np.convolve(values, np.full(width, 1.0 / width), "same"))

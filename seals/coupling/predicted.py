@@ -9,8 +9,7 @@ import numpy as np
 from seals.arrays import Array, Floats
 from seals.backend import Dynamics, LinksAt
 from seals.coupling.contacts import Contacts
-from seals.coupling.engine import EngineBody
-from seals.coupling.generalised import generalised
+from seals.coupling.engine import EngineBody, generalised
 from seals.coupling.implicit_drive import ImplicitDrive
 from seals.coupling.inertia_split import InertiaSplit
 from seals.coupling.motors import StandingMotors

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import enum
 import os
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -12,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.errors import RobotError
-from seals.hydrostatics.formats import refuse_strange_format
 from seals.hydrostatics.mesh import HullMesh, placed_points
+from seals.hydrostatics.references import refuse_references
 from seals.hydrostatics.samples import LEAST_SAMPLES, MOST_DRAWS, HullSamples, winding_test
 from seals.hydrostatics.wetted import Vector
 
@@ -29,6 +30,9 @@ WELD = 1e-7
 """Share of the extent below which two corners are the same point; STL repeats every corner."""
 
 Numbers = NDArray[np.int64]
+FORMATS = (".stl", ".obj", ".ply", ".off", ".dae", ".glb")
+"""Endings of the mesh files that are read; the mesh library knows archives as well."""
+_ENTITY = re.compile(rb"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
 
 
 class NoteKind(enum.Enum):
@@ -227,3 +231,29 @@ def _sampled(name: str, corners: Vector, seed: int) -> HullSamples:
         # a thin shape of many triangles would take minutes
         most=min(MOST_DRAWS, max(2 * LEAST_SAMPLES, MOST_WORK // len(even))),
     )
+
+
+def refuse_strange_format(path: Path, where: str) -> None:
+    """Refuse a file that is not a plain mesh.
+
+    Args:
+        path: a file that is there, of bearable size.
+        where: what names it, for the message.
+
+    Raises:
+        RobotError: its ending is another one, it is XML that declares entities, or it names
+            files elsewhere.
+    """
+    if path.suffix.lower() not in FORMATS:
+        raise RobotError(
+            f"{where}: '{path.name}' is not a mesh file.\nAllowed: {', '.join(FORMATS)}; export it."
+        )
+    if path.suffix.lower() == ".dae":
+        raw = path.read_bytes()
+        # zero bytes: another encoding than UTF-8, in which the words look different
+        if _ENTITY.search(raw) or b"\0" in raw:
+            raise RobotError(
+                f"{where}: '{path.name}' declares a DOCTYPE or an ENTITY, or is not UTF-8.\n"
+                "Remove it: such files can expand without end."
+            )
+    refuse_references(path, where)

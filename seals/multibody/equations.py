@@ -11,13 +11,12 @@ import numpy as np
 from seals.arrays import Array, Floats, namespace
 from seals.frames import FEW
 from seals.motion import AddedInertia, Medium, Motion, Wrench
-from seals.multibody.added import added_terms
 from seals.multibody.composite import RigidInertias, generalised_force, generalised_inertia
 from seals.multibody.kinematics import Kinematics, LinkVelocities
 from seals.multibody.many import crossed
 from seals.multibody.rows import by_batch, take_motion
 from seals.multibody.servo import heavier
-from seals.multibody.spatial import kirchhoff
+from seals.multibody.spatial import added_terms, kirchhoff
 
 
 class LinkLoads(Protocol):

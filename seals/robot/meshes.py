@@ -9,7 +9,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 from seals.errors import RobotError, suggestion
-from seals.hydrostatics.formats import refuse_strange_format
+from seals.hydrostatics.meshes import refuse_strange_format
 from seals.hydrostatics.references import refuse_elsewhere
 
 MOST_BYTES = 50_000_000

@@ -1,4 +1,4 @@
-"""Mass, centre of gravity and inertia of a whole robot, its joints at zero."""
+"""Mass properties of a whole robot, and poses of links that are fixed to its base."""
 
 from __future__ import annotations
 
@@ -23,3 +23,27 @@ def whole_body(robot: RobotModel) -> tuple[float, Floats, Floats]:
     turned = np.einsum("lij,ljk,lmk->im", turns[0], robot.inertia, turns[0])
     steiner = np.einsum("l,li,li->", robot.mass, arms, arms) * np.eye(3)
     return mass, centre, turned + steiner - np.einsum("l,li,lj->ij", robot.mass, arms, arms)
+
+
+def place_on_base(robot: RobotModel, link: str) -> tuple[Floats, Floats] | None:
+    """Return where a link sits on the base, or None where joints move it or there is none.
+
+    Args:
+        robot: its links.
+        link: name, or ``root`` for the base.
+
+    Returns:
+        Origin in base axes [m], shape (3,), and the rotation from link to base axes, shape (3, 3).
+    """
+    if link != "root" and link not in robot.links:
+        return None
+    origin: Floats = np.zeros(3)
+    turn: Floats = np.eye(3)
+    k = 0 if link == "root" else robot.links.index(link)
+    while k > 0:
+        if robot.tree.joint[k] >= 0:
+            return None
+        origin = robot.tree.origin[k] + robot.tree.rotation[k] @ origin
+        turn = robot.tree.rotation[k] @ turn
+        k = robot.tree.parent[k]
+    return origin, turn

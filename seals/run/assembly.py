@@ -22,9 +22,16 @@ from seals.plugin_options import options_of
 from seals.robot.build import build_robot
 from seals.robot.limbs import standing
 from seals.robot.model import RobotModel
-from seals.run.effects_owned_by_fluid import refuse_fluid, resting_effects, without
 from seals.run.hover_trim import carrying
-from seals.run.immersed import owners, plant_effects, sink, surroundings
+from seals.run.immersed import (
+    owners,
+    plant_effects,
+    refuse_fluid,
+    resting_effects,
+    sink,
+    surroundings,
+    without,
+)
 from seals.run.objects import add_objects, object_configuration
 from seals.run.settings import DriveStart, RunSettings
 from seals.run.sight import open_cameras
@@ -39,7 +46,7 @@ ROBOT = "robot"
 def build_model(settings: RunSettings) -> tuple[RobotModel, EffectSet]:
     """Build the robot and bind its effects and actuators.
 
-    What a fluid accounts for rests, see `seals.run.effects_owned_by_fluid`.
+    What a fluid accounts for rests, see `seals.run.immersed`.
 
     Raises:
         SealsError: one of them cannot be used, or an effect and an actuator share a name.

@@ -16,10 +16,9 @@ from seals.environment.sampler import WaterColumn
 from seals.frames import matrix_of, quaternion_of, quaternion_of_rpy
 from seals.logs.channels import CHANNELS
 from seals.plugin_options import options_of
-from seals.robot.fixed_links import place_on_base
 from seals.robot.model import RobotModel
 from seals.robot.settings import HullSettings
-from seals.robot.whole_body import whole_body
+from seals.robot.whole_body import place_on_base, whole_body
 from seals.run.equipment_metadata import (
     describe_battery,
     describe_drives,

@@ -20,8 +20,7 @@ from seals.robot.limbs import standing
 from seals.robot.model import RobotModel, Surface
 from seals.robot.robot_file import RobotFile
 from seals.robot.settings import RobotSettings
-from seals.run.effects_owned_by_fluid import owned
-from seals.run.immersed import owners
+from seals.run.immersed import owned, owners
 from seals.run.moving_objects import animate, moves
 from seals.run.object_settings import ObjectSettings
 from seals.run.settings import RunSettings

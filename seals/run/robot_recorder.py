@@ -11,7 +11,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.frames import matrix_of, unrotate
 from seals.logs.channels import CHANNELS
-from seals.robot.fixed_links import place_on_base
+from seals.robot.whole_body import place_on_base
 from seals.run.recorder import Moment, Recorder, refill
 from seals.world.actor import Actor
 

@@ -10,7 +10,7 @@ from seals.environment.waves import Orbits, WaveOptions
 from seals.errors import suggestion
 from seals.plugin_options import options_of
 from seals.registry import get, names
-from seals.run.effects_owned_by_fluid import resting_effects
+from seals.run.immersed import resting_effects
 from seals.run.settings import RunSettings
 
 

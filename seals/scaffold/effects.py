@@ -15,11 +15,11 @@ from seals.robot.model import RobotModel
 from seals.scaffold.drag import AIR, WATER, LinkDrag, drag_of
 from seals.scaffold.estimates import added_mass, short
 from seals.scaffold.hydrodynamics.link import added_mass_fields
-from seals.scaffold.naming import plain
 from seals.scaffold.plug_ins import Hydrodynamics
 from seals.scaffold.rotors import GRAVITY, Drives
 from seals.scaffold.shapes import LinkHull
 from seals.scaffold.takeover import Takeover
+from seals.scaffold.writing import plain
 
 BACKWARDS = 0.7
 """Thrust of an air propeller turned backwards by that forwards [1]."""

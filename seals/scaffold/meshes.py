@@ -13,7 +13,7 @@ import numpy as np
 
 from seals.errors import RobotError
 from seals.frames import matrix_of, quaternion_of_rpy
-from seals.hydrostatics.formats import refuse_strange_format
+from seals.hydrostatics.meshes import refuse_strange_format
 from seals.hydrostatics.references import MOST_BYTES, without_references
 from seals.scaffold.resources import MissingMesh, find_resource
 from seals.scaffold.urdf_elements import pose_text

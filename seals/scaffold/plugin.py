@@ -6,8 +6,7 @@ import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
-from seals.scaffold.naming import free_name
-from seals.scaffold.writing import rendered
+from seals.scaffold.writing import free_name, rendered
 
 _CLASS = {"effect": "", "sensor": "Sensor", "controller": "", "guide": "", "task": "Task"}
 _ROBOT = {"controller": "auv", "guide": "auv", "task": "auv"}

@@ -17,18 +17,16 @@ from seals.robot.model import RobotModel
 from seals.robot.settings import RobotSettings
 from seals.scaffold.effects import BACKWARDS, Entry, RobotMedium, effects_of, medium_of
 from seals.scaffold.estimates import servo_values, short
-from seals.scaffold.inertials import add_inertials
 from seals.scaffold.legs import gait_of, leg_servos, with_feet
 from seals.scaffold.limbs import Limbs, limbs_of
-from seals.scaffold.mending import mended
-from seals.scaffold.naming import free_name, plain
+from seals.scaffold.mending import add_inertials, mended
 from seals.scaffold.remarks import remarks_of
 from seals.scaffold.rotors import Drives, by_carrier, drives_of
 from seals.scaffold.shapes import LinkHull, extents_of, hulls_of, rounded, with_volumes
 from seals.scaffold.stance import stances_of
 from seals.scaffold.takeover import Takeover
 from seals.scaffold.wings import add_wing_frames, lift_effects
-from seals.scaffold.writing import flow, rendered
+from seals.scaffold.writing import flow, free_name, plain, rendered
 
 SOURCE_OF = {
     "thrust_coefficient": "thrust",

@@ -11,9 +11,9 @@ import numpy as np
 from seals.errors import RobotError, suggestion
 from seals.frames import rpy_of
 from seals.scaffold.estimates import LIQUID
-from seals.scaffold.naming import plain
 from seals.scaffold.plug_ins import Wing
 from seals.scaffold.takeover import Element
+from seals.scaffold.writing import plain
 
 
 def add_wing_frames(root: Element, wings: Sequence[Wing]) -> list[str]:

@@ -8,7 +8,7 @@ from typing import Any
 from seals.config.build import build
 from seals.errors import ConfigError
 from seals.run.build import build_run
-from seals.run.effects_owned_by_fluid import resting_effects
+from seals.run.immersed import resting_effects
 from seals.run.replay_config import recalled
 from seals.view.replay import open_replay
 from seals.view.session import Session

@@ -27,8 +27,7 @@ from seals.logs.arrays import read_npy
 from seals.logs.check import refuse_if_bad
 from seals.logs.native import read_native
 from seals.logs.shipped import shipped_logs
-from seals.plugins.readers.mcap import ReaderMcap
-from seals.plugins.readers.rosbag2 import ReaderRosbag2
+from seals.plugins.readers.recording import ReaderMcap, ReaderRosbag2
 from seals.scaffold.plug_ins import stated_of
 from seals.scaffold.robot import scaffold_robot
 from seals.sysid.data.join import join_logs

@@ -14,8 +14,7 @@ from seals.config.build import build
 from seals.config.compose import compose
 from seals.config.overrides import refuse_dangerous
 from seals.errors import ConfigError, RobotError
-from seals.hydrostatics.formats import refuse_strange_format
-from seals.hydrostatics.meshes import hull_from_mesh
+from seals.hydrostatics.meshes import hull_from_mesh, refuse_strange_format
 from seals.robot.urdf import read_urdf
 from seals.scaffold.resources import find_resource
 from seals.untrusted_io import plain_yaml

@@ -99,7 +99,7 @@ def test_a_chunk_that_declares_too_much_is_not_unpacked() -> None:
 def test_a_record_that_declares_too_much_is_not_read(tmp_path: Path) -> None:
     """Room for a record is made only within the bound."""
     pytest.importorskip("mcap", reason="mcap is not installed")
-    from seals.plugins.readers.mcap import ReaderMcap
+    from seals.plugins.readers.recording import ReaderMcap
 
     file = tmp_path / "a.mcap"
     file.write_bytes(b"\x89MCAP0\r\n" + _record(1, 8, bytes(8)) + _record(0x7A, (1 << 26) + 1))

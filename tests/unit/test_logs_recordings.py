@@ -13,8 +13,7 @@ import pytest
 
 from seals.errors import LogError
 from seals.logs.log import Log
-from seals.plugins.readers.mcap import ReaderMcap
-from seals.plugins.readers.rosbag2 import ReaderRosbag2
+from seals.plugins.readers.recording import ReaderMcap, ReaderRosbag2
 
 _LACK = "mcap or rosbags, which write the files, are not installed"
 writer = pytest.importorskip("mcap.writer", reason=_LACK)

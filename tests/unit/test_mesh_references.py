@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from seals.errors import RobotError
-from seals.hydrostatics.formats import refuse_strange_format
+from seals.hydrostatics.meshes import refuse_strange_format
 from seals.hydrostatics.references import without_references
 from seals.robot.urdf import read_urdf
 

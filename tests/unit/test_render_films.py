@@ -84,7 +84,7 @@ def test_a_kill_in_a_frame_leaves_the_others_and_no_half_one(
     drop: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """When the third frame breaks, two stand, and nothing else that looks like a frame."""
-    from seals.view.films.drawn import Drawn
+    from seals.view.films.frame import Drawn
 
     real, calls = Drawn.photograph, []
 

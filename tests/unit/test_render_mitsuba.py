@@ -16,8 +16,7 @@ from seals.plugins.viewers.mitsuba import denoise as denoising
 from seals.plugins.viewers.mitsuba import variant as variants
 from seals.plugins.viewers.mitsuba.building import backward_share, mean_cosine, medium_of
 from seals.plugins.viewers.mitsuba.photo import wet_share
-from seals.plugins.viewers.mitsuba.sand import sand
-from seals.plugins.viewers.mitsuba.sky import sky_map
+from seals.plugins.viewers.mitsuba.textures import sand, sky_map
 from seals.plugins.viewers.mitsuba.variant import Variant, mitsuba
 from seals.rendering import Lens, Light, Scene, Shape, nowhere, single
 from seals.rendering.optics import Optics, SurfaceStill, water_of

@@ -12,7 +12,7 @@ import yaml
 
 from seals.cli.main import main
 from seals.config.compose import compose
-from seals.robot.fixed_links import place_on_base
+from seals.robot.whole_body import place_on_base
 from seals.run.assembly import build_world
 from seals.run.build import build_run
 from seals.run.simulation import simulate

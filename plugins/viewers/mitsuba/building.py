@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
-from seals.plugins.viewers.mitsuba.sand import HALF, sand
 from seals.plugins.viewers.mitsuba.shapes import material, pose_of
-from seals.plugins.viewers.mitsuba.sky import sky_map
+from seals.plugins.viewers.mitsuba.textures import HALF, sand, sky_map
 from seals.rendering import Lens, Poses
 from seals.rendering.optics import Optics, to_linear
 from seals.rendering.scene import Shape

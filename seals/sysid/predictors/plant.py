@@ -12,7 +12,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.batch import BatchDynamics, Rates, TwinState
-from seals.batch.posture import Posture
+from seals.batch.state import Posture
 from seals.control.actuator_response import respond
 from seals.effects.binding import EffectSet, bind_effects, has_hook
 from seals.effects.derived import strengths_of

@@ -12,8 +12,8 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.batch import Rates, TwinState
-from seals.batch.posture import Posture
 from seals.batch.response import Force, Response
+from seals.batch.state import Posture
 from seals.batch.tree import TreeBody
 from seals.effects.binding import EffectSet, bind_effects, has_hook
 from seals.effects.effect import Actuated, Actuation, DriveLoads, FlowField

@@ -21,10 +21,9 @@ from seals.run.settings import RunSettings
 from seals.run.surface import FOLDER as SURFACES
 from seals.schema import check_fields
 from seals.view import Replay, open_replay
-from seals.view.films.drawn import Drawn
 from seals.view.films.files import Frames, times_of
 from seals.view.films.film import refuse_missing, write_film
-from seals.view.films.frame import Frame, Photographer
+from seals.view.films.frame import Drawn, Frame, Photographer
 from seals.view.films.settings import SIZES, RenderSettings
 from seals.view.films.viewpoint import Viewpoint, Way, camera_of
 from seals.view.films.water import WaterOverTime
