@@ -42,7 +42,9 @@ NETWORK: dict[str, Guard] = {
     "headers of a listener": Guard(
         _GATE, ' or any(not n.replace("-", "").isalnum() for n in fields)', "", PEERS, "gate_asks"
     ),
-    "refusal of a listener": Guard(_GATE, "        if why:\n", "        if False:\n", PEERS, "pages_not"),
+    "refusal of a listener": Guard(
+        _GATE, "        if why:\n", "        if False:\n", PEERS, "pages_not"
+    ),
     "flood of a listener": Guard(
         _GATE, "if most is not None and count > most:", "if False:", PEERS, "no_flood"
     ),
@@ -51,7 +53,9 @@ NETWORK: dict[str, Guard] = {
         PEERS, "no_crowd",
     ),
     "silence of a listener": Guard(
-        _GATE, 'reader.readuntil(b"\\r\\n\\r\\n"), PATIENCE)', 'reader.readuntil(b"\\r\\n\\r\\n"), 600)',
+        _GATE,
+        'reader.readuntil(b"\\r\\n\\r\\n"), PATIENCE)',
+        'reader.readuntil(b"\\r\\n\\r\\n"), 600)',
         PEERS, "waits_for_nobody",
     ),
     "door of Foxglove": Guard(

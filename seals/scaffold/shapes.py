@@ -12,7 +12,7 @@ from seals.arrays import Floats
 from seals.errors import RobotError, suggestion
 from seals.robot.model import RobotModel
 from seals.scaffold.meshes import load_mesh
-from seals.scaffold.naming import plain
+from seals.scaffold.writing import plain
 from seals.scaffold.takeover import Element, Takeover
 
 MOST_FACES = 400
