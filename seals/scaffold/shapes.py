@@ -12,8 +12,8 @@ from seals.arrays import Floats
 from seals.errors import RobotError, suggestion
 from seals.robot.model import RobotModel
 from seals.scaffold.meshes import load_mesh
-from seals.scaffold.writing import plain
 from seals.scaffold.takeover import Element, Takeover
+from seals.scaffold.writing import plain
 
 MOST_FACES = 400
 """Triangles of a hull above which a convex one of fewer takes its place."""
