@@ -22,8 +22,8 @@ from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.report.sentence import sentence
-from seals.sysid.scores.disturbance_level import DisturbanceLevel
-from seals.sysid.scores.held_out import held_out_by_log
+from seals.sysid.scores.disturbance_level import LEVELS, DisturbanceLevel, lowest_between
+from seals.sysid.scores.held_out import explained_by_log, held_out_by_log
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant
 from seals.sysid.scores.self_check import SelfCheck
 from seals.sysid.selection.search import Search
@@ -61,7 +61,7 @@ def model(names: Sequence[str], *, misfit: float, score: float) -> EvidenceHypot
 @pytest.fixture(autouse=True)
 def calm(monkeypatch: pytest.MonkeyPatch) -> None:
     """Gusts as stated, and a log that shows everything."""
-    level = DisturbanceLevel(level=1.0, gain=0.0, allowance=0.0)
+    level = DisturbanceLevel(level=1.0, gain=0.0, allowance=0.0, between=1.0)
     monkeypatch.setattr(evidence, "disturbance_level", lambda best: level)
     monkeypatch.setattr(evidence, "self_check", lambda best: None)
     monkeypatch.setattr(evidence, "expected_gains", lambda base: dict.fromkeys(NAMES, 1e3))
@@ -72,13 +72,14 @@ def answer(
     *,
     nominal: float,
     others: Sequence[EvidenceHypothesis] = (),
+    logs: Sequence[Any] = (),
 ) -> EvidenceAnswer:
     """Decide on a search whose nominal model has a given misfit."""
     base = model((), misfit=nominal, score=0.0)
     rounds = (tuple(sorted((best, *others), key=lambda h: -h.score)),)
     found = Search(nominal=base, best=best, rounds=rounds if best.candidates else ())
     problem: Any = SimpleNamespace(
-        policy=POLICY, impact=False, samples=SimpleNamespace(posed=True), vehicle=None
+        policy=POLICY, impact=False, samples=SimpleNamespace(posed=True, logs=logs), vehicle=None
     )
     return decide(problem, found)
 
@@ -255,7 +256,7 @@ def test_no_name_where_the_data_sheet_must_give_way(
     changed: float, told: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A force is left over and the stated numbers are four tolerances off: none of these."""
-    level = DisturbanceLevel(level=5.0, gain=500.0, allowance=0.0)
+    level = DisturbanceLevel(level=5.0, gain=500.0, allowance=0.0, between=5.0)
     monkeypatch.setattr(evidence, "disturbance_level", lambda best: level)
     best = model(["wind"], misfit=1.0, score=5000.0)
     stated = {
@@ -307,7 +308,7 @@ def test_every_effect_that_was_fitted_is_told(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(diagnosis, "parameters", lambda *given: {})
     best = model(["wind", "payload", "tether"], misfit=1.0, score=200.0)
     claims = tuple(Claim(hypothesis=best, index=k, confidence=0.9) for k in range(2))
-    level = DisturbanceLevel(level=1.0, gain=0.0, allowance=0.0)
+    level = DisturbanceLevel(level=1.0, gain=0.0, allowance=0.0, between=1.0)
     base = model((), misfit=1.3, score=0.0)
     found = diagnosis.Diagnosis(
         problem=SimpleNamespace(samples=SimpleNamespace(logs=())),  # type: ignore[arg-type]
@@ -357,17 +358,58 @@ def test_a_log_that_lacks_something_else_is_told() -> None:
     assert sentence(found) == "None of the effects in the library: why."
 
 
-def test_the_misfit_of_each_log_is_that_of_its_windows() -> None:
-    """Three logs of two windows: held-out misfit over the readings of their own windows."""
+def of_three_logs(*misfit: float) -> EvidenceHypothesis:
+    """A model with the misfit of each of six windows, two to a log, five readings each."""
     found: Any = model((), misfit=1.0, score=0.0)
-    misfit = np.array([4.0, 6.0, 10.0, 10.0, 33.0, 27.0])
     rows = 10 * np.arange(6)[:, None] + np.arange(10)
     spans = tuple(SimpleNamespace(first=20 * k, last=20 * k + 20) for k in range(3))
-    keys = {"normal": np.zeros((6, 0, 0)), "right": np.zeros((6, 0)), "misfit": misfit}
+    keys = {"normal": np.zeros((6, 0, 0)), "right": np.zeros((6, 0)), "misfit": np.array(misfit)}
     fit = replace(found.fit, keys=(), precision=np.zeros(0), centre=np.zeros(0), **keys)
     windows = SimpleNamespace(count=6, rows=rows, freedom=np.full(6, 5))
     plant = SimpleNamespace(samples=SimpleNamespace(logs=spans, rows=60))
-    given: Any = SimpleNamespace(
-        candidates=(), fit=fit, fitter=SimpleNamespace(windows=windows, plant=plant)
-    )
+    known = found.fitter.candidate_set
+    fitter: Any = SimpleNamespace(windows=windows, plant=plant, candidate_set=known)
+    return EvidenceHypothesis(candidates=(), fit=fit, fitter=fitter, score=0.0)
+
+
+def test_the_misfit_of_each_log_is_that_of_its_windows() -> None:
+    """Three logs of two windows: held-out misfit over the readings of their own windows."""
+    given = of_three_logs(4.0, 6.0, 10.0, 10.0, 33.0, 27.0)
     assert held_out_by_log(given).tolist() == [1.0, 2.0, 6.0]
+
+
+def test_a_log_that_keeps_its_misfit_bounds_the_confidence(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two logs are explained, the third keeps three quarters of its excess: 25 % at most."""
+    nominal = of_three_logs(50.0, 50.0, 80.0, 80.0, 105.0, 105.0)
+    best = of_three_logs(5.0, 5.0, 5.0, 5.0, 80.0, 80.0)
+    assert explained_by_log(nominal, best).tolist() == [1.0, 1.0, 0.25]
+    assert explained_by_log(best, nominal).tolist() == [0.0, 0.0, 0.0]
+    nearly = of_three_logs(5.0, 5.0, 7.0, 7.0, 5.0, 5.0)
+    assert explained_by_log(nominal, nearly).tolist() == [1.0, 1.0, 1.0]
+    monkeypatch.setattr(evidence, "explained_by_log", lambda *two: np.array([1.0, 1.0, 0.25]))
+    found = model(["wind"], misfit=1.3, score=500.0)
+    alone = answer(found, nominal=9.0).claims[0].confidence
+    logs = (SimpleNamespace(), SimpleNamespace(), SimpleNamespace())
+    assert alone > 0.99
+    assert answer(found, nominal=9.0, logs=logs).claims[0].confidence == 0.25
+
+
+@pytest.mark.parametrize(("between", "told"), [(1.5, True), (1.6, False)])
+def test_gusts_within_their_accuracy_are_no_force_left_over(
+    between: float, told: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Stated to a factor of two, 1.5 times 1.3 of them may be there, and 1.6 times may not."""
+    level = DisturbanceLevel(level=1.5, gain=60.0, allowance=60.0, between=between)
+    monkeypatch.setattr(evidence, "disturbance_level", lambda best: level)
+    said = answer(model(["wind"], misfit=1.0, score=500.0), nominal=1.06)
+    assert said.explained < 0.9
+    assert (said.verdict is Verdict.named) is told
+    assert told or "1.6 times the stated gusts" in said.reasons[0]
+
+
+def test_the_level_of_gusts_lies_between_those_compared() -> None:
+    """The lowest point of a parabola in the logarithm; at the ends the end itself."""
+    scores = {s: 5.0 * np.log(s / 1.3) ** 2 for s in LEVELS}
+    assert lowest_between(scores) == pytest.approx(1.3, rel=1e-9)
+    assert lowest_between({s: -s for s in LEVELS}) == LEVELS[-1]
+    assert lowest_between({s: s for s in LEVELS}) == LEVELS[0]

@@ -16,6 +16,7 @@ from seals.sysid.decision.verdict import Verdict
 from seals.sysid.predictors.problem import Problem
 from seals.sysid.scores.disturbance_level import DisturbanceLevel, disturbance_level
 from seals.sysid.scores.excitation import expected_gains
+from seals.sysid.scores.held_out import explained_by_log
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 from seals.sysid.scores.self_check import self_check
 from seals.sysid.selection.search import Search
@@ -66,6 +67,8 @@ def decide(
     claims = [_claim(search, best, k, temperature, processes) for k in range(len(best.candidates))]
     if best.misfit > policy.misfit_trusted:
         claims = [replace(c, confidence=c.confidence * share) for c in claims]
+    least = _least_share(problem, search)
+    claims = [replace(c, confidence=min(c.confidence, least)) for c in claims]
     check = self_check(best)
     if check is not None:
         deceived = max(check.gain, 0.0) / max(search.nominal.fit.cost - best.fit.cost, 1e-9)
@@ -114,14 +117,14 @@ def _refusal(
     """Return why no effect may be named although something is missing; empty where one may."""
     best, policy = search.best, problem.policy
     least = policy.disturbance_evidence * (1.0 if problem.samples.posed else policy.unposed)
-    restless = left.level > policy.disturbance_refused and left.gain > least
+    restless = left.between > policy.disturbance_refused and left.gain > least
     if restless and share < policy.explained:
-        return f"a force or a sensor error is left over, {left.level:g} times the stated gusts"
+        return f"a force or a sensor error is left over, {left.between:.2g} times the stated gusts"
     changed, most = _changed_data_sheet(best)
     if restless and changed > policy.data_sheet_kept:
         return (
-            f"a force is left over, {left.level:g} times the stated gusts, although the numbers of "
-            f"the data sheet are changed by {changed:.1f} tolerances, {most} most of all"
+            f"a force is left over, {left.between:.2g} times the stated gusts, although the numbers "
+            f"of the data sheet are changed by {changed:.1f} tolerances, {most} most of all"
         )
     floors = best.misfit
     if not floors <= math.exp(2.0 * policy.gross_error):
@@ -132,6 +135,17 @@ def _refusal(
             f"{100.0 * share:.0f} % of the excess"
         )
     return ""
+
+
+def _least_share(problem: Problem, search: Search[EvidenceHypothesis]) -> float:
+    """Least share of the excess that the chosen model explains in any of several logs.
+
+    One cause fits all logs of a vehicle: where one of them keeps its misfit on held-out windows,
+    something else acts there, and may act in the others under the same name.
+    """
+    if len(problem.samples.logs) < 2:
+        return 1.0
+    return float(explained_by_log(search.nominal, search.best).min())
 
 
 def _changed_data_sheet(best: EvidenceHypothesis) -> tuple[float, str]:

@@ -130,7 +130,7 @@ class DecisionPolicy:
         1.6, "1", "factor on the stated disturbance within its own uncertainty of a factor of two"
     )
     disturbance_refused: float = threshold(
-        1.4, "1", "factor on 1.3 times the stated disturbance from which a force is left over"
+        1.54, "1", "factor on 1.3 times the stated disturbance, good to two: a force is left over"
     )
     disturbance_evidence: float = threshold(
         30.0, EVIDENCE, "evidence for that stronger disturbance, for it to count"

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+
+import numpy as np
 
 from seals.sysid.predictors.normal_equations import newton_step
 from seals.sysid.predictors.problem import rewindowed
@@ -21,11 +24,13 @@ class DisturbanceLevel:
         gain: twice the log of that evidence against the assumed gusts.
         allowance: the same for the best of the levels that the stated one admits, being good to a
             factor of two.
+        between: the likeliest factor between those compared.
     """
 
     level: float
     gain: float
     allowance: float
+    between: float
 
 
 def disturbance_level(hypothesis: EvidenceHypothesis) -> DisturbanceLevel:
@@ -43,5 +48,30 @@ def disturbance_level(hypothesis: EvidenceHypothesis) -> DisturbanceLevel:
     most = fitter.candidate_set.policy.disturbance_admitted
     admitted = min(score for level, score in scores.items() if level <= most)
     return DisturbanceLevel(
-        level=best, gain=scores[1.0] - scores[best], allowance=scores[1.0] - admitted
+        level=best,
+        gain=scores[1.0] - scores[best],
+        allowance=scores[1.0] - admitted,
+        between=lowest_between(scores),
     )
+
+
+def lowest_between(scores: Mapping[float, float]) -> float:
+    """Return where a parabola in the logarithm of the level is lowest.
+
+    Args:
+        scores: by level, ascending; the parabola goes through the lowest and its neighbours.
+
+    Returns:
+        The level; the lowest one itself at either end.
+
+    Example:
+        >>> round(lowest_between({1.0: 2.0, 2.0: 1.0, 4.0: 2.0}), 6)
+        2.0
+    """
+    levels = list(scores)
+    k = min(range(len(levels)), key=lambda i: scores[levels[i]])
+    if not 0 < k < len(levels) - 1:
+        return levels[k]
+    place = np.log(levels[k - 1 : k + 2])
+    curve = np.polyfit(place, [scores[level] for level in levels[k - 1 : k + 2]], 2)
+    return float(np.exp(-0.5 * curve[1] / curve[0])) if curve[0] > 0.0 else levels[k]

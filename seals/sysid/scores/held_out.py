@@ -33,6 +33,23 @@ def held_out_by_log(hypothesis: EvidenceHypothesis) -> Floats:
     )
 
 
+def explained_by_log(nominal: EvidenceHypothesis, best: EvidenceHypothesis) -> Floats:
+    """Return the share of each log's excess held-out misfit that a model explains, shape (logs,).
+
+    Equation:
+        (before - after) / (before - 1), no less than zero; 1 where `after` is as low as a complete
+        model's, the policy's `misfit_trusted`, or the log has no window.
+
+    Args:
+        nominal: model without effects.
+        best: chosen model.
+    """
+    before, after = held_out_by_log(nominal), held_out_by_log(best)
+    left = after > best.fitter.candidate_set.policy.misfit_trusted
+    share: Floats = np.clip((before - after) / np.maximum(before - 1.0, after - 1.0), 0.0, 1.0)
+    return np.where(left, share, 1.0)
+
+
 def folds_of(hypothesis: EvidenceHypothesis) -> NDArray[np.int64]:
     """Return the cross-validation fold of every window, shape (W,).
 
