@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
+import numpy as np
+
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.scores.hypothesis import Hypothesis
 from seals.sysid.selection.search import Refinement, SearchStages, search
@@ -21,10 +23,16 @@ class Scored(Hypothesis):
 
 
 class Table:
-    """Family of models whose score depends on their names alone; what is missing scores zero."""
+    """Family of models whose score depends on their names alone; what is missing scores zero.
 
-    def __init__(self, scores: Mapping[str, float]) -> None:
+    Args:
+        scores: by names.
+        enough: score from which on nothing is left to explain.
+    """
+
+    def __init__(self, scores: Mapping[str, float], *, enough: float = np.inf) -> None:
         self.scores = {frozenset(k): v for k, v in scores.items()}
+        self.enough = enough
         self.letters = sorted(set("".join(scores)))
         self.nominal = self.model("")
 
@@ -37,6 +45,10 @@ class Table:
         """Add every other letter."""
         own = "".join(base.names)
         return self._ranked([own + x for x in self.letters if x not in own])
+
+    def settled(self, base: Scored) -> bool:
+        """Nothing is left of a model with enough."""
+        return base.score >= self.enough
 
     def accepted(self, base: Scored, tried: Sequence[Scored]) -> Scored | None:
         """Ask for a gain of one."""
@@ -123,3 +135,14 @@ def test_two_effects_that_hide_each_other_are_tried_as_a_pair() -> None:
     assert set(more.best.names) == {"a", "b", "c"}
     one = search(Table({"c": 5.0}), SearchStages(effects=3, alone=Refinement.pairs))
     assert one.best.names == ("c",)
+
+
+def test_a_model_that_leaves_nothing_is_extended_for_the_rivals_of_two_effects_alone() -> None:
+    """The round that cannot add anything is left out where one effect remains, and made for two."""
+    stages = SearchStages(effects=3, last=(Refinement.backward,))
+    one = search(Table(HIDDEN, enough=6.0), stages)
+    assert set(one.best.names) == {"a", "c"}
+    assert [len(r) for r in one.rounds] == [3, 2, 1]
+    single = search(Table(HIDDEN, enough=5.0), stages)
+    assert single.best.names == ("c",)
+    assert [len(r) for r in single.rounds] == [3]

@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.frames import multiply, rotation_vector
@@ -17,11 +16,14 @@ from seals.sysid.data.vehicle import Vehicle
 from seals.sysid.predictors.linearise import Columns, Dynamics, Prediction
 from seals.sysid.predictors.releasable import ReleasableDynamics, dynamics_of
 from seals.sysid.predictors.whitened import Marginal, Weights, Whitened
+from seals.sysid.predictors.window_rows import delaying, window_rows
 
 _KNOT = 0.35
 """Spacing of the knots of the gusts in correlation times."""
 BLOCK = 32
 """Parameters whose responses are carried through the windows together: a bound on memory."""
+_ROOM = 8 << 20
+"""Memory of the states that are kept on the way through the windows [byte]."""
 _QUANTISED = 1.0 + 1.0 / 48.0
 """Variance of noise and rounding to half a sigma, in units of the noise alone."""
 
@@ -47,6 +49,9 @@ class Windows:
         delay: of the inertial sensors, applied to everything they read [s].
         knot: spacing of the knots of the gusts [s]; left out, a third of their correlation time.
     """
+
+    loosened = False
+    """Whether gusts have columns though none are stated."""
 
     def __init__(
         self,
@@ -106,7 +111,8 @@ class Windows:
 
     def shares_outputs(self, other: Windows) -> bool:
         """Return true if whitened outputs of other windows may be used in these."""
-        return self._marginal is other._marginal
+        mine, theirs = (w.__dict__.get("_marginal") for w in (self, other))
+        return self is other or (mine is not None and mine is theirs)
 
     def _reference(self, blur: Floats | None) -> None:
         """Measured less trajectory values, weights, and the state component of each reading."""
@@ -165,9 +171,14 @@ class Windows:
         spacing = self._knot or _KNOT * self.vehicle.gust_time
         span = (self.length - 1) * self.samples.step
         knots = max(2, round(span / spacing) + 1)
+        if extra is None and not self.loosened and not np.any(gust):
+            # what cannot push needs no columns
+            knots = 0
         at = np.linspace(0.0, span, knots)
         time = np.arange(self.length) * self.samples.step
-        self.hats = np.stack([np.interp(time, at, np.eye(knots)[j]) for j in range(knots)], axis=1)
+        self.hats = np.zeros((self.length, knots))
+        for j, one in enumerate(np.eye(knots)):
+            self.hats[:, j] = np.interp(time, at, one)
         decay = np.exp(-np.abs(at[:, None] - at[None, :]) / self.vehicle.gust_time)
         levels = np.repeat(np.maximum(gust, 1e-9), 3)
         # columns run knot by knot within each axis
@@ -210,9 +221,13 @@ class Windows:
             for knot in np.flatnonzero(mean[k]):
                 states[:, :, n + knot : n + m : knots] += matrix * mean[k, knot]
 
-        direct = np.zeros((self.length, self.count, 6, n + m + free))
-        direct[:, :, 3:, n : n + m] = _outer(self.dynamics.feedthrough[order], self.hats)
-        direct[:, :, :, n + m :] = np.eye(6)[:, :free]
+        def direct(part: slice) -> Floats:
+            hats = self.hats[part]
+            seen = np.zeros((len(hats), self.count, 6, n + m + free))
+            seen[:, :, 3:, n : n + m] = _outer(self.dynamics.feedthrough[order[part]], hats)
+            seen[:, :, :, n + m :] = np.eye(6)[:, :free]
+            return seen
+
         loose = self._run(start, push, direct)
         return Marginal(loose, np.matmul(loose.transpose(0, 2, 1), loose))
 
@@ -232,38 +247,38 @@ class Windows:
         factor = np.linalg.cholesky(normal)
         return Weights(scale, factor, np.linalg.inv(factor))
 
-    def _run(self, start: Floats, push: Callable[[int, Floats], None], direct: Floats) -> Floats:
+    def _run(
+        self,
+        start: Floats,
+        push: Callable[[int, Floats], None],
+        direct: Callable[[slice], Floats],
+    ) -> Floats:
         """Propagate state columns through the windows and return their whitened outputs.
+
+        Some rows at a time: the states of all rows take more memory than everything else.
 
         Args:
             start: states at the first rows, shape (W, n, c).
             push: adds what step k pushes to the states (W, n, c) after it, in place.
-            direct: what the inertial sensors read beside the states, shape (K, W, 6, c).
+            direct: what the inertial sensors read beside the states at some rows, (k, W, 6, c).
 
         Returns:
             Outputs of all rows and channels, shape (W, K * ny, c).
         """
-        channels, (steps, output) = len(self.channel_of), self._march
-        states = np.empty((self.length, *start.shape))
-        states[0] = start
-        for k in range(self.length - 1):
-            np.matmul(steps[k], states[k], out=states[k + 1])
-            push(k, states[k + 1])
+        channels, steps = len(self.channel_of), self._march[0]
         out = np.empty((self.count, self.length, channels, start.shape[2]))
-        for i, r in enumerate(self._reads):
-            if r is not None:
-                out[:, :, i] = states[:, :, r].transpose(1, 0, 2)
-        force = np.matmul(output, states)
-        spin = states[:, :, 9:12]
-        if not np.allclose(self.vehicle.imu_turn, np.eye(3)):
-            spin = np.matmul(self.vehicle.imu_turn, spin)
-        for i in self._inertial:
-            axis = self._axis(i)
-            seen = spin[:, :, axis] if _gyro(self.channel_of[i]) else force[:, :, axis]
-            axis += 0 if _gyro(self.channel_of[i]) else 3
-            out[:, :, i] = (seen + direct[:, :, axis]).transpose(1, 0, 2)
+        block = min(max(2, _ROOM // start.nbytes), self.length)
+        states = np.empty((block, *start.shape))
+        states[0] = start
+        for first in range(0, self.length, block):
+            last = min(first + block, self.length)
+            for k in range(max(first, 1), last):
+                np.matmul(steps[k - 1], states[(k - 1) % block], out=states[k % block])
+                push(k - 1, states[k % block])
+            part = slice(first, last)
+            self._read_out(states[: last - first], part, direct(part), out[:, part])
         if self.delay:
-            late = _shift(self.length, self.delay / self.samples.step)
+            late = delaying(self.length, self.delay / self.samples.step)
             shape = out[:, :, self._inertial].shape
             inertial = out[:, :, self._inertial].reshape(shape[0], self.length, -1)
             out[:, :, self._inertial] = np.matmul(late, inertial).reshape(shape)
@@ -272,6 +287,28 @@ class Windows:
         if self._stated is None:
             return flat
         return np.concatenate([flat, start / self._stated[1][:, None]], axis=1)
+
+    def _read_out(self, states: Floats, part: slice, direct: Floats, out: Floats) -> None:
+        """Fill in what all channels read at some rows of the windows.
+
+        Args:
+            states: at these rows, shape (k, W, n, c).
+            part: the rows.
+            direct: what the inertial sensors read beside the states, shape (k, W, 6, c).
+            out: to fill in, shape (W, k, ny, c).
+        """
+        for i, r in enumerate(self._reads):
+            if r is not None:
+                out[:, :, i] = states[:, :, r].transpose(1, 0, 2)
+        force = np.matmul(self._march[1][part], states)
+        spin = states[:, :, 9:12]
+        if not np.allclose(self.vehicle.imu_turn, np.eye(3)):
+            spin = np.matmul(self.vehicle.imu_turn, spin)
+        for i in self._inertial:
+            axis = self._axis(i)
+            seen = spin[:, :, axis] if _gyro(self.channel_of[i]) else force[:, :, axis]
+            axis += 0 if _gyro(self.channel_of[i]) else 3
+            out[:, :, i] = (seen + direct[:, :, axis]).transpose(1, 0, 2)
 
     def _axis(self, i: int) -> int:
         """Component of channel column ``i`` within its channel."""
@@ -283,7 +320,7 @@ class Windows:
         defect = prediction.defect[order][:, :, :, None]
         reading = prediction.reading[order][:, :, :, None]
         start = np.zeros((self.count, self.size, 1))
-        model = self._run(start, _adding(defect), reading)[:, :, 0]
+        model = self._run(start, _adding(defect), reading.__getitem__)[:, :, 0]
         measured = (self._values * self.weight).reshape(self.count, -1)
         if self._stated is not None:
             measured = np.concatenate([measured, self._stated[0] / self._stated[1]], axis=1)
@@ -299,7 +336,7 @@ class Windows:
             chosen = slice(first, first + BLOCK)
             push, reading = columns.push[:, :, chosen][order], columns.reading[:, :, chosen][order]
             start = np.zeros((self.count, *push.shape[2:]))
-            out[:, :, chosen] = self._run(start, _adding(push), reading)
+            out[:, :, chosen] = self._run(start, _adding(push), reading.__getitem__)
         return out
 
     @property
@@ -376,32 +413,6 @@ class Windows:
         return found
 
 
-def window_rows(samples: Samples, length: float, skip: int) -> NDArray[np.int64]:
-    """Return the rows of all windows of a common length, shape (W, K)."""
-    spans = [(first + skip, last) for first, last in samples.runs]
-    longest = max(last - first for first, last in spans)
-    wanted = max(4, min(round(length / samples.step), longest))
-    pieces = [max(1, round((last - first) / wanted)) for first, last in spans]
-    size = min((last - first) // n for (first, last), n in zip(spans, pieces, strict=True))
-    starts = [
-        first + k * size
-        for (first, last), n in zip(spans, pieces, strict=True)
-        for k in range((last - first) // size)
-    ]
-    return np.asarray(starts, dtype=np.int64)[:, None] + np.arange(size)
-
-
-def _shift(rows: int, late: float) -> Floats:
-    """Matrix that delays a series by ``late`` rows, by linear interpolation."""
-    at = np.arange(rows) - late
-    below = np.clip(np.floor(at).astype(int), 0, rows - 2)
-    share = at - below
-    matrix = np.zeros((rows, rows))
-    matrix[np.arange(rows), below] = 1.0 - share
-    matrix[np.arange(rows), below + 1] += share
-    return matrix
-
-
 def _adding(pushes: Floats) -> Callable[[int, Floats], None]:
     """Add pushes one after the other, shape (K, W, n, c); the last one has no effect."""
 
@@ -414,7 +425,7 @@ def _adding(pushes: Floats) -> Callable[[int, Floats], None]:
 def _outer(matrix: Floats, weights: Floats) -> Floats:
     """Outer products by axis and knot: matrix (K, W, r, 6) times weights (K, m)."""
     out = matrix[:, :, :, :, None] * weights[:, None, None, None, :]
-    return out.reshape(*matrix.shape[:3], -1)
+    return out.reshape(*matrix.shape[:3], matrix.shape[3] * weights.shape[1])
 
 
 def _imu(name: str) -> bool:

@@ -129,6 +129,10 @@ class Fitter:
         """Inner products of `fixed`, shape (W, p, p)."""
         return self.fixed.product(self.fixed)
 
+    def prepare(self) -> None:
+        """Compute what all fits share: once, before processes part."""
+        _ = self._square
+
     def with_windows(self, windows: Windows) -> Fitter:
         """Return the same linearisation in other windows."""
         return Fitter(

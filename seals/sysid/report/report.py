@@ -28,7 +28,7 @@ from seals.sysid.report.words import (
     parameter_rows,
 )
 from seals.sysid.report.wrench import wrench_blocks
-from seals.sysid.residual_force import Localisation, locate_residual_force
+from seals.sysid.residual_force import Localisation, locate_residual_force, residual_of
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
 PAGE, DATA = "report.html", "report.json"
@@ -186,7 +186,7 @@ def _overlay(diagnosis: Diagnosis, after: EvidenceHypothesis, most: int) -> list
 def _wrench(diagnosis: Diagnosis, after: EvidenceHypothesis, missing: Localisation) -> list[Block]:
     """Blocks of the residual wrench: over time, in words, and by condition."""
     problem = diagnosis.problem
-    then = locate_residual_force(problem, after).residual if after.candidates else None
+    then = residual_of(problem, after) if after.candidates else None
     named = [claim.candidate for claim in diagnosis.answer.claims]
     blocks = wrench_blocks(problem, missing.residual, then, named)
     if missing.signature.sentences:

@@ -201,9 +201,8 @@ def _collected(  # noqa: PLR0917  the parts of one set of equations
     precision: Floats,
     mean: dict[str, float],
 ) -> Evidence:
-    misfit = loose.misfit(values).outputs
     return Evidence(
-        gram=windows.gram(np.concatenate([columns, misfit], axis=2)),
+        gram=windows.gram(columns, loose.misfit(values).outputs),
         knots=windows.knots,
         rows=windows.knot_rows,
         tight=windows.tight,

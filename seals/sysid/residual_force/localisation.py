@@ -74,6 +74,17 @@ class Localisation:
         }
 
 
+def residual_of(problem: Problem, hypothesis: EvidenceHypothesis) -> Residual:
+    """Estimate the residual force of a model over time, without an analysis of it.
+
+    Args:
+        problem: the log made ready.
+        hypothesis: model whose left-overs are looked at.
+    """
+    found = evidence(problem, hypothesis)
+    return residual(found, conditions(hypothesis.fitter, found))
+
+
 def locate_residual_force(
     problem: Problem, hypothesis: EvidenceHypothesis | None = None
 ) -> Localisation:

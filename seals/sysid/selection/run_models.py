@@ -50,6 +50,10 @@ class RunModels:
         sets = [((*base.candidates, c), base.fit.values) for c in others]
         return ranked(self.validator.fitted(sets))
 
+    def settled(self, base: ValidatedHypothesis) -> bool:
+        """Return false: every model is extended."""
+        return False
+
     def accepted(
         self, base: ValidatedHypothesis, tried: Sequence[ValidatedHypothesis]
     ) -> ValidatedHypothesis | None:

@@ -71,6 +71,10 @@ class ModelFamily(Protocol[H]):
         """
         ...
 
+    def settled(self, base: H) -> bool:
+        """Return true if a model leaves nothing for a further effect to explain."""
+        ...
+
     def accepted(self, base: H, tried: Sequence[H]) -> H | None:
         """Return the extension that is significantly better than ``base``; None without one."""
         ...
@@ -113,6 +117,7 @@ def search(
     best = family.nominal
     rounds: list[tuple[H, ...]] = []
     refinements: list[tuple[H, ...]] = []
+    owed: H | None = None
 
     def refine(now: H, step: Refinement) -> H:
         after, tried = family.refined(now, rounds[0], step)
@@ -120,6 +125,9 @@ def search(
         return after
 
     while len(rounds) < stages.effects and len(best.candidates) < stages.effects:
+        if rounds and family.settled(best):
+            owed = best
+            break
         rounds.append(tuple(family.extended(best, rounds[0] if rounds else ())))
         tell(len(rounds))
         # the first round may move the trajectory on which the nominal model stands, too
@@ -138,6 +146,9 @@ def search(
         best = best if step is None else refine(best, step)
     for step in stages.last:
         best = refine(best, step)
+    if owed is not None and len(best.candidates) > 1:
+        # none of them is accepted: they are the rivals of several effects
+        rounds.append(tuple(family.extended(owed, rounds[0])))
     return Search(
         nominal=family.nominal, best=best, rounds=tuple(rounds), refinements=tuple(refinements)
     )

@@ -33,13 +33,18 @@ def fitted(
     lends = bool(fitter.windows.delay) and any(late not in candidate_keys(job[0]) for job in jobs)
     plain = rewindowed(fitter, delay=0.0) if lends else fitter
 
+    def windowed(candidates: Sequence[Candidate]) -> Fitter:
+        return fitter if late in candidate_keys(candidates) else plain
+
     def seen_by(candidates: Sequence[Candidate]) -> Fitter:
-        return (fitter if late in candidate_keys(candidates) else plain).acting(candidates)
+        return windowed(candidates).acting(candidates)
 
     def work(job: Job) -> Fit:
         keys = candidate_keys(job[0])
         return seen_by(job[0]).fit(keys, start={k: job[1][k] for k in keys}, coarse=True)
 
+    for job in jobs:
+        windowed(job[0]).prepare()
     fits = spread(work, jobs, processes)
     tried = [
         scored(job[0], fit, seen_by(job[0]), nominal) for job, fit in zip(jobs, fits, strict=True)

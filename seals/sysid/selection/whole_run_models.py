@@ -68,6 +68,10 @@ class WholeRunModels:
         fit, fitter = self.base.fit, self.base.fitter
         return EvidenceHypothesis(candidates=(), fit=fit, fitter=fitter, score=0.0)
 
+    def settled(self, base: EvidenceHypothesis) -> bool:
+        """Return false: every model is extended."""
+        return False
+
     def accepted(
         self, base: EvidenceHypothesis, tried: Sequence[EvidenceHypothesis]
     ) -> EvidenceHypothesis | None:

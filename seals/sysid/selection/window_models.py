@@ -72,7 +72,7 @@ class WindowModels:
         self, base: EvidenceHypothesis, tried: Sequence[EvidenceHypothesis]
     ) -> EvidenceHypothesis | None:
         candidate_set, policy = self.problem.plant.candidate_set, self.problem.policy
-        if self._within_noise(base):
+        if self.settled(base):
             return None
         tried = [h for h in tried if is_significant(h.candidates[-1], h.fit, candidate_set)]
         if self.problem.vehicle.servo:
@@ -93,7 +93,7 @@ class WindowModels:
             if not any(fitter.along is one for one in held):
                 fitter.release()
 
-    def _within_noise(self, base: EvidenceHypothesis) -> bool:
+    def settled(self, base: EvidenceHypothesis) -> bool:
         """Return true if a model's error is below that expected from the stated noise.
 
         What is left is then no noise, such as the steps of a simulator, and proves nothing. Gusts,
@@ -343,18 +343,26 @@ def extensions(
         for begin in starts.get(c.name, ())
     ]
 
+    late = candidate_set.sensor_delay
+    plain = _shifted(base.fitter, 0.0)
+    if any(not begin.get(late) for _, begin in jobs):
+        plain.prepare()
+
+    def seen_by(candidate: Candidate, begin: Mapping[str, float]) -> Fitter:
+        delay = begin.get(late, 0.0)
+        fitter = _shifted(base.fitter, delay) if delay else plain
+        return fitter.acting((*base.candidates, candidate))
+
     def work(job: tuple[Candidate, Mapping[str, float]]) -> Fit:
         keys = candidate_keys((*base.candidates, job[0]))
-        fitter = _shifted(base.fitter, job[1]).acting((*base.candidates, job[0]))
-        return fitter.fit(keys, start=job[1], coarse=True)
+        return seen_by(*job).fit(keys, start=job[1], coarse=True)
 
     fits = spread(work, jobs, processes)
     chosen: dict[str, tuple[Candidate, Fit, Fitter]] = {}
     for (candidate, begin), fit in zip(jobs, fits, strict=True):
         known = chosen.get(candidate.label)
         if known is None or fit.cost < known[1].cost:
-            fitter = _shifted(base.fitter, begin).acting((*base.candidates, candidate))
-            chosen[candidate.label] = (candidate, fit, fitter)
+            chosen[candidate.label] = (candidate, fit, seen_by(candidate, begin))
     repeat_worse_fits(base, chosen, processes)
     out = [
         scored((*base.candidates, c), fit, fitter, nominal) for c, fit, fitter in chosen.values()
@@ -371,9 +379,8 @@ def extensions(
     return tuple(relinearise(problem, nominal, base, out, processes=processes))
 
 
-def _shifted(fitter: Fitter, start: Mapping[str, float]) -> Fitter:
-    """Return windows shifted by a considerable sensor delay, for the starts."""
-    delay = start.get(fitter.candidate_set.sensor_delay, 0.0)
+def _shifted(fitter: Fitter, delay: float) -> Fitter:
+    """Return windows shifted by a considerable sensor delay [s]."""
     return rewindowed(fitter, delay=delay) if abs(delay - fitter.windows.delay) > LATE else fitter
 
 

@@ -15,7 +15,8 @@ from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.predictors.linearise import dynamics_along
 from seals.sysid.predictors.problem import Problem, stated_starts, transient_rows
 from seals.sysid.predictors.surface_model_error import surface_model_error
-from seals.sysid.predictors.windows import Windows, by_channel, window_rows
+from seals.sysid.predictors.window_rows import window_rows
+from seals.sysid.predictors.windows import Windows, by_channel
 from seals.sysid.validation.model import Model
 from seals.sysid.validation.replay import Track, replay
 
