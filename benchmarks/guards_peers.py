@@ -53,10 +53,8 @@ NETWORK: dict[str, Guard] = {
         PEERS, "no_crowd",
     ),
     "silence of a listener": Guard(
-        _GATE,
-        'reader.readuntil(b"\\r\\n\\r\\n"), PATIENCE)',
-        'reader.readuntil(b"\\r\\n\\r\\n"), 600)',
-        PEERS, "waits_for_nobody",
+        _GATE, "reader.readuntil(b\"\\r\\n\\r\\n\"), PATIENCE)",
+        "reader.readuntil(b\"\\r\\n\\r\\n\"), 600)", PEERS, "waits_for_nobody",
     ),
     "door of Foxglove": Guard(
         "seals.plugins.live.foxglove", "self._gate.open(self._inner, self._server.port)",
