@@ -2,12 +2,18 @@
 
 Reads ``benchmarks/paper.yaml`` and writes ``docs/paper.md``; nothing is run, the figures stand on
 the pages that each row links. ``--check`` ends with 1 where the page is not that of the rows.
+``--run`` runs every command anew, in the present folder, and writes no page; those with ``FILE``,
+``FOLDER`` or ``NAME`` and those that need a person are left out.
 """
 
 from __future__ import annotations
 
 import argparse
+import re
+import shlex
+import subprocess
 import sys
+import time
 from collections import Counter
 from pathlib import Path
 from typing import Any
@@ -23,7 +29,8 @@ it is, a figure from there, and whether it is reached. Of {count} items {yes} ar
 partly, {no} not. `FILE`, `FOLDER` and `NAME` stand for yours.
 
 Written by `python benchmarks/paper.py` from `benchmarks/paper.yaml`; a test compares the two, and
-every command and link with what is there.
+every command and link with what is there. `python benchmarks/paper.py --run` runs the commands anew
+(days with the trainings; `--only check` for some, `--seconds 60` for the quick ones).
 """
 TAIL = """
 ## Measured and simulated on one axis
@@ -68,11 +75,50 @@ def page() -> str:
     return "".join([*parts, TAIL])
 
 
+def run_anew(seconds: float, only: str) -> int:
+    """Run the commands, and print exit code, duration and last line of each.
+
+    Args:
+        seconds: after which a command is ended [s].
+        only: what those that are run contain.
+
+    Returns:
+        1 if one failed. Diagnoses end with 10 or more where they find something.
+    """
+    commands = dict.fromkeys(row["run"] for part in rows().values() for row in part)
+    programs = {"seals": ["-m", "seals.cli"], "pytest": ["-m", "pytest", "-q"], "python": []}
+    failed = 0
+    for command in commands:
+        if only not in command or re.search(r"\b(FILE|FOLDER|NAME|teleop)\b", command):
+            continue
+        program, *words = shlex.split(command)
+        words = [str(ROOT / w) if w.startswith("tests/") else w for w in words]
+        begin = time.perf_counter()
+        try:
+            done = subprocess.run(
+                [sys.executable, "-P", *programs[program], *words],
+                capture_output=True, text=True, timeout=seconds, check=False,
+            )  # fmt: skip
+            code, said = str(done.returncode), (done.stdout + done.stderr).strip()
+        except subprocess.TimeoutExpired:
+            code, said = "late", ""
+        failed |= code not in ("0", "10", "11", "12", "late")
+        last = said.splitlines()[-1][:100] if said else ""
+        print(f"{code:>4} {time.perf_counter() - begin:5.0f} s  {command}  {last}", flush=True)
+    return failed
+
+
 def main() -> int:
-    """Write or check the page."""
+    """Write, check or run the page."""
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--check", action="store_true", help="compare, write nothing")
-    if options.parse_args().check:
+    options.add_argument("--run", action="store_true", help="run all commands anew")
+    options.add_argument("--seconds", type=float, default=7200.0, help="time of each")
+    options.add_argument("--only", default="", help="commands that contain this")
+    given = options.parse_args()
+    if given.run:
+        return run_anew(given.seconds, given.only)
+    if given.check:
         return int(PAGE.read_text(encoding="utf-8") != page())
     PAGE.write_text(page(), encoding="utf-8")
     return 0
