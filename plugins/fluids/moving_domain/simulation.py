@@ -159,17 +159,19 @@ class MovingDomain(Simulation):
         self._put_sides(time)
         self._frame(time)
         self._add(new, time)
-        self._relax(states)
+        self._relax(states, time)
         return True
 
-    def _relax(self, states: BodyStates) -> None:
+    def _relax(self, states: BodyStates, time: float) -> None:
         """Even out the density of what was cut and added by places alone, without velocities.
 
-        Left to the next step, it would be a pulse of sound.
+        Left to the next step, it would be a pulse of sound. Only the ring changes: the pressure
+        around a body is that of its motion, and would be lost.
         """
         if not self.settings.relaxations:
             return
-        velocities, still = self.water.velocities(), {}
+        velocities, places, still = self.water.velocities(), self.water.positions(), {}
+        near = self.box.weight(self.outer.rest(places, time)) > 0.0
         if self.bodies:
             held = {"velocity", "spin", "inverse_mass", "inverse_inertia", "acceleration"}
             still = {k: 0.0 * v if k in held else v for k, v in states._asdict().items()}
@@ -179,7 +181,8 @@ class MovingDomain(Simulation):
             if self.bodies:
                 self.water.place_bodies(**still)
             self.water.advance(self.step / count, substeps=1)
-        self.water.set_particles(velocities=velocities)
+        places[near] = self.water.positions()[near]
+        self.water.set_particles(positions=places, velocities=velocities)
 
     def _add(self, rest: Floats, time: float) -> None:
         """Add particles of the outer sea, by their places of rest (n, 3) [m]."""
