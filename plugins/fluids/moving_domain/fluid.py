@@ -89,7 +89,7 @@ class FluidWindow(ParticleFluid):
     ring: int = count(5, bounds=(1, 1000))
     cell: int = count(1, bounds=(1, 100))
     rate: float = setting(300.0, "1/s", bounds=(0.0, 1e4), source="measured on shifts")
-    relaxations: int = count(0, bounds=(0, 100))
+    relaxations: int = count(4, bounds=(0, 100))
     lag: float = setting(0.1, "s", bounds=(1e-3, 1e3), source=_CHOSEN)
     current: list[float] = vector((0.0, 0.0), "m/s", bounds=(-10.0, 10.0), source=_CHOSEN)
 
