@@ -71,6 +71,17 @@ def test_a_command_is_averaged_until_the_next_row() -> None:
     assert found.columns["rotor_speed_cmd_1"][:4].tolist() == [0.0, 4.0, 8.0, 8.0]
 
 
+@pytest.mark.parametrize(("reach", "step"), [(0.5, 0.002), (0.0, 0.01)])
+def test_rows_are_closer_where_servos_move(reach: float, step: float) -> None:
+    """Joints that swing are followed at 2 ms, as a stiff servo asks for; resting ones are not."""
+    time = 0.001 * np.arange(MANY)
+    joint = 0.2 + reach * np.sin(3.0 * time)
+    arm = {"joint_position_1": joint, "joint_position_cmd_1": joint}
+    given = Log(name="arm", columns={"t": time, "position_x": np.zeros(MANY), **arm}, meta={})
+    found = decimated(given, MANY)
+    assert found.time[1] - found.time[0] == pytest.approx(step)
+
+
 def test_quaternions_may_change_their_sign() -> None:
     """The attitude is smoothed as the rotation that it is."""
     angle = 0.3 * np.sin(0.01 * np.arange(MANY))

@@ -14,7 +14,9 @@ from seals.logs.channels import columns_of
 from seals.logs.log import Log
 
 STEP = 0.01
-"""Step between the rows that are kept, at most [s]: drives and servos are slower."""
+"""Step between the rows that are kept, at most [s]: rotors and thrusters are slower."""
+SERVO_STEP = 0.002
+"""The same where servos move joints [s]: a light arm follows its servos within 5 to 15 ms."""
 ROWS = 4000
 """Rows of all logs together up to which every row is used."""
 _COMPLETE = 0.9
@@ -35,7 +37,8 @@ def decimated(log: Log, rows: int) -> Log:
     """
     steps = [np.diff(part.time) for part in log.segments() if part.rows > 1]
     step = float(np.median(np.concatenate(steps))) if steps else 0.0
-    most = int(STEP / step * (1.0 + 1e-6)) if step > 0.0 else 1
+    longest = SERVO_STEP if _servos_move(log) else STEP
+    most = int(longest / step * (1.0 + 1e-6)) if step > 0.0 else 1
     if rows <= ROWS or most < 2:
         return log
     groups = [np.flatnonzero(log.segment == part.segment[0]) for part in log.segments()]
@@ -45,6 +48,13 @@ def decimated(log: Log, rows: int) -> Log:
         if all(k is not None for k in kept):
             return _taken(log, groups, [k for k in kept if k is not None], measured, n)
     return log
+
+
+def _servos_move(log: Log) -> bool:
+    """Return true if the command to a joint changes."""
+    columns = columns_of("joint_position_cmd", log.columns)
+    given = [log.columns[k][np.isfinite(log.columns[k])] for k in columns if k in log.columns]
+    return any(values.size and np.ptp(values) > 0.0 for values in given)
 
 
 def _stated(meta: Mapping[str, Any]) -> dict[str, float]:

@@ -123,8 +123,8 @@ def _refusal(
     changed, most = _changed_data_sheet(best)
     if restless and changed > policy.data_sheet_kept:
         return (
-            f"a force is left over, {left.between:.2g} times the stated gusts, although the numbers "
-            f"of the data sheet are changed by {changed:.1f} tolerances, {most} most of all"
+            f"a force is left over, {left.between:.2g} times the stated gusts, although the "
+            f"numbers of the data sheet are changed by {changed:.1f} tolerances, {most} most of all"
         )
     floors = best.misfit
     if not floors <= math.exp(2.0 * policy.gross_error):
