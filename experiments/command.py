@@ -8,9 +8,22 @@ import importlib
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import NoReturn
 
 from seals.cli.main import two_lines
-from seals.errors import SealsError
+from seals.errors import ConfigError, SealsError
+
+
+class CommandParser(argparse.ArgumentParser):
+    """Parser of a command line whose errors are refusals in two lines."""
+
+    def error(self, message: str) -> NoReturn:
+        """Refuse the command line.
+
+        Raises:
+            ConfigError: always.
+        """
+        raise ConfigError(f"{message}.\nSee: {self.prog} --help")
 
 
 def run_main(package: str) -> None:
@@ -40,7 +53,7 @@ def ended(main: Callable[[Sequence[str] | None], int]) -> int:
 
 def parser_of(
     name: str, overrides: str = "as for seals run", out: str = "folder; runs/DATE/TIME_NAME"
-) -> argparse.ArgumentParser:
+) -> CommandParser:
     """Return a parser with the option ``--out`` and the overrides.
 
     Args:
@@ -48,17 +61,31 @@ def parser_of(
         overrides: help on the overrides; empty for an experiment that takes none.
         out: help on the folder.
     """
-    parser = argparse.ArgumentParser(prog=f"python -m seals.experiments.{name}")
+    parser = CommandParser(prog=f"python -m seals.experiments.{name}")
     parser.add_argument("--out", type=Path, help=f"{out} when left out")
     if overrides:
         parser.add_argument("overrides", nargs="*", help=overrides)
     return parser
 
 
+def checked_folder(folder: Path) -> Path:
+    """Return the folder of ``--out``, which may still have to be made.
+
+    Raises:
+        ConfigError: there is a file in its place.
+    """
+    there = next(place for place in (folder, *folder.resolve().parents) if place.exists())
+    if not there.is_dir():
+        raise ConfigError(f"--out {folder}: '{there}' is a file.\nGive a folder: --out FOLDER")
+    return folder
+
+
 def folder_of(given: argparse.Namespace, name: str) -> Path:
     """Return the folder that ``--out`` names, or ``runs/DATE/TIME_NAME``."""
     stamp = datetime.datetime.now().astimezone()
-    return given.out or Path("runs") / f"{stamp:%Y-%m-%d}" / f"{stamp:%H-%M-%S}_{name}"
+    if given.out:
+        return checked_folder(given.out)
+    return Path("runs") / f"{stamp:%Y-%m-%d}" / f"{stamp:%H-%M-%S}_{name}"
 
 
 def markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

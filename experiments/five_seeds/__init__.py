@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
 from seals.errors import ConfigError, suggestion
+from seals.experiments.command import CommandParser
 from seals.experiments.five_seeds.outcome import outcome, tell
 from seals.experiments.five_seeds.recipes import RECIPES, Recipe
 from seals.experiments.five_seeds.shipping import ship
@@ -23,7 +23,7 @@ def main(words: Sequence[str] | None = None) -> int:
     Raises:
         ConfigError: there is no such recipe.
     """
-    parser = argparse.ArgumentParser(prog="five_seeds", description=__doc__)
+    parser = CommandParser(prog="five_seeds", description=__doc__)
     parser.add_argument("recipe", help=", ".join(RECIPES))
     parser.add_argument("--out", default="", help="folder; runs/five_seeds/RECIPE when left out")
     parser.add_argument("--jobs", type=int, default=1, help="trainings at once, one core each")

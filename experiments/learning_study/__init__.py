@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
+from seals.experiments.command import CommandParser
 from seals.experiments.learning_study.arms import ARMS, trainings
 from seals.experiments.learning_study.running import compare, record, run_all
 
 
 def main(words: Sequence[str] | None = None) -> int:
     """Train every arm with every seed, resuming an interrupted call; compare them."""
-    parser = argparse.ArgumentParser(prog="learning_study", description=__doc__)
+    parser = CommandParser(prog="learning_study", description=__doc__)
     parser.add_argument("--out", default="runs/learning_study", help="folder of the study")
     parser.add_argument("--jobs", type=int, default=2, help="trainings at once, one core each")
     parser.add_argument("--steps", type=int, default=50_000, help="control steps of a training")

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from seals.cli.main import main as seals
+from seals.experiments.command import CommandParser
 from seals.logs.native import TABLES
 
 
@@ -92,7 +92,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         0 when done, the exit code of the first command that was refused otherwise.
     """
-    parser = argparse.ArgumentParser(prog="python -m seals.experiments.photoreal")
+    parser = CommandParser(prog="python -m seals.experiments.photoreal")
     parser.add_argument("film", nargs="*", help=f"{', '.join(FILMS)}; all when left out")
     parser.add_argument("--out", default="runs/photoreal", help="folder of runs and films")
     parser.add_argument("--renderer", default="mitsuba")

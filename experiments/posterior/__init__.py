@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
@@ -10,7 +9,7 @@ from subprocess import CalledProcessError
 
 from seals.arrays import Floats
 from seals.errors import ConfigError, suggestion
-from seals.experiments.command import show_table
+from seals.experiments.command import CommandParser, show_table
 from seals.experiments.learning_study.arms import Training
 from seals.experiments.learning_study.running import run_all, run_verb
 from seals.experiments.posterior.outcome import EPISODES, gather, kept, tell
@@ -34,7 +33,7 @@ def main(words: Sequence[str] | None = None) -> int:
     Raises:
         ConfigError: there is no such task or stage.
     """
-    parser = argparse.ArgumentParser(prog="posterior", description=__doc__)
+    parser = CommandParser(prog="posterior", description=__doc__)
     parser.add_argument("task", help=", ".join(TASKS))
     parser.add_argument("stage", help=", ".join(STAGES))
     parser.add_argument("--out", type=Path, help="folder; runs/posterior/TASK when left out")

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import argparse
 import time
 from collections.abc import Sequence
 from pathlib import Path
 
 from seals.errors import ConfigError, LogError, suggestion
+from seals.experiments.command import CommandParser, checked_folder
 from seals.experiments.water_validation import (
     archimedes,
     dam_breaks,
@@ -40,7 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         0 when every figure with a bar is within it, 1 otherwise.
     """
-    parser = argparse.ArgumentParser(prog="seals validate water")
+    parser = CommandParser(prog="seals validate water")
     parser.add_argument("cases", nargs="*", help="names; all of the mode when left out")
     parser.add_argument("--full", action="store_true", help="finer, and the slow cases too")
     parser.add_argument("--out", type=Path, default=Path("docs"), help="folder of the page")
@@ -49,6 +49,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--solver", choices=[m.value for m in Method], default="pbf")
     given = parser.parse_args(arguments)
     grade = Grade(not given.full, Device(given.device), given.threads, Method(given.solver))
+    checked_folder(given.out)
     results = []
     for case in chosen(given.cases, full=given.full):
         print(f"{case.title} ...", flush=True)

@@ -9,6 +9,11 @@ from seals.errors import ConfigError
 
 _LOGS = ("calibrate", "compare", "diagnose", "verify", "plan")
 """Verbs that take a log."""
+_BY_FILE = {
+    "run.json": {"run": "repeat", "render": "run"},
+    "diagnosis.json": {"add": "diagnosis", "plan": "diagnosis"},
+}
+"""Key of a folder by verb, for a file that it holds."""
 _FOLDERS = ("hydra.run.dir=", "hydra.sweep.dir=")
 """Output folders without a value, which Hydra takes for the present folder."""
 
@@ -36,6 +41,11 @@ def refuse_slips(root: str, words: Sequence[str]) -> None:
         key = "" if "=" in word or before.startswith("-") else _key_of(root, word)
         if key:
             raise ConfigError(f"{word}: the key is missing.\nDid you mean {key}={word}?")
+        if root == "view" and not ("=" in word or f"{before}{word}".startswith("-")):
+            raise ConfigError(
+                f"there is no folder '{word}'.\n"
+                "Give the folder of a run, or a run to start: seals view experiment=NAME"
+            )
         before = "" if "=" in word else word
     if root == "run":
         _refuse_own_folder(words)
@@ -75,7 +85,10 @@ def _key_of(root: str, word: str) -> str:
         return "log"
     if (folder / "robot.yaml").is_file():
         return "robot"
-    return "repeat" if root == "run" and (folder / "run.json").is_file() else ""
+    for name, keys in _BY_FILE.items():
+        if root in keys and (folder / name).is_file():
+            return keys[root]
+    return ""
 
 
 def _refuse_own_folder(words: Sequence[str]) -> None:

@@ -65,7 +65,9 @@ def execute(config: Any) -> int:
         raise ConfigError(f"out={out} is no name of an ONNX file.\nSay out={out.stem}.onnx")
     if out.exists() and not (config.replace and out.is_file()):
         raise ConfigError(f"out={out} exists.\nChoose another name, or add replace=true.")
-    policy = load_policy(policy_folder(str(config.policy or "")))
+    if not config.policy:
+        raise ConfigError("policy is not given.\nSay which: seals export policy=FOLDER")
+    policy = load_policy(policy_folder(str(config.policy)))
     content, difference = onnx_of(policy)
     out.parent.mkdir(parents=True, exist_ok=True)
     write_bytes(out, content)

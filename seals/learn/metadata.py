@@ -12,6 +12,11 @@ from seals.errors import ConfigError, suggestion
 from seals.untrusted_io import plain_json
 
 CARD = "card.json"
+_WRITERS = {
+    "policy": "Give the folder of a policy that seals train wrote: policy=TRAINING/policy",
+    "demonstrations": "Give the folder that seals record wrote: demonstrations=FOLDER",
+}
+"""Advice where a folder holds no metadata, by the key that named it."""
 _MOST_BYTES = 1_000_000
 """Of metadata: a stranger's file is not read without a bound."""
 
@@ -24,7 +29,7 @@ def read_metadata(folder: Path, *, form: str, key: str) -> dict[str, Any]:
     Args:
         folder: that holds `CARD`.
         form: what the metadata must say that it is, as ``seals-policy``.
-        key: of the command line that named the folder, for the words of a refusal.
+        key: of the command line that named the folder, ``policy`` or ``demonstrations``.
 
     Raises:
         ConfigError: there is no metadata, it cannot be read, or it is that of something else.
@@ -32,7 +37,7 @@ def read_metadata(folder: Path, *, form: str, key: str) -> dict[str, Any]:
     path = folder / CARD
     if not folder.is_dir() or not path.is_file() or path.is_symlink():
         below = sorted(path.parent for path in folder.glob(f"*/{CARD}"))
-        advice = f"Did you mean {key}={below[0]}?" if below else "Give a folder that holds one."
+        advice = f"Did you mean {key}={below[0]}?" if below else _WRITERS[key]
         raise ConfigError(f"{key}={folder}: there is no {CARD}.\n{advice}")
     if path.stat().st_size > _MOST_BYTES:
         raise ConfigError(f"{path} has {path.stat().st_size} bytes.\nAllowed: {_MOST_BYTES}")

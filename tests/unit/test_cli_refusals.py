@@ -68,6 +68,9 @@ WRONG = [
     ("run --config-name run_schema ROBOT", "schema of a configuration, not one", "seals run KEY"),
     ("train --config-name=train_schema", "schema of a configuration, not one", "seals train KEY"),
     ("compare ROBOT reader=impak", "reader 'impak'", "Did you mean 'impack'?"),
+    ("validate water --out", "argument --out: expected one argument", "validate water --help"),
+    ("view nowhere", "there is no folder 'nowhere'", "seals view experiment=NAME"),
+    ("export", "policy is not given", "seals export policy=FOLDER"),
     ("compare ROBOT", "the native reader needs a folder", "log=FOLDER"),
     ("run ROBOT hydra.run.dir=", "hydra.run.dir= names no folder", "hydra.run.dir=FOLDER"),
     ("run ROBOT --config-dir nowhere", "--config-dir nowhere: there is no", "folder of config"),
@@ -125,6 +128,33 @@ def test_the_bounds_of_a_pure_number_carry_no_unit(
     assert main([f"robot={pebble}" if word == "ROBOT" else word for word in line.split()]) == 2
     last = capsys.readouterr().err.splitlines()[-1]
     assert last == advice or (last.startswith(advice) and "(default" in advice)
+
+
+@pytest.mark.parametrize(
+    ("line", "name", "wrong", "advice"),
+    [
+        ("render old", "run.json", "old: the key is missing", "Did you mean run=old?"),
+        ("add old", "diagnosis.json", "old: the key is missing", "Did you mean diagnosis=old?"),
+        ("export policy=old", "run.json", "policy=old: there is no card.json", "that seals train"),
+        ("validate water --out old/run.json", "run.json", "run.json' is a file", "--out FOLDER"),
+    ],
+)
+def test_a_folder_of_another_kind(
+    line: str,
+    name: str,
+    wrong: str,
+    advice: str,
+    elsewhere: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """A folder without its key, of another verb, or a file in its place: nothing is computed."""
+    (elsewhere / "old").mkdir()
+    (elsewhere / "old" / name).write_text("{}", encoding="utf-8")
+    assert main(line.split()) == 2
+    first, second = capsys.readouterr().err.splitlines()
+    assert wrong in first
+    assert advice in second
+    assert [path.name for path in elsewhere.iterdir()] == ["old"]
 
 
 def test_a_folder_that_is_no_robot_is_named(
