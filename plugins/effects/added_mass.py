@@ -8,16 +8,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from seals.arrays import Array, Floats, fixed, namespace
+from seals.effects import Addition, Comparison, Identification, Stage, Subject, along_axes
 from seals.effects.discrepancy import AddedMassCentre
 from seals.effects.effect import Effect, MediumKind, Parameters
-from seals.effects.identification import (
-    Addition,
-    Comparison,
-    Identification,
-    Stage,
-    Subject,
-    along_axes,
-)
 from seals.environment.seawater import FRESH_WATER
 from seals.errors import ConfigError
 from seals.motion import AddedInertia, Inputs, Medium, Motion, Wrench

@@ -8,15 +8,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from seals.arrays import Array
+from seals.effects import Addition, Comparison, Identification, Stage, Subject, along_axes
 from seals.effects.effect import Effect, MediumKind, Parameters
-from seals.effects.identification import (
-    Addition,
-    Comparison,
-    Identification,
-    Stage,
-    Subject,
-    along_axes,
-)
 from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.schema import param
 

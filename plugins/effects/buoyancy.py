@@ -7,16 +7,8 @@ from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 from seals.arrays import Array
+from seals.effects import Addition, Comparison, Freed, Identification, Property, Stage, Subject
 from seals.effects.effect import Effect, MediumKind, Parameters
-from seals.effects.identification import (
-    Addition,
-    Comparison,
-    Freed,
-    Identification,
-    Property,
-    Stage,
-    Subject,
-)
 from seals.environment.settings import EnvironmentSettings
 from seals.frames import cross
 from seals.motion import Inputs, Medium, Motion, Wrench

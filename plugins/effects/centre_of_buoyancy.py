@@ -6,15 +6,8 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from seals.arrays import Array
+from seals.effects import Addition, Comparison, Identification, Stage, Subject, along_axes
 from seals.effects.effect import Effect, MediumKind, Parameters
-from seals.effects.identification import (
-    Addition,
-    Comparison,
-    Identification,
-    Stage,
-    Subject,
-    along_axes,
-)
 from seals.frames import cross
 from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.schema import param

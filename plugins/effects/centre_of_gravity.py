@@ -6,15 +6,8 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from seals.arrays import Array, namespace
+from seals.effects import Addition, Comparison, Identification, Stage, Subject, along_axes
 from seals.effects.effect import Effect, Parameters
-from seals.effects.identification import (
-    Addition,
-    Comparison,
-    Identification,
-    Stage,
-    Subject,
-    along_axes,
-)
 from seals.effects.rigid import skew
 from seals.motion import Body
 from seals.schema import param

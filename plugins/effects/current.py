@@ -6,15 +6,8 @@ from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 from seals.arrays import Array
+from seals.effects import Addition, Comparison, Identification, Stage, Subject, along_axes
 from seals.effects.effect import Effect, MediumKind, Parameters
-from seals.effects.identification import (
-    Addition,
-    Comparison,
-    Identification,
-    Stage,
-    Subject,
-    along_axes,
-)
 from seals.motion import Inputs, Medium, Motion
 from seals.schema import param
 

@@ -6,16 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
+from seals.effects import Addition, Comparison, Freed, Identification, Property, Stage, Subject
 from seals.effects.effect import Effect, Parameters
-from seals.effects.identification import (
-    Addition,
-    Comparison,
-    Freed,
-    Identification,
-    Property,
-    Stage,
-    Subject,
-)
 from seals.motion import Timing
 from seals.schema import param
 

@@ -6,15 +6,8 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 from seals.arrays import Array
+from seals.effects import Addition, Comparison, Identification, Stage, Subject, along_axes
 from seals.effects.effect import Effect, Parameters
-from seals.effects.identification import (
-    Addition,
-    Comparison,
-    Identification,
-    Stage,
-    Subject,
-    along_axes,
-)
 from seals.frames import exponential, matrix_of, unrotate
 from seals.motion import Reading
 from seals.schema import param

@@ -9,16 +9,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from seals.arrays import Array, Floats, namespace
+from seals.effects import Addition, Freed, Identification, Residual, Stage, Subject, along_axes
 from seals.effects.effect import Effect, Parameters
-from seals.effects.identification import (
-    Addition,
-    Freed,
-    Identification,
-    Residual,
-    Stage,
-    Subject,
-    along_axes,
-)
 from seals.frames import unrotate
 from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.schema import param

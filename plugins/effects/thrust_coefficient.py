@@ -7,16 +7,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from seals.effects import Addition, Comparison, Freed, Identification, Property, Stage, Subject
 from seals.effects.effect import Effect, Parameters
-from seals.effects.identification import (
-    Addition,
-    Comparison,
-    Freed,
-    Identification,
-    Property,
-    Stage,
-    Subject,
-)
 from seals.motion import Drives, Inputs, Medium, Motion
 from seals.schema import param
 

@@ -10,16 +10,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from seals.arrays import Array, Floats, columns, namespace
+from seals.effects import Addition, Freed, Identification, Residual, Stage, Subject
 from seals.effects.discrepancy import WaveMoment
 from seals.effects.effect import Effect, MediumKind
-from seals.effects.identification import (
-    Addition,
-    Freed,
-    Identification,
-    Residual,
-    Stage,
-    Subject,
-)
 from seals.environment.seawater import FRESH_WATER
 from seals.environment.waves import Sea, WaveOptions, gradient_along
 from seals.errors import ConfigError

@@ -50,16 +50,16 @@ def describe(arguments: list[str]) -> int:
 
 
 def inherited_fields(cls: type) -> Iterator[tuple[str, str]]:
-    """Yield the ``Args`` of the base classes by class; a field that is told twice is left out."""
-    told = set(_ENTRY.findall(inspect.getdoc(cls) or ""))
+    """Yield the ``Args`` of the base classes by class; a field that stands twice is left out."""
+    known = set(_ENTRY.findall(inspect.getdoc(cls) or ""))
     for base in cls.__mro__[1:-1]:
         text = inspect.cleandoc(base.__dict__.get("__doc__") or "")
         block = re.split(r"\n\n|\n(?=\S)", text.partition("Args:\n")[2])[0]
         parts = [part for part in re.split(r"\n(?=    \w)", block) if _ENTRY.findall(part)]
-        new = [part for part in parts if not told & set(_ENTRY.findall(part))]
+        new = [part for part in parts if not known & set(_ENTRY.findall(part))]
         if new:
             yield base.__name__, "\n".join(new)
-        told |= set(_ENTRY.findall(text))
+        known |= set(_ENTRY.findall(text))
 
 
 def fields_table(cls: type) -> str:

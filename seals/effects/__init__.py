@@ -6,6 +6,11 @@ from seals.effects.binding import bind_effects as bind_effects
 from seals.effects.effect import Effect as Effect
 from seals.effects.effect import MediumKind as MediumKind
 from seals.effects.identification import Addition as Addition
+from seals.effects.identification import Comparison as Comparison
 from seals.effects.identification import Freed as Freed
 from seals.effects.identification import Identification as Identification
+from seals.effects.identification import Property as Property
+from seals.effects.identification import Residual as Residual
+from seals.effects.identification import Stage as Stage
 from seals.effects.identification import Subject as Subject
+from seals.effects.identification import along_axes as along_axes
