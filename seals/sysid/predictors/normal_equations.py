@@ -55,6 +55,25 @@ class Fit:
         k = self.keys.index(key)
         return float(np.sqrt(self.covariance[k, k]))
 
+    def accounted(self, keys: Sequence[str]) -> float:
+        """Return by how much the misfit rises when some parameters go back to zero [chi2].
+
+        Equation:
+            v^T (A - B C^-1 B^T) v with values v and their block A of the normal matrix; all other
+            parameters, with priors in C, take over what they can.
+
+        Args:
+            keys: of the parameters.
+        """
+        own = [self.keys.index(k) for k in keys]
+        rest = [i for i in range(len(self.keys)) if i not in own]
+        whole = self.normal.sum(axis=0) + np.diag(self.precision)
+        cross = whole[np.ix_(rest, own)]
+        at = np.array([self.values[k] for k in keys])
+        block = self.normal.sum(axis=0)[np.ix_(own, own)]
+        taken = [solve_scaled(whole[np.ix_(rest, rest)], c) for c in cross.T]
+        return float(at @ (block - np.array(taken) @ cross) @ at)
+
     def robust_spread(self, key: str) -> float:
         """1-sigma of one parameter, robust to misfit beyond the noise.
 
