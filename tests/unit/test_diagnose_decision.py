@@ -27,6 +27,7 @@ from seals.sysid.scores.held_out import explained_by_log, held_out_by_log
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant
 from seals.sysid.scores.self_check import SelfCheck
 from seals.sysid.selection.search import Search
+from seals.sysid.selection.shortlist import better_known
 
 OBSERVED = 1000
 NAMES = ("wind", "payload", "tether", "buoyancy")
@@ -92,6 +93,18 @@ def test_an_effect_far_ahead_is_named() -> None:
     assert [c.name for c in said.claims] == ["wind"]
     assert said.claims[0].confidence > 0.99
     assert said.claims[0].alike == ()
+
+
+def test_a_smaller_model_is_known_by_its_best_fit() -> None:
+    """What it reached on its own counts, of the same effects only."""
+    worse, other = (
+        model(["wind"], misfit=1.2, score=68.0),
+        model(["tether"], misfit=1.0, score=99.0),
+    )
+    better = model(["wind"], misfit=1.1, score=92.0)
+    assert better_known(worse, [other, better]) is better
+    assert better_known(better, [other, worse]) is better
+    assert better_known(worse, [other]) is worse
 
 
 def test_a_rival_within_the_gap_makes_a_set_of_both() -> None:

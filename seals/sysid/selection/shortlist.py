@@ -82,6 +82,21 @@ def refined(
     return out
 
 
+def better_known(
+    found: EvidenceHypothesis, known: Sequence[EvidenceHypothesis]
+) -> EvidenceHypothesis:
+    """Return a fit, or a better known one of the same effects.
+
+    Linear about a larger model, a fit may be worse than it was about its own values.
+
+    Args:
+        found: fit.
+        known: fits of any effects.
+    """
+    same = (h for h in known if h.candidates == found.candidates)
+    return max((found, *same), key=lambda h: h.score)
+
+
 def hopeful(top: float, base: EvidenceHypothesis) -> float:
     """Return the lowest score of a coarse fit that may still become the best."""
     policy = base.fitter.candidate_set.policy

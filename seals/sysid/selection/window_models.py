@@ -33,7 +33,7 @@ from seals.sysid.selection.initial_guesses import initial_guesses
 from seals.sysid.selection.onsets import may_act_for_a_time, proposals, retimed
 from seals.sysid.selection.relinearised import relinearise
 from seals.sysid.selection.search import Refinement, Search
-from seals.sysid.selection.shortlist import Job, fitted, refined
+from seals.sysid.selection.shortlist import Job, better_known, fitted, refined
 
 
 class WindowModels:
@@ -115,7 +115,7 @@ class WindowModels:
         Backward: the same without one of its effects, where that one does not pay.
         """
         if step is Refinement.backward:
-            return self._without_superfluous(best)
+            return self._without_superfluous(best, singles)
         pairs = step is Refinement.pairs
         if (
             pairs
@@ -139,7 +139,7 @@ class WindowModels:
         return retimed(self.problem, self.nominal, best, processes=self.processes)
 
     def _without_superfluous(
-        self, best: EvidenceHypothesis
+        self, best: EvidenceHypothesis, singles: Sequence[EvidenceHypothesis]
     ) -> tuple[EvidenceHypothesis, Sequence[EvidenceHypothesis]]:
         """Drop, one by one, effects below the evidence required of a further one.
 
@@ -157,6 +157,7 @@ class WindowModels:
                 for rest in combinations(best.candidates, len(best.candidates) - 1)
             ]
             smaller = fitted(best.fitter, jobs, self.nominal, best, processes=self.processes)
+            smaller = [better_known(h, singles) for h in smaller]
             tried += smaller
             left = [next(c for c in best.candidates if c not in h.candidates) for h in smaller]
             spare = [
