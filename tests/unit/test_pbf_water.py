@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
@@ -253,9 +255,36 @@ def test_one_engine_per_process(make: Callable[..., SolverPbf]) -> None:
     make()
     other = Engine(threads=Engine().threads + 1)
     with pytest.raises(ConfigError, match="already runs on cpu"):
-        other.start()
+        other.start(make())
     with pytest.raises(ConfigError, match="Allowed: cpu, cuda"):
         Engine(device="tpu")
+
+
+ENDED = """
+from seals.errors import ConfigError
+from seals.plugins.fluids.solvers.pbf.engine import Engine
+
+class Water: pass
+
+first, second = Water(), Water()
+for water in (first, second):
+    Engine(threads=1).start(water)
+Engine.leave(first)
+try:
+    Engine(threads=2).start(first)
+except ConfigError:
+    Engine.leave(second)
+    Engine(threads=2).start(first)
+    print("ended with the last one")
+"""
+
+
+def test_taichi_ends_with_the_last_water() -> None:
+    """What it has compiled goes with it, and another choice is free again."""
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", ENDED], capture_output=True, text=True, check=True
+    )
+    assert "ended with the last one" in done.stdout
 
 
 def test_inner_forces_conserve_momentum(make: Callable[..., SolverPbf]) -> None:

@@ -55,7 +55,7 @@ class DeviceSolver(ABC):
                 f"A domain of {self.size} m is too small for a spacing of {spacing} m.\n"
                 "Each side needs at least four spacings."
             )
-        engine.start()
+        engine.start(self)
         self.spacing, self.settings = spacing, settings
         self.pipeline = self._pipeline(domain, engine.accelerated)
         self.boundary = Boundary(
@@ -391,3 +391,4 @@ class DeviceSolver(ABC):
     def close(self) -> None:
         """Free the memory of the fields."""
         self.pipeline.fields.free()
+        Engine.leave(self)
