@@ -167,18 +167,21 @@ class ArduPilot:
             if other is not None:
                 self._refuse_second(other[1])
             if anew:
-                return self._begun_anew(found)
+                other = found
+                break
             if frame.number > self._count:
                 return found
             end, other = time.monotonic() + self._timeout, None
             if frame.number == self._count:
                 self._ear.sendto(self._said, peer)
-        return None if other is None else self._begun_anew(other)
+        if other is not None:
+            self._begin_anew(other)
+        return None
 
     def _refuse_second(self, peer: Any) -> None:
         self.refusals.say("a frame of a second autopilot", f"at {peer[0]}:{peer[1]}")
 
-    def _begun_anew(self, found: tuple[Frame, Any]) -> None:
+    def _begin_anew(self, found: tuple[Frame, Any]) -> None:
         """End the session; the next one begins with a frame."""
         self._first, self.restarted = found, True
         self._peer, self.ended = found[1], "the autopilot restarted"
