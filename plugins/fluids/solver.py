@@ -215,6 +215,8 @@ class ParticleSolver(Protocol):
         """Advance by ``step`` [s] in equal substeps; bodies move along within it.
 
         Particles that leave the domain are removed and counted where the settings allow outflow.
+        After a shift the moving domain advances water at rest by single substeps, with bodies that
+        do not move, and keeps the places of the ring alone.
 
         Raises:
             PhysicsError: a result is not finite, or particles left a domain without outflow.
