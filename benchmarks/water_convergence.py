@@ -33,6 +33,9 @@ from seals.report.pictures import write_picture
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "water_convergence.md"
+NOTES, FIGURES_KEPT = (
+    PAGE.parent / "water_validation" / name for name in ("convergence.txt", "convergence.json")
+)
 Row = dict[str, Any]
 ERRORS = ("front", "front_moved", "layer", "energy", "carried")
 """Figures that are errors: zero is right."""
@@ -181,6 +184,8 @@ def write_page(files: Sequence[Path]) -> None:
         charts.append(chart)
     write_picture(PAGE.parent / "water_validation" / "convergence.webp", charts)
     parts.append("![Convergence](water_validation/convergence.webp)\n")
+    parts.append(NOTES.read_text(encoding="utf-8"))
+    FIGURES_KEPT.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
     PAGE.write_text("\n".join(parts), encoding="utf-8")
     print(f"page: {PAGE}")
 
