@@ -171,7 +171,7 @@ class CompiledBody(RigidBody, Protocol):
     followed: Floats | None
 
     def interpret(self) -> None:
-        """Go on without machine code."""
+        """Continue without compiled laws."""
         ...
 
     def compile(self, *, inertial: bool, follow: Follow) -> None:
@@ -186,7 +186,7 @@ class CompiledBody(RigidBody, Protocol):
     def leapt(
         self, native: Sequence[Array], own: Sequence[Array], step: float
     ) -> tuple[Sequence[Array], list[Array]]:
-        """Return the state after a step without contacts, and what the body wants of it; pure.
+        """Return the state after a step without contacts, and the requested quantities; pure.
 
         The state is place, attitude, joints, velocity now and half a step ago; of the second the
         last is not zero where the step met a stop or is to be refused.

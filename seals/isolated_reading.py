@@ -139,7 +139,7 @@ def _allow_writing() -> None:
 
 
 def main(reader: str, path: str, seconds: str, memory: str, content: str) -> None:
-    """Program of the child process: read one file, write its content or what the reader raised."""
+    """Program of the child process: read one file, write its content or the reader's error."""
     module, _, name = reader.partition(":")
     read = getattr(importlib.import_module(module), name)
     from seals.state_file import write_state

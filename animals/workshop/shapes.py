@@ -30,7 +30,7 @@ class Sculpted(Piece):
 
     @property
     def volume(self) -> float:
-        """Zero: what displaces water is another piece [m^3]."""
+        """Zero: other pieces displace the water [m^3]."""
         return 0.0
 
     def inertia(self) -> Floats:

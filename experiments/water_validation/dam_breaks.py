@@ -157,7 +157,7 @@ def martin_moyce(grade: Grade) -> Outcome:
 
 
 def front_errors(found: Course, width: float, unit: float) -> tuple[Line, Line]:
-    """Return the errors of a front against Martin and Moyce: as it is, and with the clock moved.
+    """Return the errors of a front against Martin and Moyce, with and without a shift of its time.
 
     Args:
         found: course of the collapse.

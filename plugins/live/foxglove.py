@@ -118,7 +118,7 @@ class LiveFoxglove:
         return sdk().Channel(topic, message_encoding="json", context=self._context)
 
     def tick(self, world: World) -> None:
-        """Send what is new, and wait for the clock."""
+        """Send new rows, and wait for the clock."""
         now = round(world.time * 1e9)
         actor = world.actors[ROBOT]
         for taken, name, values in actor.sensor_suite.arrived:

@@ -73,7 +73,7 @@ class LiveMcap:
         self._recording = Recording(folder / FILE, self._messages.store)
 
     def tick(self, world: World) -> None:
-        """Write what is new."""
+        """Write new rows."""
         found = list(self._messages.readings(world))
         if self._beat.due(world.time):
             found += [self._messages.clock(world.time), *self._messages.state(world)]

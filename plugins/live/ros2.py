@@ -97,7 +97,7 @@ class LiveRos2:
         self._node.subscribe(topic, kind, keep)
 
     def tick(self, world: World) -> None:
-        """Publish what is new; hand commands on; wait for the clock."""
+        """Publish new rows, pass commands on, and wait for the clock."""
         found = list(self._messages.readings(world))
         if self._beat.due(world.time):
             found += [self._messages.clock(world.time), *self._messages.state(world)]

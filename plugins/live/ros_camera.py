@@ -12,7 +12,7 @@ from seals.rendering.optics import to_bytes
 
 
 def camera_messages(store: Any, head: Any, shot: Shot) -> Iterator[tuple[str, str, Any]]:
-    """Yield topic, type and message of what a camera gives: image, depth, points, intrinsics.
+    """Yield topic, type and message of the outputs of a camera: image, depth, points, intrinsics.
 
     Args:
         store: message types.

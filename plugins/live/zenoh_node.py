@@ -43,7 +43,7 @@ def topic_key(domain: int, topic: str, kind: str, type_hash: str) -> str:
 
 
 def attachment(number: int, stamp: int, source: bytes) -> bytes:
-    """Return what accompanies a message: its number, time [ns] and source of 16 bytes.
+    """Return the attachment of a message: its number, time [ns] and source of 16 bytes.
 
     Example:
         >>> len(attachment(1, 2, bytes(16)))
@@ -137,7 +137,7 @@ class ZenohNode:
         publisher.put(raw, attachment=attachment(number, time.time_ns(), source))
 
     def subscribe(self, topic: str, kind: str, take: Callable[[Any], None]) -> None:
-        """Pass the messages of a topic to a function, in zenoh's thread; damaged ones are said."""
+        """Pass the messages of a topic to a function, in zenoh's thread; report damaged ones."""
         key, _ = self._endpoint(SUBSCRIBER, topic, kind)
         said = threading.Event()
 

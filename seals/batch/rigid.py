@@ -154,7 +154,7 @@ FULL = [(i, j) for i in range(6) for j in range(i + 1)]
 
 
 def pattern(matrix: Array) -> list[tuple[int, int]]:
-    """Return the diagonal, and what else of the lower triangle is nonzero in the batch."""
+    """Return the diagonal and all other nonzero entries of the lower triangle in the batch."""
     xp = namespace(matrix)
     table = np.asarray(xp.any(matrix != 0.0, axis=0).tolist(), dtype=bool)
     return [(i, j) for i in range(6) for j in range(i + 1) if i == j or table[i, j]]

@@ -234,7 +234,7 @@ def _shares(layout: Layout, now: ActuatorLimits) -> tuple[Floats, Floats]:
 
 
 def look_at_reach(reach: Reach, body: FloatingBody) -> Iterator[RobotFinding]:
-    """Yield what the robot commands, and whether it dives, surfaces, hovers and takes off."""
+    """Yield findings: commanded axes, and whether it dives, surfaces, hovers and takes off."""
     if not reach.rotors:
         yield _axes(reach, body)
         yield from _under_way(reach, body)

@@ -1,4 +1,4 @@
-"""``seals evaluate``, ``record``, ``export``: score a policy, record its episodes, hand it on."""
+"""``seals evaluate``, ``record``, ``export``: score a policy, record its episodes, export it."""
 
 from __future__ import annotations
 

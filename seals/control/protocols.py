@@ -172,7 +172,7 @@ class ControllerOptions:
         return NO_LEGS
 
     def compile(self, compiled: Compiler | None) -> None:
-        """Take what makes machine code of laws, or go on without; after `Controller.bind`."""
+        """Set the compiler of laws, None for none; called after `Controller.bind`."""
 
     def batched(self, plant: Plant, joints: Floats, like: Array) -> Any:
         """Return the controller over a batch of robots whose joints are held.

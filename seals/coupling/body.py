@@ -169,7 +169,7 @@ class CoupledBody(BodyOptions):
         self._forces.compile(inertial=inertial)
 
     def interpret(self) -> None:
-        """Go on without machine code."""
+        """Continue without compiled laws."""
         self._follow = self.followed = None
 
     def leapt(

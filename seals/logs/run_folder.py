@@ -144,7 +144,7 @@ def _locked(folder: Path) -> int | None:
 
 
 def open_own(path: Path, flags: int) -> int:
-    """Open a file of a run folder, not what a link names, without waiting at a pipe.
+    """Open a file of a run folder; links are not followed, pipes not waited for.
 
     Raises:
         ConfigError: it is a link, a folder, a pipe, a device, or known by a second name.

@@ -20,7 +20,7 @@ from seals.state_records import state_record
 
 
 class Recorded(Protocol):
-    """What a sensor leaves next to the log: an image with number, time and pose."""
+    """Image of a sensor, stored next to the log, with number, time and pose."""
 
     @property
     def number(self) -> int:

@@ -104,7 +104,7 @@ class Pictures(Recorder):
         return about if scene is None else {**about, "parts": list(scene.scene.names)}
 
     def start(self, world: World, folder: Path | None) -> None:
-        """Write to a folder from now on; the images taken so far come along.
+        """Write to a folder from now on, with the images taken so far.
 
         Raises:
             ConfigError: a picture that the index knows is missing.

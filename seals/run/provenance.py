@@ -82,7 +82,7 @@ def provenance(settings: RunSettings) -> dict[str, Any]:
 
 
 def compiled_of(settings: RunSettings) -> bool:
-    """Return whether the laws of a run are compiled; a run that gave it up says no."""
+    """Return whether the laws of a run are compiled; false for a run that fell back to NumPy."""
     choice = options_of(settings.backend, BackendOptions).compiled
     return settings.fluid is None and compiles(choice, step_count(settings))
 

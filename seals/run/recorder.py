@@ -70,7 +70,7 @@ class Recorder(Protocol):
         return None
 
     def close(self) -> None:
-        """Write what is written once, at the end."""
+        """Write the files that are written once, at the end."""
         return None
 
 

@@ -40,5 +40,5 @@ class SensorOptions:
         """Receive the robot's equipment; called once, before ``channels``."""
 
     def described(self) -> dict[str, Any]:
-        """Return what a reader of the images of ``sees`` or ``records`` has to know."""
+        """Return the metadata of the images of ``sees`` or ``records``."""
         return {}

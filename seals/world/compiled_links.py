@@ -112,7 +112,7 @@ class Look:
 
     @property
     def state(self) -> str:
-        """How the hulls are wetted, in a word."""
+        """Wetting of the hulls: none, dry, cut, submerged, or given as parts."""
         return self.wet if isinstance(self.wet, str) else "given"
 
     @property

@@ -40,7 +40,7 @@ class CompiledWeights:
         pilot.compile(compiled)
 
     def now(self, look: Look, time: float) -> Weights:
-        """Return what the robot weighs.
+        """Return mass properties and buoyancy of the robot now.
 
         Args:
             look: the links.

@@ -21,7 +21,7 @@ from seals.state_records import state_record
 
 
 class Weights(NamedTuple):
-    """What a robot weighs, in air and water, and what its drives can do.
+    """Mass properties and buoyancy of a robot, and the limits of its drives.
 
     Args:
         mass: mass properties.
@@ -218,7 +218,7 @@ class Pilot:
         return self._water.now(kinematics, sample)[0]
 
     def compile(self, compiled: Compiler | None) -> None:
-        """Give the controller what makes machine code of laws; None to go on without."""
+        """Pass the compiler of laws to the controller; None for none."""
         self._options.compile(compiled)
 
     def _refuse_wild(self, order: ActuatorCommand) -> None:

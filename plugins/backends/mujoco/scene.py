@@ -207,7 +207,7 @@ class Scene:
         self.stale = True
 
     def forget(self) -> None:
-        """Forget what starts the solver: nothing of an earlier episode does."""
+        """Clear the warm start of the solver, so that no earlier episode affects it."""
         self.compile()
         self.data.qacc_warmstart[:] = 0.0
         self.stale = True

@@ -24,7 +24,7 @@ CONTACT_ROWS = 3
 
 
 class Views:
-    """Worlds of one robot: what the engine keeps, seen as tensors on the same memory.
+    """Worlds of one robot: the engine's arrays as tensors on the same memory.
 
     Args:
         robot: with a free base.

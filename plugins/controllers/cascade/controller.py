@@ -78,7 +78,7 @@ class Inner(NamedTuple):
 
 
 class Asked(NamedTuple):
-    """What the rotors shall do.
+    """Demand on the rotors.
 
     Args:
         wrench: lift, and torque about the centre of gravity [N, N m], shape (4,).
@@ -214,7 +214,7 @@ class Cascade(CascadeSettings):
         return CascadeState(zero, zero, Rate(None, zero), moved, known, still, rest)
 
     def asked(self, s: RobotState, aim: Reference, joints: Floats, memory: CascadeState) -> Asked:
-        """Return what the rotors shall do; pure, on any array library."""
+        """Return the demand on the rotors; pure, on any array library."""
         gains = Gains.between(*self._media, s.submersion)
         inner = self._inner(s, joints, memory.inner)
         velocity = memory.velocity

@@ -19,7 +19,7 @@ SLACK = 1e-6
 
 
 class Support(NamedTuple):
-    """What the distribution of loads needs of a robot.
+    """Quantities of a robot for the distribution of loads.
 
     Args:
         legs: geometry of the legs.
@@ -36,7 +36,7 @@ class Support(NamedTuple):
     level: float
 
     def offsets(self, s: RobotState, toes: Floats, stance: Floats) -> Floats:
-        """Return what to add to the joint values so that the feet carry the body [rad].
+        """Return offsets of the joint values with which the feet carry the body [rad].
 
         Equation:
             least sum_i f_i^2 / w_i with sum f_i = m g and sum r_i x f_i = M about the centre of

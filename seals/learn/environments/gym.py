@@ -112,7 +112,7 @@ class SealsEnv(gymnasium.Env[Numbers, Numbers]):
         return found
 
     def render(self) -> NDArray[np.uint8] | None:
-        """Return the image of what the last step reached, shape (height, width, 3).
+        """Return the image of the state after the last step, shape (height, width, 3).
 
         None without ``render_mode="rgb_array"``: a window is drawn by every step.
         """

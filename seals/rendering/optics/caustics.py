@@ -194,7 +194,7 @@ def looked_up(maps: Array, patch: Patch, x: Array, y: Array, depth: Array) -> Ar
 
 
 def around(x: Array, y: Array, depth: Array, length: Array, seen: Array, *, cells: int) -> Patch:
-    """Return the patches that cover what the views see nearby.
+    """Return the patches that cover the near field of the views.
 
     Args:
         x: world x of the points seen [m], shape (N, H, W).

@@ -50,7 +50,7 @@ def full_voltage(vehicle: Vehicle) -> float | None:
 
 
 def supply_words(command: Floats, vehicle: Vehicle) -> str:
-    """Return what to know of drives near their limit where no log tells the voltage; else nothing.
+    """Return a remark on drives near their limit if no log states the voltage, else nothing.
 
     Args:
         command: in the unit of the drives, shape (T, n).

@@ -18,7 +18,7 @@ from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
 
 def better_general_law(problem: Problem, best: EvidenceHypothesis) -> str:
-    """Return what speaks against a model whose effect depends on the place; empty if nothing does.
+    """Return the reason against a model whose effect depends on the place; empty without one.
 
     The misfit of the model is compared with the misfit that a central force of any power leaves on
     held-out windows of the nominal model.

@@ -106,7 +106,7 @@ class Fitter:
         return self.columns_at(self.tolerances, self.at)
 
     def release(self) -> None:
-        """Release the memory of a linearisation that loses: where it is asked again, it returns.
+        """Release the memory of this linearisation; it is computed again on demand.
 
         Rows, readings and weights of the windows stay. One that cannot be computed again is kept.
         """
@@ -176,7 +176,7 @@ class Fitter:
         )
 
     def whitened(self, keys: Sequence[str], values: Mapping[str, float]) -> Whitened:
-        """Whitened responses of parameters at given values, some at a time: a bound on memory."""
+        """Whitened responses of parameters at given values, in groups to limit the memory."""
         out = self.windows.responses(self.columns_at(keys[:BLOCK], values))
         if len(keys) > BLOCK:
             first, out = out, np.empty((*out.shape[:2], len(keys)))

@@ -74,7 +74,7 @@ def read_usable(log: Log | str | Path) -> Log:
 
 
 def bar(shown: bool, label: str, total: int) -> AbstractContextManager[Callable[[int], None]]:
-    """Return a progress bar, or what takes the steps in silence."""
+    """Return a progress bar, or a silent substitute."""
     from seals.run.progress import progress
 
     return progress(label, total) if shown else nullcontext(lambda done: None)

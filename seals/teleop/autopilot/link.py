@@ -52,7 +52,7 @@ class Link(Protocol):
 
 
 class Refusals:
-    """Refused messages of a peer: each reason is said once, all are counted."""
+    """Refused messages of a peer: each reason is reported once, all are counted."""
 
     def __init__(self) -> None:
         self.count = 0

@@ -127,7 +127,7 @@ class Px4:
         return not begin or begin in BROWSERS
 
     def renew(self) -> None:
-        """Do nothing: a connection that ends is not taken up again."""
+        """Do nothing: a closed connection is not reopened."""
 
     def exchange(self, state: FlightState) -> Floats | None:
         """Send the sensors' readings, and return the controls that answer them."""

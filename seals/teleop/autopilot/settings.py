@@ -21,7 +21,7 @@ class Protocol(enum.Enum):
 
 @dataclass(kw_only=True)
 class HilSettings:
-    """Sensors and origin that PX4 is told of; white noise, without which its estimator gives up.
+    """Sensors and origin for PX4, with the white noise that its estimator requires.
 
     Args:
         origin: latitude [deg], longitude [deg] and altitude [m] of the world's origin.

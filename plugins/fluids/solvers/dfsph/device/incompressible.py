@@ -125,7 +125,7 @@ class Incompressible:
 
     @ti.func
     def count_residual(self, i, left):
-        """Add what is left of a constraint to its bucket: too much pressure as too little."""
+        """Add the residual of a constraint to its bucket, by its absolute value."""
         part = ti.cast(ti.min(ti.abs(left), 1.0) / QUANTUM + 0.5, ti.i32)
         if part > 0:
             # at most 2^30 in a bucket
