@@ -1,4 +1,7 @@
-"""The protocol of rigid-body backends."""
+"""Protocols of rigid-body backends: `Backend` for a scene, `RigidBody` for a robot in it.
+
+`Backend` states the order of calls; docs/own_backend_and_fluid.md leads through a new one.
+"""
 
 from __future__ import annotations
 
