@@ -48,6 +48,11 @@ def _reader_of(place: Path) -> str:
     found = foreign_reader_of(place)
     if found is not None:
         return found
+    if place.is_dir() and (place / "meta.yaml").is_file():
+        raise ConfigError(
+            f"log={place} is a log folder already; nothing is to be converted.\n"
+            f"Use it as it is: seals diagnose log={place}; or say reader=native"
+        )
     raise ConfigError(
         f"log={place}: its name does not show which reader to use.\n"
         "Say how: reader=csv, reader=witmotion ... See: seals list reader"

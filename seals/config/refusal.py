@@ -48,12 +48,31 @@ def refusals(overrides: Sequence[str], *, root: str = "run") -> Iterator[None]:
         refusal = explain(error, overrides, root=root)
         raise refusal from error
     except ValueError as error:
+        _refuse_key_of_list(error, overrides)
         if "Config group override" not in str(error):
             raise
         raise ConfigError(
             "a group is set to null, or to a value that is not a name.\n"
             "To leave a group out, use ~GROUP; to choose an option, GROUP=NAME"
         ) from error
+
+
+def _refuse_key_of_list(error: ValueError, overrides: Sequence[str]) -> None:
+    """Refuse a name where an entry of a list is numbered; OmegaConf raises a plain ValueError.
+
+    Raises:
+        ConfigError: an override has such a name.
+    """
+    name = re.search(r"invalid literal for int\(\) with base 10: '(.*)'", str(error))
+    if name is None:
+        return
+    for override in overrides:
+        stem, found, _ = override.partition("=")[0].partition(f".{name.group(1)}")
+        if found:
+            raise ConfigError(
+                f"{override}: {stem} is a list, which has no '{name.group(1)}'.\n"
+                f"Number its entries from 0 on: {stem}.0=VALUE; or give it whole, in brackets."
+            ) from error
 
 
 def explain(error: BaseException, overrides: Sequence[str], *, root: str) -> SealsError:
@@ -103,6 +122,11 @@ def _missing_option(path: str, options: list[str]) -> SealsError:
             f"there is no configuration '{path}'.\n"
             f"{suggestion(path, options or ['run', 'compare'])}"
         )
+    if group == "model" and not options:
+        return ConfigError(
+            f"model={name} does not exist.\n"
+            "There is none yet. Make one: seals add diagnosis=FOLDER name=NAME"
+        )
     if group == "robot" and name:
         return unknown_robot(name, options)
     label = "Installed" if group in registry.GROUPS else "Allowed"
@@ -112,11 +136,7 @@ def _missing_option(path: str, options: list[str]) -> SealsError:
         return UnknownPlugin(
             f"{group} '{name}' is not installed.\n{suggestion(name, options, label=label)}"
         )
-    if group == "model" and not options:
-        advice = "There is none yet. Make one: seals add diagnosis=FOLDER name=NAME"
-    else:
-        advice = suggestion(name, options, label=label)
-    return ConfigError(f"{group}={name} does not exist.\n{advice}")
+    return ConfigError(f"{group}={name} does not exist.\n{suggestion(name, options, label=label)}")
 
 
 def _keyed(cause: BaseException, outer: str, overrides: Sequence[str]) -> SealsError:
