@@ -6,6 +6,7 @@ from benchmarks.guard import Guard
 
 LOCKS, CHILDREN = "tests/unit/test_run_lock.py", "tests/unit/test_child_process.py"
 FOLDERS, SIGNALS = "tests/unit/test_hostile_folders.py", "tests/unit/test_signals.py"
+REFUSALS = "tests/unit/test_cli_refusals.py"
 DISPLAY = "tests/unit/test_sweep_display.py"
 STRANGE, CACHES = "tests/unit/test_hostile_runs.py", "tests/unit/test_caches.py"
 _FOLDER = "seals.logs.run_folder"
@@ -274,6 +275,38 @@ RUN_FOLDERS: dict[str, Guard] = {
         "pass",
         SIGNALS,
         "before_the_program",
+    ),
+    "run folders without a name": Guard(
+        "seals.cli.slips", "if word in _FOLDERS:", "if False:", REFUSALS, "run.dir"
+    ),
+    "prior of a calibration": Guard(
+        "seals.sysid.calibration.application",
+        '    check_value("prior", config.prior, parameters_of(CalibrateSettings)["prior"])\n',
+        "",
+        REFUSALS,
+        "prior",
+    ),
+    "files that a recording would replace": Guard(
+        "seals.learn.demonstrations.application",
+        "if config[key] and os.path.lexists(str(config[key])):",
+        "if False:",
+        REFUSALS,
+        "record",
+        "torchrl",
+    ),
+    "files in the place of a page": Guard(
+        "seals.experiments.water_validation",
+        "    checked_folder(given.out)\n",
+        "",
+        REFUSALS,
+        "hydrostatics",
+    ),
+    "names in place of numbers of a list": Guard(
+        "seals.config.refusal",
+        "        _refuse_key_of_list(error, overrides)\n",
+        "",
+        REFUSALS,
+        "position.z",
     ),
 }
 """Every one of them by name."""

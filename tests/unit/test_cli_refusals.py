@@ -140,7 +140,14 @@ def test_the_bounds_of_a_pure_number_carry_no_unit(
         ("render old", "run.json", "old: the key is missing", "Did you mean run=old?"),
         ("add old", "diagnosis.json", "old: the key is missing", "Did you mean diagnosis=old?"),
         ("export policy=old", "run.json", "policy=old: there is no card.json", "that seals train"),
-        ("validate water --out old/run.json", "run.json", "run.json' is a file", "--out FOLDER"),
+        ("record out=old", "run.json", "out=old exists already", "another name"),
+        ("record hdf5=old/run.json", "run.json", "hdf5=old/run.json exists", "another name"),
+        (
+            "validate water hydrostatics --out old/run.json",
+            "run.json",
+            "run.json' is a file",
+            "--out FOLDER",
+        ),
     ],
 )
 def test_a_folder_of_another_kind(
@@ -152,6 +159,8 @@ def test_a_folder_of_another_kind(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     """A folder without its key, of another verb, or a file in its place: nothing is computed."""
+    if line.startswith("record"):
+        pytest.importorskip("torchrl")
     (elsewhere / "old").mkdir()
     (elsewhere / "old" / name).write_text("{}", encoding="utf-8")
     assert main(line.split()) == 2

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 from pathlib import Path
 from typing import Any
 
@@ -149,7 +150,7 @@ def _after(before: Demonstrations | None, found: Demonstrations) -> Demonstratio
 
 
 def _refuse(config: Any) -> None:
-    """Refuse invalid numbers and words of a recording."""
+    """Refuse invalid numbers and words of a recording, and paths that are taken."""
     if config.episodes < 1 or config.most < 1 or not 0.0 <= config.noise <= 1.0:
         raise ConfigError(
             f"episodes={config.episodes}, most={config.most}, noise={config.noise} make no "
@@ -160,4 +161,9 @@ def _refuse(config: Any) -> None:
     if config.who not in [who.value for who in Who]:
         words = suggestion(str(config.who), [who.value for who in Who])
         raise ConfigError(f"who={config.who} is unknown.\n{words}")
+    for key in ("out", "hdf5"):
+        if config[key] and os.path.lexists(str(config[key])):
+            raise ConfigError(
+                f"{key}={config[key]} exists already.\nChoose another name, or move it away."
+            )
     training_seed(config.first)
