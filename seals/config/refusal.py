@@ -193,6 +193,8 @@ def _allowed(parent: Any, key: str, text: str) -> str:
     number = re.search(r"could not be converted to (\w+)", text)
     if number:
         return f"Allowed: {_WORDS.get(number.group(1), number.group(1))}"
+    if "out of range" in text:
+        return "Entries are numbered from 0 on; see: --cfg job"
     if parent is not None and key in parent and OmegaConf.is_dict(parent[key]):
         return suggestion(
             "", [f"{key}.{name}" for name in parent[key]], label="Set one of its keys"

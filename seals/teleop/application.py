@@ -104,6 +104,10 @@ def _timed(overrides: Sequence[str]) -> bool:
 
 def _device(config: Any, settings: RunSettings, timed: bool) -> Device:
     """Return the input device, script or person; a script also sets the duration."""
+    if config.script == "":
+        raise ConfigError(
+            "script= has no value.\nGive a file: script=keys.yaml; or leave it out to fly by hand."
+        )
     script = str(config.script or getattr(settings.guide, "script", ""))
     if not script:
         from seals.control.plant import build_plant

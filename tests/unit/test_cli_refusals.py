@@ -72,6 +72,8 @@ WRONG = [
     ("view nowhere", "there is no folder 'nowhere'", "seals view experiment=NAME"),
     ("export", "policy is not given", "seals export policy=FOLDER"),
     ("run ROBOT initial.position.z=2", "initial.position is a list", "initial.position.0=VALUE"),
+    ("run ROBOT initial.position.7=2", "initial.position[7] is not allowed", "from 0 on"),
+    ("teleop ROBOT script=", "script= has no value", "script=keys.yaml"),
     ("compare ROBOT fit.steps=abc", "fit is a list, which has no 'steps'", "fit.0=VALUE"),
     ("verify log=hidden_effect/flight_a model=", "model= does not exist", "Make one: seals add"),
     ("convert log=hidden_effect/flight_a out=x", "is a log folder already", "seals diagnose log="),
@@ -140,6 +142,7 @@ def test_the_bounds_of_a_pure_number_carry_no_unit(
         ("render old", "run.json", "old: the key is missing", "Did you mean run=old?"),
         ("add old", "diagnosis.json", "old: the key is missing", "Did you mean diagnosis=old?"),
         ("export policy=old", "run.json", "policy=old: there is no card.json", "that seals train"),
+        ("evaluate policy=still out=old/run.json", "run.json", "run.json is a file", "a folder"),
         ("record out=old", "run.json", "out=old exists already", "another name"),
         ("record hdf5=old/run.json", "run.json", "hdf5=old/run.json exists", "another name"),
         (
@@ -159,7 +162,7 @@ def test_a_folder_of_another_kind(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     """A folder without its key, of another verb, or a file in its place: nothing is computed."""
-    if line.startswith("record"):
+    if line.startswith(("record", "evaluate")):
         pytest.importorskip("torchrl")
     (elsewhere / "old").mkdir()
     (elsewhere / "old" / name).write_text("{}", encoding="utf-8")

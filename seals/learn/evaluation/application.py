@@ -63,6 +63,8 @@ def execute(config: Any) -> int:
     need_torch()
     settings = HydraConfig.get()
     out = Path(str(config.out or settings.runtime.output_dir))
+    if out.exists() and not out.is_dir():
+        raise ConfigError(f"out={out} is a file.\nGive a folder.")
     trials = trials_of(config, base=list(settings.overrides.task))
     found: list[EvaluationResult] = []
     facts = {
