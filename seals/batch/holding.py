@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from seals.effects.binding import EffectSet, bind_effects, has_hook
-from seals.effects.effect import JointDriven, JointLoads
 from seals.robot.fusing import fused
 from seals.robot.model import RobotModel
 
@@ -31,7 +30,7 @@ def hold(
     still = {
         b.name: b.effect
         for b in effects.bound
-        if not (has_hook(b.effect, JointLoads) or has_hook(b.effect, JointDriven))
+        if not (has_hook(b.effect, "joint_loads") or has_hook(b.effect, "joint_drive"))
     }
     named = {link for effect in still.values() for link in effect.links if link not in EVERYWHERE}
     whole = fused(robot, joints, named)

@@ -3,32 +3,15 @@
 from __future__ import annotations
 
 import copy
-import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
 from seals.arrays import Array, Floats, as_like, columns, namespace
-from seals.effects.effect import (
-    Actuated,
-    Actuation,
-    BatteryUpdate,
-    DriveLoads,
-    Effect,
-    EffectOptions,
-    FlowField,
-    Inertia,
-    InertiaChange,
-    JointDriven,
-    JointLoads,
-    Loads,
-    Measure,
-    MediumKind,
-    Timed,
-)
-from seals.effects.hooks import arguments_of
+from seals.effects.effect import Effect, EffectOptions, MediumKind
+from seals.effects.hooks import ARGUMENTS, Hook, arguments_of
 from seals.errors import ConfigError, suggestion
 from seals.plugin_options import options_of
 from seals.schema import parameters_of, vector_groups
@@ -73,29 +56,26 @@ class EffectSet:
         self.bound = tuple(bound)
         self._as_bound = True
         self.held: tuple[float, ...] | None = None
-        self.flows = self._having(FlowField)
-        self.inertias = self._having(Inertia)
-        self.loads = self._having(Loads)
-        self.joint_loads = self._having(JointLoads)
-        self.joint_drives = self._having(JointDriven)
+        self.flows = self.having("flow")
+        self.inertias = self.having("inertia")
+        self.loads = self.having("loads")
+        self.joint_loads = self.having("joint_loads")
+        self.joint_drives = self.having("joint_drive")
         driven = {b.name for b in self.joint_drives}
         self.joint_others = tuple(b for b in self.joint_loads if b.name not in driven)
-        self.actuators = self._having(Actuated)
-        self.actuations = self._having(Actuation)
-        self.drive_loads = self._having(DriveLoads)
-        self.batteries = self._having(BatteryUpdate)
-        self.inertia_changes = self._having(InertiaChange)
-        self.measures = self._having(Measure)
-        self.timings = self._having(Timed)
+        self.actuators = self.having("drives")
+        self.actuations = self.having("actuation")
+        self.drive_loads = self.having("drive_loads")
+        self.batteries = self.having("battery_update")
+        self.inertia_changes = self.having("inertia_change")
+        self.measures = self.having("measure")
+        self.timings = self.having("timing")
         self.names = tuple(b.name for b in bound)
         self.index = {b.name: k for k, b in enumerate(bound)}
 
-    def _having(self, hook: type) -> tuple[BoundEffect, ...]:
-        return tuple(b for b in self.bound if has_hook(b.effect, hook))
-
     def having(self, hook: str) -> tuple[BoundEffect, ...]:
-        """Return the effects that define a hook, by its name."""
-        return tuple(b for b in self.bound if has_hook(b.effect, _HOOKS[hook]))
+        """Return the effects that define a hook."""
+        return tuple(b for b in self.bound if _defines(b.effect, hook))
 
     @property
     def wrenching(self) -> tuple[str, ...]:
@@ -154,14 +134,6 @@ class EffectSet:
         return other
 
 
-_HOOKS: dict[str, type] = {
-    "flow": FlowField,
-    "inertia": Inertia,
-    "loads": Loads,
-    "joint_loads": JointLoads,
-    "drive_loads": DriveLoads,
-}
-
 _KINDS = (
     "flows",
     "inertias",
@@ -179,15 +151,14 @@ _KINDS = (
 )
 
 
-def has_hook(effect: object, hook: type) -> bool:
-    """Return true if an effect's class defines a hook, given by its protocol."""
-    return _defines(cast(Any, type(effect)), cast(Any, hook))
+def has_hook(effect: object, hook: Hook) -> bool:
+    """Return true if an effect's class defines a hook; a battery has a ``state`` as well."""
+    return _defines(effect, hook)
 
 
-@functools.cache
-def _defines(effect: Any, hook: Any) -> bool:
-    names = [n for n in vars(hook) if not n.startswith("_")]
-    return all(callable(getattr(effect, n, None)) for n in names)
+def _defines(effect: object, hook: str) -> bool:
+    names = ("battery_update", "state") if hook == "battery_update" else (hook,)
+    return all(callable(getattr(type(effect), name, None)) for name in names)
 
 
 def bind_effects(
@@ -218,8 +189,8 @@ def bind_effects(
 
 def _check_hooks(name: str, effect: Effect) -> None:
     """Refuse hooks with arguments that the simulation does not pass."""
-    for hook, kind in _HOOKS.items():
-        if has_hook(effect, kind):
+    for hook in ARGUMENTS:
+        if _defines(effect, hook):
             try:
                 arguments_of(effect, hook)
             except ConfigError as cause:

@@ -15,20 +15,10 @@ from seals.effects.identification import (
     Residual,
     Subject,
 )
-from seals.motion import (
-    AddedInertia,
-    Body,
-    Drives,
-    Inputs,
-    JointDrive,
-    Joints,
-    Medium,
-    Motion,
-    Reading,
-    Timing,
-    Wrench,
-)
 from seals.motion import MediumKind as MediumKind  # noqa: PLC0414  offered to authors here
+from seals.motion import (
+    Timing,
+)
 
 if TYPE_CHECKING:
     from seals.environment.settings import EnvironmentSettings
@@ -100,6 +90,7 @@ class Effect(EffectOptions):
 
     - ``joint_drive(joints, inputs, params) -> JointDrive``, beside ``joint_loads``: the same law
       before its limit, with its slopes, so that steps can take it implicitly.
+    - ``drives(inputs, params) -> Drives`` of an actuator: thrusts and reaction torques.
     - ``actuation(drives, motion, medium, inputs, params) -> Drives``: what the actuators really do.
     - ``battery_update(power, inputs, memory, params) -> new memory`` of a battery under the
       power of all drives [W], and ``state(memory, params) -> (voltage, current, charge)`` of it.
@@ -257,128 +248,6 @@ class Effect(EffectOptions):
 
 
 @runtime_checkable
-class Loads(Protocol):
-    """An effect with the hook ``loads``."""
-
-    @staticmethod
-    def loads(
-        motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
-    ) -> tuple[Wrench, Array]:
-        """Wrench about the link origin, link axes."""
-        ...
-
-
-@runtime_checkable
-class Inertia(Protocol):
-    """An effect with the hook ``inertia``."""
-
-    @staticmethod
-    def inertia(
-        motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
-    ) -> tuple[AddedInertia, Array]:
-        """Matrix 6x6 about the link origin, link axes, and its weight."""
-        ...
-
-
-@runtime_checkable
-class FlowField(Protocol):
-    """An effect with the hook ``flow``."""
-
-    @staticmethod
-    def flow(
-        motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
-    ) -> tuple[Array, Array]:
-        """Velocity of the medium, world axes."""
-        ...
-
-
-@runtime_checkable
-class JointLoads(Protocol):
-    """An effect with the hook ``joint_loads``."""
-
-    @staticmethod
-    def joint_loads(
-        joints: Joints, inputs: Inputs, memory: Array, params: Parameters
-    ) -> tuple[Array, Array]:
-        """Generalised force on every joint."""
-        ...
-
-
-@runtime_checkable
-class JointDriven(Protocol):
-    """An effect with the hook ``joint_drive``."""
-
-    @staticmethod
-    def joint_drive(joints: Joints, inputs: Inputs, params: Parameters) -> JointDrive:
-        """Generalised force on every joint before its limit, and its slopes."""
-        ...
-
-
-@runtime_checkable
-class Actuation(Protocol):
-    """An effect with the hook ``actuation``."""
-
-    @staticmethod
-    def actuation(
-        drives: Drives, motion: Motion, medium: Medium, inputs: Inputs, params: Parameters
-    ) -> Drives:
-        """Thrusts and reaction torques, changed by the effect."""
-        ...
-
-
-@runtime_checkable
-class BatteryUpdate(Protocol):
-    """An effect with the hooks ``battery_update`` and ``state``: a battery."""
-
-    @staticmethod
-    def battery_update(power: Array, inputs: Inputs, memory: Array, params: Parameters) -> Array:
-        """New battery state after a step under the power of all drives [W], shape (N, 1)."""
-        ...
-
-    @staticmethod
-    def state(memory: Array, params: Parameters) -> tuple[Array, Array, Array]:
-        """Terminal voltage [V], current [A] and state of charge [1], shape (N, 1) each."""
-        ...
-
-
-@runtime_checkable
-class DriveLoads(Protocol):
-    """An effect with the hook ``drive_loads``."""
-
-    @staticmethod
-    def drive_loads(  # noqa: PLR0917  the signature of the hook
-        drives: Drives,
-        motion: Motion,
-        medium: Medium,
-        inputs: Inputs,
-        memory: Array,
-        params: Parameters,
-    ) -> tuple[Wrench, Array]:
-        """Wrench about the link origin, link axes, that depends on the actuators' thrust."""
-        ...
-
-
-@runtime_checkable
-class InertiaChange(Protocol):
-    """An effect with the hook ``inertia_change``."""
-
-    @staticmethod
-    def inertia_change(body: Body, params: Parameters) -> Array:
-        """Change of the rigid inertia about the link origin, shape (N, 6, 6)."""
-        ...
-
-
-@runtime_checkable
-class Measure(Protocol):
-    """An effect with the hook ``measure``."""
-
-    @staticmethod
-    def measure(reading: Reading, params: Parameters) -> Reading:
-        """Reading of the inertial sensors, changed by the effect."""
-        ...
-
-
-@runtime_checkable
 class Timed(Protocol):
     """An effect with the hook ``timing``."""
 
@@ -408,13 +277,3 @@ class ActuatorOptions:
         These are zero for rotors and the negative limit for thrusters.
         """
         return None
-
-
-@runtime_checkable
-class Actuated(Protocol):
-    """An actuator: an effect that computes thrust from the state of its drives."""
-
-    @staticmethod
-    def drives(inputs: Inputs, params: Parameters) -> Drives:
-        """Thrusts and reaction torques of its drives."""
-        ...

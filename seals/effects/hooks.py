@@ -6,10 +6,15 @@ import functools
 import inspect
 from collections.abc import Callable
 from operator import itemgetter
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 from seals.errors import ConfigError, nearest
 
+Hook: TypeAlias = Literal[
+    "loads", "inertia", "flow", "joint_loads", "joint_drive", "drives", "drive_loads", "actuation",
+    "battery_update", "inertia_change", "measure", "timing",
+]  # fmt: skip
+"""Names of the hooks; what each takes and returns is told by `seals.effects.Effect`."""
 Pick: TypeAlias = Callable[[tuple[Any, ...]], tuple[Any, ...]]
 """Picks the arguments of one hook out of all that are offered, in the order of `ARGUMENTS`."""
 

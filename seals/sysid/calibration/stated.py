@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from seals.effects.binding import has_hook
-from seals.effects.effect import Actuated, ActuatorOptions, Effect, JointDriven, Measure
+from seals.effects.effect import ActuatorOptions, Effect
 from seals.effects.identification import Property
 from seals.plugin_options import options_of
 from seals.schema import parameters_of
@@ -78,7 +78,7 @@ def stated_numbers(
 
 def _properties(vehicle: Vehicle, candidate_set: CandidateSet, hull: str) -> Iterator[StatedNumber]:
     """Numbers of the vehicle, its hull and its actuators that have a tolerance."""
-    drives = [n for n, e in vehicle.effects.items() if has_hook(e, Actuated)]
+    drives = [n for n, e in vehicle.effects.items() if has_hook(e, "drives")]
     for key, parameter in candidate_set.parameters.items():
         changes = parameter.changes
         if changes is None or key.endswith(ACTIVE):
@@ -112,13 +112,13 @@ def _head(vehicle: Vehicle, instance: str) -> str:
     if instance in vehicle.written:
         return vehicle.written[instance]
     effect = vehicle.effects[instance]
-    drives = has_hook(effect, Actuated) or has_hook(effect, JointDriven)
+    drives = has_hook(effect, "drives") or has_hook(effect, "joint_drive")
     return f"{ACTUATORS if drives else EFFECTS}.{instance}"
 
 
 def _fields(head: str, instance: str, effect: Effect) -> Iterator[StatedNumber]:
     """Fields of one effect or actuator of the stated model."""
-    scaled = options_of(effect, ActuatorOptions).scaled_by if has_hook(effect, Actuated) else {}
+    scaled = options_of(effect, ActuatorOptions).scaled_by if has_hook(effect, "drives") else {}
     metas = parameters_of(effect)
     changes = {parameter for parameter, _ in scaled.values()}
     for name, meta in metas.items():
@@ -155,7 +155,7 @@ def _sensors(vehicle: Vehicle, candidate_set: CandidateSet) -> Iterator[StatedNu
         own = effect is not None and parameter.instance not in vehicle.effects
         if effect is None or not own or key.endswith(ACTIVE):
             continue
-        if key == late or has_hook(effect, Measure):
+        if key == late or has_hook(effect, "measure"):
             meta = parameters_of(effect)[parameter.parameter]
             yield StatedNumber(
                 name=f"{SENSORS}.{key}", key=key, value=0.0, unit=meta.unit, bounds=parameter.bounds

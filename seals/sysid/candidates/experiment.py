@@ -9,8 +9,9 @@ from typing import Any
 
 from seals import registry
 from seals.compare.settings import CompareSettings, PredictionMethod
+from seals.effects.binding import has_hook
 from seals.effects.derived import strengths_of, unit_scale
-from seals.effects.effect import Actuated, Effect, MediumKind
+from seals.effects.effect import Effect, MediumKind
 from seals.effects.identification import Comparison, Size, Stage
 from seals.errors import ConfigError, suggestion
 from seals.robot.model import RobotModel
@@ -94,7 +95,7 @@ def _nominal(settings: CompareSettings) -> list[str]:
                 f"naming.nominal: there is no effect '{name}'.\n"
                 f"{suggestion(name, settings.effects)}"
             )
-    drives = [n for n, a in settings.actuators.items() if isinstance(a, Actuated)]
+    drives = [n for n, a in settings.actuators.items() if has_hook(a, "drives")]
     return [*names, *(n for n in drives if n in settings.effects and n not in names)]
 
 
@@ -146,7 +147,7 @@ def _installed(
 ) -> list[tuple[str, type[Effect], dict[str, Any]]]:
     """Installed effects that could act on the robot, with options, in the order of their trial."""
     wet = settings.environment.water_level is not None
-    drives = any(isinstance(e, Actuated) for e in settings.effects.values())
+    drives = any(has_hook(e, "drives") for e in settings.effects.values())
     # what is bolted down does not feel its own inertia: the last link moves
     last = {"links": [robot.links[-1]]} if robot.tree.fixed_base else {}
     found: list[tuple[tuple[int, int, int], str, type[Effect], dict[str, Any]]] = []

@@ -13,15 +13,8 @@ from seals.arrays import Floats
 from seals.batch.holding import EVERYWHERE
 from seals.config.plugin_lookup import plugin_name
 from seals.effects.binding import has_hook
-from seals.effects.effect import (
-    Actuated,
-    ActuatorOptions,
-    Effect,
-    Inertia,
-    JointDriven,
-    JointLoads,
-    Loads,
-)
+from seals.effects.effect import ActuatorOptions, Effect
+from seals.effects.hooks import Hook
 from seals.environment.settings import EnvironmentSettings
 from seals.errors import LogError
 from seals.plugin_options import options_of
@@ -93,7 +86,7 @@ def parts_of(
     drives = {} if _undriven(meta) else description.actuators
     effects = {**_acting(description, meta), **drives}
     if not moving:
-        of_joints = (JointLoads, JointDriven)
+        of_joints: tuple[Hook, ...] = ("joint_loads", "joint_drive")
         effects = {k: e for k, e in effects.items() if not any(has_hook(e, h) for h in of_joints)}
     stands = [still.get(n, q) for n, q in zip(robot.joints, _stowed(robot), strict=True)]
     model = fused(robot, stands, _named(effects, robot), moving=moving)
@@ -102,7 +95,7 @@ def parts_of(
     made, written = _instances(description, effects, model, environment)
     listed = {str(e["name"]) for e in meta.get("baseline") or []} if _instances_of(meta) else None
     made = _surroundings(made, model, environment, listed=listed)
-    actuators = [e for e in effects.values() if has_hook(e, Actuated)]
+    actuators = [e for e in effects.values() if has_hook(e, "drives")]
     actuators.sort(key=lambda e: e.first)  # type: ignore[attr-defined]  # of actuators
     lags = [e.lag for e in actuators]  # type: ignore[attr-defined]  # of actuators
     return RobotParts(
@@ -138,14 +131,14 @@ def _named(effects: Mapping[str, Effect], robot: RobotModel) -> set[str]:
     """Links that effects name, and all links under an effect that acts on each."""
     found = {link for e in effects.values() for link in e.links if link not in EVERYWHERE}
     spread = [e for e in effects.values() if "*" in e.links and e.ambient() is None]
-    if any(has_hook(e, Loads) or has_hook(e, Inertia) for e in spread):
+    if any(has_hook(e, "loads") or has_hook(e, "inertia") for e in spread):
         found |= set(robot.links)
     return found
 
 
 def _servo(effects: Mapping[str, Effect], robot: RobotModel) -> dict[str, Floats]:
     """Gains of the servos."""
-    driven = [e for e in effects.values() if has_hook(e, JointDriven)]
+    driven = [e for e in effects.values() if has_hook(e, "joint_drive")]
     joints = robot.tree.joints
     if not driven or not joints:
         return {}

@@ -9,7 +9,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.batch.drives import BatchDrives
 from seals.effects.binding import bind_effects, has_hook
-from seals.effects.effect import BatteryUpdate, EffectOptions
+from seals.effects.effect import EffectOptions
 from seals.plugin_options import options_of
 from seals.sysid.data.vehicle import Vehicle
 from seals.world.drivetrain import Response, response_of
@@ -44,7 +44,7 @@ def supplied(command: Floats, voltage: Floats, time: Floats, vehicle: Vehicle) -
 def full_voltage(vehicle: Vehicle) -> float | None:
     """Return the voltage of the full battery of the vehicle's model [V]; None without one."""
     for effect in vehicle.effects.values():
-        if has_hook(effect, BatteryUpdate):
+        if has_hook(effect, "battery_update"):
             return options_of(effect, EffectOptions).full_voltage
     return None
 

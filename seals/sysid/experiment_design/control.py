@@ -9,7 +9,6 @@ import numpy as np
 from seals.arrays import Floats
 from seals.batch import TwinState
 from seals.effects.binding import has_hook
-from seals.effects.effect import Inertia
 from seals.frames import matrix_of
 from seals.sysid.data.vehicle import Vehicle
 
@@ -98,7 +97,7 @@ class Controller:
         robot = vehicle.robot
         self.mass = vehicle.mass
         self.inertia = np.diag(robot.inertia[0]).copy()
-        added = next((e for e in vehicle.effects.values() if has_hook(e, Inertia)), None)
+        added = next((e for e in vehicle.effects.values() if has_hook(e, "inertia")), None)
         names = ("mass_x", "mass_y", "mass_z", "inertia_x", "inertia_y", "inertia_z")
         self._added = np.array([float(getattr(added, n, 0.0)) for n in names])
         self._both, self._gain, self._limit = _layout(vehicle)

@@ -11,7 +11,6 @@ import numpy as np
 from seals.arrays import Floats
 from seals.batch import BatchDynamics
 from seals.effects.binding import has_hook
-from seals.effects.effect import Inertia
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.data.vehicle import Vehicle
@@ -28,7 +27,7 @@ class _Planned(Plant):
         """Batch dynamics of the nominal model with changes, see `Plant.twin`."""
         effects = self.candidate_set.effects
         arrays = {k.partition(".")[0] for k, v in values.items() if np.ndim(v)} & set(effects)
-        moved = {n for n in arrays if has_hook(effects[n], Inertia)}
+        moved = {n for n in arrays if has_hook(effects[n], "inertia")}
         full = {
             key: np.full(batch, np.asarray(values.get(key, 0.0)))
             for key, parameter in self.candidate_set.parameters.items()

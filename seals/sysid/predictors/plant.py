@@ -16,7 +16,7 @@ from seals.batch.state import Posture
 from seals.control.actuator_response import respond
 from seals.effects.binding import EffectSet, bind_effects, has_hook
 from seals.effects.derived import strengths_of
-from seals.effects.effect import Effect, JointLoads, Measure, Timed
+from seals.effects.effect import Effect, Timed
 from seals.effects.hooks import names_any, pick_of
 from seals.motion import Inputs, Joints, Reading
 from seals.registry import get
@@ -87,7 +87,7 @@ class Plant:
         effects = candidate_set.effects
         self._stiff = {n for n, e in effects.items() if e.stiff and of_joints_alone(e)}
         self._quiet = {
-            n for n, e in effects.items() if any(has_hook(e, h) for h in (Measure, Timed))
+            n for n, e in effects.items() if any(has_hook(e, h) for h in ("measure", "timing"))
         }
         self.timed = frozenset(n for n, e in effects.items() if _times_actuators(e))
         self.command_delay = 0.0
@@ -346,7 +346,7 @@ class Plant:
         reading = Reading(spin @ turn, force @ turn)
         used = {key.partition(".")[0] for key in values}
         effects = self.candidate_set.effects
-        sensors = {n for n in used if n in effects and has_hook(effects[n], Measure)}
+        sensors = {n for n in used if n in effects and has_hook(effects[n], "measure")}
         if not sensors:
             return reading
         changes = self.applied(values, len(state.angular_velocity)).items()
@@ -360,7 +360,7 @@ class Plant:
 
 def of_joints_alone(effect: Effect) -> bool:
     """Return true if a law's torque depends on the joints alone, not on motion and medium."""
-    return has_hook(effect, JointLoads) and not names_any(
+    return has_hook(effect, "joint_loads") and not names_any(
         effect, "joint_loads", ("motion", "medium")
     )
 
@@ -375,7 +375,7 @@ def _timing_of(effect: Effect, values: Mapping[str, float]) -> tuple[float, floa
 
 def _times_actuators(effect: Effect) -> bool:
     """Return true if an effect changes the timing of actuators, not that of sensors."""
-    return has_hook(effect, Timed) and any(
+    return has_hook(effect, "timing") and any(
         _timing_of(effect, dict.fromkeys(parameters_of(effect), 1.0))
     )
 

@@ -16,13 +16,13 @@ from seals.batch.response import Force, Response
 from seals.batch.state import Posture
 from seals.batch.tree import TreeBody
 from seals.effects.binding import EffectSet, bind_effects, has_hook
-from seals.effects.effect import Actuated, Actuation, DriveLoads, FlowField
+from seals.effects.hooks import Hook
 from seals.motion import Inputs
 from seals.sysid.candidates.activity import ACTIVE
 from seals.sysid.data.trajectory import Trajectory, difference
 from seals.sysid.predictors.plant import Held, Plant, nonzero
 
-_DRIVING = (Actuated, Actuation, DriveLoads)
+_DRIVING: tuple[Hook, ...] = ("drives", "actuation", "drive_loads")
 """Hooks of effects that act on each other through the thrust."""
 _KEPT = 6
 """Values whose predictions are kept."""
@@ -223,7 +223,7 @@ class TrajectoryCache:
         instance = key.partition(".")[0]
         effect = self.plant.candidate_set.effects.get(instance)
         timed = instance in self.plant.timed
-        return effect is not None and not timed and not has_hook(effect, FlowField)
+        return effect is not None and not timed and not has_hook(effect, "flow")
 
     def _part(self, instance: str, values: Mapping[str, float]) -> EffectSet:
         """Bind one effect with all effects of the same drive."""

@@ -12,7 +12,6 @@ import numpy as np
 from seals.arrays import Floats
 from seals.batch import TwinState
 from seals.effects.binding import has_hook
-from seals.effects.effect import Measure, Timed
 from seals.sysid.candidates.parameters import CandidateSet
 from seals.sysid.data.samples import IMU
 from seals.sysid.data.trajectory import Trajectory
@@ -98,7 +97,7 @@ def _sizes(candidate_set: CandidateSet, leave: Sequence[str]) -> list[dict[str, 
 def _silent(candidate_set: CandidateSet, key: str) -> bool:
     """Return true if a parameter changes the readings but not the motion."""
     effect = candidate_set.effects.get(candidate_set.parameters[key].instance)
-    return effect is None or any(has_hook(effect, h) for h in (Measure, Timed))
+    return effect is None or any(has_hook(effect, h) for h in ("measure", "timing"))
 
 
 def mutated(plant: Plant, about: Sequence[Trial]) -> list[Trial]:
