@@ -15,8 +15,7 @@ from seals.rendering.camera_view import Shot
 from seals.rendering.files import MILLIMETRE
 from seals.rendering.picture import Picture
 from seals.schema import optional, param, setting
-from seals.sensors.mount import Mount
-from seals.sensors.mounted import MountedSensor
+from seals.sensors.mount import Mount, MountedSensor
 from seals.sensors.protocol import SensorInput
 
 WHAT = ("rgb", "depth", "segmentation", "normals")

@@ -10,8 +10,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.schema import param, setting
-from seals.sensors.mount import Mount
-from seals.sensors.mounted import MountedSensor
+from seals.sensors.mount import Mount, MountedSensor
 from seals.sensors.protocol import SensorInput
 from seals.state_records import state_record
 

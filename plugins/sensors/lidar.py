@@ -13,8 +13,7 @@ from seals.arrays import Floats
 from seals.errors import ConfigError
 from seals.schema import param
 from seals.sensors.casting import cast
-from seals.sensors.mount import Mount
-from seals.sensors.mounted import MountedSensor
+from seals.sensors.mount import Mount, MountedSensor
 from seals.sensors.protocol import SensorInput
 from seals.sensors.scan import MOST_RAYS, Scan, counts
 

@@ -11,7 +11,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import ConfigError, suggestion
 from seals.schema import param, setting
-from seals.sensors.mounted import MountedSensor
+from seals.sensors.mount import MountedSensor
 from seals.sensors.protocol import SensorInput
 
 

@@ -12,7 +12,7 @@ from seals.arrays import Floats
 from seals.control.estimate import ORIENTATION, POSITION, SPIN, VELOCITY
 from seals.frames import exponential, multiply, quaternion_of
 from seals.schema import param, setting
-from seals.sensors.mounted import MountedSensor
+from seals.sensors.mount import MountedSensor
 from seals.sensors.protocol import SensorInput
 
 _SIGMA: dict[str, Any] = {"tolerance": 0.3, "relative": True}

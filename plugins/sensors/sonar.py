@@ -14,8 +14,7 @@ from seals.schema import param
 from seals.sensors.acoustics import absorption, line_pattern, linear
 from seals.sensors.casting import Hits, cast
 from seals.sensors.echoes import Echoes, over_range, scattered
-from seals.sensors.mount import Mount
-from seals.sensors.mounted import MountedSensor
+from seals.sensors.mount import Mount, MountedSensor
 from seals.sensors.protocol import SensorInput
 from seals.sensors.scan import MOST_RAYS, Scan, counts, fan
 from seals.sensors.surroundings import Surroundings

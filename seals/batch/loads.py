@@ -11,7 +11,7 @@ from seals.arrays import Array, as_like, namespace
 from seals.effects.binding import EffectSet
 from seals.effects.evaluation import Evaluation, Evaluator
 from seals.effects.joint_inertia import armature_of
-from seals.environment.build import build_surroundings, tables_of
+from seals.environment.sampler import build_surroundings, tables_of
 from seals.environment.settings import EnvironmentSettings
 from seals.environment.waves import Waves
 from seals.errors import ConfigError

@@ -18,7 +18,7 @@ from seals.effects.evaluation import Evaluator
 from seals.effects.joint_inertia import fastest_drive
 from seals.effects.rigid import changed
 from seals.effects.rows import rows_of
-from seals.environment.build import build_surroundings, tables_of
+from seals.environment.sampler import build_surroundings, tables_of
 from seals.environment.settings import EnvironmentSettings
 from seals.environment.waves import Waves
 from seals.motion import Inputs

@@ -243,7 +243,7 @@ class _Outcome:
         from hydra.core.hydra_config import HydraConfig
         from hydra.types import RunMode
 
-        from seals.sweep.objective import objective_of
+        from seals.sweep.metrics import objective_of
 
         settings = HydraConfig.get()
         if settings.mode == RunMode.MULTIRUN:

@@ -48,7 +48,7 @@ def new(arguments: list[str]) -> int:
     _refuse_options(kind, options)
     if kind == "robot":
         return _robot(words[1], options)
-    from seals.scaffold.plugin import scaffold_plugin
+    from seals.scaffold.writing import scaffold_plugin
 
     print("\n".join(scaffold_plugin(kind, words[1], parent=Path())))
     return 0

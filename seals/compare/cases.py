@@ -15,7 +15,7 @@ from seals.compare.predict import PREDICTABLE
 from seals.compare.regimes import regimes_of_drop, regimes_of_height
 from seals.compare.settings import CompareSettings, StartMode
 from seals.compare.start import start_of_drop, start_of_pose
-from seals.environment.build import hulls_of
+from seals.environment.sampler import hulls_of
 from seals.errors import ConfigError, LogError, suggestion
 from seals.logs import Log
 from seals.robot.model import RobotModel

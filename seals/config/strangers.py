@@ -13,7 +13,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from seals.config.lookups import lookup_in
 from seals.config.node_checks import SPECIAL, TARGET
 from seals.errors import ConfigError, SealsError
 from seals.untrusted_io import read_plain_yaml
@@ -23,6 +22,8 @@ _HYDRA = re.compile(r"\bhydra\b")
 _PACKAGE = re.compile(r"^\s*#\s*@package\s+(\S+)", re.MULTILINE)
 _MOST_FILES = 10_000
 _SEARCH = "hydra.searchpath"
+_PLAIN = re.compile(r"\$\{(?!hydra\b)[\w.\[\]-]+\}")
+_MOST = 200_000
 
 
 def untrusted(arguments: Sequence[str]) -> list[str]:
@@ -166,3 +167,45 @@ def _distrust(place: Path, words: str) -> ConfigError:
     return ConfigError(
         f"{place} {words}.\nRead the folder; when you trust it, say so: --config-dir FOLDER {TRUST}"
     )
+
+
+def lookup_in(content: Any) -> str | None:
+    """Return the first text in plain data that calls a resolver, or None.
+
+    What cannot be told apart, such as one reference inside of another, counts as a lookup.
+
+    Example:
+        >>> lookup_in({"a": ["${time.step}", 1], "b": "${.c}"}) is None
+        True
+        >>> lookup_in({"a": ["${oc.env:HOME}"]})
+        '${oc.env:HOME}'
+    """
+    waiting = [content]
+    for _ in range(_MOST):
+        if not waiting:
+            return None
+        value = waiting.pop()
+        if isinstance(value, Mapping):
+            waiting += [*value.keys(), *value.values()]
+        elif isinstance(value, list | tuple):
+            waiting += value
+        elif isinstance(value, str) and "${" in _PLAIN.sub("", value):
+            return value
+    return f"more than {_MOST:,} entries"
+
+
+def refuse_lookups(content: Any, *, where: str, remedy: str) -> None:
+    """Refuse untrusted configuration that calls a resolver.
+
+    Args:
+        content: what a YAML file holds.
+        where: its name, for the message.
+        remedy: what to do, for the message.
+
+    Raises:
+        ConfigError: a text in it asks a resolver.
+    """
+    found = lookup_in(content)
+    if found is not None:
+        shown = " ".join(found.split())[:80]
+        raise ConfigError(f"{where} looks something up by '{shown}'.\n{remedy}")

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from seals.config.lookups import lookup_in
+from seals.config.strangers import lookup_in
 from seals.errors import ConfigError, MissingExtra, SealsError
 from seals.logs.run_folder import RUN_ID, bring_back, held, id_of_log, new_id, set_aside
 from seals.run.build import build_run

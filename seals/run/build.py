@@ -6,8 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from seals.config.build import build
-from seals.config.entries import typed_entries
+from seals.config.build import build, typed_entries
 from seals.config.node_checks import refuse_unknown
 from seals.config.overlay import read_overlay
 from seals.config.refusal import refusals

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from seals.config.derive import schema_of
-from seals.config.lookups import refuse_lookups
 from seals.config.plugin_lookup import plugin_at
 from seals.config.refusal import refusals
+from seals.config.strangers import refuse_lookups
 from seals.errors import ConfigError, LogError, RobotError
 from seals.run.provenance import digest
 from seals.run.settings import RunSettings

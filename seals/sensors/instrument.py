@@ -11,8 +11,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.deprecation import renamed_members
-from seals.sensors.mount import Mount
-from seals.sensors.mounted import MountedSensor
+from seals.sensors.mount import Mount, MountedSensor
 from seals.sensors.noise import Noise
 from seals.sensors.protocol import SensorInput
 from seals.state_records import state_record

@@ -1,13 +1,17 @@
-"""Mounting of a sensor: motion at the sensor from that of its link."""
+"""Mounting of a sensor: motion at the sensor from that of its link; base of mounted sensors."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
 from seals.errors import ConfigError
 from seals.frames import cross3, matrix_of, quaternion_of_rpy
+from seals.schema import setting
+from seals.sensors.options import SensorOptions
 from seals.sensors.protocol import SensorInput
 
 
@@ -67,3 +71,26 @@ class Mount:
             specific_force=force @ turn,
             angular_acceleration=rate @ turn,
         )
+
+
+@dataclass(kw_only=True)
+class MountedSensor(SensorOptions):
+    """Base of sensors: mounting link, latency and dropouts.
+
+    The world acts on these fields, see `seals.sensors.delivery`; a sensor itself never looks at
+    them. A reading stands in the log at the time at which it was taken.
+
+    Args:
+        link: link that carries the sensor; ``root`` is the base.
+        latency: time from the taking of a reading to its arrival at guide and controller [s].
+        dropout: share of the readings that are lost [1].
+        outage: mean length of a loss, at least one reading; 0 loses each by itself [s].
+    """
+
+    link: str = "root"
+    latency: float = setting(0.0, "s", bounds=(0.0, 60.0), source="chosen: none")
+    dropout: float = setting(0.0, "1", bounds=(0.0, 1.0), source="chosen: none")
+    outage: float = setting(0.0, "s", bounds=(0.0, 1e4), source="chosen: none")
+
+    inertial: ClassVar[bool] = False
+    """Whether it reads ``specific_force`` or ``angular_acceleration``; else these are zero."""

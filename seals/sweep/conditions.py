@@ -9,8 +9,7 @@ from operator import ge, gt, le, lt
 from typing import NamedTuple
 
 from seals.errors import ConfigError
-from seals.sweep.lists import parts
-from seals.sweep.rows import Value, read_value
+from seals.sweep.rows import Value, parts, read_value
 
 _SIGNS: dict[str, Callable[[float, float], bool]] = {"<=": le, ">=": ge, "<": lt, ">": gt}
 _FORM = re.compile(r"^\s*([^=<>!\s]+)\s*(!=|<=|>=|=|<|>)\s*(.+?)\s*$")

@@ -9,10 +9,11 @@ from typing import Any, NoReturn
 import numpy as np
 
 from seals.arrays import Floats
-from seals.errors import ConfigError, LogError, suggestion
+from seals.errors import ConfigError, LogError, SealsError, suggestion
 from seals.logs.table import read_csv_columns, read_parquet
-from seals.sweep.rows import RUN, Row
-from seals.untrusted_io import read_json
+from seals.sweep.book import DONE, read_jobs
+from seals.sweep.rows import RUN, Row, find_rows
+from seals.untrusted_io import read_json, read_plain_yaml
 
 STATISTICS: Mapping[str, Callable[[Floats], float]] = {
     "first": lambda x: float(x[0]),
@@ -28,6 +29,8 @@ STATISTICS: Mapping[str, Callable[[Floats], float]] = {
 USUAL = ("simulated_seconds", "step", "success")
 """Numbers of ``run.json`` that are shown when nothing is asked for."""
 _LOG = "log"
+BEST = "optimization_results.yaml"
+"""File that the sweepers of Hydra leave behind."""
 
 
 class Measures:
@@ -143,3 +146,45 @@ def refuse_unknown(name: str, measures: Measures, row: Row, *, key: str = "metri
         numbers = [key for key, value in row.facts.items() if isinstance(value, int | float)]
         hint = suggestion(name, numbers, label="Noted") + "; or a column: position_z.min"
     raise ConfigError(f"{key}={name}: no run has it.\n{hint}")
+
+
+def objective_of(hydra: Any) -> float | tuple[float, ...] | None:
+    """Return the objective of the run that has just ended; None where none is wanted.
+
+    Args:
+        hydra: Hydra's part of the configuration; ``callbacks.sweep.objective`` names one metric, as
+            ``seals runs metric=`` takes it, or a list of several.
+
+    Raises:
+        ConfigError: the run has no such metric.
+        SealsError: the job failed.
+    """
+    names = hydra.callbacks.sweep.get("objective")
+    if names is None:
+        return None
+    folder = Path(hydra.runtime.output_dir)
+    number = hydra.job.get("num")
+    job = None if number is None else read_jobs(Path(hydra.sweep.dir)).get(int(number))
+    if job is not None and job.state != DONE:
+        raise SealsError(f"job {job.number} has no objective: {job.message}")
+    row = next(r for r in find_rows(folder) if r.folder == folder)
+    measures, found = Measures(row), []
+    for name in [names] if isinstance(names, str) else names:
+        value = measures.value(str(name))
+        if value is None:
+            refuse_unknown(str(name), measures, row, key="objective")
+        found.append(value)
+    return found[0] if isinstance(names, str) else tuple(found)
+
+
+def best_of(folder: Path) -> str:
+    """Return the line on the best job of a search; empty where no sweeper left one."""
+    path = folder / BEST
+    found = read_plain_yaml(path) if path.is_file() else None
+    if not isinstance(found, dict):
+        return ""
+    best = found.get("best_params", found.get("best_evaluated_params"))
+    if not isinstance(best, dict):
+        return f"best of several objectives: {path}\n"
+    value = found.get("best_value", found.get("best_evaluated_result"))
+    return f"best {value:.6g}: {' '.join(f'{k}={v}' for k, v in best.items())}\n"

@@ -12,7 +12,6 @@ from typing import Any
 from seals.errors import ConfigError, SealsError
 from seals.logs.run_folder import MOVING, alive, foreign_log, lockable
 from seals.sweep.book import NOTE, Job, read_jobs
-from seals.sweep.lists import at_place
 from seals.untrusted_io import plain_yaml, read_bytes, read_json
 
 RUN, STATE, SECONDS = "run", "state", "seconds"
@@ -214,3 +213,32 @@ def _natural(name: str) -> list[tuple[int, float, str]]:
     """Return a key that puts 2 before 10."""
     parts = re.split(r"(\d+)", name)
     return [(0, float(part), "") if part.isdigit() else (1, 0.0, part) for part in parts]
+
+
+def parts(text: str) -> list[str]:
+    """Split a text at commas outside brackets and braces.
+
+    Example:
+        >>> parts("seed<5, p=[[1,2],[3,4]]"), parts("")
+        (['seed<5', ' p=[[1,2],[3,4]]'], [])
+    """
+    found, depth, start = [], 0, 0
+    for at, letter in enumerate(text):
+        depth += (letter in "[{(") - (letter in ")}]")
+        if letter == "," and depth == 0:
+            found.append(text[start:at])
+            start = at + 1
+    return [part for part in [*found, text[start:]] if part.strip()]
+
+
+def at_place(text: str, place: int) -> str | None:
+    """Return one element of a list, or None.
+
+    Example:
+        >>> at_place("[0, 0, 1]", 2), at_place("[[1,2],[3,4]]", 1), at_place("[1]", 1)
+        ('1', '[3,4]', None)
+    """
+    if not (text.startswith("[") and text.endswith("]")):
+        return None
+    found = parts(text[1:-1])
+    return found[place].strip() if place < len(found) else None

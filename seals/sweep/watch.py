@@ -22,7 +22,7 @@ from seals.logs.atomic import write_json
 from seals.logs.run_folder import Claim
 from seals.run.progress import spoken
 from seals.sweep.book import DONE, LOCK, NOTE, REFUSED, TABLE, Job, opened, read_jobs
-from seals.sweep.objective import best_of
+from seals.sweep.metrics import best_of
 from seals.sweep.place import place, same_place
 from seals.untrusted_io import read_json
 

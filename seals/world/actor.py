@@ -22,8 +22,8 @@ from seals.backend import (
 from seals.deprecation import add_former_names
 from seals.effects.binding import EffectSet
 from seals.effects.evaluation import Evaluator
-from seals.environment.build import build_surroundings, exact_of
 from seals.environment.sample import Sample
+from seals.environment.sampler import build_surroundings, exact_of
 from seals.environment.settings import EnvironmentSettings
 from seals.environment.waves import Waves
 from seals.errors import ConfigError

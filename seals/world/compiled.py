@@ -15,8 +15,8 @@ import numpy as np
 from seals.arrays import Array, Floats, namespace
 from seals.backend import CompiledBody, Dynamics
 from seals.effects.evaluation import Evaluator
-from seals.environment.build import build_surroundings, hulls_of
 from seals.environment.sample import Sample
+from seals.environment.sampler import build_surroundings, hulls_of
 from seals.environment.settings import EnvironmentSettings
 from seals.environment.waves import Waves
 from seals.motion import Inputs, Joints, Motion

@@ -18,7 +18,7 @@ from seals.run.build import build_run
 from seals.run.recorder import Moment
 from seals.run.robot_recorder import RobotRecorder
 from seals.run.simulation import simulate
-from seals.sensors.mounted import MountedSensor
+from seals.sensors.mount import MountedSensor
 from seals.sysid.data.vehicle import READ, read_vehicle
 from seals.testing.sensor import OUTFIT
 

@@ -12,7 +12,7 @@ from seals.control.protocols import NO_LEGS, ControllerOptions
 from seals.effects.effect import ActuatorOptions, EffectOptions, MediumKind
 from seals.errors import ConfigError
 from seals.plugin_options import options_of
-from seals.sensors.mounted import MountedSensor
+from seals.sensors.mount import MountedSensor
 from seals.sensors.options import SensorOptions
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from seals.arrays import Array, Floats, namespace
 from seals.coupling import ImplicitDrive
 from seals.frames import cross, matrix_of
-from seals.plugins.backends.mujoco.contacts import MujocoContacts
+from seals.plugins.backends.mujoco.contact_law import MujocoContacts
 from seals.plugins.backends.mujoco.scene import Scene
 from seals.robot.model import RobotModel
 

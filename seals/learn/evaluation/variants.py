@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from seals.config.build import typed_entries
 from seals.config.compose import compose
-from seals.config.entries import typed_entries
 from seals.errors import ConfigError, suggestion
 
 
