@@ -58,16 +58,7 @@ class SolvedForces:
         contacts: Contacts,
         joints: Floats,
     ) -> None:
-        """Pass wrenches, inertia, joint forces and drives of the next step to the engine.
-
-        Args:
-            engine: the robot in the engine.
-            dynamics: of the robot at the current time.
-            step: h [s].
-            acting: the joint drives over the step; None for none.
-            contacts: of the last step.
-            joints: positions [rad or m], shape (J,).
-        """
+        """Pass wrenches, inertia, joint forces and drives on, see `PredictedForces.apply`."""
         d = dynamics
         wrench, _, inertia = self._loads(d)
         engine.apply_wrenches(wrench, d.kinematics.origins[0], d.kinematics.rotations[0])

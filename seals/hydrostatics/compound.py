@@ -87,12 +87,7 @@ class HullCompound:
         return max(self.wetted((0.0, 0.0, 1.0), level).waterplane_area for level in levels)
 
     def wetted(self, up: Sequence[float] | Vector, level: float) -> Wetted:
-        """Return the part below the surface.
-
-        Args:
-            up: unit normal of the water surface, link axes, shape (3,).
-            level: height of the surface above the link origin along ``up`` [m].
-        """
+        """Return the part below the surface, see `Hull`."""
         if level <= -self.reach:
             return DRY
         if level >= self.reach:

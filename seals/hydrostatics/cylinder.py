@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Sequence
 from typing import Any
 
@@ -45,7 +46,28 @@ def in_link(  # noqa: PLR0917 - positional, in the hot path
     )
 
 
-class HullCylinder(HullPlaced):
+class _Rod(HullPlaced):
+    """Base of hulls with a radius and a length [m] along their own z."""
+
+    def __init__(
+        self,
+        *,
+        radius: float,
+        length: float,
+        position: Sequence[float] = (0.0, 0.0, 0.0),
+        rpy: Sequence[float] = (0.0, 0.0, 0.0),
+    ) -> None:
+        self.radius = checked_size("radius", radius)
+        self.length = checked_size("length", length)
+        volume, reach = self._measures()
+        super().__init__(volume=volume, radius=reach, position=position, rpy=rpy)
+
+    @abstractmethod
+    def _measures(self) -> tuple[float, float]:
+        """Volume [m^3], and radius about the centre that holds it [m]."""
+
+
+class HullCylinder(_Rod):
     """Hull of a circular cylinder, axis along its own z.
 
     Equation: see :func:`seals.hydrostatics.revolution.flat_ended`.
@@ -65,22 +87,9 @@ class HullCylinder(HullPlaced):
         0.75
     """
 
-    def __init__(
-        self,
-        *,
-        radius: float,
-        length: float,
-        position: Sequence[float] = (0.0, 0.0, 0.0),
-        rpy: Sequence[float] = (0.0, 0.0, 0.0),
-    ) -> None:
-        self.radius = checked_size("radius", radius)
-        self.length = checked_size("length", length)
-        super().__init__(
-            volume=math.pi * self.radius**2 * self.length,
-            radius=math.hypot(self.radius, 0.5 * self.length),
-            position=position,
-            rpy=rpy,
-        )
+    def _measures(self) -> tuple[float, float]:
+        volume = math.pi * self.radius**2 * self.length
+        return volume, math.hypot(self.radius, 0.5 * self.length)
 
     def sums(self, xp: Any, ux: Column, uy: Column, uz: Column, level: Column) -> Sums:
         """Return volume, area and first moments about the link origin (see the base class)."""
@@ -90,7 +99,7 @@ class HullCylinder(HullPlaced):
         return in_link(part, axis, centre, ux, uy, uz)
 
 
-class HullCapsule(HullPlaced):
+class HullCapsule(_Rod):
     """Hull of a capsule (cylinder with hemispherical ends), axis along its own z.
 
     Equation: a flat-ended cylinder and two half balls, see :mod:`seals.hydrostatics.revolution`.
@@ -110,22 +119,9 @@ class HullCapsule(HullPlaced):
         0.5
     """
 
-    def __init__(
-        self,
-        *,
-        radius: float,
-        length: float,
-        position: Sequence[float] = (0.0, 0.0, 0.0),
-        rpy: Sequence[float] = (0.0, 0.0, 0.0),
-    ) -> None:
-        self.radius = checked_size("radius", radius)
-        self.length = checked_size("length", length)
-        super().__init__(
-            volume=math.pi * self.radius**2 * (self.length + 4.0 / 3.0 * self.radius),
-            radius=self.radius + 0.5 * self.length,
-            position=position,
-            rpy=rpy,
-        )
+    def _measures(self) -> tuple[float, float]:
+        volume = math.pi * self.radius**2 * (self.length + 4.0 / 3.0 * self.radius)
+        return volume, self.radius + 0.5 * self.length
 
     def sums(self, xp: Any, ux: Column, uy: Column, uz: Column, level: Column) -> Sums:
         """Return volume, area and first moments about the link origin (see the base class)."""

@@ -83,12 +83,7 @@ class HullFused:
         return sum(part.hull.grain for part in self.parts)
 
     def wetted(self, up: Sequence[float] | Vector, level: float) -> Wetted:
-        """Return the part below the surface.
-
-        Args:
-            up: unit normal of the water surface, link axes, shape (3,).
-            level: height of the surface above the link origin along ``up`` [m].
-        """
+        """Return the part below the surface, see `Hull`."""
         if level <= -self.reach:
             return DRY
         row = self.cut(np.asarray(up, dtype=float)[None], np.array([[float(level)]]))[0, 0]

@@ -110,12 +110,7 @@ class HullPlaced(ABC):
         return float(self.sums(FLOATS, 0.0, 0.0, 1.0, self.position[2]).area)
 
     def wetted(self, up: Sequence[float] | Vector, level: float) -> Wetted:
-        """Return the part below the surface.
-
-        Args:
-            up: unit normal of the water surface, link axes, shape (3,).
-            level: height of the surface above the link origin along ``up`` [m].
-        """
+        """Return the part below the surface, see `Hull`."""
         if level <= -self.reach:
             return DRY
         if level >= self.reach:

@@ -111,12 +111,7 @@ class HullSamples:
         return float(np.convolve(area, np.full(3, 1.0 / 3.0), mode="valid").max())
 
     def wetted(self, up: Sequence[float] | Vector, level: float) -> Wetted:
-        """Return the part below a plane.
-
-        Args:
-            up: unit normal of the water surface, link axes, shape (3,).
-            level: height of the surface above the link origin along ``up`` [m].
-        """
+        """Return the part below a plane, see `Hull`."""
         if level <= -self.reach:
             return DRY
         depth = level - self.points @ np.asarray(up, dtype=np.float64)

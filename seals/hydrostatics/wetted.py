@@ -85,7 +85,12 @@ class Hull(Protocol):
         ...
 
     def wetted(self, up: Sequence[float] | Vector, level: float) -> Wetted:
-        """Return the part below the surface."""
+        """Return the part below the surface.
+
+        Args:
+            up: unit normal of the water surface, link axes, shape (3,).
+            level: height of the surface above the link origin along ``up`` [m].
+        """
         ...
 
 

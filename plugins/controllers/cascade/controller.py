@@ -154,12 +154,7 @@ class Cascade(CascadeSettings):
         self._compiled: CompiledCascade | None = None
 
     def batched(self, plant: Plant, joints: Floats, like: Array) -> CascadeBatch:
-        """Return this law over a batch of robots whose joints are held.
-
-        Args:
-            plant: the robot.
-            joints: held joint values [rad or m], shape (J,).
-            like: array whose library, type and device to use.
+        """Return this law over a batch, see `ControllerOptions`.
 
         Raises:
             ConfigError: see `bind`; or the cascade has a gain on the rate of the velocity.
