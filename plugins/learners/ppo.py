@@ -122,6 +122,7 @@ class PpoAgent(Stateful):
             list(self.mean.parameters())[-2].mul_(0.01)
             deviation.state_independent_scale.fill_(math.log(learner.deviation))
         self.actor = torch.nn.Sequential(self.mean, deviation).to(device)
+        self.log_deviation: Tensor = deviation.state_independent_scale
         keys = ["loc", "scale"]
         self.law = ProbabilisticActor(
             TensorDictModule(self.actor, in_keys=["observation"], out_keys=keys),
@@ -203,7 +204,7 @@ class PpoAgent(Stateful):
         return {
             "actor_loss": found["loss_objective"].detach(),
             "critic_loss": found["loss_critic"].detach(),
-            "deviation": self.actor[1].state_independent_scale.detach().exp().mean(),
+            "deviation": self.log_deviation.detach().exp().mean(),
             "clipped": found["clip_fraction"],
             "value": rows["value_target"].mean(),
         }

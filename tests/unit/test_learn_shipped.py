@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +14,10 @@ from seals.errors import ConfigError, LogError
 from seals.learn.shipped import DEMONSTRATIONS, demonstrations_folder, shipped
 from seals.learn.world_hash import world_hash
 
-torch = pytest.importorskip("torch", reason="learning needs torch: pip install 'aam-seals[learn]'")
+pytest.importorskip("torch", reason="learning needs torch: pip install 'aam-seals[learn]'")
+
+sys.path.insert(0, str(Path(__file__).parent))
+from played import replayed
 
 
 def test_ten_episodes_of_the_script_come_with_the_manipulator() -> None:
@@ -48,19 +51,13 @@ def test_shipped_demonstrations_are_written_again_alike(tmp_path: Path) -> None:
 def test_they_are_of_the_environment_as_it_stands_and_repeat() -> None:
     """The same actions from the same seeds lead to the same numbers, in single precision."""
     from seals.learn.demonstrations.folder import read
-    from seals.learn.demonstrations.recording import record
     from seals.learn.environments import batched_of
 
     found = read(demonstrations_folder("aam/reach"))
     config = compose(["env=reach"], root="record")
     assert found.origin.config_hash == world_hash(config)
     episodes = [*found.episodes]
-    longest = max(episode.steps for episode in episodes)
-    padded = [np.pad(e.action, ((0, longest - e.steps), (0, 0))) for e in episodes]
-    rows = iter(torch.as_tensor(np.stack(padded, axis=1)))
-    played = SimpleNamespace(begin=lambda seeds: None, act=lambda seen: next(rows))
-    environment = batched_of(config, count=len(episodes))
-    with_same = record(environment, played, [episode.seed for episode in episodes])
+    with_same = replayed(batched_of(config, count=len(episodes)), episodes)
     for old, new in zip(episodes, with_same, strict=True):
         # another processor rounds the last digit otherwise; the way through the surface makes
         # some thousand times as much of it

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -14,6 +14,22 @@ from seals.learn.task import Draw, Instant, Task
 
 if TYPE_CHECKING:
     from torch import Tensor
+
+
+class Scene(NamedTuple):
+    """State of N environments.
+
+    Args:
+        robots: what moves them, as the batch has it.
+        goal: numbers from which the task knows the target, shape (N, g).
+        now: what is the case.
+        ledger: of the episodes.
+    """
+
+    robots: Any
+    goal: Array
+    now: Instant
+    ledger: EpisodeState
 
 
 class BatchEnvironments:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,8 +13,7 @@ from seals.control.plant import build_plant
 from seals.errors import ConfigError
 from seals.frames import quaternion_of_rpy
 from seals.learn.batched import StepResult
-from seals.learn.environments.batch import BatchEnvironments, picked
-from seals.learn.environments.episodes import EpisodeState
+from seals.learn.environments.batch import BatchEnvironments, Scene, picked
 from seals.learn.environments.plain import plain, rebuilt
 from seals.learn.task import Draw, Instant, Task, WorldTask, tool_of
 from seals.run.assembly import build_model
@@ -26,22 +25,6 @@ if TYPE_CHECKING:
 
 FACTS = ("phase", "power", "slip")
 """Quantities of robots that a batch of worlds knows."""
-
-
-class Scene(NamedTuple):
-    """State of N environments beside that of their worlds.
-
-    Args:
-        gait: of the legs.
-        goal: numbers from which the task knows the target, shape (N, g).
-        now: what is the case.
-        ledger: of the episodes.
-    """
-
-    gait: Any
-    goal: Array
-    now: Instant
-    ledger: EpisodeState
 
 
 class BatchWorlds(BatchEnvironments):
@@ -181,7 +164,7 @@ class BatchWorlds(BatchEnvironments):
 
         fresh, old = self._begun(ended, self._drawn_where(ended.cpu().numpy())), self._scene
         return Scene(
-            old.gait,
+            old.robots,
             torch.where(ended[:, None], fresh.goal, old.goal),
             picked(fresh.now, old.now, ended),
             picked(fresh.ledger, old.ledger, ended),
@@ -248,7 +231,7 @@ class BatchWorlds(BatchEnvironments):
             "random": json.dumps(self._rng.bit_generator.state),
             "calls": self._calls,
             "worlds": self.worlds.snapshot(),
-            "parts": plain(self._scene._replace(gait=tuple(x.clone() for x in self._pace))),
+            "parts": plain(self._scene._replace(robots=tuple(x.clone() for x in self._pace))),
         }
 
     def restore(self, kept: Any) -> None:
@@ -259,9 +242,9 @@ class BatchWorlds(BatchEnvironments):
         self._calls = int(kept["calls"])
         self.worlds.restore(kept["worlds"])
         scene = rebuilt(kept["parts"], self._scene)
-        for own, value in zip(self._pace, scene.gait, strict=True):
+        for own, value in zip(self._pace, scene.robots, strict=True):
             own.copy_(value)
-        self._scene = scene._replace(gait=self._pace)
+        self._scene = scene._replace(robots=self._pace)
 
     def close(self) -> None:
         """Release the worlds."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,9 +13,8 @@ from seals.batch.piloted import Flight, PilotedTwin
 from seals.errors import ConfigError
 from seals.frames import matrix_of, quaternion_of, rotate
 from seals.learn.batched import StepResult
-from seals.learn.environments.batch import BatchEnvironments, picked
+from seals.learn.environments.batch import BatchEnvironments, Scene, picked
 from seals.learn.environments.episode_frame import ActorPose, EpisodeFrame, FrameCallback
-from seals.learn.environments.episodes import EpisodeState
 from seals.learn.environments.plain import plain, rebuilt
 from seals.learn.environments.prefetched_resets import Starts
 from seals.learn.seeding import generator_of
@@ -36,22 +35,6 @@ if TYPE_CHECKING:
 
 STARTING = ("position", "quaternion", "velocity")
 """Fields of a state that differ from start to start."""
-
-
-class Scene(NamedTuple):
-    """State of N environments.
-
-    Args:
-        flight: of the twins.
-        goal: numbers from which the task knows the target, shape (N, g).
-        now: what is the case.
-        ledger: of the episodes.
-    """
-
-    flight: Flight
-    goal: Array
-    now: Instant
-    ledger: EpisodeState
 
 
 class TwinEnvironments(BatchEnvironments):
@@ -159,7 +142,7 @@ class TwinEnvironments(BatchEnvironments):
         """One control step of all environments as a pure function, without branches on values."""
         before = scene.now
         velocity, yaw = self.task.command(asked, before)
-        flight = self._twin.fly(scene.flight, velocity, yaw, self._steps)
+        flight = self._twin.fly(scene.robots, velocity, yaw, self._steps)
         now = self._instant(flight, scene.goal, asked, before.start)
         verdict, ended, ledger = self._judged(now, before, scene.ledger)
         final = self._observation(now)
@@ -226,7 +209,7 @@ class TwinEnvironments(BatchEnvironments):
         else:
             opened = self._initial_scene(*self._initial_flight(self._drawn_where(ended)))
         return Scene(
-            self._twin.merged(opened.flight, scene.flight, ended),
+            self._twin.merged(opened.robots, scene.robots, ended),
             namespace(ended).where(ended[:, None], opened.goal, scene.goal),
             picked(opened.now, scene.now, ended),
             picked(opened.ledger, scene.ledger, ended),
