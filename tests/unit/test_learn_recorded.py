@@ -170,7 +170,7 @@ def test_episodes_begin_at_starts_drawn_ahead(monkeypatch: pytest.MonkeyPatch) -
         row = tuple(after.goal[k].tolist())
         assert (row in goals) == new
         assert (row == tuple(before.goal[k].tolist())) != new
-        place = after.flight.state.position[k]
+        place = after.robots.state.position[k]
         assert bool((twins._starts.state["position"] == place).all(1).any()) == new
         assert torch.equal(after.now.position[k], place)
 
