@@ -203,19 +203,25 @@ def _arrow(values: NDArray[Any]) -> Any:
 
 
 def _write_arrow(path: Path, table: Any) -> None:
-    if path.suffix == ".csv":
-        from pyarrow import csv
+    # a file of our own: one that pyarrow opens speaks of a full disk once more when it is freed
+    with path.open("wb") as file:
+        if path.suffix == ".csv":
+            from pyarrow import csv
 
-        csv.write_csv(table, path)
-    else:
-        from pyarrow import parquet, types
+            csv.write_csv(table, file)
+        else:
+            from pyarrow import parquet, types
 
-        # numbers rarely repeat: bytes split by place pack a quarter smaller than a dictionary
-        numbers = [field.name for field in table.schema if types.is_floating(field.type)]
-        others = [name for name in table.column_names if name not in numbers]
-        parquet.write_table(
-            table, path, compression="zstd", use_dictionary=others, use_byte_stream_split=numbers
-        )
+            # numbers rarely repeat: bytes split by place pack a quarter smaller than a dictionary
+            numbers = [field.name for field in table.schema if types.is_floating(field.type)]
+            others = [name for name in table.column_names if name not in numbers]
+            parquet.write_table(
+                table,
+                file,
+                compression="zstd",
+                use_dictionary=others,
+                use_byte_stream_split=numbers,
+            )
 
 
 def finite(value: Any) -> Any:

@@ -24,7 +24,7 @@ SEALS = (sys.executable, "-c", "import sys; from seals.cli.main import main; sys
 PATIENCE = 300.0
 """Time after which a command that was left alone hangs [s]."""
 _CLOCK = ("seconds", "planning_seconds", "steps_per_second", "started", "created", "date")
-_LIFE = ("git", "overrides", "resume_of", "repeat_of", "remarks")
+_LIFE = ("git", "overrides", "resume_of", "repeat_of", "remarks", "run_id")
 _PLACES = ("log", "out", "path", "file", "folder")
 OF_ITS_OWN = frozenset((*_CLOCK, *_LIFE, *_PLACES))
 """What two lives of one command may tell differently: times of the clock, places."""
@@ -168,9 +168,10 @@ def same(one: Path, other: Path, job: Job) -> None:
 
 
 def _names(place: Path) -> list[str]:
-    """Files of a folder; hidden ones are no result."""
+    """Files of a folder; hidden ones, and those of earlier lives set aside, are no result."""
     found = (p.relative_to(place) for p in place.rglob("*") if p.is_file())
-    return sorted(str(p) for p in found if not any(part.startswith(".") for part in p.parts))
+    aside = (".", "earlier_")
+    return sorted(str(p) for p in found if not any(part.startswith(aside) for part in p.parts))
 
 
 def _content(path: Path) -> Any:
