@@ -58,6 +58,14 @@ IMPORTS: dict[str, Guard] = {
         HOSTILE,
         "flat or corner",
     ),
+    "needles of panels": Guard(
+        "seals.scaffold.hydrodynamics.panels",
+        "if not own.volume > 0.0:",
+        "if False:",
+        "tests/unit/test_new_hydrodynamics.py",
+        "needle",
+        "capytaine",
+    ),
     "addresses of meshes": Guard(
         "seals.scaffold.resources",
         "    except ValueError as cause:\n        raise MissingMesh(",

@@ -112,6 +112,16 @@ def test_refusals(buoy: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "need a robot folder" in refused(capsys, "method=bem")
 
 
+def test_a_needle_has_no_panels(buoy: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A hull so long and thin that the corners of its faces fall together is refused."""
+    pytest.importorskip("capytaine", reason="needs aam-seals[hydro]")
+    file = buoy / "robot.yaml"
+    data = yaml.safe_load(file.read_text("utf-8"))
+    data["hulls"]["body"]["shapes"] = [{"type": "box", "size": [1e4, 1e-6, 1e-6]}]
+    file.write_text(yaml.safe_dump(data), encoding="utf-8")
+    assert "too thin for panels" in refused(capsys, "robot=buoy", "replace=true")
+
+
 def test_without_the_extra(
     buoy: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

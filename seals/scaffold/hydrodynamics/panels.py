@@ -131,6 +131,12 @@ def _primitive(hull: Hull, size: float | None) -> Panels:
             f"a hull of the kind {type(hull).__name__} has no closed surface.\n"
             "Close the mesh, or take method=ellipsoid."
         )
+    if not own.volume > 0.0:
+        # corners nearer than the resolution of numbers fell together
+        raise RobotError(
+            f"a hull of {hull.volume:.3g} m^3 is too thin for panels.\n"
+            "Give it the size of the link, or take method=ellipsoid."
+        )
     scale = (hull.volume / own.volume) ** (1.0 / 3.0)
     return Panels(scale * own.vertices @ axes + np.asarray(hull.position), own.faces)
 
