@@ -363,7 +363,7 @@ SCENES = (
         words=("robot=pendulum", "+sensor@sensors.imu=imu"),
         first=("initial.joint_position=[1.0472]",),
         second=("initial.joint_position=[0.6]",),
-        effects=("joint_friction",),
+        effects=(),
     ),
 )
 """Every robot and animal in the media it lives in; the quick ones first."""

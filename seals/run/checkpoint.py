@@ -296,8 +296,12 @@ def has_checkpoint(run: Path) -> bool:
 
 def remove_checkpoint(run: Path) -> None:
     """Remove the checkpoint of a run that is complete or restarted."""
-    shutil.rmtree(run / FOLDER, ignore_errors=True)
-    shutil.rmtree(_before(run / FOLDER), ignore_errors=True)
+    folder, before = run / FOLDER, _before(run / FOLDER)
+    shutil.rmtree(before, ignore_errors=True)
+    if folder.is_dir() and not folder.is_symlink():
+        # a kill leaves no half of it under its name
+        folder.rename(before)
+    shutil.rmtree(before, ignore_errors=True)
 
 
 def _last(run: Path) -> Path:
