@@ -56,7 +56,8 @@ def potential_flow(count: int) -> Floats:
         second = rate(k + 1, z[k] + STEP * v[k], v[k] + STEP * first)
         v[k + 1] = v[k] + 0.5 * STEP * (first + second)
         z[k + 1] = z[k] + 0.5 * STEP * (v[k] + v[k + 1])
-    return np.asarray(z / DROP)
+    out: Floats = z / DROP
+    return out
 
 
 def run(grade: Grade) -> Outcome:

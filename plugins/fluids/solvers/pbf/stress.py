@@ -130,4 +130,4 @@ def _moments(pairs: Pairs, n: int) -> Array:
 
 
 def _summed(i: NDArray[np.int64], values: Array, n: int) -> Array:
-    return np.bincount(i, values, n)
+    return np.bincount(i, values, n).astype(np.float64)
