@@ -90,7 +90,7 @@ def run(grade: Grade) -> Outcome:
         title="Heave decay of a sphere", y_label="z over drop [1]", x_label="t [s]",
         series=(
             Series(name="simulated", x=found.time, y=z),
-            Series(name="potential flow", x=STEP * np.arange(len(ideal)), y=ideal),
+            Series(name="potential flow", x=np.linspace(0.0, STEP * (len(ideal) - 1), len(ideal)), y=ideal),
         ),
     )  # fmt: skip
     remark = (
