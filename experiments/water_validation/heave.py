@@ -97,8 +97,8 @@ def run(grade: Grade) -> Outcome:
         "Diameter, mass and period as quoted from the paper. Its curve is not at hand: the heights "
         "are those of potential flow with radiation (Cummins 1962, Hulme 1982), where a sphere "
         "dropped from so high is near the validity of linear waves. It floats some millimetres "
-        "deeper than it should, and so starts from 1.05 drops over its rest. Waves come back from the walls "
-        "of this tank after half a second."
+        "deeper than it should, and so starts from 1.05 drops over its rest. Waves come back "
+        "from the walls of this tank after half a second."
     )
     return Outcome(
         lines, [chart], found.particles, found.spacing, across,
