@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from seals.cli.slips import refuse_slips, repeated_keys
+from seals.cli.slips import refuse_slips
 from seals.cli.sweep import MULTIRUN, RESUME, begun, own_words, with_objective
 from seals.config import roots
 from seals.config.overrides import joined
@@ -173,8 +173,6 @@ def launch(root: str, arguments: list[str], task: Task) -> int:
     arguments, resumed = begun(root, [*kept, *checked])
     _refuse_other_verb(root, arguments)
     refuse_slips(root, arguments)
-    for remark in repeated_keys(arguments):
-        print(remark, file=sys.stderr)
     install()
     sweep = Sweep(root, own_words(arguments), resumed=resumed)
     outcome = _Outcome(task, sweep.claim)

@@ -14,6 +14,7 @@ from typing import Any
 import seals
 from seals.child_process import protect_children
 from seals.cli.of_system import explained
+from seals.cli.slips import repeated_keys
 from seals.errors import ConfigError, SealsError, printable, suggestion
 from seals.registry import blame
 from seals.run.stopping import stoppable
@@ -384,7 +385,10 @@ def _dispatch(words: list[str]) -> int:
             print(f"\n{_named(VERBS[name].more)()}")
         return 0
     run: Callable[[list[str]], int] = _named(VERBS[name].target)
-    return run(rest)
+    code = run(rest)
+    for remark in repeated_keys(rest):
+        print(remark, file=sys.stderr)
+    return code
 
 
 def _named(target: str) -> Any:

@@ -58,6 +58,9 @@ def repeated_keys(words: Sequence[str]) -> list[str]:
         >>> repeated_keys(["robot=ball", "seed=1", "robot=box", "seed=1"])
         ['robot is given 2 values; the last one holds: robot=box']
     """
+    if "--compare" in words:
+        # names of arms
+        return []
     values: dict[str, list[str]] = {}
     for word in words:
         key, sign, value = word.lstrip("+").partition("=")
