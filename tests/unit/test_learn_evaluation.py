@@ -37,7 +37,6 @@ torch = pytest.importorskip("torch", reason="the extra learn is not installed")
 pytest.importorskip("torchrl", reason="the extra learn is not installed")
 
 sys.path.insert(0, str(Path(__file__).parent))
-from played import replayed  # noqa: E402  it needs torch
 
 LENGTHS = (4, 7, 10)
 """Steps until a toy episode ends; it depends on the seed."""
