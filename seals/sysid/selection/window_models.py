@@ -76,7 +76,8 @@ class WindowModels:
             return None
         tried = [h for h in tried if is_significant(h.candidates[-1], h.fit, candidate_set)]
         if self.problem.vehicle.servo:
-            tried.sort(key=lambda h: -h.score + (0.0 if _in_the_arm(h) else policy.evidence_arm))
+            arm = policy.evidence_arm
+            tried.sort(key=lambda h: -h.score + (0.0 if h.candidates[-1].in_arm else arm))
         if not tried:
             return None
         best, least = tried[0], base.score + self._required(base, tried[0].candidates[-1])
@@ -116,12 +117,8 @@ class WindowModels:
         """
         if step is Refinement.backward:
             return self._without_superfluous(best, singles)
-        pairs = step is Refinement.pairs
-        if (
-            pairs
-            and len(best.candidates) == 1
-            and best.misfit <= self.problem.policy.misfit_trusted
-        ):
+        pairs, trusted = step is Refinement.pairs, self.problem.policy.misfit_trusted
+        if pairs and len(best.candidates) == 1 and best.misfit <= trusted:
             return best, ()
         jobs = self._pairs(best, singles) if pairs else exchanges(best, singles)
         jobs += self._alone(best) if pairs else []
@@ -276,11 +273,6 @@ def refit_nominal(
     if moved.fit.cost > nominal.fit.cost - problem.policy.relinearise:
         return nominal, tried
     return moved, extensions(problem, moved, moved, processes=processes)
-
-
-def _in_the_arm(hypothesis: EvidenceHypothesis) -> bool:
-    """Return true if the effect added last acts in the arm."""
-    return hypothesis.candidates[-1].in_arm
 
 
 def estimate_disturbance(problem: Problem) -> EvidenceHypothesis:
