@@ -179,3 +179,27 @@ def test_divergence_free_sph_refuses_a_kernel_that_lets_its_pressures_run_away()
     """The refusal names the kernel to use."""
     with pytest.raises(ConfigError, match=r"unstable with fluid.solver=dfsph(.|\n)*kernel=spline"):
         DfsphSettings(kernel=Kernel.wendland)
+
+
+def test_a_shift_relaxes_the_places_of_the_ring_alone() -> None:
+    """Velocities, and places inside of the ring, are those without relaxation."""
+    found = []
+    for relaxations in (0, 3):
+        physics = FallingSettings()
+        fluid: Any = FluidWindow(
+            spacing=0.05, size=[1.0, 1.0, 0.4], physics=physics, relaxations=relaxations
+        )
+        environment = EnvironmentSettings(water_level=0.0, water_density=1000.0)
+        fluid.open(Surrounding(environment, WaveStill(), (), STEP), [BALL])
+        fluid.initialise(states())
+        moved = states()._replace(position=np.array([[0.06, 0.0, 0.0]]))
+        fluid.exchange(moved, 0.0, STEP)
+        assert fluid.simulation.shifts == 1
+        found.append(fluid.particles())
+        near = fluid.simulation.box.weight(found[-1][0]) > 0.0
+        fluid.close()
+    (place, speed), (relaxed, after) = found
+    assert (after == speed).all()
+    assert (relaxed[~near] == place[~near]).all()
+    # the falling solver falls by g h^2 in each of three substeps of half a step
+    assert place[near][:, 2] - relaxed[near][:, 2] == pytest.approx(3 * 9.81 * (STEP / 2) ** 2)
