@@ -125,7 +125,7 @@ def test_an_effect_of_no_size_is_superfluous(monkeypatch: pytest.MonkeyPatch) ->
     made.problem.vehicle.servo = {}  # type: ignore[attr-defined]
     monkeypatch.setattr(WindowModels, "_bears_out", lambda *given: True)
     monkeypatch.setattr(window_models, "fitted", lambda *given, **named: smaller)
-    assert made._without_superfluous(both)[0].candidates == (wind,)
+    assert made._without_superfluous(both, [])[0].candidates == (wind,)
 
 
 def test_a_load_is_tried_at_the_times_of_the_effect_that_was_found(
@@ -160,10 +160,10 @@ def test_a_load_is_tried_at_the_times_of_the_effect_that_was_found(
 def test_errors_below_the_stated_noise_prove_no_effect() -> None:
     """A simulated log without noise or gusts: what is left at 0.6 floors is the simulator's."""
     quiet, noisy = (model((), misfit=m, score=0.0) for m in (0.6, 1.0))
-    assert family(0.0)._within_noise(quiet)
-    assert not family(0.0)._within_noise(noisy)
+    assert family(0.0).settled(quiet)
+    assert not family(0.0).settled(noisy)
     # gusts that are weaker than stated lower a misfit as well
-    assert not family(0.2)._within_noise(quiet)
+    assert not family(0.2).settled(quiet)
 
 
 def test_windows_that_scatter_more_than_noise_widen_the_interval() -> None:
