@@ -79,7 +79,11 @@ RUN_FOLDERS: dict[str, Guard] = {
         "repository",
     ),
     "lookups of a recipe": Guard(
-        "seals.config.strangers", "found = lookup_in(content)", "found = None", STRANGE, "recipe"
+        "seals.config.strangers",
+        "    found = lookup_in(content)\n    if found is not None:\n        shown",
+        "    found = None\n    if found is not None:\n        shown",
+        STRANGE,
+        "recipe",
     ),
     "lookups of a run": Guard(
         "seals.run.replay_config",

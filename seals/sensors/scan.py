@@ -12,7 +12,7 @@ from seals.arrays import Floats
 from seals.rendering.files import png
 from seals.state_records import state_record
 
-MOST_RAYS = 1 << 21
+MOST_RAYS = 1 << 22
 """Rays of a scan, and entries of each table of it."""
 
 

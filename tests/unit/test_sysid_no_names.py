@@ -14,7 +14,9 @@ from seals.sysid.candidates.vehicle import wave_laws
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "seals" / "sysid"
 OTHER_MEANING = {
-    "experiment_design/control.py": {"thrust_coefficient"},
+    "data/robot_vehicle.py": {"inertia"},
+    "experiment_design/control.py": {"inertia", "thrust_coefficient"},
+    "experiment_design/recording.py": {"inertia"},
     "experiment_design/scene.py": {"thrust_coefficient"},
     "report/application.py": {"formula"},
     "residual_force/dependence.py": {"battery"},
@@ -34,7 +36,7 @@ OTHER_MEANING = {
         "thrust_coefficient",
     },
 }
-"""Words that are also names of effects but mean a key of a log, an answer or a term there."""
+"""Words that are also names of effects but mean a key of a log, a hook, an answer or a term there."""
 INSTANCE = re.compile(r"(_(air|water|any))?(_change|_shape)?$")
 """Endings by which instances of an effect differ."""
 WAVES = {"airy", *(law.candidate for law in wave_laws())}
