@@ -58,14 +58,6 @@ GUARDS: dict[str, Guard] = {
     **RUN_FOLDERS,
     **STORED_STATES,
     **DESCRIPTIONS,
-    "old checkpoints of trainings": Guard(
-        "seals.learn.training.checkpoint",
-        "if (folder / OLD).exists():",
-        "if False:",
-        RUNNING,
-        "without_running",
-        "torch",
-    ),
     "form of a training": Guard(
         "seals.learn.training.application",
         "        conform(stored(state), stored(training.state()))\n",

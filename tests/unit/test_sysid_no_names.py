@@ -36,7 +36,7 @@ OTHER_MEANING = {
         "thrust_coefficient",
     },
 }
-"""Words that are also names of effects but mean a key of a log, a hook, an answer or a term there."""
+"""Words that are names of effects and mean a key of a log, a hook, an answer or a term there."""
 INSTANCE = re.compile(r"(_(air|water|any))?(_change|_shape)?$")
 """Endings by which instances of an effect differ."""
 WAVES = {"airy", *(law.candidate for law in wave_laws())}
