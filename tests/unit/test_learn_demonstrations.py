@@ -99,6 +99,47 @@ def test_the_folder_opens_without_us(tmp_path: Path) -> None:
     assert np.array_equal(data["action"][5:6], second.action)
 
 
+def former(demonstrations: Demonstrations, folder: Path) -> None:
+    """Write demonstrations as folders of the former format held them, by the real library."""
+    tensordict = pytest.importorskip("tensordict", reason="the extra learn is not installed")
+    import torch
+
+    rows = demonstrations.transitions()
+    flags = {n: rows[n][:, None] for n in ("terminated", "truncated")}
+    after = {"observation": rows["next_observation"], "reward": rows["reward"][:, None], **flags}
+    now = {"observation": rows["observation"], "action": rows["action"]}
+    if "pixels" in rows:
+        now["pixels"], after["pixels"] = rows["pixels"], rows["next_pixels"]
+    count = [demonstrations.steps]
+    data, following = (
+        tensordict.TensorDict({k: torch.from_numpy(v.copy()) for k, v in part.items()}, count)
+        for part in (now, after)
+    )
+    data["next"] = following
+    write(demonstrations, folder)
+    (folder / FILE).unlink()
+    data.memmap(str(folder))
+
+
+@pytest.mark.parametrize("pixels", [False, True])
+def test_folders_of_the_former_format_are_read(tmp_path: Path, pixels: bool) -> None:
+    """The same episodes come out; a file cut short and mixed steps are refused in words."""
+    given = some(pixels=pixels)
+    former(given, tmp_path / "old")
+    for a, b in zip(given.episodes, read(tmp_path / "old").episodes, strict=True):
+        for name in ("observation", "action", "reward", "terminated", "truncated", "pixels"):
+            np.testing.assert_array_equal(getattr(a, name), getattr(b, name))
+        assert (a.seed, a.success) == (b.seed, b.success)
+    file = tmp_path / "old" / "next" / "observation.memmap"
+    whole = file.read_bytes()
+    file.write_bytes(whole[16:] + whole[:16])
+    with pytest.raises(LogError, match="Steps were lost or mixed"):
+        read(tmp_path / "old")
+    file.write_bytes(whole[:-4])
+    with pytest.raises(LogError, match="The metadata promises"):
+        read(tmp_path / "old")
+
+
 def test_an_hdf5_file_has_the_known_names(tmp_path: Path) -> None:
     """A reader of the common layout finds samples, actions and observations."""
     with h5py.File(write_hdf5(some(), tmp_path / "demos.hdf5")) as file:

@@ -14,6 +14,7 @@ import numpy as np
 
 from seals.errors import LogError
 from seals.learn.demonstrations.episode import Demonstrations, Episode
+from seals.learn.demonstrations.memory_mapped import is_memory_mapped, read_memory_mapped
 from seals.learn.demonstrations.metadata import FORM, Declared, declared, metadata_of
 from seals.learn.metadata import CARD, read_metadata
 from seals.learn.tensor_file import library, read_tensors, write_tensors
@@ -57,7 +58,7 @@ def read(folder: str | Path) -> Demonstrations:
     """Read demonstrations from a folder; nothing in it is executed.
 
     Args:
-        folder: that :func:`write` made.
+        folder: that :func:`write` made, or memory-mapped files of the former format.
 
     Raises:
         ConfigError: metadata or arrays are missing, broken, or larger than they may be.
@@ -74,8 +75,11 @@ def read(folder: str | Path) -> Demonstrations:
     where = str(path.with_name(CARD))
     found = declared(read_metadata(Path(folder), form=FORM, key="demonstrations"), where=where)
     wanted = expected(found)
-    size = sum(math.prod(shape) * np.dtype(kind).itemsize for shape, kind in wanted.values())
-    arrays = read_tensors(path, most=size + _HEADER)
+    if is_memory_mapped(path.parent) and not path.exists():
+        arrays = read_memory_mapped(path.parent, list(found.steps), wanted)
+    else:
+        size = sum(math.prod(shape) * np.dtype(kind).itemsize for shape, kind in wanted.values())
+        arrays = read_tensors(path, most=size + _HEADER)
     given = {name: (values.shape, values.dtype.name) for name, values in arrays.items()}
     if given != wanted:
         apart = min(name for name in {*given, *wanted} if given.get(name) != wanted.get(name))
