@@ -38,7 +38,8 @@ def with_card(arguments: Sequence[str]) -> list[str]:
     """Return the arguments, preceded by the overrides stated in the policy's metadata.
 
     A policy is judged in the world of its training, unless the words say otherwise: an override
-    of the card goes where a word has the same key.
+    of the card goes where a word has the same key, or chooses another plug-in than the card whose
+    settings it belongs to: ``backend.slope`` with ``backend=pybullet``.
 
     Args:
         arguments: overrides and flags; ``policy=FOLDER`` names the card.
@@ -65,7 +66,9 @@ def with_card(arguments: Sequence[str]) -> list[str]:
         remedy="Take the folder as it was trained, or remove that line from its card.json.",
     )
     taken = {_key(word) for word in arguments}
-    return [*(word for word in given if _key(word) not in taken), *arguments]
+    anew = tuple(f"{_key(word)}." for word in arguments if "=" in word and word not in given)
+    kept = [w for w in given if _key(w) not in taken and not _key(w).startswith(anew)]
+    return [*kept, *arguments]
 
 
 def _key(word: str) -> str:

@@ -238,6 +238,12 @@ def test_the_card_sets_the_world(tmp_path: Path) -> None:
     ]
     assert with_card([f"policy={place}", "task.duration=5"])[0].startswith("+effect")
     assert with_card(["policy=scripted"]) == ["policy=scripted"]
+    # settings of another plug-in than the one that is chosen go with their choice
+    sloping = ["backend=mujoco_warp", "backend.slope=0.2", "task.duration=4"]
+    card = f"policy={metadata(tmp_path / 'sloping', sloping)}"
+    assert with_card([card]) == [*sloping, card]
+    assert with_card([card, "backend=mujoco_warp"])[:2] == ["backend.slope=0.2", "task.duration=4"]
+    assert with_card([card, "backend=mujoco"]) == ["task.duration=4", card, "backend=mujoco"]
 
 
 @pytest.mark.parametrize(
