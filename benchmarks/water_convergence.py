@@ -216,7 +216,8 @@ def _section(
         x = np.array([1.0 / a for a in part])
         y = np.array([v / known if known else v for v in part.values()])
         name = f"{solver} {speed:g} m/s" if speed else solver
-        series.append(Series(name=name.replace("fluid.physics.", ""), x=x, y=y))
+        shown = name.replace("fluid.physics.", "").replace("`", "")
+        series.append(Series(name=shown, x=x, y=y))
     label = "error [1]" if figure in ERRORS else "over the reference [1]"
     chart = Chart(
         title=title, y_label=label, x_label="spacing over body [1]",
