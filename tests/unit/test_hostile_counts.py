@@ -87,7 +87,7 @@ def test_a_scan_is_counted_before_its_rays_are_there(name: str, values: dict[str
     """Counts that are each allowed can be too many together."""
     tracemalloc.start()
     try:
-        with pytest.raises(ConfigError, match=r"Allowed: (a whole number|2,097,152)"):
+        with pytest.raises(ConfigError, match=r"Allowed: (a whole number|4,194,304)"):
             registry.get("sensor", name).load()(**values)
         assert tracemalloc.get_traced_memory()[1] < 20e6
     finally:
