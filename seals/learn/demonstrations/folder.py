@@ -69,7 +69,7 @@ def read(folder: str | Path) -> Demonstrations:
         Traceback (most recent call last):
             ...
         seals.errors.ConfigError: demonstrations=no/such/folder: there is no card.json.
-        Give a folder that holds one.
+        Give the folder that seals record wrote: demonstrations=FOLDER
     """
     path = Path(folder) / FILE
     where = str(path.with_name(CARD))
