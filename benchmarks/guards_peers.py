@@ -17,6 +17,24 @@ NETWORK: dict[str, Guard] = {
         _ARDU, "            if peer != self._peer:\n", "            if peer is None:\n",
         PEERS, "take_over or flood_of_autopilots",
     ),
+    "address of an autopilot": Guard(
+        _ARDU, "if not admitted(peer[0], self._told) or not peer[1]:", "if not peer[1]:",
+        PEERS, "out_of_private",
+    ),
+    "port of an autopilot": Guard(
+        _ARDU, "self._told) or not peer[1]:", "self._told):", PEERS, "first_autopilot_alone"
+    ),
+    "answers to repeated frames": Guard(
+        _ARDU, "if self._again <= MOST_AGAIN:", "if True:", PEERS, "repeated_frames"
+    ),
+    "answers that cannot leave": Guard(
+        _ARDU, "except OSError as error:  # it may", "except ZeroDivisionError as error:  # it may",
+        PEERS, "cannot_leave",
+    ),
+    "address of PX4": Guard(
+        _PX4, "if not admitted(peer[0], self._told):", "if False:", PEERS, "told_address",
+        "pymavlink",
+    ),
     "pages before PX4": Guard(
         _PX4, "if self._foreign(wire):", "if False:", PEERS, "web_page_flies", "pymavlink"
     ),

@@ -16,9 +16,11 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
+from seals.errors import ConfigError
 from seals.plugins.guides.commanded import Commanded
 from seals.plugins.live import gate
 from seals.plugins.live.ros2 import LiveRos2
+from seals.teleop.autopilot import ardupilot
 from seals.teleop.autopilot.ardupilot import ArduPilot
 from seals.teleop.autopilot.flight_state import FlightState
 
@@ -124,6 +126,90 @@ def test_a_flood_of_autopilots_begins_one_run(link: ArduPilot) -> None:
     assert len(mouths) == 20
 
 
+class Wire:
+    """Socket that hears packets with sources of its own choice, and notes what is sent."""
+
+    def __init__(self, packets: list[tuple[int, tuple[str, int]]]) -> None:
+        self.packets, self.sent = packets, list[tuple[str, int]]()
+        self.broken = False
+
+    def settimeout(self, time: float) -> None:
+        """Do nothing."""
+
+    def recvfrom(self, most: int) -> tuple[bytes, tuple[str, int]]:
+        """Return the next packet.
+
+        Raises:
+            TimeoutError: there is none.
+        """
+        if not self.packets:
+            raise TimeoutError
+        number, source = self.packets.pop(0)
+        return struct.pack("<HHI16H", 18458, 100, number, *[1500] * 16), source
+
+    def sendto(self, data: bytes, place: tuple[str, int]) -> None:
+        """Note a place.
+
+        Raises:
+            OSError: it is out of reach.
+        """
+        if self.broken:
+            raise OSError(101, "Network is unreachable")
+        self.sent.append(place)
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+def heard(link: ArduPilot, *packets: tuple[int, tuple[str, int]]) -> Wire:
+    """Let a link hear packets with forged sources up to its silence; return what it sent where."""
+    wire = Wire(list(packets))
+    link._ear.close()
+    link._ear = wire  # type: ignore[assignment]
+    with contextlib.suppress(ConfigError):
+        link.meet()
+        while link.exchange(at_rest()) is not None:
+            pass
+    return wire
+
+
+@pytest.mark.parametrize("source", ["203.0.114.9", "8.8.8.8", "100.64.0.1", "1.1.1.1"])
+def test_no_answer_goes_out_of_private_networks(link: ArduPilot, source: str) -> None:
+    """A packet with the address of somebody else has nothing sent there, unless that is told."""
+    place = (source, 9003)
+    assert heard(link, *((k, place) for k in range(5))).sent == []
+    assert link.refusals.count == 5
+    link._told = source
+    assert heard(link, *((k, place) for k in range(5))).sent == [place] * 5
+    assert heard(link, (0, ("127.0.0.1", 9003))).sent == []
+
+
+def test_answers_go_to_the_first_autopilot_alone(link: ArduPilot) -> None:
+    """Others of private networks get none while it speaks; port 0 is nobody's."""
+    first, other = ("192.168.1.7", 9003), ("192.168.1.8", 9003)
+    packets = [(1, ("192.168.1.9", 0)), (1, first), *[(1, other), (2, other)] * 3, (2, first)]
+    assert set(heard(link, *packets).sent) == {first}
+
+
+def test_repeated_frames_are_answered_a_bounded_number_of_times(link: ArduPilot) -> None:
+    """A flood of one frame is no flood of answers, which are longer."""
+    first = ("192.168.1.7", 9003)
+    sent = heard(link, *((1, first) for _ in range(5000))).sent
+    assert 2 <= len(sent) <= 2 * (ardupilot.MOST_AGAIN + 1)
+
+
+def test_an_answer_that_cannot_leave_ends_no_run(link: ArduPilot) -> None:
+    """It is said, and the next frame is waited for."""
+    wire = Wire([(k, ("10.0.0.7", 9003)) for k in range(5)])
+    wire.broken = True
+    link._ear.close()
+    link._ear = wire  # type: ignore[assignment]
+    link.meet()
+    for _ in range(5):
+        assert link.exchange(at_rest()) is not None
+    assert link.refusals.count == 4
+
+
 @pytest.fixture
 def px4() -> Iterator[Any]:
     """Return a link to PX4 that waits a short while."""
@@ -183,6 +269,19 @@ def test_a_mute_px4_ends_the_run(px4: Any) -> None:
         assert time.monotonic() - begin < 5.0
     assert px4.ended == "the autopilot was silent for 1 s"
     peer.close()
+
+
+def test_px4_comes_from_the_told_address(px4: Any) -> None:
+    """A connection from another is closed, and the told one is met after it."""
+    px4._told = "127.0.0.2"
+    stranger = socket.create_connection(px4._ear.getsockname())
+    pilot = socket.create_connection(px4._ear.getsockname(), source_address=("127.0.0.2", 0))
+    px4.meet()
+    assert px4.refusals.count == 1
+    assert px4._wire.getpeername() == pilot.getsockname()
+    assert ended(stranger)
+    stranger.close()
+    pilot.close()
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.run.live_output import Pace
 from seals.teleop.autopilot.flight_state import FlightState
-from seals.teleop.autopilot.link import Range, Refusals, listen, silent
+from seals.teleop.autopilot.link import Range, Refusals, admitted, listen, silent
 
 PORT = 9002
 HEAD = struct.Struct("<HHI")
@@ -23,6 +23,8 @@ LATE = 16
 """Frames by which a packet may be late without counting as a restart."""
 QUIET = 1.0
 """Silence after which an autopilot at another address takes its place, at most [s]."""
+MOST_AGAIN = 20
+"""Answers to frames that come again, in a second: few, where nobody knows who asks for them."""
 MOST = 1024
 """Bytes of a packet that are read: one more than any good one has."""
 
@@ -93,15 +95,25 @@ class ArduPilot:
         timeout: silence that ends the session [s].
         speed: simulated seconds in one second of the clock, 0 for no limit.
         step: of the simulation [s].
+        told: address of the autopilot; None for any in a private network.
     """
 
     one_way: ClassVar[Range] = (1000.0, 2000.0)
     two_way: ClassVar[Range] = (1000.0, 2000.0)
 
-    def __init__(self, host: str, port: int, timeout: float, speed: float, step: float) -> None:
+    def __init__(
+        self,
+        host: str,
+        port: int,
+        timeout: float,
+        speed: float,
+        step: float,
+        *,
+        told: str | None = None,
+    ) -> None:
         self._ear = listen(socket.SOCK_DGRAM, host, port)
         self.where = "udp:{}:{}".format(*self._ear.getsockname())
-        self._timeout, self._step, self._speed = timeout, step, speed
+        self._timeout, self._step, self._speed, self._told = timeout, step, speed, told
         self.refusals = Refusals()
         self._peer: Any = None
         self._first: tuple[Frame, Any] | None = None
@@ -110,6 +122,7 @@ class ArduPilot:
     def _forget(self) -> None:
         self.ended, self.restarted, self.frames, self.lost = "", False, 0, 0
         self._count, self._said, self._pace = -1, b"", Pace(self._speed)
+        self._again, self._second = 0, 0.0
 
     def meet(self) -> None:
         """Wait for the first frame.
@@ -137,7 +150,7 @@ class ArduPilot:
         self._pace.wait(state.time)
         if self._count >= 0:
             self._said = answer(state)
-            self._ear.sendto(self._said, self._peer)
+            self._send()
         waiting, self._first = self._first, None
         found = waiting or self._next()
         if found is None:
@@ -173,10 +186,28 @@ class ArduPilot:
                 return found
             end, other = time.monotonic() + self._timeout, None
             if frame.number == self._count:
-                self._ear.sendto(self._said, peer)
+                self._repeat()
         if other is not None:
             self._begin_anew(other)
         return None
+
+    def _send(self) -> None:
+        """Send the answer to the autopilot that was met."""
+        try:
+            self._ear.sendto(self._said, self._peer)
+        except OSError as error:  # it may be out of reach for a while, and asks again
+            self.refusals.say("an answer that did not leave", f"({error.strerror or error})")
+
+    def _repeat(self) -> None:
+        """Answer a frame that came again, so often in a second."""
+        now = time.monotonic()
+        if now > self._second + 1.0:
+            self._again, self._second = 0, now
+        self._again += 1
+        if self._again <= MOST_AGAIN:
+            self._send()
+        else:
+            self.refusals.say(f"a frame that comes again more than {MOST_AGAIN} times a second")
 
     def _refuse_second(self, peer: Any) -> None:
         self.refusals.say("a frame of a second autopilot", f"at {peer[0]}:{peer[1]}")
@@ -196,6 +227,12 @@ class ArduPilot:
                 return None
             except ConnectionError:
                 # the peer of the last answer has gone; another may come
+                continue
+            if not admitted(peer[0], self._told) or not peer[1]:
+                self.refusals.say(
+                    "a packet from an address outside private networks, which peer=ADDRESS admits",
+                    f"({peer[0]}:{peer[1]})",
+                )
                 continue
             found = parse(packet)
             if isinstance(found, Frame):

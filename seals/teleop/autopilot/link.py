@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ipaddress
 import socket
 import sys
 from typing import ClassVar, Protocol
@@ -86,6 +87,38 @@ def listen(kind: socket.SocketKind, host: str, port: int) -> socket.socket:
             "End the other program there, or choose another: port=NUMBER"
         ) from error
     return ear
+
+
+def told_peer(address: str | None) -> str | None:
+    """Return the address that an autopilot shall have, as it was told.
+
+    Raises:
+        ConfigError: it is no address.
+    """
+    try:
+        return None if address is None else str(ipaddress.IPv4Address(address))
+    except ValueError as error:
+        raise ConfigError(
+            f"peer={address} is no address.\n"
+            "Allowed: that of the machine of the autopilot, such as peer=203.0.113.7"
+        ) from error
+
+
+def admitted(address: str, told: str | None) -> bool:
+    """Return whether an autopilot may speak from an address, and be answered there.
+
+    Who sends a packet can write any address into it: no answer goes to one outside this machine
+    and private networks that nobody told.
+
+    Args:
+        address: of the other side.
+        told: the only one that is admitted; None for those of private networks.
+
+    Example:
+        >>> admitted("192.168.1.7", None), admitted("8.8.8.8", None), admitted("8.8.8.8", "8.8.8.8")
+        (True, False, True)
+    """
+    return address == told if told else ipaddress.ip_address(address).is_private
 
 
 def silent(where: str, timeout: float, start: str) -> ConfigError:

@@ -13,7 +13,7 @@ from seals.arrays import Floats
 from seals.errors import optional_import
 from seals.run.live_output import Beat, Pace
 from seals.teleop.autopilot.flight_state import FlightState
-from seals.teleop.autopilot.link import Range, Refusals, listen, silent
+from seals.teleop.autopilot.link import Range, Refusals, admitted, listen, silent
 from seals.teleop.autopilot.settings import HilSettings
 
 PORT = 4560
@@ -53,6 +53,7 @@ class Px4:
         step: of the simulation [s].
         hil: sensors and origin.
         seed: of the sensors' noise.
+        told: address of the autopilot; None for any in a private network.
 
     Raises:
         MissingExtra: pymavlink is not installed.
@@ -72,6 +73,7 @@ class Px4:
         *,
         hil: HilSettings,
         seed: int,
+        told: str | None = None,
     ) -> None:
         with optional_import(
             "protocol=px4 needs pymavlink", "Install it: pip install 'aam-seals[autopilot]'"
@@ -81,7 +83,7 @@ class Px4:
         self._ear = listen(socket.SOCK_STREAM, host, port)
         self._ear.listen(1)
         self.where = "tcp:{}:{}".format(*self._ear.getsockname())
-        self._timeout, self._step, self._hil = timeout, step, hil
+        self._timeout, self._step, self._hil, self._told = timeout, step, hil, told
         self._rng = np.random.default_rng(seed)
         self._pace, self._fix = Pace(speed), Beat(hil.gps_rate)
         self.refusals = Refusals()
@@ -104,7 +106,13 @@ class Px4:
                 wire, peer = self._ear.accept()
             except TimeoutError:
                 raise silent(self.where, self._timeout, "make px4_sitl none_iris") from None
-            if self._foreign(wire):
+            if not admitted(peer[0], self._told):
+                self.refusals.say(
+                    "an address outside private networks, which peer=ADDRESS admits",
+                    f"({peer[0]}:{peer[1]})",
+                )
+                wire.close()
+            elif self._foreign(wire):
                 self.refusals.say("a web page, or who left at once", f"from {peer[0]}:{peer[1]}")
                 wire.close()
             else:

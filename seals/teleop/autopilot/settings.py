@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from seals.run.settings import RunSettings
 from seals.schema import param, vector
 
-OWN = ("protocol", "host", "port", "timeout", "speed", "hil")
+OWN = ("protocol", "host", "port", "peer", "timeout", "speed", "hil")
 """Keys of a session that a run does not have."""
 
 
@@ -72,6 +72,7 @@ class AutopilotSettings(RunSettings):
         protocol: of the autopilot.
         host: address to listen on; the default is open to this machine alone.
         port: to listen on, 0 for any that is free; absent for the protocol's own.
+        peer: address of the autopilot; absent for any of this machine or of a private network.
         timeout: silence of the autopilot that ends the run [s].
         speed: simulated seconds in one second of the clock, at most; 0 for no limit.
         hil: sensors for PX4.
@@ -80,6 +81,7 @@ class AutopilotSettings(RunSettings):
     protocol: Protocol = Protocol.ardupilot
     host: str = "127.0.0.1"
     port: int | None = None
+    peer: str | None = None
     timeout: float = param(
         30.0, "s", bounds=(0.1, 1e5), tolerance=0.0, source="chosen: three repeats", fit=False
     )
