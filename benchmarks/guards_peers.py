@@ -18,11 +18,11 @@ NETWORK: dict[str, Guard] = {
         PEERS, "take_over or flood_of_autopilots",
     ),
     "address of an autopilot": Guard(
-        _ARDU, "if not admitted(peer[0], self._told) or not peer[1]:", "if not peer[1]:",
+        _ARDU, "if not admitted(peer[0], self._allowed) or not peer[1]:", "if not peer[1]:",
         PEERS, "out_of_private",
     ),
     "port of an autopilot": Guard(
-        _ARDU, "self._told) or not peer[1]:", "self._told):", PEERS, "first_autopilot_alone"
+        _ARDU, "self._allowed) or not peer[1]:", "self._allowed):", PEERS, "first_autopilot_alone"
     ),
     "answers to repeated frames": Guard(
         _ARDU, "if self._again <= MOST_AGAIN:", "if True:", PEERS, "repeated_frames"
@@ -32,7 +32,7 @@ NETWORK: dict[str, Guard] = {
         PEERS, "cannot_leave",
     ),
     "address of PX4": Guard(
-        _PX4, "if not admitted(peer[0], self._told):", "if False:", PEERS, "told_address",
+        _PX4, "if not admitted(peer[0], self._allowed):", "if False:", PEERS, "told_address",
         "pymavlink",
     ),
     "pages before PX4": Guard(

@@ -179,7 +179,7 @@ def test_no_answer_goes_out_of_private_networks(link: ArduPilot, source: str) ->
     place = (source, 9003)
     assert heard(link, *((k, place) for k in range(5))).sent == []
     assert link.refusals.count == 5
-    link._told = source
+    link._allowed = source
     assert heard(link, *((k, place) for k in range(5))).sent == [place] * 5
     assert heard(link, (0, ("127.0.0.1", 9003))).sent == []
 
@@ -273,7 +273,7 @@ def test_a_mute_px4_ends_the_run(px4: Any) -> None:
 
 def test_px4_comes_from_the_told_address(px4: Any) -> None:
     """A connection from another is closed, and the told one is met after it."""
-    px4._told = "127.0.0.2"
+    px4._allowed = "127.0.0.2"
     stranger = socket.create_connection(px4._ear.getsockname())
     pilot = socket.create_connection(px4._ear.getsockname(), source_address=("127.0.0.2", 0))
     px4.meet()

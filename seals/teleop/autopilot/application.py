@@ -13,7 +13,7 @@ from seals.run.settings import RunSettings
 from seals.run.simulation import Ending, Record
 from seals.schema import check_fields, check_tree
 from seals.teleop.autopilot.ardupilot import PORT, ArduPilot
-from seals.teleop.autopilot.link import Link, told_peer
+from seals.teleop.autopilot.link import Link, allowed_peer
 from seals.teleop.autopilot.settings import OWN, AutopilotSettings, Protocol
 from seals.teleop.autopilot.track import OUTPUTS
 
@@ -60,7 +60,7 @@ def open_link(config: Any, step: float) -> Any:
         ConfigError: the address cannot be had, or that of the autopilot is none.
         MissingExtra: the protocol needs a package that is not installed.
     """
-    host, port, told = str(config.host), config.port, told_peer(config.peer)
+    host, port, allowed = str(config.host), config.port, allowed_peer(config.peer)
     given = (float(config.timeout), float(config.speed), step)
     if config.protocol is Protocol.px4:
         from omegaconf import OmegaConf
@@ -69,8 +69,8 @@ def open_link(config: Any, step: float) -> Any:
 
         hil: Any = OmegaConf.to_object(config.hil)
         chosen = px4.PORT if port is None else int(port)
-        return px4.Px4(host, chosen, *given, hil=hil, seed=int(config.seed), told=told)
-    return ArduPilot(host, PORT if port is None else int(port), *given, told=told)
+        return px4.Px4(host, chosen, *given, hil=hil, seed=int(config.seed), allowed=allowed)
+    return ArduPilot(host, PORT if port is None else int(port), *given, allowed=allowed)
 
 
 def _check(config: Any, settings: RunSettings) -> None:

@@ -95,7 +95,7 @@ class ArduPilot:
         timeout: silence that ends the session [s].
         speed: simulated seconds in one second of the clock, 0 for no limit.
         step: of the simulation [s].
-        told: address of the autopilot; None for any in a private network.
+        allowed: address of the autopilot; None for any in a private network.
     """
 
     one_way: ClassVar[Range] = (1000.0, 2000.0)
@@ -109,11 +109,11 @@ class ArduPilot:
         speed: float,
         step: float,
         *,
-        told: str | None = None,
+        allowed: str | None = None,
     ) -> None:
         self._ear = listen(socket.SOCK_DGRAM, host, port)
         self.where = "udp:{}:{}".format(*self._ear.getsockname())
-        self._timeout, self._step, self._speed, self._told = timeout, step, speed, told
+        self._timeout, self._step, self._speed, self._allowed = timeout, step, speed, allowed
         self.refusals = Refusals()
         self._peer: Any = None
         self._first: tuple[Frame, Any] | None = None
@@ -228,7 +228,7 @@ class ArduPilot:
             except ConnectionError:
                 # the peer of the last answer has gone; another may come
                 continue
-            if not admitted(peer[0], self._told) or not peer[1]:
+            if not admitted(peer[0], self._allowed) or not peer[1]:
                 self.refusals.say(
                     "a packet from an address outside private networks, which peer=ADDRESS admits",
                     f"({peer[0]}:{peer[1]})",

@@ -89,7 +89,7 @@ def listen(kind: socket.SocketKind, host: str, port: int) -> socket.socket:
     return ear
 
 
-def told_peer(address: str | None) -> str | None:
+def allowed_peer(address: str | None) -> str | None:
     """Return the address that an autopilot shall have, as it was told.
 
     Raises:
@@ -104,7 +104,7 @@ def told_peer(address: str | None) -> str | None:
         ) from error
 
 
-def admitted(address: str, told: str | None) -> bool:
+def admitted(address: str, allowed: str | None) -> bool:
     """Return whether an autopilot may speak from an address, and be answered there.
 
     Who sends a packet can write any address into it: no answer goes to one outside this machine
@@ -112,13 +112,13 @@ def admitted(address: str, told: str | None) -> bool:
 
     Args:
         address: of the other side.
-        told: the only one that is admitted; None for those of private networks.
+        allowed: the only one that is admitted; None for those of private networks.
 
     Example:
         >>> admitted("192.168.1.7", None), admitted("8.8.8.8", None), admitted("8.8.8.8", "8.8.8.8")
         (True, False, True)
     """
-    return address == told if told else ipaddress.ip_address(address).is_private
+    return address == allowed if allowed else ipaddress.ip_address(address).is_private
 
 
 def silent(where: str, timeout: float, start: str) -> ConfigError:

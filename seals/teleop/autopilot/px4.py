@@ -53,7 +53,7 @@ class Px4:
         step: of the simulation [s].
         hil: sensors and origin.
         seed: of the sensors' noise.
-        told: address of the autopilot; None for any in a private network.
+        allowed: address of the autopilot; None for any in a private network.
 
     Raises:
         MissingExtra: pymavlink is not installed.
@@ -73,7 +73,7 @@ class Px4:
         *,
         hil: HilSettings,
         seed: int,
-        told: str | None = None,
+        allowed: str | None = None,
     ) -> None:
         with optional_import(
             "protocol=px4 needs pymavlink", "Install it: pip install 'aam-seals[autopilot]'"
@@ -83,7 +83,7 @@ class Px4:
         self._ear = listen(socket.SOCK_STREAM, host, port)
         self._ear.listen(1)
         self.where = "tcp:{}:{}".format(*self._ear.getsockname())
-        self._timeout, self._step, self._hil, self._told = timeout, step, hil, told
+        self._timeout, self._step, self._hil, self._allowed = timeout, step, hil, allowed
         self._rng = np.random.default_rng(seed)
         self._pace, self._fix = Pace(speed), Beat(hil.gps_rate)
         self.refusals = Refusals()
@@ -106,7 +106,7 @@ class Px4:
                 wire, peer = self._ear.accept()
             except TimeoutError:
                 raise silent(self.where, self._timeout, "make px4_sitl none_iris") from None
-            if not admitted(peer[0], self._told):
+            if not admitted(peer[0], self._allowed):
                 self.refusals.say(
                     "an address outside private networks, which peer=ADDRESS admits",
                     f"({peer[0]}:{peer[1]})",
