@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from seals.caches import HOME
 from seals.errors import ConfigError, PhysicsError
 from seals.plugins.fluids.solver import Domain
 from seals.plugins.fluids.solvers.pbf.choices import Search
-from seals.plugins.fluids.solvers.pbf.engine import Engine
+from seals.plugins.fluids.solvers.pbf.engine import LOCKED, Engine
 from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
 from seals.plugins.fluids.solvers.pbf.solver import SolverPbf
 
@@ -285,6 +289,34 @@ def test_taichi_ends_with_the_last_water() -> None:
         [sys.executable, "-P", "-c", ENDED], capture_output=True, text=True, check=True
     )
     assert "ended with the last one" in done.stdout
+
+
+KEPT = """
+import taichi as ti
+from seals.plugins.fluids.solvers.pbf.engine import Engine
+
+class Water: pass
+
+water = Water()
+Engine(threads=1).start(water)
+ti.field(ti.f32, 4).fill(1.0)
+Engine.leave(water)
+"""
+
+
+@pytest.mark.parametrize("age", [5.0, 3600.0])
+def test_a_lock_left_by_a_killed_process_does_not_end_the_cache(age: float, tmp_path: Path) -> None:
+    """What is compiled is kept again once the lock is old; the lock of a running process stays."""
+    folder = tmp_path / "seals" / "taichi"
+    folder.mkdir(parents=True, mode=0o700)
+    lock = folder / "ticache.lock"
+    lock.touch()
+    then = time.time() - age
+    os.utime(lock, (then, then))
+    command = [sys.executable, "-P", "-W", "ignore", "-c", KEPT]
+    subprocess.run(command, check=True, env={**os.environ, HOME: str(tmp_path)})
+    assert bool(list(folder.glob("*.tic"))) == (age > LOCKED)
+    assert lock.exists() == (age < LOCKED)
 
 
 def test_inner_forces_conserve_momentum(make: Callable[..., SolverPbf]) -> None:

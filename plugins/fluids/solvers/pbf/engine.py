@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import time
 import weakref
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, ClassVar
 
 from seals.caches import cache_folder
@@ -12,6 +15,8 @@ from seals.errors import ConfigError, PhysicsError
 from seals.plugins.fluids.solvers.pbf.language import ti
 
 DEVICES = ("cpu", "cuda")
+LOCKED = 60.0
+"""Age at which the lock of Taichi's cache is that of a killed process: it is held for less [s]."""
 
 
 @dataclass(kw_only=True)
@@ -82,18 +87,29 @@ class Engine:
                 "device=cuda was asked for, but no CUDA device can be used here.\n"
                 "Use device=cpu, or check the driver with: nvidia-smi"
             )
-        choice = (
+        choice: dict[str, Any] = (
             {"arch": ti.cuda}
             if self.accelerated
             else {"arch": ti.cpu, "cpu_max_num_threads": self.threads}
         )
+        if self.cache:
+            folder = cache_folder("taichi")
+            _unlock(folder)
+            choice["offline_cache_file_path"] = str(folder)
         ti.init(
             **choice,
             default_fp=ti.f32,
             default_ip=ti.i32,
             fast_math=True,
             offline_cache=self.cache,
-            **({"offline_cache_file_path": str(cache_folder("taichi"))} if self.cache else {}),
             log_level=ti.ERROR,
             random_seed=0,
         )
+
+
+def _unlock(folder: Path) -> None:
+    """Remove a lock left by a killed process: with it, Taichi compiles everything anew for good."""
+    lock = folder / "ticache.lock"
+    with contextlib.suppress(OSError):  # absent, or another process was faster
+        if time.time() - lock.stat().st_mtime > LOCKED:
+            lock.unlink()
