@@ -232,6 +232,19 @@ def vector(
     return field
 
 
+def named(unit: str, *, bounds: tuple[float, float], source: str) -> dict[str, float]:
+    """Declare a mapping from names to chosen floats, empty by default; see `LATER`.
+
+    Args:
+        unit: SI unit as text.
+        bounds: lowest and highest admissible value of each.
+        source: where the law or the choice comes from.
+    """
+    meta = _metadata(bounds[0], unit, bounds=bounds, tolerance=0.0, source=source)
+    field: dict[str, float] = dataclasses.field(default_factory=dict, metadata=meta | LATER)
+    return field
+
+
 def check_tree(thing: object, *, where: str) -> None:
     """Refuse values not finite or out of bounds, in a dataclass and all those inside it.
 
@@ -271,6 +284,9 @@ def check_fields(cls: type, values: dict[str, Any], *, where: str) -> None:
         elif isinstance(value, list | tuple):
             for index, item in enumerate(value):
                 check_value(f"{key}[{index}]", item, declared[name])
+        elif isinstance(value, dict):
+            for item, number in value.items():
+                check_value(f"{key}.{item}", number, declared[name])
         elif value is not None or fields[name].default is not None:
             check_value(key, value, declared[name])
 

@@ -159,6 +159,7 @@ class ParticleSolver(Protocol):
         points: Floats,
         volumes: Floats | None = None,
         bulk: Floats | None = None,
+        scale: float = 1.0,
     ) -> None:
         """Add boundary samples of a body, in world axes (body 0) or body axes.
 
@@ -170,6 +171,8 @@ class ParticleSolver(Protocol):
             points: [m], shape (b, 3).
             volumes: displaced by each sample [m^3], shape (b,); used where ``bulk`` is below 1.
             bulk: share of the weight by area, the rest is by volume [1], shape (b,); None for 1.
+            scale: weight of all samples of the body in the density [1]; it is handed over where
+                it is not 1.
 
         Raises:
             PhysicsError: unknown body, not finite, or more samples than the boundary capacity.

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from seals.arrays import Floats
+from seals.errors import ConfigError, suggestion
 from seals.fluid import BodyStates, FluidBody
 from seals.plugins.fluids.sampling import ALL, Samples, joined, refuse_coarse, sample_pieces
 from seals.plugins.fluids.solver import ParticleSolver
@@ -66,17 +67,50 @@ def _placed(samples: Sequence[Samples], states: BodyStates) -> list[Samples]:
     return [s.placed(place, turn) for s, place, turn in pairs]
 
 
-def add_samples(solver: ParticleSolver, body: int, samples: Samples) -> None:
+def solid_scales(names: Sequence[str], chosen: Mapping[str, float]) -> list[float]:
+    """Return the weight of each body's boundary volumes in the density [1].
+
+    Args:
+        names: of the bodies, robot/link.
+        chosen: weights by robot, or by robot/link, which counts more.
+
+    Raises:
+        ConfigError: a name is that of no body.
+
+    Example:
+        >>> solid_scales(["crab/body", "crab/claw", "raft/deck"], {"crab": 2.0, "crab/claw": 0.5})
+        [2.0, 0.5, 1.0]
+    """
+    robots = [name.partition("/")[0] for name in names]
+    for name in chosen:
+        if name not in {*names, *robots}:
+            raise ConfigError(
+                f"fluid.solid_scale.{name}: no body in the water has this name.\n"
+                + suggestion(name, [*robots, *names])
+            )
+    return [
+        chosen.get(name, chosen.get(robot, 1.0)) for name, robot in zip(names, robots, strict=True)
+    ]
+
+
+def add_samples(solver: ParticleSolver, body: int, samples: Samples, scale: float = 1.0) -> None:
     """Add the samples of a body, with the volumes that they displace, to a solver.
 
     Args:
         solver: of the fluid.
         body: its number there.
         samples: in body axes.
+        scale: weight of its volumes in the density [1].
     """
     if len(samples.points):
+        # a solver that knows no weights is asked for none
+        weighed = {} if scale == 1.0 else {"scale": scale}
         solver.add_boundary(
-            body=body, points=samples.points, volumes=samples.volumes, bulk=samples.thick
+            body=body,
+            points=samples.points,
+            volumes=samples.volumes,
+            bulk=samples.thick,
+            **weighed,
         )
 
 

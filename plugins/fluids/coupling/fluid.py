@@ -21,7 +21,7 @@ from seals.plugins.fluids.sampling import Thin
 from seals.plugins.fluids.solver import SolverSettings
 from seals.plugins.fluids.solvers.device_settings import DeviceSettings
 from seals.plugins.fluids.solvers.dfsph.settings import DfsphOptions, DfsphSettings
-from seals.schema import count, setting, vector
+from seals.schema import count, named, setting, vector
 
 _CHOSEN = "chosen"
 
@@ -58,6 +58,8 @@ class ParticleFluid:
         threads: on the CPU; 0 for all that this process may use.
         most: particles and boundary samples allowed before anything is allocated.
         thin: treatment of parts thinner than a spacing: by their volume, or as a closed layer.
+        solid_scale: weight s of a body's boundary volumes in the density [1], by robot or
+            robot/link, on top of ``physics.solid_scale``.
         look: time between two updates of the surface [s].
     """
 
@@ -72,6 +74,9 @@ class ParticleFluid:
     threads: int = count(0, bounds=(0, 1024))
     most: int = count(2_000_000, bounds=(1, 10**9))
     thin: Thin = Thin.volume
+    solid_scale: dict[str, float] = named(
+        "1", bounds=(0.1, 4.0), source="Macklin et al. 2014, equation 27"
+    )
     look: float = setting(0.02, "s", bounds=(0.0, 10.0), source=_CHOSEN)
 
     name: ClassVar[str]

@@ -12,7 +12,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import PhysicsError
 from seals.fluid import BodyStates, FluidBody, MomentumBalance
-from seals.plugins.fluids.coupling.bodies import Immersed, add_samples, clear_of
+from seals.plugins.fluids.coupling.bodies import Immersed, add_samples, clear_of, solid_scales
 from seals.plugins.fluids.coupling.heights import HeightField
 from seals.plugins.fluids.coupling.momentum import momentum_balance
 from seals.plugins.fluids.sampling import Samples
@@ -78,8 +78,9 @@ class Simulation(ABC):
             device=self.settings.device.value,
             threads=self.settings.threads,
         )
+        scales = solid_scales(self.immersed.names, self.settings.solid_scale)
         for k, samples in enumerate((fixed, *self.immersed.samples, *moved)):
-            add_samples(self.water, k, samples)
+            add_samples(self.water, k, samples, scales[k - 1] if 0 < k <= self.bodies else 1.0)
         self.heights = surface
         self._reset()
 

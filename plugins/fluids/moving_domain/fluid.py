@@ -56,6 +56,8 @@ class FluidWindow(ParticleFluid):
         threads: on the cpu; 0 for all that this process may use.
         most: particles and boundary samples allowed before anything is allocated.
         thin: treatment of parts thinner than a spacing: by their volume, or as a closed layer.
+        solid_scale: weight s of a body's boundary volumes in the density [1], by robot or
+            robot/link, on top of ``physics.solid_scale``.
         look: time between two updates of the surface [s].
 
     Assumptions:

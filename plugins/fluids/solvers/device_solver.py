@@ -126,7 +126,13 @@ class DeviceSolver(ABC):
         self.boundary.stale = True
 
     def add_boundary(
-        self, *, body: int, points: Array, volumes: Array | None = None, bulk: Array | None = None
+        self,
+        *,
+        body: int,
+        points: Array,
+        volumes: Array | None = None,
+        bulk: Array | None = None,
+        scale: float = 1.0,
     ) -> None:
         """Add boundary samples of a body; their volumes follow Akinci et al. 2012.
 
@@ -137,11 +143,12 @@ class DeviceSolver(ABC):
                 water, two thirds of one apart it also slides along them.
             volumes: displaced by each sample [m^3], shape (b,); used where ``bulk`` is below 1.
             bulk: share of the weight by area, the rest is by volume [1], shape (b,); None for 1.
+            scale: weight of all samples of the body in the density [1], besides ``solid_scale``.
 
         Raises:
             PhysicsError: unknown body, not finite, or more samples than the capacity.
         """
-        self.boundary.add(body, points, convex=body > 0, volumes=volumes, bulk=bulk)
+        self.boundary.add(body, points, convex=body > 0, volumes=volumes, bulk=bulk, scale=scale)
 
     def move_boundary(self, *, body: int, points: Array) -> None:
         """Move the samples of a body to ``points`` [m], shape (b, 3); their weights are kept."""

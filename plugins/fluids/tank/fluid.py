@@ -51,6 +51,8 @@ class FluidParticles(ParticleFluid):
         threads: on the cpu; 0 for all that this process may use.
         most: particles and boundary samples allowed before anything is allocated.
         thin: treatment of parts thinner than a spacing: by their volume, or as a closed layer.
+        solid_scale: weight s of a body's boundary volumes in the density [1], by robot or
+            robot/link, on top of ``physics.solid_scale``.
         open_sides: sides without a wall (x_low, x_high, y_low, y_high): particles that leave there
             are gone, and counted.
         maker: of waves, in place of the wall at low x.

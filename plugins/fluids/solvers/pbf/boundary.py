@@ -57,11 +57,13 @@ class Boundary:
         convex: bool,
         volumes: Array | None = None,
         bulk: Array | None = None,
+        scale: float = 1.0,
     ) -> None:
         """Append samples to a body and recompute the weights of all of its samples.
 
         Samples of thin parts have no surface to be weighed by: with ``bulk`` below 1 their own
-        volume counts instead, for that they must be all samples of their body.
+        volume counts instead, for that they must be all samples of their body. ``scale`` weighs
+        them all: density and pressure alike, so that momentum is kept.
 
         Raises:
             PhysicsError: unknown body, not finite, or more samples than the capacity.
@@ -94,6 +96,7 @@ class Boundary:
             own = volumes / self.spacing**3
             self.weights[body] = bulk * self.weights[body] + (1.0 - bulk) * own
             self.thin[body] = 1.0 - bulk
+        self.weights[body] = scale * self.weights[body]
         self.stale = True
 
     def move(self, body: int, points: Array) -> None:
