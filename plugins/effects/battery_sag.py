@@ -13,22 +13,30 @@ from seals.effects.identification import Addition, Freed, Identification, Stage,
 from seals.motion import Drives, Inputs, Medium, Motion
 from seals.schema import param
 
+_EXPONENT = 0.05
+"""Plausible error of the exponent of a battery's sag."""
+_LEAST = 0.02
+"""Share of the typical shortfall below which the exponent is not felt."""
+
 
 @dataclass(kw_only=True)
 class BatterySag(Effect):
     """Loss of thrust and reaction torque with the terminal voltage.
 
     Equation:
-        T = T_free (1 - k (1 - V / V_full)), the reaction torque likewise; nothing changes while the
-        voltage is not known.
+        T = T_free (1 - k x (x / x_0)^(e - 1)) with x = 1 - V / V_full, the reaction torque
+        likewise; nothing changes while the voltage is not known.
 
     Args:
         sensitivity: k [1].
         full_voltage: V_full [V].
+        exponent: e [1]; with 1 the loss is proportional to the missing voltage.
+        typical: x_0, missing share of the voltage at which the exponent changes nothing [1].
         links: the link of the actuators it changes, the root by default.
 
     Assumptions:
-        Speed controllers fall short of the commanded speed in proportion to the missing voltage.
+        Speed controllers fall short of the commanded speed in proportion to the missing voltage,
+        or nearly so.
 
     Valid range:
         Voltages within some 30 % of the full one.
@@ -55,6 +63,17 @@ class BatterySag(Effect):
         source="four lithium-polymer cells at 4.2 V",
         fit=False,
     )
+    exponent: float = param(
+        1.0, "1", bounds=(0.5, 2.0), tolerance=0.1, source="first order of a curve that bends"
+    )
+    typical: float = param(
+        0.1,
+        "1",
+        bounds=(1e-4, 1.0),
+        tolerance=0.0,
+        source="lithium-polymer cells at 3.8 V",
+        fit=False,
+    )
     accounts_for: ClassVar[tuple[str, ...]] = ("battery sag",)
     identification: ClassVar[Identification] = Identification(
         confounders=("thrust_coefficient",),
@@ -69,8 +88,12 @@ class BatterySag(Effect):
         return [
             Addition(
                 instance=name,
-                effect=cls(full_voltage=float(subject.full_voltage)),
-                parameters={"sensitivity": Freed(scale=1.0, bounds=(0.0, np.inf))},
+                effect=cls(full_voltage=float(subject.full_voltage), typical=subject.shortfall),
+                parameters={
+                    "sensitivity": Freed(scale=1.0, bounds=(0.0, np.inf)),
+                    "exponent": Freed(scale=_EXPONENT, bounds=(-0.4, 0.4)),
+                },
+                nuisance=("exponent",),
                 order=(Stage.actuators, 0, 5),
             )
         ]
@@ -82,7 +105,16 @@ class BatterySag(Effect):
         """Thrusts [N] and reaction torques [N m] at the voltage."""
         if inputs.voltage is None:
             return drives
-        return sagged(drives, inputs.voltage / params["full_voltage"], params["sensitivity"])
+        share, exponent = inputs.voltage / params["full_voltage"], params["exponent"]
+        if type(exponent) is not np.ndarray or np.any(exponent != 1.0):
+            share = 1.0 - _bent(1.0 - share, exponent, params["typical"])
+        return sagged(drives, share, params["sensitivity"])
+
+
+def _bent(short: Array, exponent: Array, typical: Array) -> Array:
+    """Return x (x / x_0)^(e - 1); a voltage above the full one counts as a negative shortfall."""
+    xp = namespace(short)
+    return short * xp.clip(abs(short) / typical, _LEAST, None) ** (exponent - 1.0)
 
 
 def sagged(drives: Drives, share: Array, sensitivity: Array) -> Drives:

@@ -232,6 +232,7 @@ class Subject:
         speeds: typical speeds along the body axes [m/s], shape (3,).
         media: in which the vehicle moves, water first.
         noise: 1-sigma of each measured channel, in its unit.
+        shortfall: typical missing share of the battery's full voltage [1].
     """
 
     robot: RobotModel
@@ -246,6 +247,7 @@ class Subject:
     speeds: Floats
     media: tuple[MediumKind, ...]
     noise: Mapping[str, float] = field(default_factory=dict)
+    shortfall: float = 0.1
 
     @property
     def mass(self) -> float:

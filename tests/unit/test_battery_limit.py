@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seals.arrays import Floats
 from seals.cli.main import main
 from seals.effects.binding import bind_effects
 from seals.logs.log import Log
@@ -97,3 +98,27 @@ def test_logs_without_voltage_have_a_full_battery() -> None:
     assert samples.voltage is not None
     assert samples.voltage[[0, 49, 50, 99], 0] == pytest.approx([15.0, 15.0, 16.4116, 16.4116])
     assert samples.command[[49, 50], 0] == pytest.approx([940.0 * 15.0 / 16.4116, 940.0])
+
+
+def _voltage_of(volts: Floats) -> Floats:
+    """Voltage of a log's samples, (T,), as a diagnosis takes it."""
+    rows = len(volts)
+    columns = {"t": 0.01 * np.arange(float(rows)), "battery_voltage": volts}
+    columns |= {f"position_{a}": np.zeros(rows) for a in "xyz"}
+    columns |= {f"orientation_{a}": np.full(rows, float(a == "w")) for a in "wxyz"}
+    columns |= {f"rotor_speed_cmd_{k}": np.full(rows, 500.0) for k in range(1, 7)}
+    channels = {name: {"sigma": 0.01} for name in ("position", "orientation")}
+    log = Log(name="log", columns=columns, meta={**META, "sensors": {"channels": channels}})
+    vehicle = read_vehicle(log.meta, describe_robot("hexacopter"))
+    voltage = read_samples(log, vehicle).voltage
+    assert voltage is not None
+    return voltage[:, 0]
+
+
+def test_a_voltage_that_falls_with_the_current_is_not_blurred() -> None:
+    """Noise of 10 mV is smoothed away where the voltage is calm; a ripple of 0.5 V stays."""
+    rng, time = np.random.default_rng(3), 0.01 * np.arange(1500.0)
+    for ripple, missed in ((0.0, 0.003), (0.5, 0.012)):
+        true = 15.5 - 0.02 * time + ripple * np.sin(4.0 * np.pi * time)
+        seen = _voltage_of(true + 0.01 * rng.standard_normal(1500))
+        assert np.sqrt(np.mean((seen - true) ** 2)) < missed

@@ -114,6 +114,15 @@ def test_two_laws_of_thrust_in_water_are_refused_on_one_link() -> None:
             bind_effects(dict(zip(("first", "second"), pair, strict=True)), ["base"])
 
 
+def test_a_sag_with_another_exponent_agrees_at_the_typical_shortfall() -> None:
+    """10 % short is typical: there the exponent changes nothing, at 5 % it halves the loss once."""
+    for short, exponent, loss in ((0.1, 2.0, 0.3), (0.05, 2.0, 0.075), (0.05, 1.0, 0.15)):
+        law = BatterySag(sensitivity=3.0, full_voltage=10.0, exponent=exponent, typical=0.1)
+        inputs = Inputs(0.004, np.zeros((1, 0)), voltage=np.array([[10.0 * (1.0 - short)]]))
+        left = BatterySag.actuation(rotors(), *placed(None), inputs, params(law))
+        assert_allclose(left.thrust, [[3.0 * (1.0 - loss), 5.0 * (1.0 - loss)]], rtol=1e-12)
+
+
 def test_the_power_of_a_rotor_is_torque_times_speed_and_losses() -> None:
     """0.03 N m at 400 rad/s, 0.005 N m of friction, 600 W/(N m)^2 of copper."""
     one = Rotors(position=[[0, 0, 0]], friction_torque=[0.005], copper_loss=[600.0])

@@ -21,15 +21,18 @@ _SURFACE = 0.04
 """1-sigma of the hydrostatic force while the hull pierces the surface, as a share."""
 
 
-def candidate_set_of(vehicle: Vehicle, *, speeds: Floats, logs: int = 1) -> CandidateSet:
+def candidate_set_of(
+    vehicle: Vehicle, *, speeds: Floats, logs: int = 1, shortfall: float = 0.1
+) -> CandidateSet:
     """Collect the tolerances and candidate effects of a vehicle from all installed effects.
 
     Args:
         vehicle: nominal model.
         speeds: typical speeds along the body axes [m/s], shape (3,).
         logs: number of logs that are fitted together.
+        shortfall: typical missing share of the battery's full voltage [1].
     """
-    subject = subject_of(vehicle, speeds)
+    subject = replace(subject_of(vehicle, speeds), shortfall=shortfall)
     found: list[tuple[str, Identification, Addition]] = []
     for name, law in installed().items():
         known = law.identification

@@ -22,6 +22,10 @@ _UNEVEN = 0.02
 """Largest deviation of a time step from the usual one, as a share of it."""
 _PARTS = 16
 """Parts of a row in which a servo follows its command, at most."""
+_WIDEST = 0.25
+"""Standard deviation of the widest kernel that smoothes the voltage [s]."""
+_FEW = 20
+"""Samples of the voltage up to which no bandwidth is chosen."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -288,8 +292,23 @@ def _held(log: Log, channel: str, count: int) -> Floats:
 
 
 def _smooth(voltage: Floats, step: float) -> Floats:
-    value, _ = local_polynomial(voltage, step, bandwidth=max(0.25, 2 * step), degree=1)
-    return value
+    """Return the voltage without its noise, shape (T, 1).
+
+    It falls with the current within milliseconds: of several bandwidths the one is taken that tells
+    every other sample best from those between.
+    """
+    widths = [max(_WIDEST, 2.0 * step)]
+    while widths[-1] > step:
+        widths.append(0.5 * widths[-1])
+
+    def fitted(volts: Floats, width: float) -> Floats:
+        return local_polynomial(volts, step, bandwidth=width)[0]
+
+    given = np.flatnonzero(np.isfinite(voltage[:, 0]))
+    kept = voltage.copy()
+    kept[given[::2]] = np.nan
+    missed = [np.nanmean((fitted(kept, w) - voltage)[given[::2]] ** 2) for w in widths]
+    return fitted(voltage, widths[int(np.argmin(missed))] if len(given) > _FEW else widths[0])
 
 
 def _xyzw(wxyz: Floats) -> Floats:

@@ -16,6 +16,8 @@ from seals.world.drivetrain import Response, response_of
 
 _NEAR = 0.9
 """Share of the limit from which on a low battery may limit a drive."""
+_UNFELT = 1e-3
+"""Missing share of the full voltage that counts as none."""
 
 
 def supplied(command: Floats, voltage: Floats, time: Floats, vehicle: Vehicle) -> Floats:
@@ -47,6 +49,28 @@ def full_voltage(vehicle: Vehicle) -> float | None:
         if has_hook(effect, "battery_update"):
             return options_of(effect, EffectOptions).full_voltage
     return None
+
+
+def typical_shortfall(voltage: Floats | None, full: float | None) -> float:
+    """Return the typical missing share of the full voltage [1]; 0.1 where it never falls.
+
+    Equation:
+        x_0 with ln x_0 = sum x^2 ln x / sum x^2 over the rows, x = 1 - V / V_full > 0: there a
+        change of the exponent of a law k x leaves the best k as it is, to first order.
+
+    Args:
+        voltage: at the battery's terminals [V], shape (T,); None where it is not measured.
+        full: V_full [V]; None where it is not known.
+
+    Example:
+        >>> round(typical_shortfall(np.array([9.0, 9.0, 10.0]), 10.0), 9)
+        0.1
+    """
+    short = np.zeros(1) if voltage is None or not full else 1.0 - np.ravel(voltage) / full
+    short = short[short > _UNFELT]
+    if not short.size:
+        return 0.1
+    return float(np.exp(np.average(np.log(short), weights=short**2)))
 
 
 def supply_words(command: Floats, vehicle: Vehicle) -> str:

@@ -19,6 +19,7 @@ from seals.sysid.data.decimation import decimated
 from seals.sysid.data.robot_description import RobotDescription
 from seals.sysid.data.samples import Samples, read_samples
 from seals.sysid.data.still_joints import joints_at_rest, still_joints
+from seals.sysid.data.supply import typical_shortfall
 from seals.sysid.data.trajectory import Trajectory, difference, measured_trajectory
 from seals.sysid.data.vehicle import Vehicle, read_vehicle
 from seals.sysid.decision.policy import DecisionPolicy, SearchBudget
@@ -119,7 +120,10 @@ def prepare(
     else:
         trajectory = simulated_trajectory(samples, vehicle, parts=parts)
     candidate_set = candidate_set_of(
-        vehicle, speeds=typical_speeds(trajectory), logs=max(len(samples.logs), 1)
+        vehicle,
+        speeds=typical_speeds(trajectory),
+        logs=max(len(samples.logs), 1),
+        shortfall=typical_shortfall(samples.voltage, vehicle.full_voltage),
     )
     candidate_set = replace(candidate_set, policy=policy)
     candidate_set = candidate_set if free is None else free(vehicle, candidate_set)

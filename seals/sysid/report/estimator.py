@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from seals.errors import ConfigError
@@ -11,7 +11,7 @@ from seals.logs.log import Log
 from seals.sysid.diagnosis import Diagnosis, diagnose
 from seals.sysid.predictors.linearise import predict
 from seals.sysid.predictors.plant import Plant
-from seals.sysid.predictors.problem import prepare, rewindowed, typical_speeds
+from seals.sysid.predictors.problem import prepare, rewindowed
 from seals.sysid.report.settable import Settable, bar, read_usable
 from seals.sysid.report.threads import one_thread
 
@@ -154,8 +154,6 @@ def misfit_of(log: Log, values: Mapping[str, float], found: Diagnosis) -> float:
     Raises:
         ConfigError: the log is of another vehicle.
     """
-    from seals.sysid.validation.model import with_speeds
-
     problem = prepare(log)
     own, other = found.problem.vehicle.name, problem.vehicle.name
     unknown = [k for k in values if k not in problem.plant.candidate_set.parameters]
@@ -167,9 +165,11 @@ def misfit_of(log: Log, values: Mapping[str, float], found: Diagnosis) -> float:
         )
     late = found.hypothesis.fitter.windows.delay
     fitter = rewindowed(problem.fitter, delay=late) if late else problem.fitter
-    # exponents of drag refer to the speeds of the log in which they were fitted
-    speeds = typical_speeds(found.problem.fitter.trajectory).tolist()
-    candidate_set = with_speeds(problem.plant.candidate_set, speeds)
+    # exponents refer to the speeds and the voltage of the log in which they were fitted
+    fitted, stated = found.problem.plant.candidate_set.effects, problem.vehicle.effects
+    added = {name: effect for name, effect in fitted.items() if name not in stated}
+    candidate_set = problem.plant.candidate_set
+    candidate_set = replace(candidate_set, effects={**candidate_set.effects, **added})
     plant = Plant(problem.vehicle, candidate_set, problem.samples, parts=problem.plant.parts)
     prediction = predict(plant, fitter.trajectory, values, delay=late)
     windows = fitter.windows
