@@ -9,6 +9,8 @@ from seals.arrays import Floats
 
 JITTER = 0.5e-3
 """Mean time from the row of a command to its effect [s]: up to one millisecond, evenly spread."""
+_SAME = 1e-13
+"""Change of the states below which two rounds agree, as a share of the largest command."""
 
 
 def respond(
@@ -49,8 +51,9 @@ def respond(
     before = np.minimum(change, part)[:, None]
     tau = np.maximum(lag, 1e-6)
     if fall is not None and np.any(fall != lag):
-        taus = tau, np.maximum(fall, 1e-6)
-        return _by_sign(held, following, before, part, taus).reshape(rows, parts, count)
+        goal, span = _in_turn(held, following), _in_turn(before, part - before)
+        kept = (np.exp(-span / np.maximum(t, 1e-6)[:, None]) for t in (lag, fall))
+        return _by_sign(goal, *kept)[:, ::2].T.reshape(rows, parts, count)
     early, late = np.exp(-before / tau), np.exp(-(part - before) / tau)
     decay = np.exp(-part / tau)
     gained = held * (1.0 - early) * late + following * (1.0 - late)
@@ -62,22 +65,45 @@ def respond(
     return out.reshape(rows, parts, count)
 
 
-def _by_sign(
-    held: Floats, following: Floats, before: Floats, part: float, taus: tuple[Floats, Floats]
-) -> Floats:
-    """State at the start of every interval, where rise and fall have different time constants."""
-    # what is kept over the two stretches of every part, rising and falling
-    early, late = ([np.exp(-s / tau) for tau in taus] for s in (before, part - before))
-    tables = [x[:-1].T.tolist() for x in (held, *early, following, *late)]
-    columns = []
-    # a few numbers: five times as fast one by one as as arrays
-    for k in range(held.shape[1]):
-        state = float(held[0, k])
-        column = [state]
-        for goal, rise, fall, then, up, down in zip(*(t[k] for t in tables), strict=True):
-            state = goal + (state - goal) * (fall if abs(goal) < abs(state) else rise)
-            state = then + (state - then) * (down if abs(then) < abs(state) else up)
-            column.append(state)
-        columns.append(column)
-    found: Floats = np.array(columns).T
-    return found
+def _in_turn(first: Floats, second: Floats) -> Floats:
+    """Rows of two arrays in turn, each column a row, shape (n, 2 T)."""
+    return np.stack((first.T, second.T), axis=2).reshape(first.shape[1], -1)
+
+
+def _by_sign(goal: Floats, rise: Floats, fall: Floats) -> Floats:
+    """States at the start of stretches, where rise and fall have different time constants.
+
+    Which of the two rules a stretch depends on the state: it is guessed, and the linear recursion
+    solved, until the states agree. A wrong guess is forgotten within a few time constants, so that
+    five rounds are usual.
+
+    Args:
+        goal: of every stretch, shape (n, 2 T).
+        rise: share of the distance to the goal that is kept over a stretch, shape (n, 2 T).
+        fall: the same where the actuator slows down, shape (n, 2 T).
+    """
+    size, states = np.abs(goal), np.full_like(goal, np.inf)
+    falls = np.zeros(goal.shape, dtype=bool)
+    same = _SAME * size.max(initial=0.0)
+    # every round is right for at least one more stretch
+    for _ in range(goal.shape[1]):
+        before, states = states, _decaying(goal, np.where(falls, fall, rise))
+        if not (np.abs(states - before) > same).any():
+            break
+        falls = size < np.abs(states)
+    return states
+
+
+def _decaying(goal: Floats, decay: Floats) -> Floats:
+    """States at the start of stretches that keep a share of the distance to their goals.
+
+    Equation:
+        x(k + 1) = decay(k) x(k) + (1 - decay(k)) goal(k), x(0) = goal(0): a triangular system of
+        one band.
+    """
+    out, band = np.empty_like(goal), np.empty((2, goal.shape[1]), order="F")
+    out[:, 0], out[:, 1:] = goal[:, 0], ((1.0 - decay) * goal)[:, :-1]
+    for k, kept in enumerate(decay):
+        band[1] = -kept
+        out[k] = dtbsv(1, band, out[k], lower=1, diag=1)
+    return out
