@@ -86,6 +86,10 @@ NETWORK: dict[str, Guard] = {
         "seals.plugins.live.ros2", "self._yaw = math.remainder(", "self._yaw = max(", PEERS,
         "one_turn",
     ),
+    "declarations of others": Guard(
+        "seals.plugins.live.zenoh_node", '        "access_control": access(taken, published),\n',
+        "", PEERS, "others_declare or commands_alone", "zenoh",
+    ),
     "length of a message": Guard(
         "seals.plugins.live.zenoh_node",
         '        "transport/link/rx/max_message_size": 16 * MOST,\n', "", PEERS, "huge_message",

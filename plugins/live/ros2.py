@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 import threading
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ from seals.control import Reference
 from seals.errors import ConfigError
 from seals.plugins.live.mcap import FILE, Recording
 from seals.plugins.live.ros_messages import ROBOT, Messages
-from seals.plugins.live.zenoh_node import ZenohNode, session_of
+from seals.plugins.live.zenoh_node import ZenohNode, session_of, topic_key
 from seals.run.live_output import Beat, Pace
 from seals.run.settings import RunSettings
 from seals.schema import param
@@ -63,22 +64,36 @@ class LiveRos2:
         self._check()
         self._messages = Messages()
         self._beat, self._pace = Beat(self.rate), Pace(self.speed)
-        session = session_of(self.connect, self.listen)
+        self._guide, self._controller = settings.guide, settings.controller
+        taken = {VELOCITY: "geometry_msgs/msg/Twist"} if hasattr(self._guide, "tell") else {}
+        if hasattr(self._controller, "tell"):
+            taken[COMMANDS] = "std_msgs/msg/Float64MultiArray"
+        session = session_of(
+            self.connect,
+            self.listen,
+            taken=self._keys(taken.items()),
+            published=self._keys(self._messages.topics(settings.sensors)),
+        )
         self._node = ZenohNode(
             session, self.domain, self.node, self.namespace, self._messages.store
         )
-        self._guide, self._controller = settings.guide, settings.controller
         self._lock, self._heard = threading.Lock(), dict[str, Any]()
         self._yaw: float | None = None
         self._last = 0.0
-        if hasattr(self._guide, "tell"):
-            self._take(VELOCITY, "geometry_msgs/msg/Twist")
-        if hasattr(self._controller, "tell"):
-            self._take(COMMANDS, "std_msgs/msg/Float64MultiArray")
+        for topic, kind in taken.items():
+            self._take(topic, kind)
         self._recording = None
         if self.record:
             folder.mkdir(parents=True, exist_ok=True)
             self._recording = Recording(folder / FILE, self._messages.store)
+
+    def _keys(self, topics: Iterable[tuple[str, str]]) -> list[str]:
+        """Return the keys of topics of given types."""
+        space, hashed = f"{self.namespace}/" * bool(self.namespace), self._messages.store
+        return [
+            topic_key(self.domain, f"{space}{topic}", kind, hashed.hash_rihs01(kind))
+            for topic, kind in topics
+        ]
 
     def _check(self) -> None:
         for key, value in (("node", self.node), ("namespace", self.namespace)):

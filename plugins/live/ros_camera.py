@@ -10,6 +10,14 @@ import numpy as np
 from seals.rendering.camera_view import Shot
 from seals.rendering.optics import to_bytes
 
+CAMERA = {
+    "image_raw": "sensor_msgs/msg/Image",
+    "camera_info": "sensor_msgs/msg/CameraInfo",
+    "depth/image_raw": "sensor_msgs/msg/Image",
+    "points": "sensor_msgs/msg/PointCloud2",
+}
+"""Type of each topic of a camera, below its name."""
+
 
 def camera_messages(store: Any, head: Any, shot: Shot) -> Iterator[tuple[str, str, Any]]:
     """Yield topic, type and message of the outputs of a camera: image, depth, points, intrinsics.
@@ -19,16 +27,15 @@ def camera_messages(store: Any, head: Any, shot: Shot) -> Iterator[tuple[str, st
         head: header in the camera's optical frame.
         shot: the image.
     """
-    kind = "sensor_msgs/msg/Image"
     depth = np.asarray(shot.picture.depth, dtype=np.float32)
     if "rgb" in shot.what:
         colour = to_bytes(np.asarray(shot.picture.colour))
-        yield "image_raw", kind, _image(store, head, colour, "rgb8")
-    yield "camera_info", "sensor_msgs/msg/CameraInfo", _info(store, head, shot)
+        yield "image_raw", CAMERA["image_raw"], _image(store, head, colour, "rgb8")
+    yield "camera_info", CAMERA["camera_info"], _info(store, head, shot)
     if "depth" in shot.what:
         # where nothing is met the depth is infinite, as REP 118 has it
-        yield "depth/image_raw", kind, _image(store, head, depth, "32FC1")
-        yield "points", "sensor_msgs/msg/PointCloud2", _points(store, head, shot, depth)
+        yield "depth/image_raw", CAMERA["depth/image_raw"], _image(store, head, depth, "32FC1")
+        yield "points", CAMERA["points"], _points(store, head, shot, depth)
 
 
 def _image(store: Any, head: Any, pixels: Any, encoding: str) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,7 +13,7 @@ from seals.arrays import Floats
 from seals.errors import optional_import
 from seals.frames import quaternion_of
 from seals.plugin_options import options_of
-from seals.plugins.live.ros_camera import camera_messages
+from seals.plugins.live.ros_camera import CAMERA, camera_messages
 from seals.rendering.camera_view import Shot
 from seals.sensors.mount import Mount
 from seals.sensors.options import SensorOptions
@@ -29,6 +29,17 @@ ATMOSPHERE = 101325.0
 """Pressure at the water surface [Pa]: messages hold absolute pressures, sensors gauge ones."""
 UNKNOWN = -1.0
 """First entry of a covariance whose quantity is not measured."""
+
+
+STATE = {
+    "clock": "rosgraph_msgs/msg/Clock",
+    "odom": "nav_msgs/msg/Odometry",
+    "tf": "tf2_msgs/msg/TFMessage",
+    "joint_states": "sensor_msgs/msg/JointState",
+}
+"""Type of each topic of the state."""
+READINGS = ("Imu", "FluidPressure", "Range", "MagneticField")
+"""Types of the topic of a sensor, one of which it has."""
 
 
 class Message(NamedTuple):
@@ -86,9 +97,17 @@ class Messages:
         x, y, z, w = (float(value) for value in quaternion_of(rotation))
         return self.make("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
 
+    def topics(self, sensors: Iterable[str]) -> list[tuple[str, str]]:
+        """Return topic and type of all messages that a run with these sensors may have."""
+        found = list(STATE.items())
+        for name in sensors:
+            found += [(name, f"sensor_msgs/msg/{kind}") for kind in READINGS]
+            found += [(f"{name}/{topic}", kind) for topic, kind in CAMERA.items()]
+        return found
+
     def clock(self, time: float) -> Message:
         """Return the simulated time."""
-        kind = "rosgraph_msgs/msg/Clock"
+        kind = STATE["clock"]
         return Message("clock", kind, self.make(kind, clock=self.stamp(time)))
 
     def state(self, world: World) -> Iterator[Message]:
@@ -104,7 +123,7 @@ class Messages:
         )
         twist = self._twist(moving.twists[0, 0])
         covariance = np.zeros(36)
-        kind = "nav_msgs/msg/Odometry"
+        kind = STATE["odom"]
         yield Message(
             "odom",
             kind,
@@ -125,10 +144,10 @@ class Messages:
             for k, name in enumerate(robot.links)
         ]
         frames += [self._frame(now, *mounted) for mounted in _mounted(actor)]
-        kind = "tf2_msgs/msg/TFMessage"
+        kind = STATE["tf"]
         yield Message("tf", kind, self.make(kind, transforms=frames))
         if robot.joints:
-            kind = "sensor_msgs/msg/JointState"
+            kind = STATE["joint_states"]
             speed = moving.speed[0, -len(robot.joints) :]
             joints = self.make(
                 kind,

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from seals.errors import ConfigError, optional_import, printable
+from seals.plugins.live.zenoh_access import access
 
 QOS = "::,10:,:,:,,"
 """Quality of service in a liveliness token: reliable, volatile, the last 10 messages."""
@@ -52,8 +53,20 @@ def attachment(number: int, stamp: int, source: bytes) -> bytes:
     return struct.pack("<qqB", number, stamp, len(source)) + source
 
 
-def session_of(connect: Sequence[str], listen: Sequence[str]) -> Any:
+def session_of(
+    connect: Sequence[str],
+    listen: Sequence[str],
+    *,
+    taken: Sequence[str],
+    published: Sequence[str],
+) -> Any:
     """Open a session that talks to the given endpoints only, without multicast.
+
+    Args:
+        connect: endpoints to connect to.
+        listen: endpoints to listen on.
+        taken: keys of messages that are taken from others.
+        published: keys that others may subscribe to.
 
     Raises:
         MissingExtra: zenoh is not installed.
@@ -72,7 +85,7 @@ def session_of(connect: Sequence[str], listen: Sequence[str]) -> Any:
         "listen/endpoints": list(listen),
         "listen/exit_on_failure": True,
         "scouting/multicast/enabled": False,
-        # nothing is taken but commands and what others declare
+        "access_control": access(taken, published),
         "transport/link/rx/max_message_size": 16 * MOST,
         "transport/unicast/max_sessions": MOST_SESSIONS,
     }

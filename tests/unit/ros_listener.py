@@ -133,10 +133,18 @@ def listen(port: int, seconds: float) -> dict[str, Any]:
         seen["last"][topic] = decode(name, bytes(sample.payload))
 
     with zenoh.open(config) as session:
-        session.declare_subscriber("7/**", hear)
-        session.liveliness().declare_subscriber(
-            "@ros2_lv/7/**", lambda sample: seen["tokens"].append(str(sample.key_expr))
-        )
+
+        def meet(sample: Any) -> None:
+            """Subscribe to a topic whose publisher is in the graph, by its exact key."""
+            token = str(sample.key_expr)
+            seen["tokens"].append(token)
+            if "/MP/" in token:
+                topic, shape, type_hash = token.split("/")[9:12]
+                key = f"7{topic.replace('%', '/')}/{shape}/{type_hash}"
+                ears.append(session.declare_subscriber(key, hear))
+
+        ears: list[Any] = []
+        session.liveliness().declare_subscriber("@ros2_lv/7/**", meet)
         kind = "geometry_msgs::msg::dds_::Twist_"
         key = f"7/boat/cmd_vel/{kind}/{sys.argv[3]}"
         print("ready", flush=True)

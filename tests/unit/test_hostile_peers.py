@@ -472,21 +472,77 @@ def _turn(rate: float) -> Any:
     return SimpleNamespace(z=rate)
 
 
-def test_a_huge_message_does_not_arrive() -> None:
-    """Zenoh gathers no more of it than a command may have."""
+@pytest.fixture
+def peers() -> Iterator[tuple[Any, Any, Any]]:
+    """Return the session of a node that listens, that of a peer of it, and the library."""
     zenoh = pytest.importorskip("zenoh", reason="needs aam-seals[ros2]")
     from seals.plugins.live.zenoh_node import session_of
 
     with socket.socket() as ear:
         ear.bind(("127.0.0.1", 0))
         place = f"tcp/127.0.0.1:{ear.getsockname()[1]}"
-    node = session_of([], [place])
-    sizes: list[int] = []
-    ear_of_node = node.declare_subscriber("it", lambda sample: sizes.append(len(sample.payload)))
+    node = session_of([], [place], taken=["it"], published=["0/clock"])
     config = zenoh.Config()
     config.insert_json5("connect/endpoints", f'["{place}"]')
     config.insert_json5("scouting/multicast/enabled", "false")
     peer = zenoh.open(config)
+    yield node, peer, zenoh
+    peer.close()
+    node.close()
+
+
+def test_a_node_keeps_nothing_that_others_declare(peers: tuple[Any, Any, Any]) -> None:
+    """A flood of tokens, subscribers and queryables takes no memory; what is published is heard."""
+    node, peer, _ = peers
+    kept, clock, ticks = list[Any](), node.declare_publisher("0/clock"), list[Any]()
+    asked = node.declare_queryable("0/answer", lambda query: query.reply("0/answer", b"here"))
+    for k in range(50):
+        kept.append(peer.liveliness().declare_token(f"@ros2_lv/0/flood{k}"))
+        kept.append(peer.declare_subscriber(f"0/flood{k}", lambda sample: None))
+        kept.append(
+            peer.declare_queryable(f"0/flood{k}", lambda query: query.reply(query.key_expr, b"x"))
+        )
+    kept.append(peer.declare_subscriber("**", lambda sample: None))
+    # the last that is declared, and admitted: what came before it has arrived, too
+    kept.append(peer.declare_subscriber("0/clock", ticks.append))
+    for _ in range(100):
+        clock.put(b"tick")
+        if ticks:
+            break
+        time.sleep(0.05)
+    assert ticks
+    flooded = [node.declare_publisher(f"0/flood{k}") for k in (0, 49)]
+    assert not any(publisher.matching_status.matching for publisher in flooded)
+    assert not list(node.liveliness().get("@ros2_lv/**", timeout=0.5))
+    assert not [reply for reply in node.get("0/flood49", timeout=0.5) if reply.ok]
+    assert not [reply for reply in peer.get("0/answer", timeout=0.5) if reply.ok]
+    asked.undeclare()
+
+
+def test_a_node_takes_its_commands_alone(peers: tuple[Any, Any, Any]) -> None:
+    """Messages of other keys, and of all keys at once, do not arrive."""
+    node, peer, _ = peers
+    heard: list[str] = []
+    ears = [
+        node.declare_subscriber(key, lambda sample: heard.append(str(sample.key_expr)))
+        for key in ("it", "other")
+    ]
+    for _ in range(100):
+        for key in ("other", "**", "it"):
+            peer.put(key, b"go")
+        if len(heard) > 3:
+            break
+        time.sleep(0.05)
+    assert set(heard) == {"it"}
+    for ear in ears:
+        ear.undeclare()
+
+
+def test_a_huge_message_does_not_arrive(peers: tuple[Any, Any, Any]) -> None:
+    """Zenoh gathers no more of it than a command may have."""
+    node, peer, zenoh = peers
+    sizes: list[int] = []
+    ear_of_node = node.declare_subscriber("it", lambda sample: sizes.append(len(sample.payload)))
     try:
         block = zenoh.CongestionControl.BLOCK
         speaker = peer.declare_publisher("it", congestion_control=block)
@@ -502,6 +558,4 @@ def test_a_huge_message_does_not_arrive() -> None:
             time.sleep(0.05)
     finally:
         ear_of_node.undeclare()
-        peer.close()
-        node.close()
     assert max(sizes) == 5

@@ -15,7 +15,7 @@ import pytest
 from seals.cli.main import main
 from seals.logs.native import read_native
 from seals.plugins.controllers.direct import Direct
-from seals.plugins.live.ros_camera import camera_messages
+from seals.plugins.live.ros_camera import CAMERA, camera_messages
 from seals.plugins.live.ros_messages import Messages
 from seals.rendering.camera import Lens
 from seals.rendering.camera_view import Shot
@@ -126,6 +126,7 @@ def test_pictures_and_points_are_in_optical_axes() -> None:
     messages = Messages()
     head = messages.header(1.25, "eye")
     read = {}
+    assert {topic: kind for topic, kind, _ in camera_messages(messages.store, head, shot)} == CAMERA
     for topic, kind, value in camera_messages(messages.store, head, shot):
         raw = bytes(messages.store.serialize_cdr(value, kind))
         read[topic] = decode(kind.rpartition("/")[2], raw)
