@@ -240,6 +240,13 @@ DESCRIPTIONS: dict[str, Guard] = {
         FOUND,
         "states_no_thrust",
     ),
+    "steps of an experiment": Guard(
+        "seals.sysid.experiment_design.experiment",
+        "if not 0.0 <= length <= MOST_ROWS * step:",
+        "if False:",
+        FOUND,
+        "manoeuvre",
+    ),
     "robot without inertia": Guard(
         "seals.coupling.locked",
         "except np.linalg.LinAlgError as cause:",

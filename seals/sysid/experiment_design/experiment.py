@@ -22,6 +22,8 @@ KIND = "planned-manoeuvre"
 _KEYS = ("kind", "name", "words", "effects", "step", "tilt", "gains", "runs", "meta")
 _SPACING = 0.02
 """Time between two points of a written reference [s]."""
+MOST_ROWS = 10_000_000
+"""Steps of all runs of an experiment together: hours of flight."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -139,6 +141,9 @@ def _experiment(content: Mapping[str, Any]) -> Experiment:
         k: tuple(v) if isinstance(v, list) else float(v) for k, v in content["gains"].items()
     }
     flying = [r for r in runs if "x" in r]
+    length = sum(float(r["spacing"]) * len(r["yaw"]) for r in flying)
+    if not 0.0 <= length <= MOST_ROWS * step:
+        raise ValueError(f"{length:g} s in steps of {step:g} s; at most {MOST_ROWS:,} steps")
     return Experiment(
         name=str(content["name"]),
         meta=content["meta"],
