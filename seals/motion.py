@@ -199,11 +199,14 @@ class Timing(NamedTuple):
         command_delay: further delay between command and actuator [s].
         lag: change of the actuators' first-order time constant [s].
         sensor_delay: further delay of gyroscope and accelerometer [s].
+        asymmetry: by which that time constant is longer while a drive slows down, and shorter while
+            it speeds up [s].
     """
 
     command_delay: Array | float = 0.0
     lag: Array | float = 0.0
     sensor_delay: Array | float = 0.0
+    asymmetry: Array | float = 0.0
 
 
 class Reading(NamedTuple):

@@ -6,11 +6,18 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
 from seals.arrays import Array, columns, namespace
 from seals.effects.effect import Effect, MediumKind, Parameters
 from seals.effects.identification import Addition, Comparison, Freed, Identification, Stage, Subject
 from seals.motion import Drives, Inputs, Medium, Motion, Wrench
 from seals.schema import param
+
+_EXPONENT = 0.1
+"""Plausible error of the power of the thrust."""
+_LEAST = 0.02
+"""Share of the typical thrust below which the exponent is not felt."""
 
 
 @dataclass(kw_only=True)
@@ -18,16 +25,19 @@ class DragRotor(Effect):
     """Induced and flapping drag of rotors, proportional to thrust and speed.
 
     Equation:
-        F_xy = -c abs(T) v_hub,xy at each hub with v_hub = v + w x r - u the velocity of the hub
-        relative to the air, body axes; times the share of the medium.
+        F_xy = -c abs(T) (abs(T) / T_0)^(e - 1) v_hub,xy at each hub with v_hub = v + w x r - u the
+        velocity of the hub relative to the air, body axes; times the share of the medium.
 
     Args:
         coefficient: c [s/m].
+        exponent: e, power of the thrust [1].
+        typical: T_0, thrust of a rotor at which the exponent changes nothing [N].
         medium: air.
         links: the link of the rotors, the root by default.
 
     Assumptions:
-        Discs lie in the body's xy plane; the drag of a blade element grows with its thrust.
+        Discs lie in the body's xy plane; the drag of a blade element grows with its thrust, or with
+        a power of it between that of the speed, 1/2, and 1.
 
     Valid range:
         Advance ratios below about 0.1.
@@ -47,6 +57,12 @@ class DragRotor(Effect):
     coefficient: float = param(
         0.0, "s/m", bounds=(-1.0, 1.0), tolerance=0.005, source="zero unless the vehicle states it"
     )
+    exponent: float = param(
+        1.0, "1", bounds=(0.2, 2.0), tolerance=0.1, source="Mahony, Kumar, Corke 2012"
+    )
+    typical: float = param(
+        1.0, "N", bounds=(1e-4, 1e5), tolerance=0.0, source="a share of the weight", fit=False
+    )
     medium: MediumKind = MediumKind.air
     accounts_for: ClassVar[tuple[str, ...]] = ("rotor drag",)
     identification: ClassVar[Identification] = Identification(
@@ -62,9 +78,15 @@ class DragRotor(Effect):
         if not len(subject.lag) or not subject.rotors:
             return []
         size = Freed(scale=0.03, bounds=(0.0, math.inf))
-        order = (Stage.actuators, 0, 6)
+        bend = Freed(scale=_EXPONENT, bounds=(-0.6, 0.6))
         return [
-            Addition(instance=name, effect=cls(), parameters={"coefficient": size}, order=order)
+            Addition(
+                instance=name,
+                effect=cls(typical=subject.weight / len(subject.lag)),
+                parameters={"coefficient": size, "exponent": bend},
+                nuisance=("exponent",),
+                order=(Stage.actuators, 0, 6),
+            )
         ]
 
     @staticmethod
@@ -83,6 +105,10 @@ class DragRotor(Effect):
         x, y, z = (drives.position[:, k][None, :] for k in range(3))
         # a rotor that turns backwards brakes as well
         slope = xp.abs(drives.thrust) * params["coefficient"] * -medium.medium_fraction
+        bend = params["exponent"] - 1.0
+        if type(bend) is not np.ndarray or np.any(bend):
+            ratio = xp.abs(drives.thrust) / params["typical"]
+            slope = slope * xp.clip(ratio, _LEAST, None) ** bend
         ahead = slope * (relative[:, 0:1] + q * z - r * y)
         aside = slope * (relative[:, 1:2] + r * x - p * z)
         force_x, force_y = xp.sum(ahead, axis=1), xp.sum(aside, axis=1)

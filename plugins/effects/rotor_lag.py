@@ -11,26 +11,31 @@ from seals.effects.effect import Effect, Parameters
 from seals.motion import Timing
 from seals.schema import param
 
+_ASYMMETRY = 0.1
+"""Plausible difference of rise and fall from their mean, as a share of the time constant."""
+
 
 @dataclass(kw_only=True)
 class RotorLag(Effect):
     """Change of the first-order time constant of all rotors or thrusters.
 
     Equation:
-        w' = (command - w) / (time_constant + d) with w the state of the drive.
+        w' = (command - w) / (time_constant + d - a) with w the state of the drive while it speeds
+        up, + a while it slows down.
 
     Args:
         time_constant_change: d [s].
+        asymmetry: a [s].
         links: not used; the lag is that of every actuator.
 
     Assumptions:
-        Rise and fall take the same time; all drives change alike.
+        All drives change alike.
 
     Valid range:
         Time constants that stay positive; the caller holds them so.
 
     Limitations:
-        A real motor slows down faster or slower than it speeds up.
+        One time constant for steps of any size.
 
     References:
         Faessler, Falanga, Scaramuzza 2017, IEEE Robotics and Automation Letters 2(2).
@@ -42,6 +47,9 @@ class RotorLag(Effect):
 
     time_constant_change: float = param(
         0.0, "s", bounds=(-0.5, 0.5), tolerance=0.002, source="zero: the actuator's own lag rules"
+    )
+    asymmetry: float = param(
+        0.0, "s", bounds=(-0.5, 0.5), tolerance=0.002, source="zero: rise and fall change alike"
     )
     accounts_for: ClassVar[tuple[str, ...]] = ("rotor lag",)
     identification: ClassVar[Identification] = Identification(
@@ -56,14 +64,14 @@ class RotorLag(Effect):
         """Return the candidate: a change of the actuators' time constant, which stays positive."""
         if not len(subject.lag):
             return []
-        thrusters = subject.spread("thruster_time_constant")
+        thrusters, mean = subject.spread("thruster_time_constant"), float(subject.lag.mean())
         change = Freed(
             tolerance=float(subject.tolerance.get("rotor_time_constant", thrusters)),
-            scale=float(subject.lag.mean()),
+            scale=mean,
             bounds=(-0.9 * float(subject.lag.min()), math.inf),
             changes=Property(
                 name="time_constant",
-                value=float(subject.lag.mean()),
+                value=mean,
                 unit="s",
                 section="actuators",
             ),
@@ -72,7 +80,12 @@ class RotorLag(Effect):
             Addition(
                 instance=name,
                 effect=cls(),
-                parameters={"time_constant_change": change},
+                parameters={
+                    "time_constant_change": change,
+                    # a real motor slows down faster or slower than it speeds up
+                    "asymmetry": Freed(scale=_ASYMMETRY * mean, bounds=(-0.5 * mean, 0.5 * mean)),
+                },
+                nuisance=("asymmetry",),
                 order=(Stage.actuators, 0, 3),
             )
         ]
@@ -80,4 +93,4 @@ class RotorLag(Effect):
     @staticmethod
     def timing(params: Parameters) -> Timing:
         """Change of the time constant [s]."""
-        return Timing(lag=params["time_constant_change"])
+        return Timing(lag=params["time_constant_change"], asymmetry=params["asymmetry"])

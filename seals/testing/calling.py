@@ -23,7 +23,7 @@ WIDTHS: dict[str, tuple[tuple[int, ...], ...]] = {
     "inertia_change": ((6, 6),),
     "flow": ((3,),),
     "measure": ((3,), (3,)),
-    "timing": ((1,), (1,), (1,)),
+    "timing": ((1,), (1,), (1,), (1,)),
 }
 """Shape of each output for one row; other hooks have that of the joints or drives."""
 
@@ -70,7 +70,7 @@ def nothing(hook: str, instant: Instant) -> Any:
         "actuation": instant.drives,
         "measure": instant.reading,
         "inertia_change": instant.motion.body.mass[:, :, None] * 0.0,
-        "timing": Timing(*(instant.motion.body.mass[:1] * 0.0,) * 3),
+        "timing": Timing(*(instant.motion.body.mass[:1] * 0.0,) * 4),
     }.get(hook)
 
 

@@ -255,10 +255,10 @@ def response_of(effects: EffectSet) -> Response:
     change = timing_of(effects)
     for a in actuators:
         columns = slice(a.first, a.first + a.count)
-        lag[columns] = np.maximum(a.lag + change.lag, 0.0)
+        lag[columns] = np.maximum(a.lag + change.lag - change.asymmetry, 0.0)
         own = options_of(a, ActuatorOptions)
         slow = a.lag if own.fall is None else own.fall
-        fall[columns] = np.maximum(slow + change.lag, 0.0)
+        fall[columns] = np.maximum(slow + change.lag + change.asymmetry, 0.0)
         limit[columns] = a.limit
         power[columns] = own.voltage_power
     return Response(lag, limit, max(float(change.command_delay), 0.0), fall, power)

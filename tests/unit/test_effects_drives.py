@@ -121,6 +121,22 @@ def test_rotor_drag_acts_at_every_hub() -> None:
     assert DragRotor().medium is MediumKind.air
 
 
+def test_rotor_drag_may_grow_with_another_power_of_the_thrust() -> None:
+    """With a power of one half and 4 N typical, 3 and 5 N brake by sqrt(4 / T) of themselves."""
+    inputs, forces = Inputs(0.004, np.zeros((1, 0))), []
+    for law in (DragRotor(coefficient=0.02), DragRotor(coefficient=0.02, exponent=0.5, typical=4)):
+        bound = bind_effects({"it": law}, ["base"]).bound[0]
+        alone = [drives()._replace(thrust=np.array([t])) for t in ([3.0, 0.0], [0.0, 5.0])]
+        forces.append(
+            [
+                DragRotor.drive_loads(d, motion(), medium(1.0), inputs, None, bound.params)[0].force
+                for d in alone
+            ]
+        )
+    expected = [f * np.sqrt(4.0 / t) for f, t in zip(forces[0], (3.0, 5.0), strict=True)]
+    assert_allclose(forces[1], expected, rtol=1e-12)
+
+
 def test_thrust_coefficient_changes_thrust_and_torque() -> None:
     """A loss of 10 % in one row of a batch and none in the other."""
     values: dict[str, Array] = {"it.relative_change": np.array([0.0, -0.1])}

@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from seals.effects import Effect, bind_effects
 from seals.motion import Reading, Timing
+from seals.plugins.actuators.rotors import Rotors
 from seals.plugins.effects.accelerometer_bias import AccelerometerBias
 from seals.plugins.effects.accelerometer_scale import AccelerometerScale
 from seals.plugins.effects.command_delay import CommandDelay
@@ -18,6 +19,7 @@ from seals.plugins.effects.gyroscope_bias import GyroscopeBias
 from seals.plugins.effects.rotor_lag import RotorLag
 from seals.plugins.effects.sensor_delay import SensorDelay
 from seals.plugins.effects.sensor_misalignment import SensorMisalignment
+from seals.world.drivetrain import response_of
 
 SPIN, FORCE = np.array([[0.1, 0.2, 0.3]] * 2), np.array([[1.0, -2.0, 9.0]] * 2)
 
@@ -91,17 +93,26 @@ def test_the_order_of_the_chain_is_stated() -> None:
     ("effect", "field"),
     [
         (RotorLag(time_constant_change=0.03), "lag"),
+        (RotorLag(asymmetry=0.03), "asymmetry"),
         (CommandDelay(delay=0.03), "command_delay"),
         (SensorDelay(delay=0.03), "sensor_delay"),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )
 def test_a_late_thing_changes_its_own_timing_alone(effect: Any, field: str) -> None:
-    """Each effect of timing sets one of the three changes."""
+    """Each effect of timing sets one of the four changes."""
     found: Timing = effect.timing(params(effect))
     assert_array_equal(getattr(found, field), [[0.03]])
     others = [name for name in Timing._fields if name != field]
-    assert [getattr(found, name) for name in others] == [0.0, 0.0]
+    assert [float(np.ravel(getattr(found, name))[0]) for name in others] == [0.0, 0.0, 0.0]
+
+
+def test_an_asymmetric_lag_delays_the_fall_and_hastens_the_rise() -> None:
+    """Rotors of 40 ms with 10 ms more, 4 ms of it uneven: 46 ms up, 54 ms down."""
+    late = RotorLag(time_constant_change=0.01, asymmetry=0.004)
+    rotors = Rotors(position=[[0, 0, 0]], time_constant=[0.04])
+    found = response_of(bind_effects({"rotors": rotors, "late": late}, ["base"]))
+    assert_allclose([found.lag[0], found.fall[0]], [0.046, 0.054], rtol=1e-12)
 
 
 def test_delays_of_a_batch_are_columns() -> None:

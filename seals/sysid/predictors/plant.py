@@ -82,7 +82,7 @@ class Plant:
         self._nominal = tuple(vehicle.effects)
         self._sets: dict[frozenset[str], EffectSet] = {}
         self._alone: dict[frozenset[str], EffectSet] = {}
-        self._drives: dict[tuple[float, float], Drive] = {}
+        self._drives: dict[tuple[float, float, float], Drive] = {}
         self.waves = vehicle.sea or get("wave", "still").load()()
         effects = candidate_set.effects
         self._stiff = {n for n, e in effects.items() if e.stiff and of_joints_alone(e)}
@@ -130,17 +130,20 @@ class Plant:
         """Actuator states with the delays and time constants of ``values`` (numbers)."""
         if not len(self.vehicle.lag):
             return None
-        delay, lag = self.timing(values)
-        key = (delay, lag)
+        key = self.timing(values)
         if key not in self._drives:
             if len(self._drives) >= _KEPT:
                 del self._drives[next(iter(self._drives))]
-            self._drives[key] = self._respond(delay, lag)
+            self._drives[key] = self._respond(*key)
         return self._drives[key]
 
-    def timing(self, values: Values) -> tuple[float, float]:
-        """Command delay and change of the actuator time constant under ``values`` (numbers) [s]."""
-        delay, lag = self.command_delay, 0.0
+    def timing(self, values: Values) -> tuple[float, float, float]:
+        """Command delay, change and asymmetry of the actuator time constant [s].
+
+        Args:
+            values: changes by parameter key, numbers.
+        """
+        delay, lag, asymmetry = self.command_delay, 0.0, 0.0
         for instance in {k.partition(".")[0]: None for k in values}:
             if instance not in self.timed:
                 continue
@@ -150,24 +153,26 @@ class Plant:
             )
             delay += timing[0]
             lag += timing[1]
-        return delay, lag
+            asymmetry += timing[2]
+        return delay, lag, asymmetry
 
     def changes_readings(self, instance: str) -> bool:
         """Return true if an instance changes the inertial readings but not the motion."""
         effect = self.candidate_set.effects.get(instance)
         return instance in self._quiet - self.timed if effect is not None else False
 
-    def _respond(self, delay: float, lag: float) -> Drive:
+    def _respond(self, delay: float, lag: float, asymmetry: float) -> Drive:
         samples, parts = self.samples, 2 * self.parts
-        tau = np.maximum(self.vehicle.lag + lag, 1e-4)
+        tau = np.maximum(self.vehicle.lag + lag - asymmetry, 1e-4)
         fall = self.vehicle.fall
+        fall = self.vehicle.lag if fall is None and asymmetry else fall
         at = np.zeros((samples.rows, parts + 1, len(tau)))
         for first, last in samples.runs:
             states = respond(
                 samples.command[first:last],
                 samples.step,
                 lag=tau,
-                fall=None if fall is None else np.maximum(fall + lag, 1e-4),
+                fall=None if fall is None else np.maximum(fall + lag + asymmetry, 1e-4),
                 delay=max(self.vehicle.command_latency + delay, 0.0),
                 parts=parts,
             )
@@ -365,12 +370,15 @@ def of_joints_alone(effect: Effect) -> bool:
     )
 
 
-def _timing_of(effect: Effect, values: Mapping[str, float]) -> tuple[float, float]:
-    """Delay of commands and change of the lag [s] under some parameters of a timed effect."""
+def _timing_of(effect: Effect, values: Mapping[str, float]) -> tuple[float, float, float]:
+    """Delay of commands, change and asymmetry of the lag [s] of a timed effect."""
     if not isinstance(effect, Timed):
-        return 0.0, 0.0
+        return 0.0, 0.0, 0.0
     timing = effect.timing({p: np.array([[float(v)]]) for p, v in values.items()})
-    return (float(np.ravel(timing.command_delay)[0]), float(np.ravel(timing.lag)[0]))
+    delay, lag, asymmetry = (
+        float(np.ravel(x)[0]) for x in (timing.command_delay, timing.lag, timing.asymmetry)
+    )
+    return delay, lag, asymmetry
 
 
 def _times_actuators(effect: Effect) -> bool:
