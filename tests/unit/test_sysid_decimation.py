@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from seals.logs.log import Log
-from seals.sysid.data.decimation import ROWS, decimated
+from seals.sysid.data.decimation import ROWS, decimated, longest_step
 
 STEP, MANY = 0.0025, ROWS + 1
 
@@ -71,15 +71,39 @@ def test_a_command_is_averaged_until_the_next_row() -> None:
     assert found.columns["rotor_speed_cmd_1"][:4].tolist() == [0.0, 4.0, 8.0, 8.0]
 
 
-@pytest.mark.parametrize(("reach", "step"), [(0.5, 0.002), (0.0, 0.01)])
-def test_rows_are_closer_where_servos_move(reach: float, step: float) -> None:
-    """Joints that swing are followed at 2 ms, as a stiff servo asks for; resting ones are not."""
+@pytest.mark.parametrize(
+    ("reach", "noise", "step"),
+    [
+        (0.5, 0.0, 0.002),
+        (0.5, 1e-3, 0.006),
+        (2.0, 1e-3, 0.002),
+        (0.3, 1e-3, 0.01),
+        (0.0, 0.0, 0.01),
+    ],
+)
+def test_rows_are_closer_where_servos_move(reach: float, noise: float, step: float) -> None:
+    """Joints that swing fast are followed at 2 ms, slow ones at 10: seven times their noise a row."""
     time = 0.001 * np.arange(MANY)
     joint = 0.2 + reach * np.sin(3.0 * time)
     arm = {"joint_position_1": joint, "joint_position_cmd_1": joint}
-    given = Log(name="arm", columns={"t": time, "position_x": np.zeros(MANY), **arm}, meta={})
+    meta = {"sensors": {"channels": {"joint_position": {"sigma": noise}}}} if noise else {}
+    given = Log(name="arm", columns={"t": time, "position_x": np.zeros(MANY), **arm}, meta=meta)
     found = decimated(given, MANY)
     assert found.time[1] - found.time[0] == pytest.approx(step)
+
+
+def test_a_light_finger_may_move_faster_than_an_arm() -> None:
+    """The gains of the servos say what a joint's way does to the rest of the body."""
+    time = 0.001 * np.arange(MANY)
+    swing, rest = 0.5 * np.sin(10.0 * time), np.zeros(MANY)
+    meta = {
+        "sensors": {"channels": {"joint_position": {"sigma": 1e-3}}},
+        "vehicle": {"arm": {"controller": {"kp": [40.0, 2.0]}}},
+    }
+    for commands, longest in (((swing, rest), 0.002), ((rest, swing), 0.01)):
+        columns = {f"joint_position_cmd_{k + 1}": c for k, c in enumerate(commands)}
+        given = Log(name="arm", columns={"t": time, **columns}, meta=meta)
+        assert longest_step(given) == pytest.approx(longest, rel=0.1)
 
 
 def test_quaternions_may_change_their_sign() -> None:

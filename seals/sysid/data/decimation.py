@@ -16,14 +16,18 @@ from seals.logs.log import Log
 STEP = 0.01
 """Step between the rows that are kept, at most [s]: rotors and thrusters are slower."""
 SERVO_STEP = 0.002
-"""The same where servos move joints [s]: a light arm follows its servos within 5 to 15 ms."""
+"""The same where servos move joints fast [s]: a light arm follows them within 5 to 15 ms."""
+_UNSEEN = 7.0
+"""Way of the joints' commands from row to row that needs no closer rows, in their noise."""
+_SECOND = 1.0
+"""Span over which the speed of these commands is averaged, as long as a window [s]."""
 ROWS = 4000
 """Rows of all logs together up to which every row is used."""
 _COMPLETE = 0.9
 """Share of whole neighbourhoods from which on a channel is smoothed."""
 
 
-def decimated(log: Log, rows: int) -> Log:
+def decimated(log: Log, rows: int, *, longest: float | None = None) -> Log:
     """Return every n-th row of a long log of a high rate; a short or slow one as it is.
 
     A measured channel that has samples in all rows is smoothed by a local parabola over 2 h + 1
@@ -34,12 +38,14 @@ def decimated(log: Log, rows: int) -> Log:
     Args:
         log: in the native format.
         rows: of all logs that are fitted together.
+        longest: step between the rows kept, at most [s]; `longest_step` when left out.
     """
     steps = [np.diff(part.time) for part in log.segments() if part.rows > 1]
     step = float(np.median(np.concatenate(steps))) if steps else 0.0
-    longest = SERVO_STEP if _servos_move(log) else STEP
-    most = int(longest / step * (1.0 + 1e-6)) if step > 0.0 else 1
-    if rows <= ROWS or most < 2:
+    if rows <= ROWS or step <= 0.0:
+        return log
+    most = int((longest_step(log) if longest is None else longest) / step * (1.0 + 1e-6))
+    if most < 2:
         return log
     groups = [np.flatnonzero(log.segment == part.segment[0]) for part in log.segments()]
     measured = [name for name in _stated(log.meta) if log.has(name)]
@@ -50,11 +56,64 @@ def decimated(log: Log, rows: int) -> Log:
     return log
 
 
-def _servos_move(log: Log) -> bool:
-    """Return true if the command to a joint changes."""
-    columns = columns_of("joint_position_cmd", log.columns)
-    given = [log.columns[k][np.isfinite(log.columns[k])] for k in columns if k in log.columns]
-    return any(values.size and np.ptp(values) > 0.0 for values in given)
+def longest_step(log: Log) -> float:
+    """Return the step between rows that follows the joints of a log [s], at most ``STEP``.
+
+    From row to row their commands go no further than seven times the noise of the joints' readings,
+    each joint weighted by the gain of its servo. Rows closer than ``SERVO_STEP`` are not asked for;
+    where no noise is stated, every joint that is moved asks for these.
+    """
+    if not columns_of("joint_position_cmd", log.columns):
+        return STEP
+    fastest = max(_command_speed(part) for part in log.segments())
+    noise = _stated(log.meta).get("joint_position", 0.0)
+    if fastest == 0.0:
+        return STEP
+    return float(np.clip(_UNSEEN * noise / fastest, SERVO_STEP, STEP))
+
+
+def _command_speed(run: Log) -> float:
+    """Largest mean over a second of the speed of the joints' commands [rad/s or m/s].
+
+    Equation:
+        v^2 = sum (kp_j q_j')^2 / sum kp_j^2, with q' over ``STEP``.
+    """
+    command = _held(run.channel("joint_position_cmd"))
+    step = float(np.median(np.diff(run.time))) if run.rows > 1 else 0.0
+    lag = min(max(1, round(STEP / step)), run.rows - 1) if step > 0.0 else 0
+    if not lag:
+        return 0.0
+    rate = (command[lag:] - command[:-lag]) / (lag * step)
+    square = rate**2 @ _shares(run.meta, command.shape[1])
+    count = min(max(1, round(_SECOND / step)), square.size)
+    total = np.concatenate([[0.0], np.cumsum(square)])
+    # a sum of sums is good to rounding: joints that rest have a speed of zero
+    most = float((total[count:] - total[:-count]).max()) / count if square.any() else 0.0
+    return float(np.sqrt(max(most, 0.0)))
+
+
+def _held(values: Floats) -> Floats:
+    """Hold the last command in cells without a number; the first one before it."""
+    out = values.copy()
+    for column in out.T:
+        good = np.flatnonzero(np.isfinite(column))
+        if good.size:
+            column[:] = column[
+                good[np.maximum(np.searchsorted(good, np.arange(column.size), "right") - 1, 0)]
+            ]
+        else:
+            column[:] = 0.0
+    return out
+
+
+def _shares(meta: Mapping[str, Any], joints: int) -> Floats:
+    """Squares of the servos' gains as shares of their sum, shape (J,); equal where none fit."""
+    arm: Any = (meta.get("vehicle") or {}).get("arm") or {}
+    given = np.ravel(np.asarray((arm.get("controller") or {}).get("kp", 1.0), dtype=object))
+    numbers = all(isinstance(x, int | float) for x in given) and given.size in (1, joints)
+    square = np.broadcast_to(given.astype(float) ** 2 if numbers else 1.0, (joints,))
+    total = float(square.sum())
+    return square / total if total > 0.0 else np.full(joints, 1.0 / joints)
 
 
 def _stated(meta: Mapping[str, Any]) -> dict[str, float]:

@@ -12,7 +12,7 @@ from seals.arrays import Floats
 from seals.errors import LogError
 from seals.logs.log import Log
 from seals.sysid.data.contact import contact_free
-from seals.sysid.data.decimation import decimated
+from seals.sysid.data.decimation import decimated, longest_step
 from seals.sysid.data.known_sea import GAP, sea_laws
 
 _OWN = ("initial_state",)
@@ -40,7 +40,8 @@ def join_logs(logs: Log | Sequence[Log]) -> Log:
         raise LogError("no log is given.\nGive one log or several logs of one vehicle.")
     every = [contact_free(log) for log in every]
     rows = sum(log.rows for log in every)
-    every = [decimated(log, rows) for log in every]
+    longest = min(longest_step(log) for log in every)
+    every = [decimated(log, rows, longest=longest) for log in every]
     first = every[0]
     if len(every) == 1:
         return first
