@@ -10,7 +10,25 @@ _MOTORS, _SHEET = "seals.logs.motor_curve", "seals.scaffold.datasheet"
 _FORM, _EDIT = "seals.sysid.validation.answer_form", "seals.robot.yaml_edit"
 _MODEL = "seals.config.overlay"
 
+TERMINAL = "tests/unit/test_terminal.py"
 DESCRIPTIONS: dict[str, Guard] = {
+    "signs that steer a terminal": Guard(
+        "seals.cli.main", "with plain_streams():", "if True:", TERMINAL, "columns or refusal"
+    ),
+    "lines of a table": Guard(
+        "seals.text_table", "tuple(map(printable, row))", "row", TERMINAL, "table_of_runs"
+    ),
+    "signs of a check": Guard(
+        "seals.cli.check",
+        "Text(printable(finding.subject))",
+        "Text(finding.subject)",
+        TERMINAL,
+        "check",
+    ),
+    "markup of a check": Guard("seals.cli.check", "        markup=False,\n", "", TERMINAL, "check"),
+    "signs of a name of a run": Guard(
+        "seals.run.build", " or not name.isprintable()", "", TERMINAL, "name_of_a_run"
+    ),
     "motors are a mapping": Guard(
         _MOTORS, "if not isinstance(entry, Mapping | None):", "if False:", ODD, "motor_curves"
     ),

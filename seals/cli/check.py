@@ -6,7 +6,8 @@ import sys
 from collections import Counter
 from typing import TYPE_CHECKING, Any, cast
 
-from seals.errors import ConfigError
+from seals.errors import ConfigError, printable
+from seals.terminal import drawing
 
 if TYPE_CHECKING:
     from seals.check.robot import RobotFinding
@@ -65,16 +66,22 @@ def show(robot: str, findings: list[RobotFinding]) -> None:
     from rich.text import Text
 
     # a pipe has no width: wide enough that lines are not broken for a reader such as grep
-    console = Console(width=None if sys.stdout.isatty() else 160, highlight=False)
+    console = Console(
+        file=drawing(sys.stdout),
+        width=None if sys.stdout.isatty() else 160,
+        highlight=False,
+        markup=False,
+    )
     table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
     for finding in findings:
         word = finding.verdict.value
-        words = Text(finding.found)
+        words = Text(printable(finding.found))
         if finding.advice:
-            words.append(f"\n{finding.advice}", style="dim")
-        table.add_row(Text(word, style=_COLOURS[word]), Text(finding.subject), words)
+            words.append(f"\n{printable(finding.advice)}", style="dim")
+        table.add_row(Text(word, style=_COLOURS[word]), Text(printable(finding.subject)), words)
     console.print(table)
-    count = Counter(finding.verdict.value for finding in findings)
+    numbers = Counter(finding.verdict.value for finding in findings)
     console.print(
-        f"\n{robot}: {count['pass']} passed, {count['warn']} to look at, {count['fail']} failed."
+        f"\n{printable(robot)}: {numbers['pass']} passed, "
+        f"{numbers['warn']} to look at, {numbers['fail']} failed."
     )

@@ -18,6 +18,7 @@ from seals.cli.slips import repeated_keys
 from seals.errors import ConfigError, SealsError, printable, suggestion
 from seals.registry import blame
 from seals.run.stopping import stoppable
+from seals.terminal import plain_streams
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -327,9 +328,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     protect_children(arguments)
     words = list(sys.argv[1:] if arguments is None else arguments)
+    with plain_streams():
+        return _ended(words, ours=arguments is None)
+
+
+def _ended(words: list[str], *, ours: bool) -> int:
+    """Run a command; return how it ended."""
     try:
         # a caller in Python keeps its handlers
-        with stoppable() if arguments is None else contextlib.nullcontext():
+        with stoppable() if ours else contextlib.nullcontext():
             return _dispatch(words)
     except KeyboardInterrupt:
         print("Interrupted.", file=sys.stderr)

@@ -113,7 +113,12 @@ def _check(settings: RunSettings) -> None:
 
 
 def _check_name(name: str) -> None:
-    if not name or set(name) & set('/\\:*?"<>|\0') or name.startswith("."):
+    if (
+        not name
+        or set(name) & set('/\\:*?"<>|\0')
+        or name.startswith(".")
+        or not name.isprintable()
+    ):
         raise ConfigError(
             f"name={name} cannot be part of a folder's name.\n"
             "Allowed: letters, digits, '_', '-' and '.', not at the front."

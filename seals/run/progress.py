@@ -8,6 +8,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from seals.errors import printable
+from seals.terminal import drawing
+
 QUIET_SECONDS = 1.0
 """Runs shorter than this show no bar."""
 LINE_SECONDS = 60.0
@@ -96,25 +99,31 @@ class _Bar:
             if now - self._start < QUIET_SECONDS:
                 return
             self._open()
-        words = f"{self.label}  {self.note()}".rstrip()
+        words = printable(f"{self.label}  {self.note()}".rstrip())
         self._bar.update(self._task, completed=done, description=words)
 
     def _open(self) -> None:
         from rich.console import Console
-        from rich.progress import BarColumn, Progress, TaskProgressColumn, TimeRemainingColumn
+        from rich.progress import (
+            BarColumn,
+            Progress,
+            TaskProgressColumn,
+            TextColumn,
+            TimeRemainingColumn,
+        )
 
-        console = Console(stderr=True)
+        console = Console(file=drawing(sys.stderr))
         left = TimeRemainingColumn()
         # it goes when the run is done: the last lines are the result
         self._bar = Progress(
-            "{task.description}",
+            TextColumn("{task.description}", markup=False),
             BarColumn(),
             TaskProgressColumn(),
             left,
             console=console,
             transient=True,
         )
-        self._task = self._bar.add_task(self.label, total=self.total)
+        self._task = self._bar.add_task(printable(self.label), total=self.total)
         self._bar.start()
 
     def close(self) -> None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from seals.errors import ConfigError
+from seals.errors import ConfigError, printable
 from seals.logs.atomic import finite, write_json, write_text
 from seals.logs.shipped import find_log
 from seals.schema import check_value, parameters_of
@@ -17,6 +18,7 @@ from seals.sysid.calibration.settings import CalibrateSettings
 from seals.sysid.calibration.words import HEAD, error_sentence, remarks, row
 from seals.sysid.data.robot_description import RobotDescription, described
 from seals.sysid.report.given_logs import make_folder, places_of, read_log, sources
+from seals.terminal import drawing
 
 ANSWER, ROBOT = "calibration.json", "robot"
 _WIDTH = 160
@@ -124,8 +126,8 @@ def _print(outcome: Outcome) -> None:
     for k, name in enumerate(HEAD):
         table.add_column(name, justify="left" if k == 0 else "right", no_wrap=True)
     for number in found.numbers:
-        table.add_row(*(escape(cell) for cell in row(found, number)))
-    Console(highlight=False, width=_WIDTH).print(table)
+        table.add_row(*(escape(printable(cell)) for cell in row(found, number)))
+    Console(file=drawing(sys.stdout), highlight=False, width=_WIDTH).print(table)
     flight = [] if outcome.flight is None else [outcome.flight.sentence]
     notes = () if outcome.edit is None else outcome.edit.notes
     print("\n".join([error_sentence(found), *remarks(found), *flight, *notes]))

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Any
 
+from seals.errors import printable
 from seals.logs.atomic import atomic_path
 from seals.report.pictures import figure_class
 from seals.report.style import CYCLE, MUTED
 from seals.sysid.validation.ablation import Ablation
 from seals.sysid.validation.verification import Verification
+from seals.terminal import drawing
 
 UNITS = {
     "position": "m",
@@ -38,7 +41,7 @@ def print_table(found: Verification) -> None:
     table.add_column("error")
     table.add_column("at", justify="right")
     for name in (*(m.model.name for m in ablation.variants), "noise floor"):
-        table.add_column(name.replace("_", " "), justify="right")
+        table.add_column(escape(printable(name)).replace("_", " "), justify="right")
     levels = (f"{m.level:.3g}" for m in ablation.variants)
     table.add_row("times the floor", "", *levels, "1", style="bold")
     for name in ablation.first.plain:
@@ -47,11 +50,11 @@ def print_table(found: Verification) -> None:
             values.append(ablation.floor.get(name, {}).get(horizon))
             cells = ["-" if v is None else f"{v:.2g}" for v in values]
             table.add_row(
-                escape(f"{name.replace('_', ' ')} [{UNITS.get(name, '1')}]"),
+                escape(f"{printable(name).replace('_', ' ')} [{UNITS.get(name, '1')}]"),
                 f"{horizon:g} s",
                 *cells,
             )
-    Console(highlight=False).print(table)
+    Console(file=drawing(sys.stdout), highlight=False).print(table)
 
 
 def draw_ablation(path: Path, found: Verification) -> None:

@@ -1,0 +1,69 @@
+"""Output streams that keep what strangers named from steering the terminal."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+from collections.abc import Iterator
+from typing import Any, TextIO
+
+_KEPT = frozenset("\n\t")
+
+
+class PlainStream:
+    r"""Stream that replaces the signs that steer a terminal by blanks.
+
+    Names of columns, links, files and runs come from strangers; a sequence of signs in one may
+    clear lines, forge others, or set the title of the window.
+
+    Args:
+        below: the stream that is written to.
+
+    Example:
+        >>> import io
+        >>> PlainStream(io.StringIO()).cleaned("a\x1b[2J\n")
+        'a [2J\n'
+    """
+
+    def __init__(self, below: TextIO) -> None:
+        self.below = below
+
+    @staticmethod
+    def cleaned(text: str) -> str:
+        """Return a text without those signs; ends of lines and tabulators stay."""
+        if text.isprintable():
+            return text
+        return "".join(s if s.isprintable() or s in _KEPT else " " for s in text)
+
+    def write(self, text: str) -> int:
+        """Write a text; return its length."""
+        self.below.write(self.cleaned(text))
+        return len(text)
+
+    def writelines(self, lines: Any) -> None:
+        """Write several texts."""
+        for line in lines:
+            self.write(line)
+
+    def __getattr__(self, name: str) -> Any:
+        """Return anything else from the stream below."""
+        return getattr(self.below, name)
+
+
+@contextlib.contextmanager
+def plain_streams() -> Iterator[None]:
+    """Replace the standard streams for a while."""
+    before = sys.stdout, sys.stderr
+    sys.stdout, sys.stderr = (
+        stream if isinstance(stream, PlainStream) else PlainStream(stream)  # type: ignore[misc]
+        for stream in before
+    )
+    try:
+        yield
+    finally:
+        sys.stdout, sys.stderr = before
+
+
+def drawing(stream: TextIO) -> TextIO:
+    """Return the stream for colours and bars, whose texts are `printable` by themselves."""
+    return stream.below if isinstance(stream, PlainStream) else stream
