@@ -13,7 +13,7 @@ from seals.logs import Log
 from seals.sysid.report.given_logs import MOST_ROWS, _tell_time, places_of
 
 
-def test_ten_million_rows_are_refused_in_words(
+def test_two_million_rows_are_refused_in_words(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Before the log is checked, with the time that it would take and what is allowed."""
@@ -21,17 +21,16 @@ def test_ten_million_rows_are_refused_in_words(
     from pyarrow import parquet
 
     monkeypatch.chdir(tmp_path)
-    stamps = pa.array(np.arange(10_000_000) * 0.001)
+    stamps = pa.array(np.arange(2_000_000) * 0.001)
     (tmp_path / "log").mkdir()
     parquet.write_table(pa.table({"t": stamps}), tmp_path / "log" / "log.parquet")
     (tmp_path / "log" / "meta.yaml").write_text("format: hidden-effect-log\nformat_version: 1\n")
     code = main(["diagnose", "log=log", "out=out", "plan=false"])
-    said = capsys.readouterr()
+    said = capsys.readouterr().out
     assert code == 20
-    assert "bad data: log 'log' has 10,000,000 rows" in said.out
-    assert "would take about 83 h" in said.out
-    assert f"up to {MOST_ROWS:,} rows" in said.out
-    assert "10,000,000 rows of 1 columns, 80 MB of memory" in said.err
+    assert "bad data: log 'log' has 2,000,000 rows" in said
+    assert "would take about 17 h" in said
+    assert f"up to {MOST_ROWS:,} rows" in said
 
 
 def test_the_time_of_a_long_log_is_said(capsys: pytest.CaptureFixture[str]) -> None:
