@@ -28,6 +28,8 @@ _BEYOND = 2.0
 """Length of the rays over the largest range [1]."""
 _SHOWN = 45.0
 """Levels between black and white of a picture [dB]."""
+_WHITE = 0.995
+"""Share of a picture's pixels that are below white [1]."""
 _BOTTOM = ("tank_bottom", "ground_level", "slope", "land")
 _OCULUS = "Blueprint Subsea, Oculus M750d data sheet"
 _CHOSEN = "chosen"
@@ -411,5 +413,7 @@ class SensorSonar(MountedSensor):
         """Return a picture of a ping from above, brightness corrected for spreading, 8 bits."""
         way = self.nearest + (np.arange(self.bins) + 0.5) * self.size
         even = level + (30.0 * np.log10(way))[None, :]
-        grey = np.clip((even - (even.max() - _SHOWN)) * (255.0 / _SHOWN), 0.0, 255.0)
+        # a mirror-like wall is far above all else: it saturates, and the floor stays visible
+        white = float(np.quantile(even, _WHITE))
+        grey = np.clip((even - (white - _SHOWN)) * (255.0 / _SHOWN), 0.0, 255.0)
         return np.append(grey.astype(np.uint8).ravel(), np.uint8(0))[self._fan]

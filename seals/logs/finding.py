@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -44,3 +45,33 @@ class Finding:
         place = f" at t = {self.where:.6g} s" if self.where is not None else ""
         channel = f" {self.channel}" if self.channel else ""
         return f"[{self.severity.value}]{channel}{place}: {self.message}"
+
+
+def told(findings: Sequence[Finding], *, most: int = 3) -> list[str]:
+    """Return findings as lines; columns of which the same is said share one.
+
+    Args:
+        findings: in their order.
+        most: names of columns in a line.
+
+    Example:
+        >>> note = {"severity": Severity.NOTE, "code": "held", "message": "held."}
+        >>> told([Finding(**note, channel=c) for c in ("x", "y", "z", "w")])
+        ['[note] x, y, z and 1 more: held.']
+    """
+    groups: dict[tuple[Severity, str, float | None], list[str]] = {}
+    for finding in findings:
+        key = finding.severity, finding.message, finding.where
+        groups.setdefault(key, []).append(finding.channel)
+    lines = []
+    for (severity, message, where), channels in groups.items():
+        more = f" and {len(channels) - most} more" if len(channels) > most else ""
+        whole = Finding(
+            severity=severity,
+            code="",
+            channel=", ".join(channels[:most]) + more,
+            message=message,
+            where=where,
+        )
+        lines.append(" ".join(str(whole).split()))
+    return lines

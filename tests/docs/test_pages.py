@@ -126,3 +126,22 @@ def test_a_page_says_what_it_saves_and_what_it_leaves_out(tmp_path: Path) -> Non
     assert (folder / "a" / "b.yaml").read_text() == "x: 1\n"
     assert told("x: 1", "x: 1.01")
     assert not told("x: 1", "x: 2")
+
+
+TEN_LINES = {
+    "autopilots.md": 2,  # ArduPilot and PX4
+    "ros2.md": 3,  # ROS 2, a recording, Foxglove
+    "sensors.md": 1,
+    "learning_tools.md": 1,
+}
+
+
+@pytest.mark.parametrize("name", TEN_LINES)
+def test_a_newcomer_gets_to_a_bridge_in_ten_lines(name: str) -> None:
+    """Words, commands and programs of such a part, without fences and remarks on tests."""
+    text = (ROOT / "docs" / name).read_text(encoding="utf-8")
+    parts = re.findall(r"^#+ [^\n]* in ten lines\n(.*?)(?=^#|\Z)", text, re.M | re.S)
+    assert len(parts) == TEN_LINES[name]
+    for part in parts:
+        lines = [x for x in part.splitlines() if x and not x.startswith(("```", "<!--"))]
+        assert 2 <= len(lines) <= 10, "\n".join(lines)

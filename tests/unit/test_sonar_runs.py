@@ -13,6 +13,7 @@ from PIL import Image
 from seals.cli.main import main
 from seals.config.compose import compose
 from seals.logs.table import read_parquet
+from seals.plugins.sensors.sonar import SensorSonar
 from seals.run import build_world
 from seals.run.build import build_run
 from seals.run.simulation import simulate
@@ -50,6 +51,21 @@ def test_a_run_keeps_its_pings_and_repeats_them() -> None:
     np.testing.assert_allclose(read_parquet(Path(folder, "index.parquet"))["t"], [0.1, 0.2])
     for name in ("000000.png", "000001_level.png"):
         assert Path(folder, name).read_bytes() == Path(f"two/pictures/sonar/{name}").read_bytes()
+
+
+def test_a_picture_shows_the_floor_beside_a_wall() -> None:
+    """A wall 45 dB over the floor saturates; the floor is grey, its shadow dark."""
+    sonar = SensorSonar(beams=64, bins=128)
+    way = sonar.nearest + (np.arange(sonar.bins) + 0.5) * sonar.size
+    level = np.full((64, 128), 90.0) - 30.0 * np.log10(way)
+    level[:, :32] -= 60.0
+    level[20:22, 80] += 45.0
+    seen = sonar.shown(level)
+    assert seen.max() == 255
+    # the picture is black outside of the fan
+    floor = seen[seen > 0]
+    assert 100 < np.median(floor) <= 255
+    assert np.unique(floor).size == 1
 
 
 def log_of(words: list[str]) -> Any:
