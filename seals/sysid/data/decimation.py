@@ -93,27 +93,26 @@ def _command_speed(run: Log) -> float:
 
 
 def _held(values: Floats) -> Floats:
-    """Hold the last command in cells without a number; the first one before it."""
-    out = values.copy()
+    """Hold the last command in cells without a number; zero before the first one."""
+    out: Floats = values.copy()
     for column in out.T:
-        good = np.flatnonzero(np.isfinite(column))
-        if good.size:
-            column[:] = column[
-                good[np.maximum(np.searchsorted(good, np.arange(column.size), "right") - 1, 0)]
-            ]
-        else:
-            column[:] = 0.0
+        rows = np.where(np.isfinite(column), np.arange(column.size), -1)
+        last = np.maximum.accumulate(rows)
+        column[:] = np.where(last >= 0, column[last], 0.0)
     return out
 
 
 def _shares(meta: Mapping[str, Any], joints: int) -> Floats:
     """Squares of the servos' gains as shares of their sum, shape (J,); equal where none fit."""
-    arm: Any = (meta.get("vehicle") or {}).get("arm") or {}
-    given = np.ravel(np.asarray((arm.get("controller") or {}).get("kp", 1.0), dtype=object))
-    numbers = all(isinstance(x, int | float) for x in given) and given.size in (1, joints)
-    square = np.broadcast_to(given.astype(float) ** 2 if numbers else 1.0, (joints,))
+    found: Any = meta
+    for key in ("vehicle", "arm", "controller", "kp"):
+        found = found.get(key) if isinstance(found, Mapping) else None
+    given = found if isinstance(found, list) else [found] * joints
+    numbers = len(given) == joints and all(isinstance(x, int | float) for x in given)
+    square = np.square(given if numbers else np.ones(joints), dtype=float)
     total = float(square.sum())
-    return square / total if total > 0.0 else np.full(joints, 1.0 / joints)
+    shares: Floats = square / total if total > 0.0 else np.full(joints, 1.0 / joints)
+    return shares
 
 
 def _stated(meta: Mapping[str, Any]) -> dict[str, float]:
