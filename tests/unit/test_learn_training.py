@@ -125,15 +125,19 @@ from seals.learn.training.loop import Training
 from seals.plugins.learners.sac import SAC
 from seals.testing.reaching import PointReach
 
-folder, resume = Path(sys.argv[1]), sys.argv[2] == "resume"
-learner = SAC(hidden=[16, 16], batch=32, capacity=3000, random_steps=40)
-agent = learner.start(Spaces(observation_size=6, action_size=3, count=4), device="cpu", seed=1)
-course = TrainingSchedule(steps=800, look_every=200, log_every=20, episodes=4, checkpoint=0.2)
-envs = PointReach(4), PointReach(4)
-training = Training(envs[0], agent, course=course, folder=folder, eval_env=envs[1], seed=1)
-if resume:
-    training.resume(read_checkpoint(folder, device="cpu"))
-training.run()
+def train(folder, resume):
+    learner = SAC(hidden=[16, 16], batch=32, capacity=3000, random_steps=40)
+    agent = learner.start(Spaces(observation_size=6, action_size=3, count=4), device="cpu", seed=1)
+    course = TrainingSchedule(steps=800, look_every=200, log_every=20, episodes=4, checkpoint=0.2)
+    envs = PointReach(4), PointReach(4)
+    training = Training(envs[0], agent, course=course, folder=folder, eval_env=envs[1], seed=1)
+    if resume:
+        training.resume(read_checkpoint(folder, device="cpu"))
+    training.run()
+
+for word in sys.argv[1:]:
+    how, _, folder = word.partition("=")
+    train(Path(folder), how == "resume")
 """
 
 
@@ -142,17 +146,16 @@ def test_a_killed_training_ends_like_one_that_was_left_alone(tmp_path: Path) -> 
     script = tmp_path / "train.py"
     script.write_text(textwrap.dedent(SCRIPT), encoding="utf-8")
 
-    def start(folder: str, how: str) -> subprocess.Popen[bytes]:
+    def start(*words: str) -> subprocess.Popen[bytes]:
         environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
-        words = [sys.executable, str(script), str(tmp_path / folder), how]
-        return subprocess.Popen(words, env=environment)
+        return subprocess.Popen([sys.executable, str(script), *words], env=environment)
 
-    (tmp_path / "whole").mkdir()
-    (tmp_path / "cut").mkdir()
-    assert start("whole", "new").wait() == 0
-    process = start("cut", "new")
+    whole, cut = tmp_path / "whole", tmp_path / "cut"
+    whole.mkdir()
+    cut.mkdir()
+    process = start(f"new={cut}")
     deadline = time.monotonic() + 120.0
-    rows, kept = tmp_path / "cut" / "training.csv", tmp_path / "cut" / FILE
+    rows, kept = cut / "training.csv", cut / FILE
 
     def ready() -> bool:
         return kept.is_file() and rows.is_file() and len(table(rows)) >= 12
@@ -163,9 +166,10 @@ def test_a_killed_training_ends_like_one_that_was_left_alone(tmp_path: Path) -> 
     process.send_signal(signal.SIGKILL)
     process.wait()
     assert kept.is_file()
-    assert start("cut", "resume").wait() == 0
+    # one process: what takes longest is its start
+    assert start(f"resume={cut}", f"new={whole}").wait() == 0
     for name in ("training.csv", "evaluation.csv"):
-        one, two = (table(tmp_path / folder / name) for folder in ("whole", "cut"))
+        one, two = (table(folder / name) for folder in (whole, cut))
         for row in (*one, *two):
             del row["seconds"]
         assert one == two
