@@ -37,11 +37,15 @@ def write_picture(path: str | Path, charts: Chart | list[Chart]) -> Path:
     figure = figure_class()(figsize=(SIZE[0], SIZE[1] * len(rows)), dpi=140, layout="constrained")
     for number, chart in enumerate(rows, start=1):
         _draw(figure.add_subplot(len(rows), 1, number), chart.coloured())
-    options: dict[str, Any] = {"metadata": {"Software": "SEALS"}}
-    if Path(path).suffix == ".webp":
-        options = {"pil_kwargs": {"lossless": True}}
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    canvas = FigureCanvasAgg(figure)
     with atomic_path(path) as beside:
-        figure.savefig(beside, **options)
+        # ``savefig`` would draw twice: once for the layout, then without it
+        if Path(path).suffix == ".webp":
+            canvas.print_webp(beside, pil_kwargs={"lossless": True})
+        else:
+            canvas.print_png(beside, metadata={"Software": "SEALS"})
     return Path(path)
 
 
