@@ -15,12 +15,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from seals.cli.slips import refuse_slips
+from seals.cli.slips import refuse_cut, refuse_slips, refuse_unknown_flags
 from seals.cli.sweep import MULTIRUN, RESUME, begun, own_words, with_objective
 from seals.config import roots
 from seals.config.overrides import joined
 from seals.config.strangers import TRUST, untrusted
-from seals.errors import ConfigError, SealsError, suggestion
+from seals.errors import ConfigError, SealsError
 from seals.logs.room import told_full
 from seals.logs.run_folder import LOCK
 from seals.run.stopping import stoppable
@@ -166,8 +166,11 @@ def launch(root: str, arguments: list[str], task: Task) -> int:
     from seals.sweep.checking import checked_by_value
     from seals.sweep.watch import Sweep, watched
 
+    arguments = joined(arguments)
+    refuse_unknown_flags(arguments, _FLAGS)
+    refuse_cut(arguments)
     # Hydra's parser takes no flag between two overrides
-    arguments = sorted(with_objective(joined(arguments)), key=lambda word: not word.startswith("-"))
+    arguments = sorted(with_objective(arguments), key=lambda word: not word.startswith("-"))
     kept = [word for word in arguments if word == RESUME]
     checked = _refuse_flags([word for word in arguments if word != RESUME])
     arguments, resumed = begun(root, [*kept, *checked])
@@ -349,14 +352,6 @@ def _refuse_flags(arguments: list[str]) -> list[str]:
     """
     from hydra._internal.utils import get_args_parser
 
-    for word in arguments:
-        flag, _, value = word.partition("=")
-        # Hydra would take an abbreviation: --experiment for --experimental-rerun
-        if flag.startswith("--") and flag not in _FLAGS:
-            hint = (
-                f"Write {flag[2:]}={value} without dashes." if value else suggestion(flag, _FLAGS)
-            )
-            raise ConfigError(f"{word}: there is no flag {flag}.\n{hint}")
     if "--resolve" in arguments and not {"--cfg", "-c"} & {w.partition("=")[0] for w in arguments}:
         raise ConfigError("--resolve prints nothing by itself.\nWrite: --cfg job --resolve")
     said = io.StringIO()

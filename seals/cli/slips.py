@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import difflib
+import itertools
 from collections.abc import Sequence
 from pathlib import Path
 
-from seals.errors import ConfigError
+from seals.errors import ConfigError, suggestion
 
 _LOGS = ("calibrate", "compare", "diagnose", "verify", "plan")
 """Verbs that take a log."""
+_RECORDINGS = (".ulg", ".mcap", ".db3", ".csv", ".txt", ".gz", ".parquet")
+"""Endings of logs of other programs."""
 _BY_FILE = {
     "run.json": {"run": "repeat", "render": "run"},
     "diagnosis.json": {"add": "diagnosis", "plan": "diagnosis"},
 }
 """Key of a folder by verb, for a file that it holds."""
+_ALIKE = 0.8
+"""Likeness from which a flag is a mistyped one [1]."""
 _FOLDERS = ("hydra.run.dir=", "hydra.sweep.dir=")
 """Output folders without a value, which Hydra takes for the present folder."""
 
@@ -51,6 +57,59 @@ def refuse_slips(root: str, words: Sequence[str]) -> None:
         _refuse_own_folder(words)
 
 
+def refuse_cut(words: Sequence[str]) -> None:
+    """Refuse a value that the shell cut at its blanks.
+
+    Raises:
+        ConfigError: with the word in quotes.
+
+    Example:
+        >>> refuse_cut(["initial.position=[0,", "0,", "1]", "robot=ball"])
+        Traceback (most recent call last):
+        seals.errors.ConfigError: initial.position=[0, ends inside of its brackets.
+        Quote a value with spaces: 'initial.position=[0, 0, 1]'
+    """
+    for k, word in enumerate(words):
+        wholes = (" ".join(words[k:end]) for end in range(k + 1, len(words) + 1))
+        whole = next((w for w in wholes if _closed(w)), word)
+        if whole != word and "=" in word:
+            raise ConfigError(
+                f"{word} ends inside of its brackets.\nQuote a value with spaces: '{whole}'"
+            )
+
+
+def _closed(text: str) -> bool:
+    return all(text.count(a) <= text.count(b) for a, b in ("[]", "{}"))
+
+
+def refuse_unknown_flags(words: Sequence[str], known: Sequence[str]) -> None:
+    """Refuse flags that there are not: Hydra would take abbreviations of its own.
+
+    Args:
+        words: as they were written.
+        known: the flags that there are.
+
+    Raises:
+        ConfigError: with the value that was meant, or the nearest flag.
+
+    Example:
+        >>> refuse_unknown_flags(["--robot", "auv"], ["--help"])
+        Traceback (most recent call last):
+        seals.errors.ConfigError: --robot: there is no flag --robot.
+        Values have no dashes: write robot=auv
+    """
+    for word, after in itertools.zip_longest(words, words[1:], fillvalue=""):
+        flag, _, value = word.partition("=")
+        if not flag.startswith("--") or flag in known:
+            continue
+        if not value and "=" not in after and not after.startswith("-"):
+            value = after
+        hint = f"Values have no dashes: write {flag[2:]}={value}"
+        if not value or difflib.get_close_matches(flag, known, cutoff=_ALIKE):
+            hint = suggestion(flag, known)
+        raise ConfigError(f"{word}: there is no flag {flag}.\n{hint}")
+
+
 def repeated_keys(words: Sequence[str]) -> list[str]:
     """Return a remark for each key that the words give several values; the last value holds.
 
@@ -84,7 +143,8 @@ def _key_of(root: str, word: str) -> str:
         return "experiment"
     if word in registry.names("robot") or word in registry.names("animal"):
         return "robot"
-    if root in _LOGS and (word in shipped_logs() or (folder / "meta.yaml").is_file()):
+    recorded = word in shipped_logs() or (folder / "meta.yaml").is_file()
+    if root in _LOGS and (recorded or folder.suffix in _RECORDINGS):
         return "log"
     if (folder / "robot.yaml").is_file():
         return "robot"

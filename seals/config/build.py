@@ -9,6 +9,7 @@ import typing
 from collections.abc import Mapping
 from typing import Any, TypeVar, cast
 
+from seals import registry
 from seals.config.derive import schema_of
 from seals.config.node_checks import refuse_targets, refuse_unknown
 from seals.config.refusal import refusals
@@ -80,9 +81,11 @@ def _refuse_untyped(node: Any, where: str) -> None:
     from omegaconf import DictConfig, OmegaConf
 
     if not isinstance(node, DictConfig) or node.get("_target_") is None:
+        name = where.rpartition(".")[2]
+        meant = name if name in registry.names("effect") else "quadratic_drag"
         raise ConfigError(
             f"{where} names no plug-in.\n"
-            f"Choose one by its group, for instance: +effect@{where}=quadratic_drag"
+            f"Choose one by its group, for instance: +effect@{where}={meant}"
         )
     schema = OmegaConf.get_type(node)
     if not (schema and dataclasses.is_dataclass(schema)):

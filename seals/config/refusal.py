@@ -9,10 +9,11 @@ from contextlib import contextmanager
 from typing import Any
 
 from seals import registry
+from seals.config.hints import added, group_of, home_of
 from seals.config.recipes import recipe_groups, roots_choosing
 from seals.config.roots import VERBS
 from seals.config.whereabouts import unknown_robot
-from seals.errors import ConfigError, SealsError, UnknownPlugin, suggestion
+from seals.errors import ConfigError, SealsError, UnknownPlugin, nearest, suggestion
 from seals.schema import parameters_of
 
 _WORDS = {
@@ -132,11 +133,12 @@ def _missing_option(path: str, options: list[str]) -> SealsError:
     label = "Installed" if group in registry.GROUPS else "Allowed"
     if name == "":
         return ConfigError(f"{group}= has no value.\n{suggestion(name, options, label=label)}")
+    other = group_of(name, group)
+    hint = f"Write {other}={name}.  " if other else ""
+    hint += suggestion(name, options, label=label)
     if group in registry.GROUPS:
-        return UnknownPlugin(
-            f"{group} '{name}' is not installed.\n{suggestion(name, options, label=label)}"
-        )
-    return ConfigError(f"{group}={name} does not exist.\n{suggestion(name, options, label=label)}")
+        return UnknownPlugin(f"{group} '{name}' is not installed.\n{hint}")
+    return ConfigError(f"{group}={name} does not exist.\n{hint}")
 
 
 def _keyed(cause: BaseException, outer: str, overrides: Sequence[str]) -> SealsError:
@@ -152,10 +154,9 @@ def _keyed(cause: BaseException, outer: str, overrides: Sequence[str]) -> SealsE
         shown = asked.group(1) if asked else full_key
         scope = full_key.rpartition(".")[0]
         place = f"of {scope}" if scope else "of the configuration"
-        return ConfigError(
-            f"{shown}: '{key}' is not a key {place}{origin}.\n"
-            f"{suggestion(key, _keys(parent, scope))}"
-        )
+        allowed = _keys(parent, scope)
+        hint = _belongs(key, parent, allowed) or suggestion(key, allowed)
+        return ConfigError(f"{shown}: '{key}' is not a key {place}{origin}.\n{hint}")
     if text.startswith("Missing mandatory"):
         return ConfigError(f"{full_key} has no value{origin}.\nGive it: {full_key}=VALUE")
     if text.startswith("Interpolation"):
@@ -164,7 +165,24 @@ def _keyed(cause: BaseException, outer: str, overrides: Sequence[str]) -> SealsE
         (o.partition("=")[2] for o in overrides if o.lstrip("+").startswith(f"{full_key}=")), None
     )
     shown = full_key if given is None else f"{full_key}={given}"
-    return ConfigError(f"{shown} is not allowed: {text}{origin}.\n{_allowed(parent, key, text)}")
+    said = f": {text}"
+    number = re.search(r"Value '(.*)' of type .* could not be converted to (\w+)", text)
+    if number and number.group(2) in _WORDS:
+        said = f": '{number.group(1)}' is not {_WORDS[number.group(2)]}"
+    elif text.startswith("Invalid value"):
+        said = ""
+    return ConfigError(f"{shown} is not allowed{said}{origin}.\n{_allowed(parent, key, text)}")
+
+
+def _belongs(key: str, parent: Any, allowed: Sequence[str]) -> str:
+    """Say where a key belongs that its section does not have; empty if nowhere."""
+    if parent is not None and not len(parent):
+        return "This mapping is empty: put a + in front of the key to add it."
+    home = None if parent is None else home_of(key, parent._get_root())
+    if home is not None:
+        return f"Did you mean '{home}'?  See all keys with: --cfg job"
+    word = None if nearest(key, allowed) else added(key)
+    return f"To add the plug-in: {word}.  {suggestion(key, allowed)}" if word else ""
 
 
 def _keys(parent: Any, scope: str) -> list[str]:
@@ -231,7 +249,7 @@ _SAYINGS: tuple[tuple[str, str, str], ...] = (
     (
         r"Could not override '([^']+)'\.\s+Did you mean to override (?:one of )?(.*?)\?",
         "{0} is not chosen in this configuration, so it cannot be replaced",
-        "To add it, write +GROUP@SECTION.NAME=OPTION; to replace one, use: {1}",
+        "To add it, write {add}; to replace one, use: {1}",
     ),
     (
         r"Could not override '([^']+)'",
@@ -272,6 +290,7 @@ def _by_words(text: str, overrides: Sequence[str], *, root: str) -> SealsError:
         words = {
             "root": root,
             "override": _offender(overrides),
+            "add": _adding(groups, overrides),
             "options": ", ".join(groups[-1].split()) if groups else "",
             "groups": suggestion(
                 groups[1] if len(groups) > 1 else "",
@@ -281,6 +300,15 @@ def _by_words(text: str, overrides: Sequence[str], *, root: str) -> SealsError:
         }
         return ConfigError(f"{first.format(*groups, **words)}.\n{second.format(*groups, **words)}")
     return ConfigError(f"{' '.join(text.split())}\nSee the keys with: seals {root} --cfg job")
+
+
+def _adding(groups: Sequence[str], overrides: Sequence[str]) -> str:
+    """Return the word that adds what a group was to be replaced by."""
+    group = groups[0] if groups else ""
+    given = next((o.partition("=")[2] for o in overrides if o.startswith(f"{group}=")), "")
+    if given and "@" in group:
+        return f"+{group}={given}"
+    return added(given) or "+GROUP@SECTION.NAME=OPTION"
 
 
 def _offender(overrides: Sequence[str]) -> str:

@@ -7,6 +7,8 @@ from pathlib import Path
 
 from seals.errors import ConfigError, UnknownPlugin, nearest, suggestion
 
+_DRAWN = (".urdf", ".xacro", ".sdf", ".xml")
+"""Endings of files that a robot can be made of."""
 _MOST = 200
 """Neighbours that are looked at."""
 
@@ -24,6 +26,9 @@ def unknown_robot(given: str, installed: Sequence[str]) -> UnknownPlugin:
     if given and path.exists():
         advice = "Make one of a URDF: seals new robot NAME --urdf FILE, or see: seals list robot"
         return _refusal(given, "is here, but holds no robot.yaml", advice)
+    if path.suffix in _DRAWN:
+        advice = "A robot is a folder. Make one of such a file: seals new robot NAME --urdf FILE"
+        return _refusal(given, "is neither installed nor a file here", advice)
     folders = _folders(path.parent if "/" in given else Path())
     close = nearest(given, folders)
     if close is not None:
@@ -68,7 +73,7 @@ def _refusal(given: str, what: str, advice: str) -> UnknownPlugin:
 def _urdf(path: Path) -> Path | None:
     """Return the URDF at a path, or inside it."""
     if path.is_file():
-        return path if path.suffix in (".urdf", ".xacro") else None
+        return path if path.suffix in _DRAWN else None
     if not path.is_dir():
         return None
     found = [*path.glob("*.urdf"), *path.glob("*/*.urdf")]

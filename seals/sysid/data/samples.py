@@ -282,7 +282,7 @@ def _held(log: Log, channel: str, count: int) -> Floats:
     if values.shape[1] != count:
         raise LogError(
             f"log '{log.name}': {channel} has {values.shape[1]} columns, the vehicle has {count} "
-            "actuators.\nGive one column for each."
+            "actuators.\nGive one column for each, or the robot that was recorded: robot=NAME"
         )
     for k in range(1, len(values)):
         lost = ~np.isfinite(values[k])

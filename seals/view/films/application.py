@@ -75,9 +75,9 @@ def execute(config: Any) -> int | None:
     typed: Any = OmegaConf.merge(OmegaConf.structured(RenderSettings), {**config, "renderer": None})
     settings: Any = OmegaConf.to_object(typed)
     _check(settings)
+    shooting = prepare(settings)
     if settings.film:
         refuse_missing()
-    shooting = prepare(settings)
     photographer = photographer_of(renderer)
     out = Path(settings.out) if settings.out else _folder(settings, str(chosen["_target_"]))
     frames = Frames(out, _card(settings, chosen), replace=settings.replace)
