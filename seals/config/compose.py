@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from seals.errors import ConfigError
+
 
 def compose(overrides: Sequence[str] = (), *, root: str = "run") -> Any:
     """Return the composed configuration of a root such as ``run`` or ``compare``.
@@ -27,6 +29,10 @@ def compose(overrides: Sequence[str] = (), *, root: str = "run") -> Any:
     from seals.config.refusal import refusals
     from seals.config.source import install
 
+    if isinstance(overrides, str):
+        raise ConfigError(
+            f"overrides={overrides!r} is text, not a list.\nWrite a list: [{overrides!r}]"
+        )
     install()
     GlobalHydra.instance().clear()
     with (

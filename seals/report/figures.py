@@ -17,6 +17,10 @@ MOST_POINTS = 2400
 """Points of a series in a page: more than a screen has pixels across."""
 
 
+ROUNDING = 1e-9
+"""Motions and loads of a run below it, in SI units, are rounding."""
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Series:
     """One line of a chart.
@@ -126,6 +130,19 @@ def lines(
         Series(name=name, x=across, y=np.asarray(y, dtype=float)) for name, y in values.items()
     )
     return Chart(title=title, y_label=y_label, series=made, marks=marks, note=note)
+
+
+def without_rounding(values: Floats) -> Floats:
+    """Return zeros in place of values of a run that are all `ROUNDING` or less.
+
+    A chart of them alone would be one of rounding errors, on an axis of its own.
+
+    Example:
+        >>> without_rounding(np.array([2e-16, -1e-15])).tolist()
+        [0.0, 0.0]
+    """
+    small = np.nanmax(np.abs(values), initial=0.0) <= ROUNDING
+    return np.where(np.isnan(values), values, 0.0) if small else values
 
 
 def edges(line: Series) -> tuple[Floats, Floats]:

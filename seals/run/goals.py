@@ -11,7 +11,7 @@ from seals.control.protocols import Goal
 from seals.frames import matrix_of
 from seals.logs import Log
 from seals.report import Block, Paragraph, Table
-from seals.report.figures import Chart, Series
+from seals.report.figures import ROUNDING, Chart, Series, without_rounding
 from seals.run.simulation import Ending, Record
 
 AXES = ("x", "y", "z")
@@ -122,7 +122,7 @@ def reference_charts(log: Log) -> list[Chart]:
     charts = []
     for k, axis in enumerate(AXES):
         wanted = log.columns[f"aim_velocity_{axis}"]
-        if not (np.nanmax(np.abs(wanted)) > 0.0 or np.nanmax(np.abs(velocity[:, k])) > 0.0):
+        if np.nanmax(np.abs([wanted, velocity[:, k]]), initial=0.0) <= ROUNDING:
             continue
         pair = _pair(log.time, wanted, velocity[:, k])
         charts.append(
@@ -138,6 +138,6 @@ def reference_charts(log: Log) -> list[Chart]:
 
 def _pair(time: Floats, wanted: Floats, achieved: Floats) -> tuple[Series, Series]:
     return (
-        Series(name="wanted", x=time, y=wanted, dashed=True),
-        Series(name="achieved", x=time, y=achieved),
+        Series(name="wanted", x=time, y=without_rounding(wanted), dashed=True),
+        Series(name="achieved", x=time, y=without_rounding(achieved)),
     )

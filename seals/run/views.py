@@ -11,7 +11,7 @@ from seals.effects.effect import EffectOptions, MediumKind
 from seals.frames import rotation_vector
 from seals.logs import Log
 from seals.plugin_options import options_of
-from seals.report.figures import Chart, Mark, Series, lines
+from seals.report.figures import ROUNDING, Chart, Mark, Series, lines, without_rounding
 from seals.report.style import colours_of
 from seals.run.settings import RunSettings
 from seals.run.simulation import Record
@@ -145,7 +145,7 @@ def _loads(
     largest = np.array([peaks[:3].max()] * 3 + [peaks[3:].max()] * 3)
     charts = []
     for c, component in enumerate(COMPONENTS):
-        if not peaks[c] > _SMALL * max(largest[c], 1e-9):
+        if not peaks[c] > max(_SMALL * largest[c], ROUNDING):
             continue
         kind, axis = component.split("_")
         acting = tuple(
@@ -204,4 +204,4 @@ def _named(log: Log, stem: str) -> dict[str, Floats]:
 
 
 def _columns(values: Floats) -> dict[str, Floats]:
-    return {axis: values[:, k] for k, axis in enumerate(AXES)}
+    return {axis: without_rounding(values[:, k]) for k, axis in enumerate(AXES)}

@@ -7,9 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from seals import load_log
 from seals.cli.main import main
+from seals.config.compose import compose
 from seals.control.protocols import Goal
-from seals.run.goals import result_of
+from seals.errors import ConfigError
+from seals.report.figures import ROUNDING
+from seals.run.goals import reference_charts, result_of
 
 TIME = np.arange(5.0)
 PLACE = np.array([[0.0, 0, 0], [1.0, 0, 0], [2.0, 0, 0.3], [3.0, 0, 0], [3.02, 0, 0]])
@@ -56,3 +60,21 @@ def test_a_run_says_which_goals_it_missed(
     assert "1 of 2 goal(s) missed: place 2" in page
     assert "Velocity along world z" in page
     assert "Heading" in page
+
+
+def test_rounding_gets_no_chart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A drop on the spot turns and moves aside by rounding errors alone."""
+    monkeypatch.chdir(tmp_path)
+    words = ["robot=crazyflie", "controller=cascade", "guide=hover", "initial.position=[0,0,1]"]
+    assert main(["run", *words, "time.duration=0.2", "hydra.run.dir=r"]) == 0
+    charts = reference_charts(load_log(tmp_path / "r"))
+    assert "Velocity along world z" in [chart.title for chart in charts]
+    for chart in charts:
+        span = max(float(np.abs(line.y).max()) for line in chart.series)
+        assert span == 0.0 or span > ROUNDING, chart.title
+
+
+def test_overrides_in_one_text_are_refused() -> None:
+    """A text would be taken letter by letter."""
+    with pytest.raises(ConfigError, match=r"Write a list: \['robot=ball'\]"):
+        compose("robot=ball")
