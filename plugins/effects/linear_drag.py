@@ -63,6 +63,7 @@ class DragLinear(Effect):
         may_end=True,
         needs_motion=0,
         family="drag",
+        power=1,
         compared=Comparison(
             order=(Stage.water, 7),
             media=(

@@ -123,6 +123,7 @@ class DragQuadratic(Effect):
         may_begin=True,
         may_end=True,
         family="drag",
+        power=2,
         compared=Comparison(
             order=(Stage.water, 8),
             media=(

@@ -116,6 +116,7 @@ class Identification:
         adds_only: parameters whose natural spread can only add, such as latencies.
         family: common name of laws that differ only by the power of the speed; where a fit needs
             two of them, neither is the law.
+        power: of the speed, of a law of a family.
         measurement: a measurement on the ground that would identify it, as a sentence.
         words: plain names of its parameters by their name or stem; ``{}`` stands for the variant.
         formula: its parameters are the terms of a formula: a force that no effect explains becomes
@@ -140,6 +141,7 @@ class Identification:
     approximate: bool = False
     adds_only: tuple[str, ...] = ()
     family: str = ""
+    power: int = 0
     measurement: str = ""
     words: Mapping[str, str] = field(default_factory=dict)
     formula: bool = False

@@ -14,7 +14,7 @@ import pytest
 from seals.effects.identification import Identification
 from seals.sysid import diagnosis
 from seals.sysid.candidates.parameters import Candidate, CandidateSet, Parameter
-from seals.sysid.decision import data_sheet, evidence
+from seals.sysid.decision import data_sheet, drag_power, evidence
 from seals.sysid.decision.answer import Claim, verdict_of
 from seals.sysid.decision.data_sheet import with_data_sheet
 from seals.sysid.decision.evidence import EvidenceAnswer, decide
@@ -162,6 +162,33 @@ def test_no_name_while_many_floors_of_misfit_remain() -> None:
     assert said.verdict is Verdict.none_of_these
     assert not said.claims
     assert "7.35e+03 times the noise floor" in said.reasons[0]
+
+
+@pytest.mark.parametrize(
+    ("along_axes", "whole", "verdict"),
+    [
+        ((0.3, 0.1), (0.2, 0.1), Verdict.named),
+        ((0.9, 0.3), (0.4, 0.3), Verdict.named),
+        ((0.1, 0.2), (1.2, 0.1), Verdict.none_of_these),
+        ((0.9, 0.1), (0.4, 0.1), Verdict.none_of_these),
+    ],
+)
+def test_a_drag_of_a_third_power_is_not_named(
+    monkeypatch: pytest.MonkeyPatch,
+    along_axes: tuple[float, float],
+    whole: tuple[float, float],
+    verdict: Verdict,
+) -> None:
+    """Half a power more than the second, in the speed along each axis or in that of the whole."""
+    found = iter([along_axes, whole])
+    monkeypatch.setattr(drag_power, "_own_squares", lambda best, candidate: None)
+    monkeypatch.setattr(drag_power, "fitted_change", lambda *given: next(found))
+    best = model(["wind"], misfit=1.0, score=500.0)
+    law = Identification(family="drag", power=2)
+    drag = replace(best.candidates[0], identification=law)
+    told = answer(replace(best, candidates=(drag,)), nominal=2.0)
+    assert told.verdict is verdict
+    assert told.verdict is Verdict.named or "with the power" in told.reasons[0]
 
 
 def test_an_error_without_any_effect_is_not_nothing_missing() -> None:

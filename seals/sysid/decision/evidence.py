@@ -11,6 +11,7 @@ import numpy as np
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.decision.answer import Answer, Claim, Rival, claim_against, reported, verdict_of
 from seals.sysid.decision.data_sheet import with_data_sheet
+from seals.sysid.decision.drag_power import other_power
 from seals.sysid.decision.general_law import better_general_law
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.predictors.problem import Problem
@@ -52,9 +53,7 @@ def decide(
         return _quiet(search, left)
     if not refusal and _unexcited(problem, search, best):
         return _quiet(search, left, blind=[c.name for c in best.candidates])
-    if not refusal and _between_powers(best):
-        refusal = "a drag that grows neither with the first nor with the second power of the speed"
-    refusal = refusal or better_general_law(problem, best)
+    refusal = refusal or other_power(problem, best) or better_general_law(problem, best)
     if refusal:
         return EvidenceAnswer(
             verdict=Verdict.none_of_these,
@@ -160,16 +159,6 @@ def _changed_data_sheet(best: EvidenceHypothesis) -> tuple[float, str]:
         return 0.0, ""
     most = max(changes, key=lambda key: abs(changes[key]))
     return math.sqrt(sum(z * z for z in changes.values()) / len(changes)), most
-
-
-def _between_powers(best: EvidenceHypothesis) -> bool:
-    """Return true if two laws of one variant differ only by the power of the speed."""
-    laws = {
-        (c.identification.family, c.label.partition(" ")[2], c.name)
-        for c in best.candidates
-        if c.identification.family
-    }
-    return len({law[:2] for law in laws}) < len(laws)
 
 
 def evidence_temperature(problem: Problem) -> float:

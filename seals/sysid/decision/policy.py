@@ -280,6 +280,12 @@ class DecisionPolicy:
     force_misfit: float = threshold(
         1.03, "1", "misfit over the noise floor from which a force is missing"
     )
+    other_power: float = threshold(
+        0.5,
+        "1",
+        "by which a drag's power of the speed lies above that of its law, less two standard "
+        "errors, from which it is another law: half way to the next power",
+    )
     general_law: float = threshold(
         50.0, "chi2", "by which a central force must beat an effect of the place to refuse it"
     )
