@@ -7,6 +7,7 @@ import pytest
 
 from seals.logs.log import Log
 from seals.sysid.data.decimation import ROWS, decimated, longest_step
+from seals.sysid.data.join import join_logs
 
 STEP, MANY = 0.0025, ROWS + 1
 
@@ -82,7 +83,7 @@ def test_a_command_is_averaged_until_the_next_row() -> None:
     ],
 )
 def test_rows_are_closer_where_servos_move(reach: float, noise: float, step: float) -> None:
-    """Joints that swing fast are followed at 2 ms, slow ones at 10: seven times their noise a row."""
+    """Joints that swing fast are followed at 2 ms, slow ones at 10: seven noises a row."""
     time = 0.001 * np.arange(MANY)
     joint = 0.2 + reach * np.sin(3.0 * time)
     arm = {"joint_position_1": joint, "joint_position_cmd_1": joint}
@@ -104,6 +105,36 @@ def test_a_light_finger_may_move_faster_than_an_arm() -> None:
         columns = {f"joint_position_cmd_{k + 1}": c for k, c in enumerate(commands)}
         given = Log(name="arm", columns={"t": time, **columns}, meta=meta)
         assert longest_step(given) == pytest.approx(longest, rel=0.1)
+
+
+@pytest.mark.parametrize("kp", [None, "stiff", [1.0], [40.0, "2"], [[40.0], 2.0], [0.0, 0.0]])
+def test_gains_that_fit_no_joints_weigh_all_alike(kp: object) -> None:
+    """A log is thinned before its vehicle is checked: what is no list of gains does not matter."""
+    time = 0.001 * np.arange(MANY)
+    columns = {f"joint_position_cmd_{k}": 0.3 * k * np.sin(3.0 * time) for k in (1, 2)}
+    meta = {"sensors": {"channels": {"joint_position": {"sigma": 1e-3}}}}
+    alike = longest_step(Log(name="arm", columns={"t": time, **columns}, meta=meta))
+    given = {**meta, "vehicle": {"arm": {"controller": {"kp": kp}}}}
+    found = longest_step(Log(name="arm", columns={"t": time, **columns}, meta=given))
+    assert found == alike
+    assert 0.002 < found < 0.01
+
+
+def test_logs_that_are_joined_keep_one_step() -> None:
+    """Where the arm swings in one of two logs, both keep the rows that it asks for."""
+    time = 0.001 * np.arange(MANY)
+    still = np.zeros(MANY)
+    logs = [
+        Log(
+            name=name,
+            columns={"t": time, "position_x": still, "joint_position_cmd_1": way},
+            meta={"vehicle": {"name": "arm"}},
+        )
+        for name, way in (("still", still), ("swung", np.sin(9.0 * time)))
+    ]
+    joined = join_logs(logs)
+    steps = [np.diff(part.time) for part in joined.segments()]
+    assert [float(np.median(x)) for x in steps] == pytest.approx([0.002, 0.002])
 
 
 def test_quaternions_may_change_their_sign() -> None:
