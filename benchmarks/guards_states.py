@@ -5,6 +5,7 @@ from __future__ import annotations
 from benchmarks.guard import Guard
 
 KEPT, STATES = "tests/unit/test_run_checkpoint.py", "tests/unit/test_state_file.py"
+BOMBS = "tests/unit/test_config_bombs.py"
 WATER = "tests/unit/test_pbf_water.py"
 
 STORED_STATES: dict[str, Guard] = {
@@ -196,6 +197,37 @@ STORED_STATES: dict[str, Guard] = {
         "fault",
         KEPT,
         "only_its_owner",
+    ),
+    "choices that have an end": Guard(
+        "seals.config.strangers", "if wrong is not None:", "if False:", BOMBS, "choices_have"
+    ),
+    "circle of choices": Guard(
+        "seals.config.choices", "if name in above:", "if False:", BOMBS, "choices_have"
+    ),
+    "number of choices": Guard(
+        "seals.config.choices", "if count > MOST_CHOSEN:", "if False:", BOMBS, "choices_have"
+    ),
+    "levels of choices": Guard(
+        "seals.config.choices", "if levels > DEEPEST:", "if False:", BOMBS, "choices_have"
+    ),
+    "words for a circle": Guard(
+        "seals.config.refusal",
+        "except RecursionError as error:",
+        "except ZeroDivisionError as error:",
+        BOMBS,
+        "trusted_folder",
+    ),
+    "circle of references": Guard(
+        "seals.config.references", "if path in self.open or", "if", BOMBS, "references_have or ends"
+    ),
+    "growth of references": Guard(
+        "seals.config.references", "if total > MOST:", "if False:", BOMBS, "references_have"
+    ),
+    "references of a stored run": Guard(
+        "seals.run.replay_config", "    refuse_growth(raw)\n", "", BOMBS, "references_have"
+    ),
+    "references of a folder": Guard(
+        "seals.config.strangers", "        refuse_growth(content)\n", "", BOMBS, "itself_ends"
     ),
     "particles of a state": Guard(
         "seals.plugins.fluids.solvers.device_solver",

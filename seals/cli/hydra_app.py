@@ -232,11 +232,23 @@ def _ended(sweep: Any) -> int:
     return code
 
 
+def _measured(task: Task) -> Task:
+    """Return a task that refuses a configuration whose references have no end."""
+
+    def perform(config: Any) -> int | None:
+        from seals.config.references import refuse_growth
+
+        refuse_growth(config)
+        return task(config)
+
+    return perform
+
+
 class _Outcome:
     """Runner of the task that keeps its error from Hydra, which would print it again."""
 
     def __init__(self, task: Task, claim: Any) -> None:
-        self.task, self.claim = task, claim
+        self.task, self.claim = _measured(task), claim
         self.code = 0
         self.error: Exception | None = None
 

@@ -26,6 +26,7 @@ def compose(overrides: Sequence[str] = (), *, root: str = "run") -> Any:
     from hydra import initialize_config_module
     from hydra.core.global_hydra import GlobalHydra
 
+    from seals.config.references import refuse_growth
     from seals.config.refusal import refusals
     from seals.config.source import install
 
@@ -39,4 +40,6 @@ def compose(overrides: Sequence[str] = (), *, root: str = "run") -> Any:
         refusals(overrides, root=root),
         initialize_config_module("seals.conf", version_base="1.3", job_name=root),
     ):
-        return hydra_compose(root, overrides=list(overrides))
+        config = hydra_compose(root, overrides=list(overrides))
+    refuse_growth(config)
+    return config

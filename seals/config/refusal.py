@@ -48,6 +48,11 @@ def refusals(overrides: Sequence[str], *, root: str = "run") -> Iterator[None]:
     except (HydraException, OmegaConfBaseException) as error:
         refusal = explain(error, overrides, root=root)
         raise refusal from error
+    except RecursionError as error:
+        raise ConfigError(
+            "the configuration refers to itself, or is nested too deeply.\n"
+            "Look for a reference ${...}, or a list of defaults, that leads back to where it stands"
+        ) from error
     except ValueError as error:
         _refuse_key_of_list(error, overrides)
         if "Config group override" not in str(error):

@@ -13,7 +13,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from seals.config.choices import wrong_choices
 from seals.config.node_checks import SPECIAL, TARGET
+from seals.config.references import refuse_growth
 from seals.errors import ConfigError, SealsError
 from seals.untrusted_io import read_plain_yaml
 
@@ -53,8 +55,9 @@ def refuse_commands(folder: Path) -> None:
 
     Raises:
         ConfigError: a file in it turns to Hydra, names a class that is not an installed plug-in,
-            looks something up, leads out of the folder, or cannot be read.
+            looks something up, leads out of the folder, holds or chooses itself, or cannot be read.
     """
+    defaults: dict[str, Any] = {}
     for place in _files(folder):
         text = _text(place)
         _refuse_place(place, folder)
@@ -64,10 +67,16 @@ def refuse_commands(folder: Path) -> None:
         content = _content(place)
         if isinstance(content, Mapping):
             _refuse_head(place, content)
+            name = place.relative_to(folder).with_suffix("").as_posix()
+            defaults[name] = content.get("defaults") or []
         _refuse_classes(place, content)
         found = lookup_in(content)
         if found is not None:
             raise _distrust(place, f"looks something up by '{' '.join(found.split()):.80}'")
+        refuse_growth(content)
+    wrong = wrong_choices(defaults)
+    if wrong is not None:
+        raise ConfigError(f"{folder / wrong[0]}.yaml {wrong[1]}.\nLeave out what leads there.")
 
 
 def _folders(words: Sequence[str]) -> Iterator[Path]:

@@ -9,6 +9,7 @@ from typing import Any
 
 from seals.config.derive import schema_of
 from seals.config.plugin_lookup import plugin_at
+from seals.config.references import refuse_growth
 from seals.config.refusal import refusals
 from seals.config.strangers import refuse_lookups
 from seals.errors import ConfigError, LogError, RobotError
@@ -80,6 +81,7 @@ def _read(folder: Path, key: str) -> dict[str, Any]:
         where=str(path),
         remedy="A run keeps the values it found: write the value itself, or start the run anew.",
     )
+    refuse_growth(raw)
     return raw
 
 
