@@ -35,7 +35,7 @@ def wrong_choices(defaults: Mapping[str, Any]) -> tuple[str, str] | None:
 class _Size(NamedTuple):
     """Files that are read for one, itself among them, and levels of them."""
 
-    count: int
+    files: int
     levels: int
 
 
@@ -53,7 +53,7 @@ def _measure(
         if wrong:
             return wrong
         below = sizes.get(chosen, _Size(1, DEEPEST))
-        count, levels = count + below.count, max(levels, 1 + below.levels)
+        count, levels = count + below.files, max(levels, 1 + below.levels)
         if levels > DEEPEST:
             return f"chooses files over more than {DEEPEST} levels"
         if count > MOST_CHOSEN:

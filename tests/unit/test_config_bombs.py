@@ -38,12 +38,12 @@ CHOICES = {
         **{"n60": "name: a\n", "a": "defaults: [n0]\n"},
     },
     "twice": {
-        **{f"n{k}": f"defaults: [n{k + 1}@x, n{k + 1}@y]\n" for k in range(20)},
-        **{"n20": "name: a\n", "a": "defaults: [n0]\n"},
+        **{f"n{k}": f"defaults: [n{k + 1}@x, n{k + 1}@y]\n" for k in range(10)},
+        **{"n10": "name: a\n", "a": "defaults: [n0]\n"},
     },
     "lists": {
-        **{f"n{k}": f"defaults: [{{/experiment: [n{k + 1}, n{k + 1}.yaml]}}]\n" for k in range(20)},
-        **{"n20": "name: a\n", "a": "defaults: [n0]\n"},
+        **{f"n{k}": f"defaults: [{{/experiment: [n{k + 1}, n{k + 1}.yaml]}}]\n" for k in range(10)},
+        **{"n10": "name: a\n", "a": "defaults: [n0]\n"},
     },
 }
 
