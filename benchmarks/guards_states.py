@@ -217,8 +217,12 @@ STORED_STATES: dict[str, Guard] = {
         BOMBS,
         "trusted_folder",
     ),
-    "circle of references": Guard(
-        "seals.config.references", "if path in self.open or", "if", BOMBS, "references_have or ends"
+    "ends of references": Guard(
+        "seals.config.references",
+        "if path in self.open or depth > DEEPEST:",
+        "if False:",
+        BOMBS,
+        "references_have",
     ),
     "growth of references": Guard(
         "seals.config.references", "if total > MOST:", "if False:", BOMBS, "references_have"
