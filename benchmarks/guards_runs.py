@@ -80,8 +80,8 @@ RUN_FOLDERS: dict[str, Guard] = {
     ),
     "lookups of a recipe": Guard(
         "seals.config.strangers",
-        "    found = lookup_in(content)\n    if found is not None:\n        shown",
-        "    found = None\n    if found is not None:\n        shown",
+        "        found = lookup_in(content)\n        if found is not None:\n            raise",
+        "        found = None\n        if found is not None:\n            raise",
         STRANGE,
         "recipe",
     ),
