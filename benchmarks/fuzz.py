@@ -40,8 +40,9 @@ from benchmarks.fuzz_published import PUBLISHED
 from benchmarks.fuzz_stored import STORED
 from benchmarks.fuzz_targets import TARGETS as PLAIN
 from benchmarks.fuzz_targets import Target
+from benchmarks.fuzz_tensors import TENSORS
 
-TARGETS = {**PLAIN, **PUBLISHED, **STORED, **HOSTILE, **DESCRIBED, **PEERS}
+TARGETS = {**PLAIN, **PUBLISHED, **STORED, **HOSTILE, **DESCRIBED, **PEERS, **TENSORS}
 """Every reader and loader by name."""
 
 LONGEST = 5.0
