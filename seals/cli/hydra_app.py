@@ -163,7 +163,7 @@ def launch(root: str, arguments: list[str], task: Task) -> int:
 
     from seals.config.refusal import refusals
     from seals.config.source import install
-    from seals.sweep.checking import checked_by_value
+    from seals.sweep.checking import checked_by_value, composed_once
     from seals.sweep.watch import Sweep, watched
 
     arguments = joined(arguments)
@@ -188,6 +188,7 @@ def launch(root: str, arguments: list[str], task: Task) -> int:
         refusals(overrides, root=root),
         watched(sweep),
         checked_by_value(),
+        composed_once(arguments),
     ):
         application(outcome)()
     if outcome.error is not None:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import datetime
 import json
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import pytest
+from hydra._internal.hydra import Hydra
 
 from seals.cli.main import main
 from seals.cli.sweep import begun
@@ -103,3 +105,32 @@ def test_many_at_once_get_different_folders(tmp_path: Path) -> None:
         found = list(pool.map(lambda _: fresh_folder(tmp_path / "a" / "b"), range(40)))
     assert len(set(found)) == 40
     assert tmp_path / "a" / "b" in found
+
+
+def test_a_command_is_composed_once(
+    tmp_path: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch, install: Callable[..., Path]
+) -> None:
+    """Not a second time for its mode, unless a file of another package sets that: then it acts."""
+    composed: list[Any] = []
+    before = Hydra.compose_config
+
+    def counted(self: Any, *args: Any, **kwargs: Any) -> Any:
+        composed.append(args)
+        return before(self, *args, **kwargs)
+
+    monkeypatch.setattr(Hydra, "compose_config", counted)
+    words = ["run", "robot=ball", "time.duration=0.01"]
+    assert main([*words, f"hydra.run.dir={tmp_path / 'one'}"]) == 0
+    assert len(composed) == 1
+    experiment = """
+        # @package _global_
+        hydra:
+          mode: MULTIRUN
+          sweeper:
+            params: {seed: "1,2"}
+        """
+    files = {"reef_conf/__init__.py": "", "reef_conf/experiment/two_seeds.yaml": experiment}
+    install("reef", "[seals.conf]\nreef = reef_conf", files)
+    words += ["experiment=two_seeds", f"hydra.sweep.dir={tmp_path / 'two'}"]
+    assert main(words) == 0
+    assert [job.parent.name for job in sorted((tmp_path / "two").glob("*/run.json"))] == ["0", "1"]
