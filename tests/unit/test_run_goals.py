@@ -63,9 +63,9 @@ def test_a_run_says_which_goals_it_missed(
 
 
 def test_rounding_gets_no_chart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A drop on the spot turns and moves aside by rounding errors alone."""
+    """A vehicle that sinks turns and moves aside by rounding errors alone."""
     monkeypatch.chdir(tmp_path)
-    words = ["robot=crazyflie", "controller=cascade", "guide=hover", "initial.position=[0,0,1]"]
+    words = ["robot=crazyflie", "controller=cascade", "guide=hover", "initial.velocity=[0,0,-1]"]
     assert main(["run", *words, "time.duration=0.2", "hydra.run.dir=r"]) == 0
     charts = reference_charts(load_log(tmp_path / "r"))
     assert "Velocity along world z" in [chart.title for chart in charts]
