@@ -39,7 +39,7 @@ def write_picture(path: str | Path, charts: Chart | list[Chart]) -> Path:
         _draw(figure.add_subplot(len(rows), 1, number), chart.coloured())
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-    canvas = FigureCanvasAgg(figure)
+    canvas: Any = FigureCanvasAgg(figure)
     with atomic_path(path) as beside:
         # ``savefig`` would draw twice: once for the layout, then without it
         if Path(path).suffix == ".webp":
