@@ -11,7 +11,7 @@ from typing import Any
 from seals.errors import ConfigError, SealsError
 from seals.logs.axes import with_axes
 from seals.logs.check import check_log
-from seals.logs.finding import Severity, told
+from seals.logs.finding import Severity, lines_of
 from seals.logs.log import Log
 from seals.logs.motor_curve import motor_curve, with_rotor_speeds
 from seals.logs.native import TABLES, write_native
@@ -228,5 +228,5 @@ def _tell(log: Log, vehicle: Mapping[str, Any]) -> None:
     grave = [finding for finding in found if finding.severity is Severity.REFUSE]
     if grave:
         raise SealsError(f"log '{log.name}' cannot be used: {grave[0]}")
-    for line in told(found)[:_MOST_FINDINGS]:
+    for line in lines_of(found)[:_MOST_FINDINGS]:
         print(line)

@@ -47,7 +47,7 @@ class Finding:
         return f"[{self.severity.value}]{channel}{place}: {self.message}"
 
 
-def told(findings: Sequence[Finding], *, most: int = 3) -> list[str]:
+def lines_of(findings: Sequence[Finding], *, most: int = 3) -> list[str]:
     """Return findings as lines; columns of which the same is said share one.
 
     Args:
@@ -56,7 +56,7 @@ def told(findings: Sequence[Finding], *, most: int = 3) -> list[str]:
 
     Example:
         >>> note = {"severity": Severity.NOTE, "code": "held", "message": "held."}
-        >>> told([Finding(**note, channel=c) for c in ("x", "y", "z", "w")])
+        >>> lines_of([Finding(**note, channel=c) for c in ("x", "y", "z", "w")])
         ['[note] x, y, z and 1 more: held.']
     """
     groups: dict[tuple[Severity, str, float | None], list[str]] = {}
