@@ -75,7 +75,7 @@ class ParticleFluid:
     most: int = count(2_000_000, bounds=(1, 10**9))
     thin: Thin = Thin.volume
     solid_scale: dict[str, float] = named(
-        "1", bounds=(0.1, 4.0), source="Macklin et al. 2014, equation 27"
+        "1", bounds=(0.1, 4.0), source="Macklin et al. 2014"
     )
     look: float = setting(0.02, "s", bounds=(0.0, 10.0), source=_CHOSEN)
 
