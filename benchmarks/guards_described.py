@@ -258,6 +258,16 @@ DESCRIPTIONS: dict[str, Guard] = {
         FOUND,
         "states_no_thrust",
     ),
+    "types of tensors": Guard(
+        "seals.learn.tensor_file", "TypeError, AttributeError)", "TypeError)", FOUND, "hostile_demo"
+    ),
+    "names of many columns": Guard(
+        "seals.logs.table",
+        "column = table.column(place)",
+        "column = table.column(table.column_names.index(name))",
+        COUNTS,
+        "many_columns",
+    ),
     "steps of an experiment": Guard(
         "seals.sysid.experiment_design.experiment",
         "if not 0.0 <= length <= MOST_ROWS * step:",

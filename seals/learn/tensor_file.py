@@ -67,7 +67,8 @@ def read_tensors(path: Path, *, most: int, framework: str = "numpy") -> dict[str
         raise ConfigError(f"{path} has {path.stat().st_size} bytes.\nAllowed: {most}")
     try:
         return dict(place.load_file(str(path)))
-    except (SafetensorError, OSError, ValueError, KeyError, TypeError) as cause:
+    except (SafetensorError, OSError, ValueError, KeyError, TypeError, AttributeError) as cause:
+        # AttributeError: of a type that numpy does not have
         raise ConfigError(
             f"{path} cannot be read: {cause}.\nIt must be of the format safetensors."
         ) from cause

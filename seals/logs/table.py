@@ -208,8 +208,11 @@ def _numbers(file: Path, table: Any, clock: str = "t") -> dict[str, Floats]:
     import pyarrow as pa
 
     columns: dict[str, Floats] = {}
-    for name in dict.fromkeys(table.column_names):
-        column = table.column(table.column_names.index(name))
+    first: dict[str, int] = {}
+    for place, name in enumerate(table.column_names):  # a list of all names, made anew each time
+        first.setdefault(name, place)
+    for name, place in first.items():
+        column = table.column(place)
         kind = column.type
         if pa.types.is_temporal(kind) and name == clock:
             columns[name] = _seconds(column)
