@@ -275,6 +275,13 @@ DESCRIPTIONS: dict[str, Guard] = {
         FOUND,
         "manoeuvre",
     ),
+    "twins that diverge": Guard(
+        "seals.batch.tree",
+        "except np.linalg.LinAlgError:",
+        "except KeyError:",
+        FOUND,
+        "twin_that_diverges",
+    ),
     "robot without inertia": Guard(
         "seals.coupling.locked",
         "except np.linalg.LinAlgError as cause:",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping
 from typing import Any
 
@@ -21,6 +22,27 @@ from seals.multibody.rows import by_batch, link_motion
 from seals.multibody.servo import driven, summed
 from seals.multibody.tree import forward
 from seals.robot.model import RobotModel
+
+
+def solved(matrix: Array, right: Array) -> Array:
+    """Solve for each twin of a batch; NaN for one whose state has diverged, as in a fit.
+
+    Args:
+        matrix: generalised inertia, shape (B, N, N).
+        right: shape (B, N).
+
+    Example:
+        >>> solved(np.stack([np.eye(2), np.zeros((2, 2))]), np.ones((2, 2))).tolist()
+        [[1.0, 1.0], [nan, nan]]
+    """
+    try:
+        return namespace(right).linalg.solve(matrix, right[:, :, None])[:, :, 0]
+    except np.linalg.LinAlgError:
+        found = np.full(np.shape(right), np.nan)
+        for k in range(len(found)):
+            with contextlib.suppress(np.linalg.LinAlgError):
+                found[k] = np.linalg.solve(matrix[k], right[k])
+        return found
 
 
 class TreeBody:
@@ -67,7 +89,7 @@ class TreeBody:
         if type(matrix) is np.ndarray and len(matrix) >= MANY:
             change = self.factors(matrix).solve(right)
         else:
-            change = namespace(right).linalg.solve(matrix, right[:, :, None])[:, :, 0]
+            change = solved(matrix, right)
         return self.state_rates(state, posture.base, change), found.memory
 
     def factors(self, matrix: Floats) -> Factors:

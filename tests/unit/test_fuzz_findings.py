@@ -256,3 +256,13 @@ def test_rotors_that_are_no_list() -> None:
     meta = {**log.meta, "vehicle": {**log.meta["vehicle"], "rotors": True}}
     with pytest.raises(LogError, match="rotors"):
         refuse_if_bad(replace(log, meta=meta))
+
+
+def test_a_twin_that_diverges_leaves_the_others_alone() -> None:
+    """A fit with a robot that is not the log's comes to states whose inertia has no inverse."""
+    from seals.batch.tree import solved
+
+    matrix = np.stack([2.0 * np.eye(3), np.zeros((3, 3)), np.full((3, 3), np.nan)])
+    found = solved(matrix, np.ones((3, 3)))
+    assert found[0].tolist() == [0.5, 0.5, 0.5]
+    assert np.isnan(found[1:]).all()
