@@ -112,6 +112,13 @@ GUARDS: dict[str, Guard] = {
     "want of memory": Guard(
         "seals.cli.of_system", "if told_short(error):", "if False:", DISK, "other_wants or absent"
     ),
+    "no room for words": Guard(
+        "seals.cli.of_system",
+        "except (MemoryError, ImportError):",
+        "except KeyboardInterrupt:",
+        DISK,
+        "no_room_for_words",
+    ),
     "failing disk": Guard(
         "seals.cli.of_system",
         "if error.errno in (errno.EIO, None):",

@@ -7,6 +7,10 @@ import os
 
 from seals.errors import BrokenPlugin, ConfigError, DiskFull, MissingExtra, OutOfMemory, SealsError
 
+_NO_MEMORY = (
+    "the memory of this machine, or of what this command may have, is used up.\n"
+    "Nothing half-written was kept. Close other programs, or lift the limit (ulimit -v)."
+)
 _DENIED = {errno.EACCES, errno.EPERM, errno.EROFS}
 _SHORT = (
     *("cannot allocate memory", "can't allocate memory", "failed to map segment", "bad_alloc"),
@@ -20,12 +24,12 @@ def explained(error: BaseException) -> SealsError | None:
     if isinstance(error, SealsError) and not isinstance(error, MissingExtra | BrokenPlugin):
         return None  # it has words of its own
     if told_short(error):
-        return OutOfMemory(
-            "the memory of this machine, or of what this command may have, is used up.\n"
-            "Nothing half-written was kept. Close other programs, or lift the limit (ulimit -v)."
-        )
-    # only here: it takes memory to import anything
-    from seals.logs.room import told_full, words
+        return OutOfMemory(_NO_MEMORY)
+    try:
+        # only here: it takes memory to import anything
+        from seals.logs.room import told_full, words
+    except (MemoryError, ImportError):  # the error came of that, whatever it says
+        return OutOfMemory(_NO_MEMORY)
 
     if isinstance(error, OSError) and told_full(error):
         return DiskFull(words(error.filename))

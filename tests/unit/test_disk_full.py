@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -179,3 +180,11 @@ def test_a_library_that_cannot_be_loaded_for_want_of_memory_is_not_absent() -> N
         raise ImportError(_MAPPED)
     assert isinstance(explained(absent.value), OutOfMemory)
     assert explained(ValueError("negative mass")) is None
+
+
+def test_an_error_for_which_there_is_no_room_for_words_is_one_of_memory(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """What explains it cannot be loaded any more."""
+    monkeypatch.setitem(sys.modules, "seals.logs.room", None)
+    assert isinstance(explained(KeyError("half a library")), OutOfMemory)
