@@ -55,8 +55,7 @@ def plain_streams() -> Iterator[None]:
     """Replace the standard streams for a while."""
     before = sys.stdout, sys.stderr
     sys.stdout, sys.stderr = (
-        stream if isinstance(stream, PlainStream) else PlainStream(stream)
-        for stream in before
+        stream if isinstance(stream, PlainStream) else PlainStream(stream) for stream in before
     )
     try:
         yield
