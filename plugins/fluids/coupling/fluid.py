@@ -74,9 +74,7 @@ class ParticleFluid:
     threads: int = count(0, bounds=(0, 1024))
     most: int = count(2_000_000, bounds=(1, 10**9))
     thin: Thin = Thin.volume
-    solid_scale: dict[str, float] = named(
-        "1", bounds=(0.1, 4.0), source="Macklin et al. 2014"
-    )
+    solid_scale: dict[str, float] = named("1", bounds=(0.1, 4.0), source="Macklin et al. 2014")
     look: float = setting(0.02, "s", bounds=(0.0, 10.0), source=_CHOSEN)
 
     name: ClassVar[str]
