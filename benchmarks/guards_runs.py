@@ -268,7 +268,7 @@ RUN_FOLDERS: dict[str, Guard] = {
     ),
     "signals of every command": Guard(
         "seals.cli.main",
-        "with stoppable() if arguments is None else contextlib.nullcontext():",
+        "with stoppable() if ours else contextlib.nullcontext():",
         "if True:",
         SIGNALS,
         "every_verb",
