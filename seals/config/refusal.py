@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import difflib
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -22,6 +23,8 @@ _WORDS = {
     "Boolean": "true or false",
     "String": "text",
 }
+_SLIP = 0.8
+"""Likeness from which a key is a mistyped one of its own section [1]."""
 
 
 @contextmanager
@@ -183,7 +186,8 @@ def _belongs(key: str, parent: Any, allowed: Sequence[str]) -> str:
     """Say where a key belongs that its section does not have; empty if nowhere."""
     if parent is not None and not len(parent):
         return "This mapping is empty: put a + in front of the key to add it."
-    home = None if parent is None else home_of(key, parent._get_root())
+    slip = difflib.get_close_matches(key, allowed, n=1, cutoff=_SLIP)
+    home = None if parent is None or slip else home_of(key, parent._get_root())
     if home is not None:
         return f"Did you mean '{home}'?  See all keys with: --cfg job"
     word = None if nearest(key, allowed) else added(key)
