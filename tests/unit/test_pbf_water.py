@@ -283,6 +283,19 @@ except ConfigError:
 """
 
 
+def test_a_replaced_stream_brings_no_line_of_taichi() -> None:
+    """Behind the plain streams of a command nothing of Taichi's shells is printed."""
+    probe = (
+        "import io, sys; sys.stdout = io.StringIO();"
+        "import seals.plugins.fluids.solvers.pbf.language;"
+        "sys.__stdout__.write(sys.stdout.getvalue())"
+    )
+    done = subprocess.run(
+        [sys.executable, "-I", "-c", probe], capture_output=True, text=True, check=True
+    )
+    assert "shell" not in done.stdout + done.stderr
+
+
 def test_taichi_ends_with_the_last_water() -> None:
     """What it has compiled goes with it, and another choice is free again."""
     done = subprocess.run(

@@ -12,6 +12,8 @@ import warnings
 from typing import Any
 
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
+# no kernel prints: behind a replaced sys.stdout each call would look for what one had printed
+os.environ.setdefault("TI_ENABLE_PYBUF", "0")
 with warnings.catch_warnings():
     # Taichi 1.7 asks the locale in a way that Python will drop
     warnings.simplefilter("ignore", DeprecationWarning)
