@@ -5,46 +5,47 @@ from __future__ import annotations
 from benchmarks.guard import Guard
 
 PEERS, COUNTS = "tests/unit/test_hostile_peers.py", "tests/unit/test_hostile_counts.py"
+PILOTS = "tests/unit/test_hostile_autopilots.py"
 _GATE, _ARDU = "seals.plugins.live.gate", "seals.teleop.autopilot.ardupilot"
 _PX4 = "seals.teleop.autopilot.px4"
 NETWORK: dict[str, Guard] = {
     "silence of an autopilot": Guard(
         _ARDU, "while (found := self._heard(end)) is not None:",
         "while (found := self._heard(time.monotonic() + self._timeout)) is not None:",
-        PEERS, "session_alive",
+        PILOTS, "session_alive",
     ),
     "place of an autopilot": Guard(
         _ARDU, "            if peer != self._peer:\n", "            if peer is None:\n",
-        PEERS, "take_over or flood_of_autopilots",
+        PILOTS, "take_over or flood_of_autopilots",
     ),
     "address of an autopilot": Guard(
         _ARDU, "if not admitted(peer[0], self._allowed) or not peer[1]:", "if not peer[1]:",
-        PEERS, "out_of_private",
+        PILOTS, "out_of_private",
     ),
     "port of an autopilot": Guard(
-        _ARDU, "self._allowed) or not peer[1]:", "self._allowed):", PEERS, "first_autopilot_alone"
+        _ARDU, "self._allowed) or not peer[1]:", "self._allowed):", PILOTS, "first_autopilot_alone"
     ),
     "answers to repeated frames": Guard(
-        _ARDU, "if self._again <= MOST_AGAIN:", "if True:", PEERS, "repeated_frames"
+        _ARDU, "if self._again <= MOST_AGAIN:", "if True:", PILOTS, "repeated_frames"
     ),
     "answers that cannot leave": Guard(
         _ARDU, "except OSError as error:  # it may", "except ZeroDivisionError as error:  # it may",
-        PEERS, "cannot_leave",
+        PILOTS, "cannot_leave",
     ),
     "address of PX4": Guard(
-        _PX4, "if not admitted(peer[0], self._allowed):", "if False:", PEERS, "told_address",
+        _PX4, "if not admitted(peer[0], self._allowed):", "if False:", PILOTS, "told_address",
         "pymavlink",
     ),
     "pages before PX4": Guard(
-        _PX4, "if self._foreign(wire):", "if False:", PEERS, "web_page_flies", "pymavlink"
+        _PX4, "if self._foreign(wire):", "if False:", PILOTS, "web_page_flies", "pymavlink"
     ),
     "pages that wait before PX4": Guard(
-        _PX4, "if not self._spoken and raw[:3] in BROWSERS:", "if False:", PEERS, "that_waits",
+        _PX4, "if not self._spoken and raw[:3] in BROWSERS:", "if False:", PILOTS, "that_waits",
         "pymavlink",
     ),
     "silence of PX4": Guard(
         _PX4, "if self.frames or time.monotonic() > self._begin + self._timeout:",
-        "if self.frames:", PEERS, "mute", "pymavlink",
+        "if self.frames:", PILOTS, "mute", "pymavlink",
     ),
     "origin of a listener": Guard(
         _GATE, "if len(pages) > 1 or (web and pages[0].lower() not in origins):", "if False:",
