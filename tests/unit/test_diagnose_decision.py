@@ -182,6 +182,7 @@ def test_a_drag_of_a_third_power_is_not_named(
     """Half a power more than the second, in the speed along each axis or in that of the whole."""
     found = iter([along_axes, whole])
     monkeypatch.setattr(drag_power, "_own_squares", lambda best, candidate: None)
+    monkeypatch.setattr(drag_power, "_by_axis", lambda best, candidate: True)
     monkeypatch.setattr(drag_power, "fitted_change", lambda *given: next(found))
     best = model(["wind"], misfit=1.0, score=500.0)
     law = Identification(family="drag", power=2)

@@ -33,7 +33,7 @@ def other_power(problem: Problem, best: EvidenceHypothesis) -> str:
         return ""
     for candidate in best.candidates:
         power = candidate.identification.power
-        if not power or candidate.activity is not None:
+        if not power or candidate.activity is not None or not _by_axis(best, candidate):
             continue
         for squares in (_own_squares(best, candidate), np.ones((1, 3, 3))):
             change, error = fitted_change(problem, best, candidate, squares)
@@ -43,6 +43,12 @@ def other_power(problem: Problem, best: EvidenceHypothesis) -> str:
                     f"not that of {candidate.label}"
                 )
     return ""
+
+
+def _by_axis(best: EvidenceHypothesis, candidate: Candidate) -> bool:
+    """Return true for a law of a medium with a coefficient for each axis: other forms pass."""
+    law = best.fitter.candidate_set.effects[candidate.instance]
+    return len(candidate.keys) == 3 and isinstance(vars(law).get("medium"), MediumKind)
 
 
 def _own_squares(best: EvidenceHypothesis, candidate: Candidate) -> Floats | None:
