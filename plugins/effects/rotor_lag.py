@@ -11,8 +11,8 @@ from seals.effects.effect import Effect, Parameters
 from seals.motion import Timing
 from seals.schema import param
 
-_ASYMMETRY = 0.1
-"""Plausible difference of rise and fall from their mean, as a share of the time constant."""
+_ASYMMETRY = 0.5
+"""Plausible difference of rise and fall from their mean, as a share of the change."""
 
 
 @dataclass(kw_only=True)
@@ -20,12 +20,12 @@ class RotorLag(Effect):
     """Change of the first-order time constant of all rotors or thrusters.
 
     Equation:
-        w' = (command - w) / (time_constant + d - a) with w the state of the drive while it speeds
-        up, + a while it slows down.
+        w' = (command - w) / (time_constant + d (1 - a)) with w the state of the drive while it
+        speeds up, 1 + a while it slows down.
 
     Args:
         time_constant_change: d [s].
-        asymmetry: a [s].
+        asymmetry: a [-].
         links: not used; the lag is that of every actuator.
 
     Assumptions:
@@ -49,7 +49,7 @@ class RotorLag(Effect):
         0.0, "s", bounds=(-0.5, 0.5), tolerance=0.002, source="zero: the actuator's own lag rules"
     )
     asymmetry: float = param(
-        0.0, "s", bounds=(-0.5, 0.5), tolerance=0.002, source="zero: rise and fall change alike"
+        0.0, "1", bounds=(-1.0, 1.0), tolerance=0.1, source="zero: rise and fall change alike"
     )
     accounts_for: ClassVar[tuple[str, ...]] = ("rotor lag",)
     identification: ClassVar[Identification] = Identification(
@@ -82,8 +82,9 @@ class RotorLag(Effect):
                 effect=cls(),
                 parameters={
                     "time_constant_change": change,
-                    # a real motor slows down faster or slower than it speeds up
-                    "asymmetry": Freed(scale=_ASYMMETRY * mean, bounds=(-0.5 * mean, 0.5 * mean)),
+                    # a motor that slows down more than it speeds up is no second effect; a motor
+                    # whose mean does not change is none at all
+                    "asymmetry": Freed(scale=_ASYMMETRY, bounds=(-1.0, 1.0)),
                 },
                 nuisance=("asymmetry",),
                 order=(Stage.actuators, 0, 3),
@@ -92,5 +93,6 @@ class RotorLag(Effect):
 
     @staticmethod
     def timing(params: Parameters) -> Timing:
-        """Change of the time constant [s]."""
-        return Timing(lag=params["time_constant_change"], asymmetry=params["asymmetry"])
+        """Change of the time constant, and by how much more it changes while slowing down [s]."""
+        change = params["time_constant_change"]
+        return Timing(lag=change, asymmetry=change * params["asymmetry"])

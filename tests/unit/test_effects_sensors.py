@@ -93,14 +93,13 @@ def test_the_order_of_the_chain_is_stated() -> None:
     ("effect", "field"),
     [
         (RotorLag(time_constant_change=0.03), "lag"),
-        (RotorLag(asymmetry=0.03), "asymmetry"),
         (CommandDelay(delay=0.03), "command_delay"),
         (SensorDelay(delay=0.03), "sensor_delay"),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )
 def test_a_late_thing_changes_its_own_timing_alone(effect: Any, field: str) -> None:
-    """Each effect of timing sets one of the four changes."""
+    """Each effect of timing sets one of the changes."""
     found: Timing = effect.timing(params(effect))
     assert_array_equal(getattr(found, field), [[0.03]])
     others = [name for name in Timing._fields if name != field]
@@ -108,11 +107,17 @@ def test_a_late_thing_changes_its_own_timing_alone(effect: Any, field: str) -> N
 
 
 def test_an_asymmetric_lag_delays_the_fall_and_hastens_the_rise() -> None:
-    """Rotors of 40 ms with 10 ms more, 4 ms of it uneven: 46 ms up, 54 ms down."""
-    late = RotorLag(time_constant_change=0.01, asymmetry=0.004)
+    """Rotors of 40 ms with 10 ms more, uneven by 0.4: 46 ms up, 54 ms down."""
+    late = RotorLag(time_constant_change=0.01, asymmetry=0.4)
     rotors = Rotors(position=[[0, 0, 0]], time_constant=[0.04])
     found = response_of(bind_effects({"rotors": rotors, "late": late}, ["base"]))
     assert_allclose([found.lag[0], found.fall[0]], [0.046, 0.054], rtol=1e-12)
+
+
+def test_a_lag_whose_mean_keeps_has_no_asymmetry() -> None:
+    """Nothing but a change of the time constant itself can be called a rotor lag."""
+    found: Timing = RotorLag.timing(params(RotorLag(asymmetry=0.5)))
+    assert [float(np.ravel(x)[0]) for x in found] == [0.0] * len(found)
 
 
 def test_delays_of_a_batch_are_columns() -> None:
