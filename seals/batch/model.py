@@ -90,6 +90,7 @@ class BatchDynamics:
             batch=batch,
             joint_links=robot.tree.child,
             folded=True,
+            sparing=True,
         )
         change = nominal_change(self.effects, robot, like, batch)
         if change is not None:

@@ -109,7 +109,7 @@ class Response:
         assert posture.kinematics is not None
         assert posture.moving is not None
         found, (matrix, right) = body.system(state, posture, self.inputs, memory, explicit=True)
-        self._found, self._right, self._factors = found, right, body.factors(matrix)
+        self._found, self._right, self._factors = found, right, body.factors(posture, matrix)
         self._change = self._factors.solve(right)
         self.rates = body.state_rates(state, posture.base, self._change)
 
@@ -143,6 +143,7 @@ class Response:
             links=links,
             batch=batch,
             joint_links=twin.robot.tree.child,
+            sparing=True,
         )
         evaluator.fed = bool(twin.effects.batteries)
         motion = self.posture.motion

@@ -87,13 +87,16 @@ class TreeBody:
         posture = self.posture(state, time) if posture is None else posture
         found, (matrix, right) = self.system(state, posture, inputs, memory, explicit=True)
         if type(matrix) is np.ndarray and len(matrix) >= MANY:
-            change = self.factors(matrix).solve(right)
+            change = self.factors(posture, matrix).solve(right)
         else:
             change = solved(matrix, right)
         return self.state_rates(state, posture.base, change), found.memory
 
-    def factors(self, matrix: Floats) -> Factors:
+    def factors(self, posture: Posture, matrix: Floats) -> Factors:
         """Return the factors of the generalised inertia of a batch, kept while it stays."""
+        kept = None if posture.kinematics is None else posture.kinematics.kept
+        if kept is not None and kept.matrix is matrix:
+            return kept.factors
         if self._factors is None or self._factors.matrix is not matrix:
             self._factors = Factors(matrix)
         return self._factors

@@ -73,6 +73,7 @@ class Evaluator:
         implicit: whether joint drives are taken implicitly, by their slopes.
         folded: whether changes of the rigid inertia are part of the bodies already; otherwise they
             are evaluated as added inertia with a weight.
+        sparing: whether effects that vanish out of the water are left out of a dry batch, too.
 
     Attributes:
         fed: whether the inputs hold the voltage of the battery already.
@@ -88,6 +89,7 @@ class Evaluator:
         joint_links: tuple[int, ...] = (),
         folded: bool = False,
         implicit: bool = False,
+        sparing: bool = False,
     ) -> None:
         self.implicit = implicit
         self.fed = False
@@ -106,8 +108,8 @@ class Evaluator:
         self._arms: dict[str, tuple[Array, Array, Array]] = {}
         self._bodies: dict[tuple[int, ...], tuple[Body, Body]] = {}
         self._held_places: Floats | None = None
-        # a batch is wet somewhere; one robot in the air does without half of its effects
-        drying = {b.name for b in effects.bound if batch == 1 and vanishes_dry(b)}
+        # a robot in the air does without half of its effects; a batch is mostly wet somewhere
+        drying = {b.name for b in effects.bound if (batch == 1 or sparing) and vanishes_dry(b)}
         self._wet_loads = tuple(b for b in effects.loads if b.name not in drying)
         self._drying = drying
         self._dry: dict[str, tuple[BoundEffect, Any, AddedInertia, Medium]] = {}
@@ -179,9 +181,11 @@ class Evaluator:
         seen: dict[Any, Any],
         dry: bool,
     ) -> list[tuple[BoundEffect, Any, AddedInertia, Medium]]:
-        """Added inertias; those that vanish out of the water are cached while dry."""
+        """Added inertias; of one robot those that vanish out of the water are cached while dry."""
         out = []
         for b in self.effects.inertias:
+            if dry and self._batch > 1 and b.name in self._drying:
+                continue
             if dry and b.name in self._dry:
                 out.append(self._dry[b.name])
                 continue

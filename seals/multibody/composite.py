@@ -46,6 +46,12 @@ class RigidInertias(NamedTuple):
         gap = np.abs(rigid - by_entry).max()
         return own if gap <= _ROUNDING * np.abs(by_entry).max() else None
 
+    def less(self, other: RigidInertias) -> RigidInertias:
+        """Return the difference, term by term."""
+        return RigidInertias(
+            self.mass - other.mass, self.moment - other.moment, self.inertia - other.inertia
+        )
+
 
 def generalised_inertia(many: Many, links: RigidInertias) -> Floats:
     """Return the generalised inertia, shape (B, n, n)."""
@@ -71,6 +77,17 @@ def generalised_inertia(many: Many, links: RigidInertias) -> Floats:
         for i in np.flatnonzero(tree.moves[link]).tolist():
             entry = (motion[:, i] * momentum[:, j]).sum(axis=0)
             out[lead + i, lead + j] = out[lead + j, lead + i] = entry
+    return np.ascontiguousarray(out.transpose(2, 0, 1))
+
+
+def base_inertia(many: Many, links: RigidInertias) -> Floats:
+    """Return the generalised inertia of the base alone, a free one, shape (B, 6, 6)."""
+    base = many._replace(turn=many.turn[:, :, :1])
+    bodies = np.concatenate(
+        (base.turned(links.moment[:, :1]), _turned(base, links.inertia[:, :, :1]))
+    )
+    out = np.zeros((6, 6, bodies.shape[2]))
+    _base(out, links.mass[0], bodies[:, 0])
     return np.ascontiguousarray(out.transpose(2, 0, 1))
 
 

@@ -11,7 +11,13 @@ import numpy as np
 from seals.arrays import Array, Floats, namespace
 from seals.frames import FEW
 from seals.motion import AddedInertia, Medium, Motion, Wrench
-from seals.multibody.composite import RigidInertias, generalised_force, generalised_inertia
+from seals.multibody.composite import (
+    RigidInertias,
+    base_inertia,
+    generalised_force,
+    generalised_inertia,
+)
+from seals.multibody.kept_terms import KeptTerms
 from seals.multibody.kinematics import Kinematics, LinkVelocities
 from seals.multibody.many import crossed
 from seals.multibody.rows import by_batch, take_motion
@@ -98,14 +104,9 @@ class Assembly:
         self, kinematics: Kinematics, moving: LinkVelocities, found: LinkLoads, joint_force: Floats
     ) -> tuple[Floats, Floats]:
         """Return the same for many robots without added inertia, by composite bodies."""
-        many, rigid = kinematics.many, self._rigid
+        many = kinematics.many
         assert many is not None
-        assert rigid is not None
-        twist = moving.twists.T
-        load = -self._times(kinematics.bias(moving).T)
-        momentum = self._times(twist)
-        load[:3] -= crossed(twist[3:], momentum[:3])
-        load[3:] -= crossed(twist[3:], momentum[3:]) + crossed(twist[:3], momentum[:3])
+        matrix, load = self._inertial(kinematics, moving)
         rows = load.reshape(6, -1)
         for _, chosen, wrench in found.loads:
             at = slice(None) if chosen is None else chosen
@@ -113,23 +114,76 @@ class Assembly:
                 rows[:3, at] += wrench.force.T
             if wrench.torque is not None:
                 rows[3:, at] += wrench.torque.T
-        if self._kept is None or self._kept[0] is not kinematics:
-            matrix = generalised_inertia(many, rigid)
-            if self.armature is not None:
-                matrix = heavier(matrix, self.armature[None])
-            self._kept = kinematics, matrix
         right = generalised_force(many, load)
         joints = joint_force.shape[1]
         right[:, right.shape[1] - joints :] += joint_force
-        return self._kept[1], right
+        return matrix, right
 
-    def _times(self, twists: Floats) -> Floats:
-        """Products of the inertias with twists, both (6, L, B)."""
-        if len(self.inertia) == 1:
-            by_link: Floats = np.matmul(self.inertia[0], twists.transpose(1, 0, 2))
+    def _inertial(self, kinematics: Kinematics, moving: LinkVelocities) -> tuple[Floats, Floats]:
+        """Generalised inertia, and the loads of inertia on the links, shape (6, L, B), to keep.
+
+        What the first inertias at these poses gave serves all others that differ at the base alone.
+        """
+        many, rigid, kept = kinematics.many, self._rigid, kinematics.kept
+        assert many is not None
+        assert rigid is not None
+        differing = None if kept is None else kept.differing(self.inertia, self.armature)
+        if (
+            kept is None
+            or differing is None
+            or (differing and (differing != [0] or many.tree.fixed_base))
+        ):
+            matrix = self._composite(kinematics)
+            load = self._load(kinematics, moving, slice(None))
+            if kept is None and len(self.inertia) == 1:
+                kinematics.kept = KeptTerms(
+                    inertia=self.inertia,
+                    rigid=rigid,
+                    armature=self.armature,
+                    matrix=matrix,
+                    moving=moving,
+                    load=load.copy(),
+                )
+            return matrix, load
+        matrix = kept.matrix
+        if differing:
+            matrix = matrix.copy()
+            matrix[:, :6, :6] += base_inertia(many, rigid.less(kept.rigid))
+        if kept.moving is not moving:
+            return matrix, self._load(kinematics, moving, slice(None))
+        load = kept.load.copy()
+        if differing:
+            load[:, :1] = self._load(kinematics, moving, slice(0, 1))
+        return matrix, load
+
+    def _composite(self, kinematics: Kinematics) -> Floats:
+        """Generalised inertia of composite bodies, drives included, kept while poses stay."""
+        if self._kept is None or self._kept[0] is not kinematics:
+            assert kinematics.many is not None
+            assert self._rigid is not None
+            matrix = generalised_inertia(kinematics.many, self._rigid)
+            if self.armature is not None:
+                matrix = heavier(matrix, self.armature[None])
+            self._kept = kinematics, matrix
+        return self._kept[1]
+
+    def _load(self, kinematics: Kinematics, moving: LinkVelocities, links: slice) -> Floats:
+        """Forces and torques of inertia on some links, link axes, shape (6, l, B)."""
+        twist = moving.twists.T[:, links]
+        load = -self._times(kinematics.bias(moving).T[:, links], links)
+        momentum = self._times(twist, links)
+        load[:3] -= crossed(twist[3:], momentum[:3])
+        load[3:] -= crossed(twist[3:], momentum[3:]) + crossed(twist[:3], momentum[:3])
+        return load
+
+    def _times(self, twists: Floats, links: slice) -> Floats:
+        """Products of the inertias of some links with their twists, both (6, l, B)."""
+        inertia = self.inertia[:, links]
+        if len(inertia) == 1:
+            by_link: Floats = np.matmul(inertia[0], twists.transpose(1, 0, 2))
             return np.ascontiguousarray(by_link.transpose(1, 0, 2))
         rows = np.ascontiguousarray(twists.T)[:, :, :, None]
-        return np.ascontiguousarray(np.matmul(self.inertia, rows)[:, :, :, 0].T)
+        return np.ascontiguousarray(np.matmul(inertia, rows)[:, :, :, 0].T)
 
     def system(
         self, kinematics: Kinematics, total: Array, force: Array, joint_force: Array

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from seals.arrays import Array, as_like, namespace
 from seals.frames import cross_last, skew_last
+from seals.multibody.kept_terms import KeptTerms
 from seals.multibody.many import Many, is_many
 from seals.multibody.single import Single
 from seals.multibody.tree import Tree
@@ -52,6 +53,7 @@ class Kinematics:
         jacobian: map from the generalised velocity to the twists of all links in link axes, shape
             (B, L, 6, n).
         many: the same poses with the batch last, where there are many on NumPy; else None.
+        kept: terms of the equations of motion at these poses, where there are many.
     """
 
     def __init__(self, tree: Tree, origins: Array, rotations: Array) -> None:
@@ -60,6 +62,7 @@ class Kinematics:
         self._kept_bias: tuple[LinkVelocities, Array] | None = None
         self._sliding = tree.sliding
         self.many: Many | None = None
+        self.kept: KeptTerms | None = None
         if tree.joints and is_many(origins):
             self.many = Many.of(tree, origins, rotations)
 

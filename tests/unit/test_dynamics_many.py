@@ -102,6 +102,39 @@ def test_composite_bodies_give_the_equations_of_the_jacobian(
         np.testing.assert_allclose(right[k], alone[0], rtol=1e-11, atol=1e-10)
 
 
+@pytest.mark.parametrize("link", [0, 2], ids=["base", "another link"])
+@pytest.mark.parametrize("moved", [False, True], ids=["same speed", "other speed"])
+def test_terms_kept_at_known_poses_give_what_is_computed_afresh(
+    fleet: Fleet, rng: np.random.Generator, *, link: int, moved: bool
+) -> None:
+    """One inertia after another at the same poses: each gives its own equations."""
+    links, joints = fleet.tree.links, fleet.tree.joints
+    inertia = np.array([_inertias(rng, links)])
+    heavier = inertia.copy()
+    heavier[0, link] += _inertias(rng, 1)[0]
+    drives, torque = rng.uniform(0.1, 1.0, joints), rng.standard_normal((MANY, joints))
+    found = SimpleNamespace(loads=[], inertias=[])
+    known = fleet.kinematics(slice(None))
+
+    def equations(own: Floats, kinematics: Kinematics, speed: Floats) -> tuple[Floats, Floats]:
+        moving = moving_at if speed is fleet.speed and kinematics is known else None
+        moving = kinematics.move(speed) if moving is None else moving
+        motion = link_motion(kinematics, moving, np.zeros((1, 1)), SimpleNamespace())
+        return Assembly(own, drives).equations(kinematics, moving, motion, found, torque)
+
+    moving_at = known.move(fleet.speed)
+    speed = 2.0 * fleet.speed if moved else fleet.speed
+    first = equations(inertia, known, fleet.speed)
+    second, third = equations(heavier, known, speed), equations(inertia, known, fleet.speed)
+    fresh = equations(heavier, fleet.kinematics(slice(None)), speed)
+    for one, other in zip(second, fresh, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-11, atol=1e-10)
+    for one, other in zip(first, third, strict=True):
+        np.testing.assert_array_equal(one, other)
+    # a base that is bolted down weighs on nothing
+    assert (np.abs(second[0] - first[0]).max() > 1e-3) == (link > 0 or not fleet.tree.fixed_base)
+
+
 def test_inertias_of_no_rigid_body_are_left_to_the_jacobian(rng: np.random.Generator) -> None:
     """A matrix with unequal masses along its axes gives the equations of the robot alone, too."""
     fleet = Fleet(random_tree(rng, fixed_base=False), rng)

@@ -14,6 +14,9 @@ from seals.multibody.servo import driven
 from seals.run import build_world
 from seals.run.build import build_run
 from seals.run.simulation import simulate
+from seals.sysid.data.vehicle import read_vehicle
+from seals.sysid.predictors.trajectory_cache import TrajectoryCache, packed
+from tests.unit.test_diagnose_along import VALUES, described, waving
 
 
 def evaluated(height: float, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, Any]:
@@ -64,6 +67,22 @@ def test_inertia_found_in_the_air_does_not_outlive_it() -> None:
         always = simulate(build_run(compose(words))).log.channel("position")
     assert found[-1, 2] < 0.0
     np.testing.assert_allclose(found, always, rtol=0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("level", [-50.0, 0.0], ids=["in the air", "through the surface"])
+def test_a_dry_batch_of_a_log_does_without_effects_of_water(level: float) -> None:
+    """Rates along a trajectory above water, or through it, are those with all effects asked."""
+    rates, asked = [], []
+    for never in (False, True):
+        plant, trajectory = waving(read_vehicle(described(level)))
+        with pytest.MonkeyPatch.context() as patch:
+            if never:
+                patch.setattr("seals.effects.evaluation.vanishes_dry", lambda b: False)
+            response = TrajectoryCache(plant, trajectory).response(VALUES)
+        rates.append(packed(response.rates))
+        asked.append(len(response._found.loads) + len(response._found.inertias))
+    np.testing.assert_array_equal(*rates)
+    assert (asked[0] < asked[1]) == (level < 0.0)
 
 
 def test_joint_drives_keep_their_equations_and_limits() -> None:
