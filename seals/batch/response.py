@@ -30,14 +30,22 @@ class Force(NamedTuple):
     Args:
         links: wrenches about the link origins, link axes [N, N m], shape (B, L, 6).
         joints: generalised forces of the joints [N m or N], shape (B, J).
+        touched: links beyond which there are no wrenches: first, and one after the last.
     """
 
     links: Floats
     joints: Floats
+    touched: tuple[int, int]
 
     def less(self, other: Force) -> Force:
         """Return the difference."""
-        return Force(self.links - other.links, self.joints - other.joints)
+        first = min(self.touched[0], other.touched[0])
+        last = max(self.touched[1], other.touched[1])
+        return Force(self.links - other.links, self.joints - other.joints, (first, last))
+
+    def over(self, step: float) -> Force:
+        """Return the loads divided by a step of a parameter."""
+        return Force(self.links / step, self.joints / step, self.touched)
 
 
 class Response:
@@ -90,11 +98,10 @@ class Response:
             own = np.concatenate((rates.velocity, rates.angular_velocity), axis=1)
             rise = np.einsum("lij,bj->bli", self._lifts[0], own)
         else:
-            rise = np.matmul(self._lifts, self._change[:, None, :, None])[:, :, :, 0]
             kinematics, moving = self.posture.kinematics, self.posture.moving
             assert kinematics is not None
             assert moving is not None
-            rise = rise + kinematics.bias(moving)
+            rise = kinematics.move(self._change).twists + kinematics.bias(moving)
         rows: Floats = rise.transpose(1, 0, 2).reshape(-1, 6)
         return rows
 
@@ -149,7 +156,12 @@ class Response:
         motion = self.posture.motion
         memory = {**effects.zero_memory(batch), **twin.memory}
         found = evaluator.evaluate(motion, self._joints, self.inputs, memory, self._found.sample)
-        return Force(self._wrenches(found, batch, links), self._joint_force(found))
+        touched = [_touched(rows, batch, links) for _, rows, *_ in (*found.loads, *found.inertias)]
+        first, last = (
+            min((t[0] for t in touched), default=0),
+            max((t[1] for t in touched), default=1),
+        )
+        return Force(self._wrenches(found, batch, links), self._joint_force(found), (first, last))
 
     def _wrenches(self, found: Evaluation, batch: int, links: int) -> Floats:
         """Wrenches on the links less the resistance of added inertia, shape (B, L, 6)."""
@@ -190,8 +202,12 @@ class Response:
             One array (B, 9 + J) for each force: the changes of the derivative of velocity, of
             spin, of the specific force and of the derivative of the joint rates.
         """
-        right = np.stack([f.links.reshape(f.links.shape[0], -1) for f in forces], axis=2)
-        across = self._lifts.reshape(len(self._lifts), right.shape[1], -1).transpose(0, 2, 1)
+        touched = slice(min(f.touched[0] for f in forces), max(f.touched[1] for f in forces))
+        parts = [f.links[:, touched].reshape(f.links.shape[0], -1) for f in forces]
+        right = np.stack(parts, axis=2)
+        across = (
+            self._lifts[:, touched].reshape(len(self._lifts), right.shape[1], -1).transpose(0, 2, 1)
+        )
         right = np.matmul(across, right)
         if not isinstance(self.twin.body, RigidBody):
             joints = self._joints.velocity.shape[1]
@@ -207,7 +223,7 @@ class Response:
         pushes = np.zeros((6, batch, links, 6))
         for k in range(6):
             pushes[k, :, 0, k] = 1.0
-        return self.changes([Force(p, still) for p in pushes])
+        return self.changes([Force(p, still, (0, 1)) for p in pushes])
 
     def _packed(self, change: Floats) -> Floats:
         linear, angular, joints = change[:, :3], change[:, 3:6], change[:, 6:]
@@ -215,6 +231,15 @@ class Response:
             base = self.posture.base
             linear, angular = unrotate(base, linear), unrotate(base, angular)
         return np.concatenate((linear, angular, linear, joints), axis=1)
+
+
+def _touched(rows: Any, batch: int, links: int) -> tuple[int, int]:
+    """First link, and the one after the last, of rows in blocks of a batch, link by link."""
+    if rows is None:
+        return 0, links
+    if isinstance(rows, slice):
+        return rows.start // batch, -(-rows.stop // batch)
+    return int(rows.min()) // batch, int(rows.max()) // batch + 1
 
 
 def _differ(one: Evaluation, other: Evaluation) -> bool:

@@ -89,9 +89,9 @@ def _by_sign(goal: Floats, rise: Floats, fall: Floats) -> Floats:
     # every round is right for at least one more stretch
     for _ in range(goal.shape[1]):
         before, states = states, _decaying(goal, np.where(falls, fall, rise))
-        if not (np.abs(states - before) > same).any():
+        guess, falls = falls, size < np.abs(states)
+        if np.array_equal(guess, falls) or not (np.abs(states - before) > same).any():
             break
-        falls = size < np.abs(states)
     return states
 
 

@@ -70,10 +70,13 @@ class Dynamics:
         """State error after one step by accelerations at its two ends, shape (T, n, p).
 
         Args:
-            rates: derivatives of the state at the rows, shape (T, n, p).
+            rates: derivatives of the state at the rows, those of the pose zero, shape (T, n, p).
         """
         assert self.integral is not None
-        out: Floats = np.matmul(self.integral, _average(rates))
+        base, joints = slice(6, 12), slice(6 + rates.shape[1] // 2, None)
+        out: Floats = np.matmul(self.integral[:, :, base], _average(rates[:, base]))
+        if rates.shape[1] > 12:
+            out += np.matmul(self.integral[:, :, joints], _average(rates[:, joints]))
         return out
 
     def corrected(self, defect: Floats) -> Floats:

@@ -199,7 +199,7 @@ class TrajectoryCache:
                 before[instance] = base.force(self._part(instance, used))
             moved = {**used, key: used.get(key, 0.0) + step}
             change = base.force(self._part(instance, moved)).less(before[instance])
-            forces.append(Force(change.links / step, change.joints / step))
+            forces.append(change.over(step))
         if forces:
             out.update(zip(alone, base.changes(forces), strict=True))
         still = packed(base.rates)

@@ -302,7 +302,7 @@ class Windows:
                 out[:, :, i] = states[:, :, r].transpose(1, 0, 2)
         force = np.matmul(self._march[1][part], states)
         spin = states[:, :, 9:12]
-        if not np.allclose(self.vehicle.imu_turn, np.eye(3)):
+        if not np.array_equal(self.vehicle.imu_turn, np.eye(3)):
             spin = np.matmul(self.vehicle.imu_turn, spin)
         for i in self._inertial:
             axis = self._axis(i)
