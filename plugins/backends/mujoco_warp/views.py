@@ -75,6 +75,10 @@ class Views:
             self.model = mjw.put_model(m)
             if repeatable:
                 self.model.opt.deterministic = int(mjw.DeterminismType.ALL)
+            late = int(mjw.OverflowType.ITERATIONS | mjw.OverflowType.LS_ITERATIONS)
+            # in float32 a search may end at its limit; only what found no room is an overflow
+            self.room = int(mjw.OverflowType.ALL) & ~late
+            self.model.opt.warn_overflow &= ~late
             rows = CONTACT_ROWS * touching + stops
             self.data = mjw.make_data(m, nworld=count, nconmax=touching, njmax=rows)
         self._tensors()
@@ -96,12 +100,12 @@ class Views:
         self.contact_shapes = wp.to_torch(d.contact.geom)
         self.contact_row = wp.to_torch(d.contact.efc_address)
         self.contact_force = wp.to_torch(d.efc.force)
-        self.grounds = wp.to_torch(d.geom_xmat)
+        self.grounds, self.left_out = wp.to_torch(d.geom_xmat), wp.to_torch(d.overflow)
 
     def _indices(self, m: Any) -> None:
         """Look up where the robot's parts are."""
         robot, names = self.robot, self.names
-        bodies = [m.body(name).id for name in names.bodies]
+        self.bodies = bodies = [int(m.body(name).id) for name in names.bodies]
         joints = [m.joint(name).id for name in names.joints]
         self.rows = self.index(bodies)
         self.root = bodies[0]

@@ -11,7 +11,7 @@ from seals.environment.ground import ground_height
 from seals.environment.settings import EnvironmentSettings
 from seals.frames import matrix_of, multiply
 from seals.motion import Inputs, Joints
-from seals.plugins.backends.mujoco_warp.graphs import Work, recorded_torch, recorded_warp
+from seals.plugins.backends.mujoco_warp.graphs import Work, recorded
 from seals.plugins.backends.mujoco_warp.views import Views
 from seals.world.drivetrain import speeds_of
 
@@ -35,6 +35,7 @@ class WarpWorlds:
 
     Attributes:
         time: since the start of each world [s], shape (B, 1).
+        advance: advances all worlds by one step under the present command, as one graph on a GPU.
         command: positions that the servos are asked for, to be written [rad or m], shape (B, J).
         work: sum of |force x rate| h of all joints since it was cleared [J], shape (B, 1).
         slid: ways of the toes on the ground, their mean, since it was cleared [m], shape (B, 1).
@@ -78,11 +79,12 @@ class WarpWorlds:
         self._memory = loads.zero_memory()
         self._tilt(backend.slope, environment)
         self._parts = {
-            "look": recorded_warp(self._begin, self.device),
-            "laws": recorded_torch(self._loaded, self.device),
-            "solve": recorded_warp(self._end, self.device),
-            "note": recorded_torch(self._noted, self.device),
+            "look": self._begin,
+            "laws": self._loaded,
+            "solve": self._end,
+            "note": self._noted,
         }
+        self.advance = self.record(self.step_once)
 
     def _tilt(self, slope: float, environment: EnvironmentSettings) -> None:
         """Draw the slopes of all worlds, and turn their grounds."""
@@ -96,18 +98,18 @@ class WarpWorlds:
         if slope > 0.0:
             self._views.tilt(matrix_of(self._slopes))
 
-    def advance(self) -> None:
-        """Advance all worlds by one step under the present command."""
+    def step_once(self) -> None:
+        """Advance all worlds by one step under the present command, launch by launch."""
         for part in self._parts.values():
             part()
 
     def parts(self) -> dict[str, Work]:
-        """Return the parts of a step by name, in order, for those who time them."""
-        return dict(self._parts)
+        """Return the parts of a step by name, in order, each recorded, for those who time them."""
+        return {name: self.record(part) for name, part in self._parts.items()}
 
     def record(self, work: Work) -> Work:
         """Return work on tensors, in place, recorded where there is a GPU; it is called before."""
-        return recorded_torch(work, self.device)
+        return recorded(work, self.device)
 
     def _begin(self) -> None:
         """Find poses, inertia, contacts and bias forces."""
@@ -163,7 +165,7 @@ class WarpWorlds:
             jacobian = torch.cat((back @ linear.mT, back @ axes[:, :, :3].mT), dim=1)
             added = jacobian.mT @ (matrix @ jacobian)
             v.inertia[:, at] += added[:, row, column]
-            rise = v.rises[:, v.rows[link]]
+            rise = v.rises[:, v.bodies[link]]
             bias = torch.stack((rise[:, 3:] + torch.linalg.cross(rise[:, :3], arm), rise[:, :3]), 2)
             felt = matrix @ (back @ bias).mT.reshape(-1, 6, 1)
             turned = states.rotations[:, link] @ felt.reshape(-1, 2, 3).mT
@@ -238,7 +240,7 @@ class WarpWorlds:
         position = self._middle + (turn @ (position - self._middle)[:, :, None])[:, :, 0]
         quaternion = multiply(self._slopes, quaternion)
         centre = position + matrix_of(quaternion) @ v.reference
-        turn = quaternion[:, [3, 0, 1, 2]]
+        turn = torch.roll(quaternion, 1, 1)
         whole = torch.cat((centre, turn, joints.expand(self.count, -1)), dim=1)
         speed = torch.cat((velocity, torch.zeros_like(v.velocity[:, 3:])), dim=1)
         v.position.copy_(torch.where(where, whole, v.position))
@@ -259,7 +261,7 @@ class WarpWorlds:
         import torch
 
         v = self._views
-        turn = matrix_of(v.position[:, [4, 5, 6, 3]])
+        turn = matrix_of(torch.roll(v.position[:, 3:7], -1, 1))
         arm = turn @ v.reference
         spin = v.velocity[:, 3:6].clone()
         around = torch.linalg.cross((turn @ spin[:, :, None])[:, :, 0], arm)
@@ -276,9 +278,7 @@ class WarpWorlds:
 
     def overflowing(self) -> bool:
         """Return whether contacts or constraints were left out for want of room in any world."""
-        import warp as wp
-
-        return bool(wp.to_torch(self._views.data.overflow).any())
+        return bool((self._views.left_out & self._views.room).any())
 
     def snapshot(self) -> dict[str, Any]:
         """Return the complete state, as tensors."""
