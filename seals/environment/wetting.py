@@ -8,8 +8,11 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from seals.arrays import Array, Floats, as_like, namespace
+from seals.arrays import Array, Floats, as_like, deciding, fixed, namespace
 from seals.hydrostatics import Hull, HullTable
+from seals.hydrostatics.alike import HullsAlike
+from seals.hydrostatics.table import centred
+from seals.hydrostatics.wetted import Sums
 
 DEEP = 1e6
 """Depth at which every hull is under water [m]."""
@@ -105,6 +108,10 @@ class WettingTable:
         self.tables = tuple(tables)
         self.reach = tuple(reach) or (math.inf,) * len(self.tables)
         self._whole: list[tuple[Floats, Floats]] = []
+        hulls = [table.hull for table in self.tables]
+        alike = all(map(HullsAlike.fits, hulls)) and len(hulls) > 1
+        self._alike = HullsAlike(hulls) if alike else None
+        self._volumes = np.array([[hull.volume] for hull in hulls])
 
     def wet(self, normal: Array, level: Array) -> Wet:
         """Return the submerged part of every hull; rows are links x batch."""
@@ -112,9 +119,22 @@ class WettingTable:
         cuts = [slice(k * batch, (k + 1) * batch) for k in range(len(self.tables))]
         if type(level) is np.ndarray:
             return self._where_cut(normal, level, cuts)
+        # a compiler takes numbers of single hulls into its programs, and joins their laws itself
+        if self._alike is not None and deciding():
+            return self._together(self._alike, normal, level)
         parts = [t.lookup(normal[c], level[c]) for t, c in zip(self.tables, cuts, strict=True)]
         xp = namespace(level)
         return Wet(*(xp.concat(list(column), axis=0) for column in zip(*parts, strict=True)))
+
+    def _together(self, alike: HullsAlike, normal: Array, level: Array) -> Wet:
+        """Evaluate the hulls form by form, in double precision, see `HullTable.lookup`."""
+        xp, kind, count = namespace(level), level.dtype, len(self.tables)
+        up = xp.reshape(xp.astype(normal, xp.float64), (count, -1, 3))
+        height = xp.reshape(xp.astype(level, xp.float64), (count, -1))
+        sums = xp.reshape(alike.sums(up, height), (8, -1))
+        whole = xp.broadcast_to(fixed(self._volumes, height), height.shape)
+        found = centred(xp, Sums(*(sums[k] for k in range(8))), xp.reshape(whole, (-1,)))
+        return Wet(*(xp.astype(column, kind) for column in found))
 
     def _where_cut(self, normal: Floats, level: Floats, cuts: Sequence[slice]) -> Wet:
         """Look up only hulls that the surface may cut; the others are wet or dry as a whole."""

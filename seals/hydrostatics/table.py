@@ -30,6 +30,7 @@ class HullTable:
 
     Attributes:
         law: the hull's sums by array namespace, normal and level, see `HullPlaced.sums`.
+        hull: what the table is of.
         volume: of the whole hull [m^3].
 
     Limitations: across depth and normal a mesh's table is within 0.1 % of the whole volume; the
@@ -44,9 +45,9 @@ class HullTable:
         (0.004, 0.08)
     """
 
-    def __init__(self, law: Law, volume: float) -> None:
-        self.law = law
-        self.volume = volume
+    def __init__(self, law: Law, hull: Hull) -> None:
+        self.law, self.hull = law, hull
+        self.volume = hull.volume
 
     @classmethod
     def build(cls, hull: Hull, *, cells: int | None = None, depths: int | None = None) -> HullTable:
@@ -62,7 +63,7 @@ class HullTable:
         """
         cache: dict[tuple[int | None, int | None], HullTable] = hull.__dict__.setdefault(TABLES, {})
         if (cells, depths) not in cache:
-            cache[cells, depths] = cls(law_of(hull, cells, depths), hull.volume)
+            cache[cells, depths] = cls(law_of(hull, cells, depths), hull)
         return cache[cells, depths]
 
     def lookup(self, up: Any, level: Any) -> tuple[Any, Any, Any, Any]:
@@ -81,22 +82,33 @@ class HullTable:
             # differences of nearly equal volumes need double precision inside
             up, level = xp.astype(up, xp.float64), xp.astype(level, xp.float64)
         sums = self.law(xp, up[:, 0], up[:, 1], up[:, 2], level[:, 0])
-        volume, mx, my, mz, area, ax, ay, az = sums
-        least, little = EMPTY_SHARE * self.volume, EMPTY_SHARE * self.volume ** (2.0 / 3.0)
-        wet = xp.astype(volume > least, volume.dtype)
-        share = wet / xp.maximum(volume, 0.0 * volume + least)
-        flat = wet * xp.astype(area > little, volume.dtype)
-        part = flat / xp.maximum(area, 0.0 * volume + little)
-        volume, area = volume * wet, area * flat
-        found = (
-            volume[:, None],
-            xp.stack((mx * share, my * share, mz * share)).T,
-            area[:, None],
-            xp.stack((ax * part, ay * part, az * part)).T,
-        )
+        found = centred(xp, sums, self.volume)
         if kind == xp.float64:
             return found
         return cast(tuple[Any, Any, Any, Any], tuple(xp.astype(array, kind) for array in found))
+
+
+def centred(xp: Any, sums: Sums, whole: Any) -> tuple[Any, Any, Any, Any]:
+    """Return volume, centroid, area and its centroid from sums; nothing of what is hardly wet.
+
+    Args:
+        xp: array namespace.
+        sums: columns, shape (N,).
+        whole: volume of the whole hulls [m^3], a number or (N,).
+    """
+    volume, mx, my, mz, area, ax, ay, az = sums
+    least, little = EMPTY_SHARE * whole, EMPTY_SHARE * whole ** (2.0 / 3.0)
+    wet = xp.astype(volume > least, volume.dtype)
+    share = wet / xp.maximum(volume, 0.0 * volume + least)
+    flat = wet * xp.astype(area > little, volume.dtype)
+    part = flat / xp.maximum(area, 0.0 * volume + little)
+    volume, area = volume * wet, area * flat
+    return (
+        volume[:, None],
+        xp.stack((mx * share, my * share, mz * share)).T,
+        area[:, None],
+        xp.stack((ax * part, ay * part, az * part)).T,
+    )
 
 
 def law_of(hull: Hull, cells: int | None = None, depths: int | None = None) -> Law:
