@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from seals.arrays import Array, as_like, namespace
+from seals.arrays import Array, as_like, index_on, namespace
 from seals.effects.binding import EffectSet
 from seals.effects.evaluation import Evaluation, Evaluator
 from seals.effects.joint_inertia import armature_of
@@ -169,24 +169,15 @@ class BatchLoads:
     def _wrenches(self, motion: Motion, found: Evaluation) -> tuple[Array, Array]:
         """Sums of wrenches less velocity terms of added inertia, link axes, rows link by link."""
         total = [motion.velocity * 0.0, motion.velocity * 0.0]
-        for b, rows, wrench in found.loads:
+        for _, rows, wrench in found.loads:
             for whole, part in zip(total, wrench, strict=True):
                 if part is not None:
-                    self._add(whole, b.links, rows, part)
-        for b, rows, added, medium in found.inertias:
+                    _add(whole, rows, part)
+        for _, rows, added, medium in found.inertias:
             terms = added_terms(added, medium, take_motion(motion, rows))
             for whole, part in zip(total, terms, strict=True):
-                self._add(whole, b.links, rows, -part)
+                _add(whole, rows, -part)
         return total[0], total[1]
-
-    def _add(self, whole: Array, links: Sequence[int], rows: Any, part: Array) -> None:
-        """Add rows of some links to those of all, in place."""
-        if rows is None or isinstance(rows, slice):
-            whole[slice(None) if rows is None else rows] += part
-            return
-        for j, link in enumerate(links):
-            own = part if part.shape[0] == 1 else part[j * self.batch : (j + 1) * self.batch]
-            whole[link * self.batch : (link + 1) * self.batch] += own
 
     def _added(self, found: Evaluation) -> dict[int, Array]:
         """Added inertia of every link that has any."""
@@ -204,6 +195,12 @@ class BatchLoads:
             return values
         each = count if count == self.batch else self.batch
         return values[:each] if count == each else values[j * each : (j + 1) * each]
+
+
+def _add(whole: Array, rows: Any, part: Array) -> None:
+    """Add rows of some links, each once, to those of all, in place."""
+    place = slice(None) if rows is None else rows
+    whole[place if isinstance(place, slice) else index_on(place, whole)] += part
 
 
 def _refuse(robot: RobotModel, effects: EffectSet) -> None:

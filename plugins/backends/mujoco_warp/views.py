@@ -183,10 +183,12 @@ class Views:
         real = (self.slots < self.contact_count) & (row >= 0)
         world = self.contact_world.long().clamp(0, self.count - 1)
         force = self.contact_force[world, row.clamp(min=0)]
-        force = torch.where(real, force, force * 0.0)
         links = len(self.robot.links) + 1
-        total = torch.zeros(self.count * links, device=self.device)
+        size = self.count * links
+        total = torch.zeros(size + len(self.slots), device=self.device)
         for side in (0, 1):
             shape = self.contact_shapes[:, side].long().clamp(0, len(self.link_of_shape) - 1)
-            total.index_add_(0, world * links + self.link_of_shape[shape], force)
-        return total.reshape(self.count, links)[:, :-1]
+            # what is no contact has a place of its own: many sums at one would wait for each other
+            place = torch.where(real, world * links + self.link_of_shape[shape], size + self.slots)
+            total.index_add_(0, place, force)
+        return total[:size].reshape(self.count, links)[:, :-1]
