@@ -163,7 +163,7 @@ class BatchLoads:
             outer,
             summed(drives) if drives else None,
             found.memory,
-            (self._share * by_batch(wet, links)[:, :, 0]).sum(axis=1)[:, None],
+            namespace(wet).sum(self._share * by_batch(wet, links)[:, :, 0], axis=1)[:, None],
         )
 
     def _wrenches(self, motion: Motion, found: Evaluation) -> tuple[Array, Array]:

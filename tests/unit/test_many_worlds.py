@@ -17,6 +17,8 @@ from seals.frames import matrix_of, quaternion_of_rpy
 from seals.learn.environments.batch_worlds import BatchWorlds
 from seals.learn.environments.build import build_learning
 from seals.learn.environments.world import WorldEnvironment
+from seals.motion import Inputs, Joints
+from seals.pytree import leaves
 from seals.run.assembly import ROBOT, build_model
 
 torch = pytest.importorskip("torch")
@@ -96,6 +98,36 @@ def test_free_motion_with_added_mass_is_that_of_mujoco(crabs: BatchWorlds) -> No
     assert np.abs(body.position - place).max() > 0.02
     assert np.abs(body.joints).max() > 1e-4
     other.close()
+
+
+def test_laws_as_one_kernel_are_the_laws_launch_by_launch(crabs: BatchWorlds) -> None:
+    """Crabs that the surface cuts, tilted and moving: loads agree to single precision."""
+    plain = batch("backend.compiled=false")
+    found = []
+    for many in (crabs, plain):
+        many.reset(SEEDS)
+        place = torch.tensor([[0.1, -0.2, 0.01], [0.0, 0.3, -0.005]])
+        turn = torch.as_tensor(quaternion_of_rpy(np.array([[0.5, -0.4, 1.0], [-0.3, 0.7, 2.0]])))
+        speed = torch.tensor([[0.4, -0.3, 0.2], [-0.1, 0.6, -0.5]])
+        posture = torch.as_tensor(many.task.posture).float()
+        everyone = torch.ones(2, dtype=torch.bool)
+        many.worlds.place(everyone, place, turn.float(), speed, posture)
+        worlds, v = many.worlds, many.worlds._views
+        v.velocity[:, 3:] = torch.linspace(-2.0, 2.0, 2 * v.velocity[:, 3:].shape[1]).reshape(2, -1)
+        worlds._begin()
+        joints = Joints(v.position[:, v.joints], v.velocity[:, v.dofs])
+        inputs = Inputs(worlds.step, worlds._none, joint_command=worlds.held + 0.1)
+        time = worlds.time
+        found.append(worlds.laws.evaluate(v.states(), joints, time, inputs, worlds._memory))
+    assert type(crabs.worlds.laws) is not type(plain.worlds.laws)
+    one, other = (list(leaves(loads)) for loads in found)
+    for a, b in zip(one, other, strict=True):
+        largest = float(b.abs().max())
+        np.testing.assert_allclose(*np.broadcast_arrays(a, b), rtol=0.0, atol=3e-6 * largest)
+    wet = found[0].submersion
+    assert 0.05 < float(wet.min()) < float(wet.max()) < 0.95
+    assert float(found[0].force.abs().max()) > 0.1
+    assert float(found[0].drive.force.abs().max()) > 1e-3
 
 
 @pytest.mark.slow

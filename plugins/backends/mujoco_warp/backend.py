@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from seals.errors import optional_import
 from seals.plugins.backends.mujoco import BackendMujoco
@@ -29,7 +32,8 @@ class BackendMujocoWarp(BackendMujoco):
     Args:
         solver_iterations: most iterations of the contact solver.
         second_order: see `BackendMujoco`; batches take first-order steps.
-        compiled: see `BackendMujoco`.
+        compiled: see `BackendMujoco`; the laws of a batch become one kernel, unless ``false``, or
+            where parameters differ between the worlds.
         touching: most contact points of one world, on average over the batch.
         slope: steepest slope of the ground under the worlds of a batch, each with one of its own
             about the origin of the ground, drawn once [rad].
@@ -85,7 +89,9 @@ class BackendMujocoWarp(BackendMujoco):
         import torch
 
         from seals.batch.loads import BatchLoads
+        from seals.plugins.backends.mujoco_warp.laws import LawKernel
         from seals.plugins.backends.mujoco_warp.worlds import WarpWorlds
+        from seals.world.scalar_compiler import CannotCompile
 
         with optional_import(
             "backend=mujoco_warp needs the package mujoco-warp",
@@ -96,4 +102,14 @@ class BackendMujocoWarp(BackendMujoco):
         loads = BatchLoads(
             robot, effects, environment, waves, batch=count, like=like, values=values
         )
-        return WarpWorlds(self, loads, environment, step=step)
+        laws: BatchLoads | LawKernel = loads
+        # parameters that differ between the worlds are no numbers of a program
+        if self.compiled != "false" and not values:
+            one = BatchLoads(robot, effects, environment, waves, batch=1, like=np.zeros(1))
+            try:
+                laws = LawKernel(one, step=step, batch=count, like=like)
+            except CannotCompile as problem:
+                if self.compiled == "true":
+                    raise
+                warnings.warn(f"the worlds go on uncompiled: {problem}", stacklevel=2)
+        return WarpWorlds(self, loads, laws, environment, step=step)

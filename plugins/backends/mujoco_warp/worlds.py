@@ -18,6 +18,8 @@ from seals.world.drivetrain import speeds_of
 if TYPE_CHECKING:
     from torch import Tensor
 
+    from seals.plugins.backends.mujoco_warp.laws import LawKernel
+
 KEPT = ("position", "velocity", "guess")
 """Tensors of the engine that make its state."""
 OWN = ("time", "command", "held", "work", "slid", "stands", "submersion")
@@ -30,6 +32,7 @@ class WarpWorlds:
     Args:
         backend: settings of the engine.
         loads: effects on the robots.
+        laws: what evaluates them.
         environment: what stands still.
         step: h [s].
 
@@ -43,11 +46,17 @@ class WarpWorlds:
     """
 
     def __init__(
-        self, backend: Any, loads: BatchLoads, environment: EnvironmentSettings, *, step: float
+        self,
+        backend: Any,
+        loads: BatchLoads,
+        laws: BatchLoads | LawKernel,
+        environment: EnvironmentSettings,
+        *,
+        step: float,
     ) -> None:
         import torch
 
-        self.loads, self.step, self.robot = loads, step, loads.robot
+        self.laws, self.step, self.robot = laws, step, loads.robot
         self.count, self.device = loads.batch, loads.like.device.type
         self._views = v = Views(
             loads.robot,
@@ -139,7 +148,7 @@ class WarpWorlds:
             self._rates.copy_(v.velocity[:, v.dofs])
             joints = Joints(v.position[:, v.joints], self._rates)
             inputs = Inputs(self.step, self._none, joint_command=self.held)
-            found = self.loads.evaluate(states, joints, self.time, inputs, self._memory)
+            found = self.laws.evaluate(states, joints, self.time, inputs, self._memory)
             force, torque = self._inertial(found, states)
             arm = states.origins - v.centres[:, v.rows]
             torque = torque + torch.linalg.cross(arm, force)

@@ -5,9 +5,11 @@ once on `Traced` arrays, whose entries are nodes of a graph; LLVM makes one func
 """
 
 from seals.world.scalar_compiler import functions as functions
+from seals.world.scalar_compiler.clike import statements_of as statements_of
 from seals.world.scalar_compiler.kernel import REFUSED as REFUSED
 from seals.world.scalar_compiler.kernel import CannotCompile as CannotCompile
 from seals.world.scalar_compiler.kernel import Kernel as Kernel
 from seals.world.scalar_compiler.kernel import compiled as compiled
+from seals.world.scalar_compiler.kernel import followed as followed
 from seals.world.scalar_compiler.traced import Traced as Traced
 from seals.world.scalar_compiler.traced import constant as constant

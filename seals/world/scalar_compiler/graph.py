@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 from seals.errors import ConfigError
@@ -43,6 +43,16 @@ LOGICAL = frozenset({"less", "less_equal", "equal", "not_equal", "and", "or", "n
 def given(index: int, graph: dict[Any, Node]) -> Node:
     """Return the node of an input."""
     return _node("input", (index,), graph)
+
+
+def needed(outputs: Sequence[Node]) -> list[Node]:
+    """Return the nodes that some results are made of, each after its arguments."""
+    found, waiting = set(outputs), list(set(outputs))
+    while waiting:
+        new = [x for x in waiting.pop().args if isinstance(x, Node) and x not in found]
+        found.update(new)
+        waiting += new
+    return sorted(found, key=lambda node: node.number)
 
 
 def _node(op: str, args: tuple[Any, ...], graph: dict[Any, Node]) -> Node:

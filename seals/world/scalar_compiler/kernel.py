@@ -96,6 +96,25 @@ def compiled(law: Callable[..., Sequence[Any]], shapes: Sequence[tuple[int, ...]
         CannotCompile: the law asks for a number to decide what it does, or for what only NumPy has;
             or llvmlite is not installed, or broken.
     """
+    results = followed(law, shapes)
+    text, work = text_of([entry for x in results for entry in x.entries.flat])
+    try:
+        code = _machine_code(text)
+    except (MissingExtra, OSError, RuntimeError) as problem:
+        raise CannotCompile(str(problem)) from problem
+    return Kernel(code, shapes, results, work)
+
+
+def followed(law: Callable[..., Sequence[Any]], shapes: Sequence[tuple[int, ...]]) -> list[Traced]:
+    """Follow a law on the array API for arguments of some shapes, whose entries are numbered.
+
+    Args:
+        law: pure, of arrays; it returns arrays.
+        shapes: of its arguments.
+
+    Raises:
+        CannotCompile: the law asks for a number to decide what it does, or for what only NumPy has.
+    """
     graph: dict[Any, Node] = {}
     numbers = iter(range(sum(_size(s) for s in shapes)))
     traced = [
@@ -110,13 +129,7 @@ def compiled(law: Callable[..., Sequence[Any]], shapes: Sequence[tuple[int, ...]
             f"this robot cannot be compiled: {_place(problem)} {problem}.\nGive it one way for "
             "all numbers, as seals.arrays.some says, or take backend.compiled=false"
         ) from problem
-    results = [constant(x) for x in found]
-    text, work = text_of([entry for x in results for entry in x.entries.flat])
-    try:
-        code = _machine_code(text)
-    except (MissingExtra, OSError, RuntimeError) as problem:
-        raise CannotCompile(str(problem)) from problem
-    return Kernel(code, shapes, results, work)
+    return [constant(x) for x in found]
 
 
 def _size(shape: tuple[int, ...]) -> int:

@@ -6,7 +6,7 @@ import struct
 from collections.abc import Sequence
 from typing import Any
 
-from seals.world.scalar_compiler.graph import Node
+from seals.world.scalar_compiler.graph import Node, needed
 
 PIECE = 1500
 """Operations of one function: the time to compile one grows faster than its length."""
@@ -31,7 +31,7 @@ def text_of(outputs: Sequence[Any]) -> tuple[str, int]:
     Args:
         outputs: entries of the results; numbers are left out.
     """
-    nodes = _needed([x for x in outputs if isinstance(x, Node)])
+    nodes = needed([x for x in outputs if isinstance(x, Node)])
     pieces = [nodes[k : k + PIECE] for k in range(0, len(nodes), PIECE)]
     piece_of = {node: k for k, piece in enumerate(pieces) for node in piece}
     shared: dict[Node, int] = {}
@@ -53,16 +53,6 @@ def text_of(outputs: Sequence[Any]) -> tuple[str, int]:
     ]
     last = ["define void @law(ptr %given, ptr %out, ptr %work) {", *calls, "  ret void", "}"]
     return "\n".join([*head, *lines, *last, ""]), len(shared)
-
-
-def _needed(outputs: Sequence[Node]) -> list[Node]:
-    """Return the nodes that some results are made of, each after its arguments."""
-    found, waiting = set(outputs), list(set(outputs))
-    while waiting:
-        new = [x for x in waiting.pop().args if isinstance(x, Node) and x not in found]
-        found.update(new)
-        waiting += new
-    return sorted(found, key=lambda node: node.number)
 
 
 class _Function:

@@ -101,7 +101,10 @@ class Traced:
         return len(self.entries)
 
     def __getitem__(self, key: Any) -> Traced:
-        return Traced(self.entries[key])
+        return Traced(self.entries[_place(key)])
+
+    def __setitem__(self, key: Any, value: Any) -> None:
+        self.entries[_place(key)] = constant(value).entries
 
     def __bool__(self) -> bool:
         return bool(self.entries.item())
@@ -127,6 +130,11 @@ class Traced:
     def take(self, index: Any, axis: int | None = None) -> Traced:
         """Return entries along an axis."""
         return Traced(self.entries.take(np.asarray(index), axis=axis))
+
+
+def _place(key: Any) -> Any:
+    """Return an index of traced numbers as one of NumPy's."""
+    return key.entries.astype(np.int64) if isinstance(key, Traced) else key
 
 
 def constant(value: Any) -> Traced:

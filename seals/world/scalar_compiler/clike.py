@@ -1,0 +1,66 @@
+"""Conversion of a scalar graph to statements of C, in double precision, one call for each row."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from seals.world.scalar_compiler.graph import Node, needed
+
+_SIGNS = {
+    **{"add": "+", "subtract": "-", "multiply": "*", "divide": "/"},
+    **{"less": "<", "less_equal": "<=", "equal": "==", "not_equal": "!=", "and": "&&", "or": "||"},
+}
+# a motion that is not a number stays one, as in the machine code
+_EXTREME = {"maximum": "<=", "minimum": ">="}
+_NAMES = {"absolute": "fabs", "power": "pow"}
+
+
+def statements_of(outputs: Sequence[Any], read: str, write: str) -> list[str]:
+    """Return statements that work out the entries of some results.
+
+    Args:
+        outputs: entries; numbers are left out.
+        read: format of the place of an input, of its number.
+        write: format of the place of a result, of its number.
+
+    Example:
+        >>> from seals.world.scalar_compiler.graph import given, multiply
+        >>> x = given(0, {})
+        >>> statements_of([multiply(x, x), 1.0], "a[{}]", "b[{}]")
+        ['const double v0 = a[0];', 'const double v1 = v0 * v0;', 'b[0] = v1;']
+    """
+    names: dict[Node, str] = {}
+    lines = []
+    for node in needed([x for x in outputs if isinstance(x, Node)]):
+        name = names[node] = f"v{len(names)}"
+        kind = "bool" if node.logical else "double"
+        lines.append(f"const {kind} {name} = {_expression(node, names, read)};")
+    return lines + [
+        f"{write.format(k)} = {names[x]};" for k, x in enumerate(outputs) if isinstance(x, Node)
+    ]
+
+
+def _expression(node: Node, names: dict[Node, str], read: str) -> str:
+    op = node.op
+    if op == "input":
+        return read.format(node.args[0])
+    given = [names[x] if isinstance(x, Node) else _number(x) for x in node.args]
+    if op in _SIGNS:
+        return f"{given[0]} {_SIGNS[op]} {given[1]}"
+    if op in _EXTREME:
+        return f"!({given[0]} {_EXTREME[op]} {given[1]}) ? {given[0]} : {given[1]}"
+    if op == "where":
+        return f"{given[0]} ? {given[1]} : {given[2]}"
+    if op in {"negative", "not"}:
+        return f"{'-' if op == 'negative' else '!'}{given[0]}"
+    return f"::{_NAMES.get(op, op)}({', '.join(given)})"
+
+
+def _number(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if math.isfinite(value):
+        return f"({float(value)!r})"
+    return "(0.0 / 0.0)" if math.isnan(value) else f"({math.copysign(1.0, value)} / 0.0)"
