@@ -56,6 +56,8 @@ GUSTS = 1.3
 
 _SETTLED = 5e-3
 """Change of attitude [rad] and velocity [m/s] below which a trajectory has settled."""
+_DIVERGED = 2.0
+"""Factor on cost and floor by which a step of a trajectory is too long and is halved."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -271,16 +273,49 @@ def follow_measurements(
         at: values to start from.
         rounds: at most.
     """
+    kept: _Step | None = None
     for _ in range(rounds):
         fit = fitter.fit(free, start=at, iterations=4)
-        prediction = predict(fitter.plant, fitter.trajectory, fit.values, cache=fitter.cache)
-        error = fitter.windows.states(fitter.windows.residual(prediction), prediction)
-        trajectory = fitter.trajectory.moved(error)
-        fitter = linearise_model(fitter.plant, trajectory, fit.values, gusts=fitter.windows.gusts)
-        at = fit.values
-        if np.abs(error[:, 3:9]).max() < _SETTLED:
+        if kept is not None and not fit.cost < _DIVERGED * (kept.cost + fitter.windows.observed):
+            kept = kept.halved()
+        else:
+            prediction = predict(fitter.plant, fitter.trajectory, fit.values, cache=fitter.cache)
+            error = fitter.windows.states(fitter.windows.residual(prediction), prediction)
+            if not np.isfinite(error).all():
+                break
+            kept = _Step(fitter=fitter, error=error, values=fit.values, cost=fit.cost)
+        fitter, at = kept.taken(), kept.values
+        if np.abs(kept.error[:, 3:9]).max() < _SETTLED:
             break
     return fitter
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Step:
+    """Step of a trajectory to the best fit of the measurements.
+
+    Args:
+        fitter: of the trajectory before it.
+        error: of that trajectory, shape (T, 12).
+        values: of the parameters after it.
+        cost: before it.
+    """
+
+    fitter: Fitter
+    error: Floats
+    values: Mapping[str, float]
+    cost: float
+
+    def halved(self) -> _Step:
+        """Return half the step of states and parameters."""
+        begin = self.fitter.at
+        values = {k: 0.5 * (v + float(begin.get(k, 0.0))) for k, v in self.values.items()}
+        return replace(self, error=0.5 * self.error, values=values)
+
+    def taken(self) -> Fitter:
+        """Return the fitter after the step."""
+        trajectory, gusts = self.fitter.trajectory.moved(self.error), self.fitter.windows.gusts
+        return linearise_model(self.fitter.plant, trajectory, self.values, gusts=gusts)
 
 
 def transient_rows(plant: Plant) -> int:

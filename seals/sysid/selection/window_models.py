@@ -261,8 +261,8 @@ def refit_nominal(
 ) -> tuple[EvidenceHypothesis, tuple[EvidenceHypothesis, ...]]:
     """Refit the nominal model on the trajectory of the best extension, then the best extensions.
 
-    A strong effect is fitted along a trajectory that follows it. Where it only led to a better
-    trajectory through an impact, it must not take the credit.
+    A strong effect is fitted along a trajectory that follows it. Where it only led to a better one
+    through an impact, it must not take the credit; of its fits along both the better one stays.
     """
     if not tried or tried[0].fitter.trajectory is nominal.fitter.trajectory:
         return nominal, tried
@@ -272,7 +272,11 @@ def refit_nominal(
     moved = EvidenceHypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
     if moved.fit.cost > nominal.fit.cost - problem.policy.relinearise:
         return nominal, tried
-    return moved, extensions(problem, moved, moved, processes=processes)
+    own = [h for h in tried if h.fitter.trajectory is not nominal.fitter.trajectory]
+    found = [scored(h.candidates, h.fit, h.fitter, moved) for h in own]
+    found += extensions(problem, moved, moved, processes=processes)
+    best = {h.label: h for h in sorted(found, key=lambda h: h.score)}
+    return moved, tuple(sorted(best.values(), key=lambda h: -h.score))
 
 
 def estimate_disturbance(problem: Problem) -> EvidenceHypothesis:
