@@ -12,12 +12,13 @@ from seals.sysid.candidates.vehicle import candidate_set_of
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.vehicle import Vehicle, read_vehicle
 from seals.sysid.predictors.plant import Plant
-from seals.sysid.predictors.problem import Problem, linearise_model
+from seals.sysid.predictors.problem import Problem, follow_measurements, linearise_model
 from seals.sysid.predictors.rollout import simulated_trajectory
 from seals.sysid.predictors.substep_integrator import SubstepIntegrator, finer
 from seals.sysid.predictors.surface_model_error import surface_model_error
 from seals.sysid.predictors.trials import nearest_trajectories, trials
 from seals.sysid.predictors.whole_run import UnmodelledDisturbance, converged, linearise_about
+from seals.sysid.predictors.windows import Windows
 from seals.sysid.selection.whole_run_models import fit_nominal
 
 STEP, ROWS = 0.02, 60
@@ -175,3 +176,16 @@ def test_a_fit_of_a_sound_run_stays_at_the_datasheet_and_travels(problem: Proble
     copied = pickle.loads(pickle.dumps(found))
     copied.fitter.attach(integrator)
     assert copied.fitter.start(()).cost == pytest.approx(found.fit.cost, abs=1e-6)
+
+
+def test_a_step_of_a_trajectory_that_diverges_is_halved(
+    problem: Problem, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A first step that is taken a hundred times too far does not end beyond the readings."""
+    own, factors = Windows.states, iter([100.0])
+    monkeypatch.setattr(Windows, "states", lambda *given: next(factors, 1.0) * own(*given))
+    moved = problem.fitter.trajectory.moved(np.full((problem.samples.rows, 12), 2e-3))
+    begun = linearise_model(problem.plant, moved, {}, gusts=problem.fitter.windows.gusts)
+    found = follow_measurements(begun, ())
+    assert np.abs(found.trajectory.velocity - problem.fitter.trajectory.velocity).max() < 0.05
+    assert found.fit(()).cost < begun.fit(()).cost + 1.0

@@ -271,14 +271,15 @@ def follow_measurements(
         fitter: of the present trajectory.
         free: keys that are estimated beside the tolerances.
         at: values to start from.
-        rounds: at most.
+        rounds: at most, those not counted that halve a step which diverged.
     """
     kept: _Step | None = None
-    for _ in range(rounds):
+    while rounds:
         fit = fitter.fit(free, start=at, iterations=4)
         if kept is not None and not fit.cost < _DIVERGED * (kept.cost + fitter.windows.observed):
             kept = kept.halved()
         else:
+            rounds -= 1
             prediction = predict(fitter.plant, fitter.trajectory, fit.values, cache=fitter.cache)
             error = fitter.windows.states(fitter.windows.residual(prediction), prediction)
             if not np.isfinite(error).all():

@@ -14,8 +14,10 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.sysid.data.samples import Samples
+from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.predictors.normal_equations import newton_step, reserve
 from seals.sysid.predictors.plant import Plant, nonzero
+from seals.sysid.predictors.problem import linearise_model
 from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
@@ -57,7 +59,12 @@ def self_check(hypothesis: EvidenceHypothesis) -> SelfCheck | None:
     seen = simulated_readings(fitter, fit.values)
     if seen is None:
         return None
-    other = fitter.with_windows(fitter.windows.with_readings(seen))
+    readings, trajectory = seen
+    if not fitter.plant.vehicle.commands:
+        # nothing steers a falling body back: it leaves the range in which the flight is linear
+        level = fitter.windows.gusts
+        fitter = linearise_model(fitter.plant, trajectory, fit.values, gusts=level)
+    other = fitter.with_windows(fitter.windows.with_readings(readings))
     found = other.reevaluated(fit)
     # tolerances have no prior here: the simulation had exactly these values
     found = replace(found, centre=np.array([found.values[k] for k in found.keys]))
@@ -83,11 +90,13 @@ def tipped(fitter: Fitter) -> float:
     return torque / inertia * float(np.sqrt(2.0 * min(vehicle.gust_time, span) * span**3 / 3.0))
 
 
-def simulated_readings(fitter: Fitter, values: Mapping[str, float]) -> Samples | None:
+def simulated_readings(
+    fitter: Fitter, values: Mapping[str, float]
+) -> tuple[Samples, Trajectory] | None:
     """Simulate every window from the trajectory's state at its first row.
 
     Returns:
-        The log with readings of the simulation; None where that leaves all bounds.
+        The log with readings of the simulation, and its states; None where they leave all bounds.
     """
     plant, rows = fitter.plant, fitter.windows.rows
     fine = Plant(plant.vehicle, plant.candidate_set, plant.samples, parts=_FINER * plant.parts)
@@ -99,7 +108,11 @@ def simulated_readings(fitter: Fitter, values: Mapping[str, float]) -> Samples |
     channels: dict[str, Floats] = {
         name: np.full_like(seen, np.nan) for name, seen in plant.samples.channels.items()
     }
+    names = ("position", "quaternion", "velocity", "angular_velocity")
+    states = {name: np.array(getattr(fitter.trajectory, name)) for name in names}
     for k in range(rows.shape[1]):
+        for name in names:
+            states[name][rows[:, k]] = getattr(state, name)
         after, rates = fine.advance(twin, state, rows[:, k], drive)
         read = fine.reading(state, rates, used)
         found = {
@@ -115,4 +128,4 @@ def simulated_readings(fitter: Fitter, values: Mapping[str, float]) -> Samples |
         for name in channels.keys() & found.keys():
             channels[name][rows[:, k]] = found[name]
         state = after
-    return replace(plant.samples, channels=channels)
+    return replace(plant.samples, channels=channels), replace(fitter.trajectory, **states)
