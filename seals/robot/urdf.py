@@ -191,7 +191,8 @@ def _check_inertia(where: str, link: UrdfLink) -> None:
         raise RobotError(
             f"{where}: the principal moments {moments[0]:.3g}, {moments[1]:.3g}, {moments[2]:.3g} "
             "kg m^2 break the triangle inequality.\n"
-            "No body has such an inertia: the largest is at most the sum of the other two."
+            "No body has such an inertia: the largest is at most the sum of the other two. Correct "
+            "ixx, iyy or izz in the file."
         )
 
 

@@ -21,6 +21,8 @@ FREQUENCY, DAMPING = 6.0, 1.0
 RESERVE = 3.0
 """Torque of a servo whose URDF states none, by the torque that holds its joint level."""
 _LEAST_TORQUE = 0.01
+_LEAST_INERTIA = 1e-7
+"""Inertia about a joint below which its link is a frame [kg m^2]: a fin of one gram has more."""
 WATER_PRESSURE, AIR_PRESSURE = 2000.0, 240.0
 """Dynamic pressure of water at 2 m/s and of air at 20 m/s [Pa]."""
 LIQUID = 100.0
@@ -38,7 +40,6 @@ def servo_values(robot: RobotModel, source: Takeover) -> dict[str, list[float]]:
     """
     inertia, hold = joint_loads_of(robot)
     slowest = 2.0 * math.pi * FREQUENCY
-    safe = np.maximum(inertia, 1e-7)
     stated = np.array([source.effort_limit(name) for name in robot.joints])
     # what turns in the flow is held by the whole effort at the end of its travel
     travel = np.maximum(np.minimum(np.abs(robot.lower), np.abs(robot.upper)), 1e-3)
@@ -49,12 +50,19 @@ def servo_values(robot: RobotModel, source: Takeover) -> dict[str, list[float]]:
         for j, name in enumerate(robot.joints)
     ]
     stiff = np.where(flown, stated / travel, 0.0)
+    # links without a mass of their own turn with the motor and gear of a servo
+    motor = np.maximum(stiff / (2.0 * math.pi * STIFFEST) ** 2, _LEAST_INERTIA)
+    armature = np.where(inertia < _LEAST_INERTIA, motor, 0.0)
+    safe = inertia + armature
     rate = np.clip(np.sqrt(stiff / safe), slowest, 2.0 * math.pi * STIFFEST)
-    return {
+    values = {
         "kp_each": [short(x) for x in safe * rate**2],
         "kd_each": [short(x) for x in 2.0 * DAMPING * safe * rate],
         "torque_limit_each": [short(x) for x in limit],
     }
+    if armature.any():
+        values["armature_each"] = [short(x) for x in armature]
+    return values
 
 
 def _hinge_torques(robot: RobotModel, source: Takeover, travel: Floats) -> Floats:

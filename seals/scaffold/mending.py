@@ -16,6 +16,8 @@ from seals.scaffold.urdf_elements import joint_element, link_element, pose_text
 
 SMALL_PART = 0.05
 """Share of the robot's mass up to which an impossible inertia of a link is made sound [1]."""
+MOST_CHANGED = 0.1
+"""Share of a principal moment by which the inertia of a larger part is changed at most [1]."""
 SLACK = 1e-4
 """Share of the largest moment by which a made inertia keeps the triangle inequality [1]."""
 PART_DENSITY = 1000.0
@@ -130,31 +132,34 @@ def fixed_joints(root: Element) -> list[str]:
 
 
 def sound_inertias(root: Element) -> list[str]:
-    """Change inertias that no body has to the nearest that one has, on small parts of the robot.
+    """Change inertias that no body has to the nearest that one has.
 
     Sensors and frames are often written with an inertia that breaks the triangle inequality of the
-    principal moments, or is zero; beside the robot they weigh nothing. Inertias of parts above
-    :data:`SMALL_PART` are left as they are, for the robot's own check to refuse.
+    principal moments, or is zero; beside the robot they weigh nothing. Moments of parts above
+    :data:`SMALL_PART` change by equal precision, up to :data:`MOST_CHANGED`; beyond it they are
+    left as they are, for the robot's own check to refuse.
 
     Args:
         root: of the URDF; changed.
 
     Returns:
-        Names of the links.
+        Names of the links, of larger parts with their moments.
     """
     links = root.findall("link")
     total = sum(_mass(link) for link in links)
     changed = []
     for link in links:
         inertia = link.find("inertial/inertia")
-        if inertia is None or not 0.0 < _mass(link) <= SMALL_PART * total:
+        if inertia is None or _mass(link) <= 0.0:
             continue
-        near = _sound(_tensor(inertia), _mass(link))
+        small = _mass(link) <= SMALL_PART * total
+        was = _tensor(inertia)
+        near = _sound(was, _mass(link)) if small else _rounded_off(was)
         if near is None:
             continue
         for key, place in INERTIA_KEYS.items():
             inertia.set(key, f"{near[place]:.9g}")
-        changed.append(str(link.get("name")))
+        changed.append(f"{link.get('name')}{'' if small else _moments(was, near)}")
     return changed
 
 
@@ -172,6 +177,28 @@ def _sound(tensor: Floats, mass: float) -> Floats | None:
     # the nearest point, by squares, of the plane on which one moment is the sum of the others
     moments += np.array([1.0, 1.0, -1.0]) * (excess + SLACK * moments[2]) / 3.0
     return np.asarray((axes * moments) @ axes.T, dtype=np.float64)
+
+
+def _rounded_off(tensor: Floats) -> Floats | None:
+    """Return the inertia of a body whose moments differ least by their shares; None if too far."""
+    if not np.all(np.isfinite(tensor)):
+        return None
+    moments, axes = np.linalg.eigh(tensor)
+    excess = moments[2] - moments[0] - moments[1]
+    if moments[0] <= 0.0 or excess <= 1e-3 * moments[2]:
+        return None
+    # the nearest point of the same plane where each moment is known to the same share
+    share = (excess + SLACK * moments[2]) / float(moments @ moments) * moments
+    near = moments * (1.0 + share * np.array([1.0, 1.0, -1.0]))
+    if share.max() > MOST_CHANGED:
+        return None
+    return np.asarray((axes * near) @ axes.T, dtype=np.float64)
+
+
+def _moments(was: Floats, near: Floats) -> str:
+    """Return the principal moments before and after in words."""
+    words = (", ".join(f"{x:.3g}" for x in np.linalg.eigvalsh(each)) for each in (was, near))
+    return f" ({' becomes '.join(words)} kg m^2)"
 
 
 def _tensor(inertia: Element) -> Floats:

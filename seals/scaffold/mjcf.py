@@ -25,6 +25,7 @@ from seals.scaffold.urdf_elements import (
 
 Element = ElementTree.Element
 _FREE, _BALL, _SLIDE = 0, 1, 2
+_MESH = 7
 _ON_JOINT, _ON_SITE = (0, 1), 4
 
 
@@ -58,19 +59,14 @@ def urdf_of_mjcf(path: Path, root: Element, packages: Mapping[str, Path]) -> Con
     Raises:
         RobotError: MuJoCo cannot compile it, or it holds what no URDF can say.
     """
-    import mujoco
-
-    text, assets, changes = bounded_mjcf(path, root, packages)
-    try:
-        model = mujoco.MjModel.from_xml_string(text, assets)
-    except (ValueError, mujoco.FatalError) as cause:
-        words = " ".join(str(cause).split())[:200]
-        raise RobotError(
-            f"MJCF {path} cannot be compiled: {words}.\nCheck it with MuJoCo."
-        ) from cause
+    bounded = bounded_mjcf(path, root, packages)
+    text, changes = bounded.text, bounded.changes
+    model = _compiled(path, text, bounded.stand_ins(1.0))
     if model.nbody < 2:
         raise RobotError(f"MJCF {path} holds no body.\nA robot needs at least one <body>.")
-    made = _Conversion(path, model, root.get("model") or path.stem)
+    if bounded.missing:
+        _refuse_weight(path, model, _compiled(path, text, bounded.stand_ins(2.0)), bounded.missing)
+    made = _Conversion(path, model, root.get("model") or path.stem, bounded.missing)
     made.run()
     # MuJoCo fills what a keyframe leaves out with zeros
     counts = [len(e.get("qpos", "").split()) for e in ElementTree.fromstring(text).iter("key")]
@@ -79,11 +75,36 @@ def urdf_of_mjcf(path: Path, root: Element, packages: Mapping[str, Path]) -> Con
     return Converted(made.urdf, changes, made.stated, made.meshes)
 
 
+def _compiled(path: Path, text: str, assets: dict[str, bytes]) -> Any:
+    """Compile a model, or say in words why not."""
+    import mujoco
+
+    try:
+        return mujoco.MjModel.from_xml_string(text, assets)
+    except (ValueError, mujoco.FatalError) as cause:
+        words = " ".join(str(cause).split())[:200]
+        raise RobotError(
+            f"MJCF {path} cannot be compiled: {words}.\nCheck it with MuJoCo."
+        ) from cause
+
+
+def _refuse_weight(path: Path, model: Any, other: Any, missing: Mapping[str, str]) -> None:
+    """Refuse missing meshes whose bodies take their mass from them: stand-ins of two sizes tell."""
+    for body in np.flatnonzero(~np.isclose(model.body_mass, other.body_mass, rtol=1e-9)):
+        geoms = np.flatnonzero((model.geom_bodyid == body) & (model.geom_type == _MESH))
+        names = [str(model.mesh(model.geom_dataid[geom]).name) for geom in geoms]
+        file = next(missing[name] for name in names if name in missing)
+        raise RobotError(
+            f"mesh '{file}' of {path} is not there, and '{model.body(body).name}' has its mass "
+            "from it.\nPut the mesh there, or state the mass in an <inertial> of the body."
+        )
+
+
 class _Conversion:
     """One conversion: the compiled model and the URDF made from it."""
 
-    def __init__(self, path: Path, model: Any, name: str) -> None:
-        self.path, self.model = path, model
+    def __init__(self, path: Path, model: Any, name: str, missing: Mapping[str, str]) -> None:
+        self.path, self.model, self.missing = path, model, missing
         self.urdf = ElementTree.Element("robot", {"name": name})
         self.changes: list[str] = []
         self.stated = Stated()
@@ -174,10 +195,10 @@ class _Conversion:
     def _shape(self, geom: int) -> Element | None:
         m = self.model
         kind, size = int(m.geom_type[geom]), m.geom_size[geom]
-        if kind == 7:
-            return ElementTree.Element(
-                "mesh", {"filename": COMPILED + self._mesh(int(m.geom_dataid[geom]))}
-            )
+        if kind == _MESH:
+            index = int(m.geom_dataid[geom])
+            file = self.missing.get(str(m.mesh(index).name))
+            return ElementTree.Element("mesh", {"filename": file or COMPILED + self._mesh(index)})
         if kind == 2:
             return ElementTree.Element("sphere", {"radius": f"{size[0]:.9g}"})
         if kind in (4, 6):

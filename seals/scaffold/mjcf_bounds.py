@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from copy import deepcopy
 from pathlib import Path
+from typing import NamedTuple
 from xml.etree import ElementTree
 
 from seals.errors import LogError, RobotError
 from seals.robot.urdf import MOST_LINKS
 from seals.scaffold.meshes import load_mesh
-from seals.scaffold.resources import find_resource
+from seals.scaffold.resources import MissingMesh, find_resource
 from seals.untrusted_io import read_xml
 
 Element = ElementTree.Element
@@ -51,10 +52,36 @@ _MOST_PARTS = dict.fromkeys(("geom", "site", "key", *_ACTUATORS), 2000)
 """Elements of a kind; MuJoCo compares some of them in pairs."""
 
 
-def bounded_mjcf(
-    path: Path, root: Element, packages: Mapping[str, Path]
-) -> tuple[str, dict[str, bytes], list[str]]:
-    """Return the text of a model reduced to its robot, its meshes, and messages on changes.
+class Bounded(NamedTuple):
+    """A model reduced to its robot.
+
+    Args:
+        text: of the model.
+        assets: meshes as binary STL, by the file name that the text refers to.
+        missing: names of meshes that are not there, of which `stand_ins` take the places, with
+            their files as written.
+        changes: in words.
+    """
+
+    text: str
+    assets: dict[str, bytes]
+    missing: dict[str, str]
+    changes: list[str]
+
+    def stand_ins(self, edge: float) -> dict[str, bytes]:
+        """Return all meshes, with cubes in the places of missing ones.
+
+        Args:
+            edge: of the cubes [m].
+        """
+        import trimesh
+
+        cube = bytes(trimesh.creation.box(extents=[edge] * 3).export(file_type="stl"))
+        return {file: mesh or cube for file, mesh in self.assets.items()}
+
+
+def bounded_mjcf(path: Path, root: Element, packages: Mapping[str, Path]) -> Bounded:
+    """Return a model reduced to its robot, with its meshes, and messages on changes.
 
     Args:
         path: of the file.
@@ -84,9 +111,9 @@ def bounded_mjcf(
     for element in list(tree):
         if element.tag not in _SECTIONS:
             tree.remove(element)
-    assets = _meshes(path, tree, folder or "", packages)
+    assets, missing = _meshes(path, tree, folder or "", packages)
     _strip(tree, changes)
-    return ElementTree.tostring(tree, encoding="unicode"), assets, changes
+    return Bounded(ElementTree.tostring(tree, encoding="unicode"), assets, missing, changes)
 
 
 def _countable(path: Path, tree: Element) -> None:
@@ -167,17 +194,28 @@ def _strip(tree: Element, changes: list[str]) -> None:
 
 def _meshes(
     path: Path, tree: Element, folder: str, packages: Mapping[str, Path]
-) -> dict[str, bytes]:
-    """Meshes as binary STL, by the file name that the text now refers to."""
+) -> tuple[dict[str, bytes], dict[str, str]]:
+    """Meshes as binary STL, by the file name that the text now refers to; those not there, empty.
+
+    Beside them the files of those, by the name of the mesh.
+    """
     found: dict[str, bytes] = {}
+    missing: dict[str, str] = {}
     faces = 0
     for mesh in tree.iter("mesh"):
         given = mesh.get("file")
         if not given:
             continue
         name = given if "://" in given else str(Path(folder) / given)
-        source = find_resource(name, path, packages)
         mesh.set("name", mesh.get("name") or Path(given).stem)
+        own = f"mesh_{len(found)}.stl"
+        mesh.set("file", own)
+        mesh.attrib.pop("content_type", None)
+        try:
+            source = find_resource(name, path, packages)
+        except MissingMesh:
+            found[own], missing[mesh.get("name", "")] = b"", name
+            continue
         loaded = load_mesh(source)
         faces += len(loaded.faces)
         if faces > _MOST_ALL_FACES:
@@ -190,8 +228,5 @@ def _meshes(
                 f"MJCF {path}: mesh '{given}' has {len(loaded.faces):,} triangles.\n"
                 f"Allowed: up to {_MOST_FACES:,}; simplify it (some 1,000 will do)."
             )
-        own = f"mesh_{len(found)}.stl"
-        mesh.set("file", own)
-        mesh.attrib.pop("content_type", None)
         found[own] = bytes(loaded.export(file_type="stl"))
-    return found
+    return found, missing

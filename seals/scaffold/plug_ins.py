@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -14,6 +13,15 @@ import numpy as np
 from seals.arrays import Floats
 from seals.control.plant import ROTOR, THRUSTER
 from seals.errors import RobotError
+from seals.scaffold.plug_in_values import (
+    SEA_WATER,
+    finite,
+    last_name,
+    magnitudes,
+    six_by_six,
+    text_of,
+)
+from seals.scaffold.wing_plug_ins import FORWARD_SPEED, Wing, wings_of
 
 _ROWS, _SPEEDS = "xyzkmn", "UVWPQR"
 _FLIP = np.array([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])
@@ -65,34 +73,21 @@ class Hydrodynamics(NamedTuple):
 
 
 class Displacement(NamedTuple):
-    """Displaced volume [m^3] of one link and its centre [m], as stated in a file."""
+    """Displaced volume of one link, as stated in a file.
+
+    Args:
+        link: empty for the base.
+        volume: [m^3]; of a link that neither floats nor sinks, that of one kilogram of water.
+        centre: in link axes [m]; None if not stated.
+        source: in words.
+        neutral: whether the link with all that is fixed to it neither floats nor sinks.
+    """
 
     link: str
     volume: float
     centre: Floats | None
     source: str
-
-
-class Wing(NamedTuple):
-    """Lifting surface on a link, as stated in a file.
-
-    Args:
-        link: that carries it.
-        area: slope of the lift coefficient times the area [m^2].
-        density: of the medium that the file states [kg/m^3].
-        place: centre of pressure in link axes [m], shape (3,).
-        turn: chord, span and normal of the wing as columns, in link axes, shape (3, 3).
-        source: in words.
-        left_out: numbers that no effect takes, in words.
-    """
-
-    link: str
-    area: float
-    density: float
-    place: Floats
-    turn: Floats
-    source: str
-    left_out: str
+    neutral: bool = False
 
 
 @dataclass
@@ -124,7 +119,7 @@ def stated_of(root: ElementTree.Element) -> Stated:
         found.motors += _motors(plugin, said)
         found.hydrodynamics += [*_coefficients(plugin, said), *_fossen(plugin, said)]
         found.displacements += _volumes(plugin, said)
-        found.wings += _wings(plugin, said)
+        found.wings += wings_of(plugin, said)
         if _count(found) == before:
             found.unread.append(name)
     found.hydrodynamics += _fluid_added_mass(root)
@@ -163,19 +158,19 @@ def _motors(plugin: ElementTree.Element, said: str) -> Iterator[Motor]:
         plugin.find(tag) is not None
         for tag in ("propeller_diameter", "max_thrust_cmd", "thrust_coefficient")
     )
-    if has_thrust and _text(plugin, "joint_name"):
+    if has_thrust and text_of(plugin, "joint_name"):
         yield _gz_thruster(plugin, said)
     if plugin.find("conversion") is not None and plugin.find("thrusterID") is not None:
         yield _uuv_thruster(plugin, said)
     for control in plugin.findall("control"):
-        if "thrust" in _text(control, "cmd_topic") and _text(control, "jointName"):
+        if "thrust" in text_of(control, "cmd_topic") and text_of(control, "jointName"):
             yield _commanded_thruster(control, said)
     for thruster in plugin.findall("thruster"):
         if thruster.find("maxForceFwd") is not None:
-            values = _values(
+            values = magnitudes(
                 thruster, said, {"maxForceFwd": "max_force", "maxForceRev": "back_force"}
             )
-            link, joint = _text(thruster, "linkName"), _text(thruster, "propJointName")
+            link, joint = text_of(thruster, "linkName"), text_of(thruster, "propJointName")
             yield Motor(THRUSTER, link, "" if link else joint, values, said, axis=(1.0, 0.0, 0.0))
 
 
@@ -189,12 +184,12 @@ def _rotor(element: ElementTree.Element, said: str, constant: str) -> Motor:
         "timeConstantDown": "spin_down",
         "rotorDragCoefficient": "drag",
     }
-    values = _values(element, said, names)
+    values = magnitudes(element, said, names)
     if "torque" in values and "thrust" in values:
         values["torque"] *= values["thrust"]
     else:
         values.pop("torque", None)  # stated as a length: nothing without a thrust
-    turning = (_text(element, "turningDirection") or _text(element, "direction")).lower()
+    turning = (text_of(element, "turningDirection") or text_of(element, "direction")).lower()
     if turning in ("cw", "ccw"):
         values["direction"] = 1.0 if turning == "ccw" else -1.0
     elif turning in ("1", "-1", "1.0", "-1.0"):
@@ -203,7 +198,7 @@ def _rotor(element: ElementTree.Element, said: str, constant: str) -> Motor:
         raise RobotError(
             f"{said}: turningDirection='{turning[:40]}' is not allowed.\nAllowed: cw, ccw, 1, -1."
         )
-    return Motor(ROTOR, _text(element, "linkName"), _text(element, "jointName"), values, said)
+    return Motor(ROTOR, text_of(element, "linkName"), text_of(element, "jointName"), values, said)
 
 
 def _gz_thruster(plugin: ElementTree.Element, said: str) -> Motor:
@@ -212,39 +207,39 @@ def _gz_thruster(plugin: ElementTree.Element, said: str) -> Motor:
         "min_thrust_cmd": "back_force",
         "propeller_diameter": "radius",
     }
-    values = _values(plugin, said, names)
+    values = magnitudes(plugin, said, names)
     if "radius" in values:
         values["radius"] /= 2.0
-    return Motor(THRUSTER, "", _text(plugin, "joint_name"), values, said)
+    return Motor(THRUSTER, "", text_of(plugin, "joint_name"), values, said)
 
 
 def _commanded_thruster(control: ElementTree.Element, said: str) -> Motor:
     """Thruster of an autopilot's channel, whose command is multiplier * (0 to 1, plus offset)."""
     scale, offset = (
-        _finite(_text(control, tag) or default, f"{said}: {tag}")
+        finite(text_of(control, tag) or default, f"{said}: {tag}")
         for tag, default in (("multiplier", "1"), ("offset", "0"))
     )
     ends = sorted((scale * offset, scale * (1.0 + offset)))
     values = {"max_force": max(abs(x) for x in ends), "back_force": min(abs(x) for x in ends)}
     values = {key: value for key, value in values.items() if value > 0.0}
-    return Motor(THRUSTER, "", _text(control, "jointName"), values, said)
+    return Motor(THRUSTER, "", text_of(control, "jointName"), values, said)
 
 
 def _uuv_thruster(plugin: ElementTree.Element, said: str) -> Motor:
     """Thruster of the UUV simulator: force by rotorConstant times speed squared, along link x."""
-    values = _values(plugin, said, {"thrustMax": "max_force", "thrustMin": "back_force"})
+    values = magnitudes(plugin, said, {"thrustMax": "max_force", "thrustMin": "back_force"})
     conversion = plugin.find("conversion")
-    constant = "" if conversion is None else _text(conversion, "rotorConstant")
-    clamp = _text(plugin, "clampMax")
+    constant = "" if conversion is None else text_of(conversion, "rotorConstant")
+    clamp = text_of(plugin, "clampMax")
     if constant and clamp and "max_force" not in values:
-        speed = _finite(clamp, f"{said}: clampMax")
-        values["max_force"] = abs(_finite(constant, f"{said}: rotorConstant")) * speed**2
+        speed = finite(clamp, f"{said}: clampMax")
+        values["max_force"] = abs(finite(constant, f"{said}: rotorConstant")) * speed**2
     dynamics = plugin.find("dynamics")
-    lag = "" if dynamics is None else _text(dynamics, "timeConstant")
+    lag = "" if dynamics is None else text_of(dynamics, "timeConstant")
     if lag:
-        values["time_constant"] = abs(_finite(lag, f"{said}: timeConstant"))
-    link = _text(plugin, "linkName")
-    return Motor(THRUSTER, link, "" if link else _text(plugin, "jointName"), values, said)
+        values["time_constant"] = abs(finite(lag, f"{said}: timeConstant"))
+    link = text_of(plugin, "linkName")
+    return Motor(THRUSTER, link, "" if link else text_of(plugin, "jointName"), values, said)
 
 
 def _coefficients(plugin: ElementTree.Element, said: str) -> Iterator[Hydrodynamics]:
@@ -255,7 +250,7 @@ def _coefficients(plugin: ElementTree.Element, said: str) -> Iterator[Hydrodynam
         tag = str(child.tag)
         if not re.fullmatch(r"[xyzkmn](Dot|[aA]bs)?[UVWPQR]([aA]bs)?[UVWPQR]?", tag):
             continue
-        value = _finite(child.text, f"{said}: {tag}")
+        value = finite(child.text, f"{said}: {tag}")
         bare = re.sub("abs", "", tag, flags=re.IGNORECASE)
         row = _ROWS.index(tag[0])
         if tag[1:4] == "Dot":
@@ -273,7 +268,8 @@ def _coefficients(plugin: ElementTree.Element, said: str) -> Iterator[Hydrodynam
     if not any(used.values()):
         return
     link = next(
-        (_text(plugin, t) for t in ("link_name", "bodyName", "linkName") if _text(plugin, t)), ""
+        (text_of(plugin, t) for t in ("link_name", "bodyName", "linkName") if text_of(plugin, t)),
+        "",
     )
     # derivatives of the force are negative in most files, inertias in some
     added *= -1.0 if np.trace(added) < 0.0 else 1.0
@@ -294,18 +290,24 @@ def _fossen(plugin: ElementTree.Element, said: str) -> Iterator[Hydrodynamics]:
         model = link.find("hydrodynamic_model")
         if model is None:
             continue
-        added = _matrix(model, "added_mass", said)
+        added = six_by_six(model, "added_mass", said)
         flip = np.outer(_FLIP, _FLIP)
         left_out, rows = [], {}
         for key in ("linear_damping", "quadratic_damping"):
-            matrix = _matrix(model, key, said)
+            matrix = six_by_six(model, key, said)
             if matrix is not None and np.any(matrix - np.diag(np.diag(matrix))):
                 left_out.append(f"what couples axes in {key}")
             rows[key] = None if matrix is None else np.abs(np.diag(matrix))
-        if _text(model, "linear_damping_forward_speed"):
-            left_out.append("linear_damping_forward_speed")
+        under_way = six_by_six(model, FORWARD_SPEED, said)
+        if under_way is not None:
+            # along x u abs(u) itself; across it is lift, see wings_of
+            if np.any(under_way - np.diag(np.diag(under_way))) or under_way[3, 3]:
+                left_out.append(f"roll, and what couples axes, in {FORWARD_SPEED}")
+            quadratic = rows["quadratic_damping"]
+            quadratic = np.zeros(6) if quadratic is None else quadratic
+            rows["quadratic_damping"] = quadratic + np.abs(under_way[0, 0]) * np.eye(6)[0]
         yield Hydrodynamics(
-            _last(link.get("name")),
+            last_name(link.get("name")),
             None if added is None else 0.5 * (added + added.T) * flip,
             rows["linear_damping"],
             rows["quadratic_damping"],
@@ -326,110 +328,31 @@ def _fluid_added_mass(root: ElementTree.Element) -> Iterator[Hydrodynamics]:
             if match:
                 i, j = ("xyzpqr".index(letter) for letter in match.groups())
                 where = f"fluid_added_mass of {link.get('name')}"
-                matrix[i, j] = matrix[j, i] = _finite(child.text, where)
-        yield Hydrodynamics(_last(link.get("name")), matrix, None, None, "<fluid_added_mass>")
+                matrix[i, j] = matrix[j, i] = finite(child.text, where)
+        yield Hydrodynamics(last_name(link.get("name")), matrix, None, None, "<fluid_added_mass>")
 
 
 def _volumes(plugin: ElementTree.Element, said: str) -> Iterator[Displacement]:
     for link in plugin.findall("link"):
-        text = _text(link, "volume")
-        if not text:
+        text = text_of(link, "volume")
+        neutral = text_of(link, "neutrally_buoyant").lower() in ("1", "true")
+        if not (text or neutral):
             continue
-        centre = _text(link, "center_of_buoyancy") or _text(link, "center_of_volume")
-        numbers = [_finite(word, f"{said}: centre of volume") for word in centre.split()]
-        volume = _finite(text, f"{said}: volume")
-        if volume <= 0.0:
-            raise RobotError(f"{said}: volume={text} is not allowed.\nAllowed: above zero, in m^3.")
+        centre = text_of(link, "center_of_buoyancy") or text_of(link, "center_of_volume")
+        numbers = [finite(word, f"{said}: centre of volume") for word in centre.split()]
+        volume = finite(text or "1", f"{said}: volume")
+        density = finite(
+            text_of(plugin, "fluid_density") or str(SEA_WATER), f"{said}: fluid_density"
+        )
+        for tag, value, unit in (("volume", volume, "m^3"), ("fluid_density", density, "kg/m^3")):
+            if value <= 0.0:
+                raise RobotError(
+                    f"{said}: {tag}={value:g} is not allowed.\nAllowed: above zero, in {unit}."
+                )
         place = np.array(numbers) if len(numbers) == 3 else None
-        yield Displacement(_last(link.get("name")), volume, place, said)
-
-
-def _wings(plugin: ElementTree.Element, said: str) -> Iterator[Wing]:
-    """Plug-in LiftDrag: slope, area, place and axes of a wing; absent numbers are Gazebo's."""
-    if plugin.find("cla") is None:
-        return
-    defaults = {"cla": 1.0, "area": 1.0, "air_density": 1.2041, "a0": 0.0, "cda": 0.0, "cma": 0.0}
-    value = {
-        tag: _finite(_text(plugin, tag) or str(default), f"{said}: {tag}")
-        for tag, default in defaults.items()
-    }
-    place, chord, normal = (
-        _vector(plugin, tag, default, said)
-        for tag, default in (("cp", "0 0 0"), ("forward", "1 0 0"), ("upward", "0 0 1"))
-    )
-    span = np.cross(normal, chord)
-    if float(np.linalg.norm(span)) < 1e-6:
-        raise RobotError(
-            f"{said}: forward={chord.tolist()} and upward={normal.tolist()} span no wing.\n"
-            "Allowed: two directions at right angles."
-        )
-    rows = [chord, span, np.cross(chord, span)]
-    left = [f"{tag}={value[tag]:g}" for tag in ("a0", "cda", "cma") if value[tag]]
-    left += ["stall"] if _text(plugin, "alpha_stall") else []
-    left += ["control_joint_name"] if _text(plugin, "control_joint_name") else []
-    yield Wing(
-        _text(plugin, "link_name"),
-        value["cla"] * value["area"],
-        value["air_density"],
-        place,
-        np.stack([row / np.linalg.norm(row) for row in rows], axis=1),
-        f"{said} (cla, area{'' if _text(plugin, 'area') else ' 1 m^2, the default of Gazebo'})",
-        ", ".join(left),
-    )
-
-
-def _vector(element: ElementTree.Element, tag: str, default: str, said: str) -> Floats:
-    """Three numbers."""
-    words = (_text(element, tag) or default).split()
-    if len(words) != 3:
-        raise RobotError(f"{said}: {tag} has {len(words)} numbers.\nAllowed: 3.")
-    return np.array([_finite(word, f"{said}: {tag}") for word in words])
-
-
-def _matrix(element: ElementTree.Element, tag: str, said: str) -> Floats | None:
-    """Matrix (6, 6) of 36 numbers, or diagonal matrix of six."""
-    words = re.split(r"[\s,]+", _text(element, tag))
-    if words == [""]:
-        return None
-    numbers = np.array([_finite(word, f"{said}: {tag}") for word in words])
-    if numbers.size == 6:
-        return np.diag(numbers)
-    if numbers.size != 36:
-        raise RobotError(
-            f"{said}: {tag} has {numbers.size} numbers.\nAllowed: 6, or 36 row by row."
-        )
-    return numbers.reshape(6, 6)
-
-
-def _values(element: ElementTree.Element, said: str, names: Mapping[str, str]) -> dict[str, float]:
-    """Magnitudes of the numbers in child elements, under new names; zeros are left out."""
-    found = {}
-    for tag, name in names.items():
-        text = _text(element, tag)
-        value = abs(_finite(text, f"{said}: {tag}")) if text else 0.0
-        if value > 0.0:
-            found[name] = value
-    return found
-
-
-def _text(element: ElementTree.Element, tag: str) -> str:
-    text = (element.findtext(tag) or "").strip()
-    return _last(text) if tag.lower().endswith(("name",)) else text
-
-
-def _last(name: str | None) -> str:
-    """Name of a link or joint without the prefix of its model."""
-    return (name or "").strip().split("::")[-1]
-
-
-def _finite(text: str | None, where: str) -> float:
-    try:
-        value = float((text or "").strip())
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value) or abs(value) > 1e9:
-        raise RobotError(
-            f"{where}='{(text or '').strip()[:40]}' is not allowed.\n"
-            "Allowed: a finite number up to 1e9."
-        )
-    return value
+        name = last_name(link.get("name"))
+        if neutral:
+            words = f"{said} (neutrally_buoyant in water of {density:g} kg/m^3)"
+            yield Displacement(name, 1.0 / density, place, words, neutral=True)
+        else:
+            yield Displacement(name, volume, place, said)

@@ -205,6 +205,7 @@ def _drives(
     # thrust of a rotor that may point either way points up
     axis = raw * np.where((kind == ROTOR) & (raw[:, 2:] < -1e-6), -1.0, 1.0)
     names = [robot.links[k] for k in links]
+    source.changes += _turned_up(motors, names, raw, turns[links]) if kind == ROTOR else []
     own = [robot.tree.joint[k] for k in links]
     # a drive on a link of its own turns it; one on a leg or an arm does not
     turned = [
@@ -244,6 +245,18 @@ def _drives(
     weight = GRAVITY * float(robot.mass.sum())
     _strengths(found, motors, weight, min(PUSH * weight, _drag_ahead(source) or np.inf))
     return found
+
+
+def _turned_up(motors: Sequence[Motor], names: list[str], axis: Floats, turns: Floats) -> list[str]:
+    """Tell of rotors that are turned up: motor models of Gazebo push along z of the link."""
+    rows = zip(names, motors, axis, turns, strict=True)
+    down = [
+        name
+        for name, motor, row, turn in rows
+        if "thrust" in motor.values and row[2] < -1e-6 and row @ turn[:, 2] > 0.5
+    ]
+    said = "rotors that push down in the file turned up, as if they ran backwards"
+    return [f"{said}: {', '.join(down)}"] if down else []
 
 
 def _drag_ahead(source: Takeover) -> float:

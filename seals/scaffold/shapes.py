@@ -106,15 +106,18 @@ def with_volumes(
                 f"{each.source} names the link '{link}', which is not there.\n"
                 f"{suggestion(link, robot.links)}"
             )
-        stated: dict[str, Any] = {"displaced_volume": each.volume}
+        volume = each.volume
+        if each.neutral:
+            volume = float(f"{volume * _mass_of(robot, link):.9g}")
+        stated: dict[str, Any] = {"displaced_volume": volume}
         if each.centre is not None:
             stated["centre_of_buoyancy"] = rounded(each.centre)
         if link not in found:
-            radius = (0.75 * each.volume / np.pi) ** (1.0 / 3.0)
+            radius = (0.75 * volume / np.pi) ** (1.0 / 3.0)
             place = np.zeros(3) if each.centre is None else each.centre
             shape = {"type": "sphere", "size": rounded([radius]), "position": rounded(place)}
             box = Box(place, np.full(3, 2.0 * radius), np.eye(3))
-            found[link] = LinkHull([shape], [box], [each.volume])
+            found[link] = LinkHull([shape], [box], [volume])
         found[link] = found[link]._replace(stated={**stated, "source": each.source})
     rows = {name: k for k, name in enumerate(robot.links)}
     for name in [n for n in found if not found[n].stated]:
@@ -125,6 +128,15 @@ def with_volumes(
                 del found[name]
                 break
     return found
+
+
+def _mass_of(robot: RobotModel, link: str) -> float:
+    """Return the mass of a link with all that is fixed to it [kg]."""
+    part = {robot.links.index(link)}
+    for k in range(len(robot.links)):
+        if robot.tree.joint[k] < 0 and robot.tree.parent[k] in part:
+            part.add(k)
+    return float(robot.mass[sorted(part)].sum())
 
 
 def extents_of(root: Element, folder: Path) -> Mapping[str, float]:

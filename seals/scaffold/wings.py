@@ -11,8 +11,8 @@ import numpy as np
 from seals.errors import RobotError, suggestion
 from seals.frames import rpy_of
 from seals.scaffold.estimates import LIQUID
-from seals.scaffold.plug_ins import Wing
 from seals.scaffold.takeover import Element
+from seals.scaffold.wing_plug_ins import Wing
 from seals.scaffold.writing import plain
 
 
@@ -65,12 +65,14 @@ def lift_effects(wings: Sequence[Wing], links: Sequence[str]) -> dict[str, tuple
         wings: stated lifting surfaces.
         links: that carry them, from `add_wing_frames`.
     """
-    found: dict[tuple[float, bool], tuple[dict[str, Any], str]] = {}
+    found: dict[tuple[float, float, bool], tuple[dict[str, Any], str]] = {}
     for wing, link in zip(wings, links, strict=True):
-        area, wet = float(f"{wing.area:.6g}"), wing.density > LIQUID
+        area, drag = (float(f"{x:.6g}") for x in (wing.area, wing.drag))
+        wet = wing.density > LIQUID
         values: dict[str, Any] = {"effect": "lift", "coefficient": area}
+        values |= {"attack_drag": drag} if drag else {}
         values |= {"medium": "water" if wet else "air", "links": []}
-        found.setdefault((area, wet), (values, wing.source))[0]["links"].append(link)
+        found.setdefault((area, drag, wet), (values, wing.source))[0]["links"].append(link)
     return {f"{plain(values['links'][0])}_lift": (values, said) for values, said in found.values()}
 
 

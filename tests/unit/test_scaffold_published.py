@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -12,7 +13,11 @@ import pytest
 from seals.check.robot import Verdict, check_robot
 from seals.config.compose import compose
 from seals.control.plant import rest_poses
+from seals.effects import bind_effects
 from seals.errors import RobotError
+from seals.motion import Inputs, Medium, Motion
+from seals.multibody.tree import forward
+from seals.robot.build import build_robot
 from seals.run.build import build_run
 from seals.scaffold.mending import fixed_joints, sound_inertias, turned_base, weighted_base
 from seals.scaffold.robot import NewRobot, scaffold_robot
@@ -113,6 +118,114 @@ def test_wamv(tmp_path: Path) -> None:
     np.testing.assert_allclose(thrusters.thrust, (51.3 + 72.4 * 7.71667) * 7.71667 / 2.0, rtol=1e-6)
     names = re.findall(r"^  (\w+): \{effect", (new.folder / "robot.yaml").read_text(), re.M)
     assert "wamv_left_engine_link_added_mass" in names
+
+
+def test_eca_a9(tmp_path: Path) -> None:
+    """An AUV with four fins aslant: fins, hull damping and buoyancy of the UUV simulator."""
+    new = made("eca_a9_description/urdf/eca_a9_base.xacro", tmp_path, boxes=True)
+    assert failures(new) == []
+    # moments of 0.6, 30 and 35 kg m^2: 35 is 4.4 too many, shared by their squares
+    assert "eca_a9/base_link (0.6, 30, 35 becomes 0.601, 31.9, 32.5 kg m^2)" in said(new)
+    moments = np.linalg.eigvalsh(new.robot.inertia[0])
+    assert moments[2] < moments[0] + moments[1]
+    # neutrally buoyant in its water: 69.7 kg and what is fixed to it, not the stated 82.3 litre
+    assert new.hulls["eca_a9/base_link"].stated["displaced_volume"] == pytest.approx(
+        (69.7 + 0.001) / 1027.0, rel=1e-6
+    )
+    (thruster,) = new.drives
+    np.testing.assert_allclose(thruster.thrust, 8.0 * 2.0**2)
+    run = build_run(compose([f"robot={new.folder}"]))
+    # angles of attack of 1e-3 at most, whose square is left out; coefficients of six digits
+    speed = np.array([2.0, 0.001, -0.002])
+    v, w, p, q, r = (*speed[1:], 0.003, 0.001, -0.002)
+    force, moment = _load(run, "lift", "base_link_wing", speed, np.array([p, q, r]), 1027.0)
+    u = speed[0]
+    np.testing.assert_allclose(force[1:], [-162.0 * u * v, -108.0 * u * w], rtol=5e-6)
+    np.testing.assert_allclose(moment[1:], [-20.0 * u * q, -32.0 * u * r], rtol=5e-6)
+    # a fin aslant to the flow: lift 7.2 a u^2 and drag 6.3 a^2 u^2 in its own water, for small a
+    fin = next(e for n, e in run.effects.items() if "fin0_wing" in n)
+    assert fin.coefficient == pytest.approx(2.0 * 7.2 / 1028.0, rel=1e-5)
+    assert fin.attack_drag == pytest.approx(2.0 * 6.3 / 1028.0, rel=1e-5)
+    assert "roll, and what couples axes, in linear_damping_forward_speed" in said(new)
+
+
+def _load(
+    run: Any, kind: str, links: str, velocity: Any, rate: Any, density: float
+) -> tuple[Any, Any]:
+    """Return force and moment about the base of one kind of effect on some links in water."""
+    robot = build_robot(run.robot)
+    origins, turns = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], np.zeros((1, 4)))
+    force, moment = np.zeros(3), np.zeros(3)
+    for bound in bind_effects(run.effects, robot.links).bound:
+        if kind not in bound.effect.accounts_for:
+            continue
+        for k in bound.links:
+            if links not in robot.links[k]:
+                continue
+            turn, arm = turns[0, k], origins[0, k]
+            own = ((velocity + np.cross(rate, arm)) @ turn)[None]
+            zero, one, none = np.zeros((1, 3)), np.ones((1, 1)), np.zeros((1, 1))
+            motion = Motion(none, zero, turn[None], zero, own, (rate @ turn)[None], None)
+            around = Medium(density * one, zero, zero, one, one, one, none, zero, zero, none, one)
+            params = {name: value[:1] for name, value in bound.params.items()}
+            found, _ = bound.effect.loads(motion, around, Inputs(0.004, none), none, params)
+            push = turn @ found.force[0]
+            force, moment = force + push, moment + np.cross(arm, push)
+    return force, moment
+
+
+def test_skydio_x2(tmp_path: Path) -> None:
+    """An MJCF whose drawing is not there; its rotors of one side turn alike, which the check says.
+
+    The gears 0 0 1 0 0 -+0.0201 N m/N lie right and left: rolling moments and yawing ones are one.
+    """
+    new = made("skydio_x2/x2.xml", tmp_path)
+    assert "1 drawing(s) left out, not there or empty: X2_lowpoly.obj" in said(new)
+    assert new.robot.mass.sum() == pytest.approx(4 * 0.25 + 0.325)
+    (rotors,) = new.drives
+    np.testing.assert_allclose(rotors.thrust * rotors.max_speed**2, 13.0)
+    np.testing.assert_allclose(rotors.torque / rotors.thrust, 0.0201)
+    run = build_run(compose([f"robot={new.folder}"]))
+    words = [str(one) for one in check_robot(run.robot, run.actuators, run.effects)]
+    assert any("allocation" in line and "rank 3 of 4" in line for line in words)
+    crossed = build_run(compose([f"robot={new.folder}", "actuators.rotors.direction=[-1,1,-1,1]"]))
+    found = check_robot(crossed.robot, crossed.actuators, crossed.effects)
+    assert any("rank 4 of 4" in str(one) for one in found)
+
+
+def test_mesh_that_weighs_is_not_left_out(tmp_path: Path) -> None:
+    """An MJCF whose body has its mass from a mesh that is not there has none without it."""
+    file = tmp_path / "robot.xml"
+    text = (
+        '<mujoco><asset><mesh file="a.stl"/></asset><worldbody><body name="b"><freejoint/>{}'
+        '<geom type="mesh" mesh="a" contype="{}" conaffinity="0"/></body></worldbody></mujoco>'
+    )
+    inertial = '<inertial pos="0 0 0" mass="2" diaginertia="0.1 0.1 0.1"/>'
+    file.write_text(text.format("", 1))
+    with pytest.raises(RobotError, match=r"'a\.stl'.*'b' has its mass from it.*\n.*<inertial>"):
+        scaffold_robot("my", file, parent=tmp_path, boxes=True)
+    file.write_text(text.format(inertial, 1))
+    with pytest.raises(RobotError, match=r"--missing-meshes boxes"):
+        scaffold_robot("my", file, parent=tmp_path)
+    new = scaffold_robot("my", file, parent=tmp_path, boxes=True)
+    # 12 I = 2 m e^2
+    (box,) = new.hulls["b"].boxes
+    np.testing.assert_allclose(box.edges, np.sqrt(6.0 * 0.1 / 2.0), rtol=1e-5)
+
+
+def test_omnicopter(tmp_path: Path) -> None:
+    """Eight rotors towards the corners of a cube command all six axes."""
+    new = made("omnicopter/model.sdf", tmp_path)
+    assert failures(new) == []
+    (rotors,) = new.drives
+    np.testing.assert_allclose(rotors.thrust, 2.50972e-5)
+    # four push down at full speed forwards, up backwards
+    np.testing.assert_allclose(rotors.axis[0], [-0.788675, 0.211325, 0.57735], atol=1e-5)
+    np.testing.assert_allclose(rotors.axis[1], [-0.211325, -0.788675, 0.57735], atol=1e-5)
+    assert "as if they ran backwards: rotor_1, rotor_2, rotor_5, rotor_6" in said(new)
+    run = build_run(compose([f"robot={new.folder}"]))
+    found = [str(one) for one in check_robot(run.robot, run.actuators, run.effects)]
+    assert any("rank 6 of 6" in line for line in found)
 
 
 def test_rexrov(tmp_path: Path) -> None:
