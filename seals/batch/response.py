@@ -153,6 +153,7 @@ class Response:
             sparing=True,
         )
         evaluator.fed = bool(twin.effects.batteries)
+        evaluator.alike = isinstance(twin.body, TreeBody) and len(twin.body.assembly.inertia) == 1
         motion = self.posture.motion
         memory = {**effects.zero_memory(batch), **twin.memory}
         found = evaluator.evaluate(motion, self._joints, self.inputs, memory, self._found.sample)

@@ -77,6 +77,7 @@ class Evaluator:
 
     Attributes:
         fed: whether the inputs hold the voltage of the battery already.
+        alike: whether a link has the same mass properties in the whole batch.
     """
 
     def __init__(
@@ -92,7 +93,7 @@ class Evaluator:
         sparing: bool = False,
     ) -> None:
         self.implicit = implicit
-        self.fed = False
+        self.fed = self.alike = False
         self.effects, self.surroundings = effects, surroundings
         self.inertia_changes = () if folded else effects.inertia_changes
         self.rows = {b.name: rows_of(b.links, links, batch) for b in effects.bound}
@@ -320,7 +321,10 @@ class Evaluator:
             return motion, sample
         kept = self._bodies.get(links)
         if kept is None or kept[0] is not motion.body:
-            kept = self._bodies[links] = (motion.body, take(motion.body, rows))
+            # one row stands for the batch
+            alike = self.alike and len(links) == 1
+            own = slice(rows.start, rows.start + 1) if alike else rows
+            kept = self._bodies[links] = (motion.body, take(motion.body, own))
         chosen = picked(motion[:-1], rows)
         return Motion._make((*chosen, kept[1])), take(sample, rows)
 

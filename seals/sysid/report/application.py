@@ -16,11 +16,12 @@ from seals.sysid.data.join import join_logs
 from seals.sysid.data.robot_description import RobotDescription, describe_run, described
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis, diagnose
-from seals.sysid.parallel import cores
+from seals.sysid.parallel import cores, spread
 from seals.sysid.report.given_logs import make_folder, places_of, read_log, sources
 from seals.sysid.report.sentence import sentence
 from seals.sysid.report.settings import DiagnoseSettings
-from seals.sysid.residual_force import Localisation, locate_residual_force
+from seals.sysid.residual_force import Localisation, locate_residual_force, residual_of
+from seals.sysid.residual_force.residual import Residual
 
 ANSWER = "diagnosis.json"
 _STEP = 32
@@ -52,10 +53,10 @@ def execute(config: Any) -> int:
             _write(out, _bad(str(refusal)))
             print(f"bad data: {refusal}")
             return Verdict.bad_data.exit_code
-        missing = locate_residual_force(found.problem, found.search.nominal)
+        missing, then = _left_over(config, found)
         _write(out, answer_of(found, missing))
         tell(STAGES * _STEP - 1)
-        pages = _report(config, found, log, out, missing)
+        pages = [_report(found, log, out, missing, then)] if config.report else []
     print(sentence(found))
     print(_told(found, missing), end="")
     for page in (out / ANSWER, *pages):
@@ -89,6 +90,19 @@ def _found(
     if not config.plan:
         return found
     return replace(found, next_experiment=proposed(found))
+
+
+def _left_over(config: Any, found: Diagnosis) -> tuple[Localisation, Residual | None]:
+    """Return the analysis of what the nominal model lacks, and what the one in the report does."""
+    problem = found.problem
+    work: list[Callable[[], Any]] = [lambda: locate_residual_force(problem, found.search.nominal)]
+    if config.report:
+        from seals.sysid.report.report import model_after
+
+        after = model_after(found)
+        work += [lambda: residual_of(problem, after)] if after.candidates else []
+    missing, *then = spread(lambda job: job(), work, int(config.processes) or cores())
+    return missing, then[0] if then else None
 
 
 def proposed(found: Diagnosis) -> dict[str, Any] | None:
@@ -133,13 +147,11 @@ def _told(found: Diagnosis, missing: Localisation) -> str:
 
 
 def _report(
-    config: Any, found: Diagnosis, log: Log, out: Path, missing: Localisation
-) -> list[Path]:
-    if not config.report:
-        return []
+    found: Diagnosis, log: Log, out: Path, missing: Localisation, then: Residual | None
+) -> Path:
     from seals.sysid.report.report import write_report
 
-    return [write_report(found, log, out, localisation=missing)]
+    return write_report(found, log, out, localisation=missing, residual_after=then)
 
 
 def _bad(words: str) -> dict[str, Any]:

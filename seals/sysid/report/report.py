@@ -29,6 +29,7 @@ from seals.sysid.report.words import (
 )
 from seals.sysid.report.wrench import wrench_blocks
 from seals.sysid.residual_force import Localisation, locate_residual_force, residual_of
+from seals.sysid.residual_force.residual import Residual
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
 PAGE, DATA = "report.html", "report.json"
@@ -43,7 +44,12 @@ _SEVERITY = {Severity.REFUSE: "unusable", Severity.WARN: "warning", Severity.NOT
 
 
 def write_report(
-    diagnosis: Diagnosis, log: Log, folder: Path, *, localisation: Localisation | None = None
+    diagnosis: Diagnosis,
+    log: Log,
+    folder: Path,
+    *,
+    localisation: Localisation | None = None,
+    residual_after: Residual | None = None,
 ) -> Path:
     """Write ``report.html`` and ``report.json`` of a diagnosis.
 
@@ -52,6 +58,7 @@ def write_report(
         log: that was diagnosed.
         folder: where to write; made when it is not there.
         localisation: of what the nominal model lacks, when it is known already.
+        residual_after: force that the model shown as 'after' lacks, when it is known already.
 
     Returns:
         Path of the page.
@@ -79,7 +86,7 @@ def write_report(
         _summary(diagnosis, data, missing, folder),
         Section(
             title=_FORCE.get(diagnosis.answer.verdict, "The force that is missing"),
-            blocks=_wrench(diagnosis, after, missing),
+            blocks=_wrench(diagnosis, after, missing, residual_after),
             wide=True,
         ),
         _effects(diagnosis, entries),
@@ -183,10 +190,15 @@ def _overlay(diagnosis: Diagnosis, after: EvidenceHypothesis, most: int) -> list
     )
 
 
-def _wrench(diagnosis: Diagnosis, after: EvidenceHypothesis, missing: Localisation) -> list[Block]:
+def _wrench(
+    diagnosis: Diagnosis,
+    after: EvidenceHypothesis,
+    missing: Localisation,
+    known: Residual | None,
+) -> list[Block]:
     """Blocks of the residual wrench: over time, in words, and by condition."""
     problem = diagnosis.problem
-    then = residual_of(problem, after) if after.candidates else None
+    then = residual_of(problem, after) if known is None and after.candidates else known
     named = [claim.candidate for claim in diagnosis.answer.claims]
     blocks = wrench_blocks(problem, missing.residual, then, named)
     if missing.signature.sentences:
