@@ -19,7 +19,7 @@ from seals.effects.evaluation import Evaluation, Evaluator
 from seals.environment.sample import Sample
 from seals.frames import unrotate
 from seals.motion import Inputs, Joints
-from seals.multibody.linear import Factors
+from seals.multibody.linear import ChangedLead, Factors
 from seals.multibody.rows import by_batch, take_motion
 from seals.multibody.spatial import added_terms
 
@@ -75,7 +75,7 @@ class Response:
         body = twin.body
         if isinstance(body, RigidBody):
             self.rates, self._found = body.evaluated(state, time, inputs, twin.memory, posture)
-            self._factors = Factors(body.inertia_with(self._found))
+            self._factors: Factors | ChangedLead = Factors(body.inertia_with(self._found))
         else:
             self._tree(body, state)
 

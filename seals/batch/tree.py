@@ -17,7 +17,7 @@ from seals.frames import MANY, cross, matrix_of, quaternion_rate, rotate, unrota
 from seals.motion import Body, Inputs, Joints
 from seals.multibody.equations import Assembly
 from seals.multibody.kinematics import Kinematics
-from seals.multibody.linear import Factors
+from seals.multibody.linear import ChangedLead, Factors
 from seals.multibody.rows import by_batch, link_motion
 from seals.multibody.servo import driven, summed
 from seals.multibody.tree import forward
@@ -73,7 +73,7 @@ class TreeBody:
         drives = armature_of(evaluator.effects, robot)
         armature = None if drives is None else as_like(drives, bodies.mass)
         self.assembly = Assembly(inertia, armature)
-        self._factors: Factors | None = None
+        self._factors: tuple[Floats, Factors | ChangedLead] | None = None
 
     def rates(
         self,
@@ -92,14 +92,11 @@ class TreeBody:
             change = solved(matrix, right)
         return self.state_rates(state, posture.base, change), found.memory
 
-    def factors(self, posture: Posture, matrix: Floats) -> Factors:
+    def factors(self, posture: Posture, matrix: Floats) -> Factors | ChangedLead:
         """Return the factors of the generalised inertia of a batch, kept while it stays."""
-        kept = None if posture.kinematics is None else posture.kinematics.kept
-        if kept is not None and kept.matrix is matrix:
-            return kept.factors
-        if self._factors is None or self._factors.matrix is not matrix:
-            self._factors = Factors(matrix)
-        return self._factors
+        if self._factors is None or self._factors[0] is not matrix:
+            self._factors = matrix, self.assembly.factors(posture.kinematics, matrix)
+        return self._factors[1]
 
     def stage(
         self,

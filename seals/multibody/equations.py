@@ -19,6 +19,7 @@ from seals.multibody.composite import (
 )
 from seals.multibody.kept_terms import KeptTerms
 from seals.multibody.kinematics import Kinematics, LinkVelocities
+from seals.multibody.linear import ChangedLead, Factors
 from seals.multibody.many import crossed
 from seals.multibody.rows import by_batch, take_motion
 from seals.multibody.servo import heavier
@@ -56,6 +57,7 @@ class Assembly:
         self.inertia, self.armature = inertia, armature
         self.links = inertia.shape[1]
         self._kept: tuple[Kinematics, Array] | None = None
+        self._changed: tuple[Floats, KeptTerms, Floats] | None = None
 
     def accelerations(
         self,
@@ -94,6 +96,15 @@ class Assembly:
         total = self.total_inertia(found, moving.speed.shape[0])
         force = force - xp.matmul(total, kinematics.bias(moving)[:, :, :, None])[:, :, :, 0]
         return self.system(kinematics, total, force, joint_force)
+
+    def factors(self, kinematics: Kinematics | None, matrix: Floats) -> Factors | ChangedLead:
+        """Return the factors of a generalised inertia of `equations`, of many robots."""
+        kept = None if kinematics is None else kinematics.kept
+        if kept is not None and kept.matrix is matrix:
+            return kept.factors
+        if self._changed is not None and self._changed[0] is matrix:
+            return self._changed[1].factors_of(matrix, self._changed[2])
+        return Factors(matrix)
 
     @cached_property
     def _rigid(self) -> RigidInertias | None:
@@ -147,8 +158,9 @@ class Assembly:
             return matrix, load
         matrix = kept.matrix
         if differing:
-            matrix = matrix.copy()
-            matrix[:, :6, :6] += base_inertia(many, rigid.less(kept.rigid))
+            matrix, change = matrix.copy(), base_inertia(many, rigid.less(kept.rigid))
+            matrix[:, :6, :6] += change
+            self._changed = matrix, kept, change
         if kept.moving is not moving:
             return matrix, self._load(kinematics, moving, slice(None))
         load = kept.load.copy()

@@ -10,7 +10,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.multibody.composite import RigidInertias
-from seals.multibody.linear import Factors
+from seals.multibody.linear import ChangedLead, Factors, LeadFactors
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,6 +40,23 @@ class KeptTerms:
     def factors(self) -> Factors:
         """Factors of the generalised inertia."""
         return Factors(self.matrix)
+
+    @cached_property
+    def _lead(self) -> LeadFactors | None:
+        """Factors that stay when the base changes; None where the joints' inertia is indefinite."""
+        try:
+            return LeadFactors(self.matrix, 6)
+        except np.linalg.LinAlgError:
+            return None
+
+    def factors_of(self, matrix: Floats, change: Floats) -> Factors | ChangedLead:
+        """Return the factors of a generalised inertia that differs by that of the base alone.
+
+        Args:
+            matrix: shape (B, n, n).
+            change: of its leading block, shape (B, 6, 6).
+        """
+        return Factors(matrix) if self._lead is None else self._lead.changed(change)
 
     def differing(self, inertia: Floats, armature: Floats | None) -> list[int] | None:
         """Return the links whose inertia differs; None where other terms do, too."""

@@ -87,6 +87,68 @@ class Factors:
         return solution
 
 
+class LeadFactors:
+    """Factors of many symmetric systems of which the leading block changes from one to the next.
+
+    Equation:
+        With M = [[A, B], [B^T, D]] and D = L L^T, W = L^-1 B^T, S = A - W^T W: S x = b - W^T L^-1 c
+        and L^T y = L^-1 c - W x solve M (x, y) = (b, c) (Schur complement); L and W stay.
+
+    Args:
+        matrix: M, float64, shape (N, n, n), with D positive definite.
+        lead: rows of A.
+
+    Raises:
+        numpy.linalg.LinAlgError: D is not positive definite.
+    """
+
+    def __init__(self, matrix: Floats, lead: int) -> None:
+        self.lead = lead
+        lower = np.linalg.cholesky(matrix[:, lead:, lead:])
+        across = matrix[:, lead:, :lead]
+        self._lower = np.ascontiguousarray(lower.transpose(1, 2, 0))
+        self._inverse: Floats = 1.0 / np.einsum("iik->ik", self._lower)
+        self._weights = self._forward(np.ascontiguousarray(across.transpose(1, 2, 0)))
+        taken = np.einsum("jak,jbk->kab", self._weights, self._weights)
+        self._schur: Floats = matrix[:, :lead, :lead] - taken
+
+    def changed(self, change: Floats) -> ChangedLead:
+        """Return the factors with A + change, shape (N, lead, lead)."""
+        return ChangedLead(self, Factors(self._schur + change))
+
+    def solve(self, schur: Factors, right: Floats) -> Floats:
+        """Return x for b of the shape (N, n, k), by the factors of S."""
+        both = right.transpose(1, 2, 0)
+        below = self._forward(both[self.lead :].copy())
+        reduced = both[: self.lead] - np.einsum("jak,jck->ack", self._weights, below)
+        first = schur.solve(reduced.transpose(2, 0, 1)).transpose(1, 2, 0)
+        below -= np.einsum("jak,ack->jck", self._weights, first)
+        for i in reversed(range(len(below))):
+            below[i] *= self._inverse[i]
+            below[:i] -= self._lower[i, :i, None] * below[i]
+        found: Floats = np.concatenate((first, below)).transpose(2, 0, 1)
+        return found
+
+    def _forward(self, x: Floats) -> Floats:
+        """Substitute forward by L in place, shape (n - lead, k, N)."""
+        for i in range(len(x)):
+            x[i] *= self._inverse[i]
+            x[i + 1 :] -= self._lower[i + 1 :, i, None] * x[i]
+        return x
+
+
+class ChangedLead:
+    """Factors of `LeadFactors` with one leading block; solves as `Factors` does."""
+
+    def __init__(self, shared: LeadFactors, schur: Factors) -> None:
+        self._shared, self._schur = shared, schur
+
+    def solve(self, right: Floats) -> Floats:
+        """Return x for b of the shape (N, n) or (N, n, k), in the same shape."""
+        columns = right.reshape(*right.shape[:2], -1)
+        return self._shared.solve(self._schur, columns).reshape(right.shape)
+
+
 def solve_symmetric(
     matrix: Sequence[Sequence[Array | None]], right: Sequence[Array]
 ) -> list[Array]:

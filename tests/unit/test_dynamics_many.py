@@ -11,7 +11,7 @@ from seals.frames import MANY, matrix_of, normalised
 from seals.motion import Wrench
 from seals.multibody.equations import Assembly
 from seals.multibody.kinematics import Kinematics
-from seals.multibody.linear import Factors
+from seals.multibody.linear import Factors, LeadFactors
 from seals.multibody.rows import link_motion
 from seals.multibody.spatial import rigid_inertia
 from seals.multibody.tree import Tree, forward
@@ -161,6 +161,21 @@ def test_factors_solve_like_numpy(rng: np.random.Generator, *, definite: bool) -
     np.testing.assert_allclose(factors.solve(right), np.linalg.solve(matrix, right), rtol=1e-9)
     one = np.linalg.solve(matrix, right[:, :, :1])[:, :, 0]
     np.testing.assert_allclose(factors.solve(right[:, :, 0]), one, rtol=1e-9)
+
+
+def test_factors_outlast_a_change_of_the_leading_block(rng: np.random.Generator) -> None:
+    """Right sides of one column or several are solved as by the whole matrix afresh."""
+    root, own = rng.standard_normal((40, 9, 9)), rng.standard_normal((40, 6, 6))
+    matrix = np.matmul(root, root.transpose(0, 2, 1)) + np.eye(9)
+    change = np.matmul(own, own.transpose(0, 2, 1))
+    whole, right = matrix.copy(), rng.standard_normal((40, 9, 3))
+    whole[:, :6, :6] += change
+    factors = LeadFactors(matrix, 6).changed(change)
+    np.testing.assert_allclose(factors.solve(right), np.linalg.solve(whole, right), rtol=1e-8)
+    one = np.linalg.solve(whole, right[:, :, :1])[:, :, 0]
+    np.testing.assert_allclose(factors.solve(right[:, :, 0]), one, rtol=1e-8)
+    with pytest.raises(np.linalg.LinAlgError):
+        LeadFactors(-matrix, 6)
 
 
 def _inertias(rng: np.random.Generator, links: int) -> list[Floats]:
