@@ -10,6 +10,7 @@ import numpy as np
 from seals.control.plant import ROTOR
 from seals.robot.model import RobotModel
 from seals.scaffold.effects import RobotMedium
+from seals.scaffold.legs import DAMPED_ON_FOUR, gait_of
 from seals.scaffold.rotors import Drives, by_carrier
 from seals.scaffold.takeover import Takeover
 
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
     from seals.scaffold.robot import NewRobot
 
 _TWO_TURNS = 4.0 * np.pi + 1e-6
+_LATE = 0.1
+"""Lag of the servos of legs by the time of the shortest step above which it is named [1]."""
 
 
 def remarks_of(made: NewRobot, source: Takeover, *, chosen: bool) -> list[str]:
@@ -31,6 +34,7 @@ def remarks_of(made: NewRobot, source: Takeover, *, chosen: bool) -> list[str]:
     out = list(_in_degrees(source))
     if made.limbs.legs:
         out.append(f"legs: the stance is {made.limbs.stance}; the gait's numbers are chosen")
+        out += _late_legs(made, source)
     elif not made.drives:
         out.append(
             "no link is named like a rotor or thruster (rotor, prop, thruster, motor): "
@@ -57,6 +61,22 @@ def remarks_of(made: NewRobot, source: Takeover, *, chosen: bool) -> list[str]:
         if wing.left_out:
             out.append(f"lift of {wing.link}: not used: {wing.left_out}")
     return [*out, *_left_out(made, chosen=chosen)]
+
+
+def _late_legs(made: NewRobot, source: Takeover) -> Iterator[str]:
+    """Name servos of legs that follow their commands late, by the gains of the file."""
+    joints = [name for leg in made.limbs.legs.values() for name in leg["joints"]]
+    gains = [source.stated.servos[name] for name in joints if name in source.stated.servos]
+    stiff = [(kd / kp, kd) for kp, kd in gains if kp > 0.0]
+    if not stiff:
+        return
+    lag, damping = max(stiff)
+    share = lag * float(gait_of(made.robot, made.limbs.legs)["highest"])
+    if share > _LATE:
+        yield (
+            f"legs: servos of the file follow {lag:.2g} s late, {share:.0%} of a step: it may stop "
+            f"short of its places; kp_each of {damping / DAMPED_ON_FOUR:.3g} N m/rad follows"
+        )
 
 
 def _in_degrees(source: Takeover) -> Iterator[str]:

@@ -228,6 +228,21 @@ def test_omnicopter(tmp_path: Path) -> None:
     assert any("rank 6 of 6" in line for line in found)
 
 
+def test_spot(tmp_path: Path) -> None:
+    """A robot dog whose collision meshes are not there, with slow servos, which are named."""
+    new = made("spot/spot.xml", tmp_path, boxes=True)
+    assert failures(new) == []
+    assert list(new.limbs.legs) == ["fl", "fr", "hl", "hr"]
+    assert new.limbs.legs["hr"]["stance"] == [0.0, 1.04, -1.8]
+    # kv / kp of the file: 40 / 500
+    assert "servos of the file follow 0.08 s late, 22% of a step" in said(new)
+    assert "kp_each of 2.67e+03 N m/rad follows" in said(new)
+    quick = (PUBLISHED / "spot/spot.xml").read_text().replace('kp="500"', 'kp="2670"')
+    (tmp_path / "quick.xml").write_text(quick)
+    other = scaffold_robot("other", tmp_path / "quick.xml", parent=tmp_path, boxes=True)
+    assert " late, " not in said(other)
+
+
 def test_rexrov(tmp_path: Path) -> None:
     """A work-class ROV with the full matrix of added mass of its file."""
     new = made("uuv_descriptions/models/rexrov/urdf/rexrov_base.xacro", tmp_path, boxes=True)

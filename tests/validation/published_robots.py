@@ -157,6 +157,17 @@ COURSES: dict[str, Course] = {
         at_height(ROUND_AFLOAT),
         0.005,
     ),
+    "spot": Course(
+        str(FILES / "spot/spot.xml"),
+        "MJCF",
+        (
+            *(*TROT, "initial.position=[0,0,0.467]"),
+            f"actuators.servos.kp_each={[1500] * 12}".replace(" ", ""),
+        ),
+        by_hand=f"{BY_HAND}; `kp_each`, as the command asks",
+        options=BOXES,
+        **WALKED,
+    ),
     "solo12": _walker("solo_description/robots/solo12.urdf", 0.243),
     "go2": _walker("go2_description/urdf/go2.urdf", 0.332),
     "hyq": _walker("hyq_description/robots/hyq_no_sensors.urdf", 0.463),
