@@ -138,6 +138,10 @@ class _Conversion:
             whole: keyframes that state every coordinate.
         """
         m = self.model
+        part = [str(m.key(k).name) or str(k) for k in range(m.nkey) if k not in whole]
+        if part:
+            counts = f"{m.nq} numbers are expected in qpos"
+            self.changes.append(f"keyframes left out: {', '.join(part[:6])}; {counts}")
         if not whole:
             return
         names = {k: str(m.key(k).name).lower() for k in whole}
@@ -287,7 +291,8 @@ class _Conversion:
         force, torque = m.actuator_gear[k, :3], m.actuator_gear[k, 3:]
         size, limited = float(np.linalg.norm(force)), bool(m.actuator_ctrllimited[k])
         if site < 0 or int(m.site_bodyid[site]) not in own or size < 1e-9 or not limited:
-            self.stated.unread.append(f"actuator {name}")
+            why = " (no ctrlrange)" if site >= 0 and size >= 1e-9 and not limited else ""
+            self.stated.unread.append(f"actuator {name}{why}")
             return
         body = int(m.site_bodyid[site])
         turn = matrix_of(m.site_quat[site][None][:, [1, 2, 3, 0]])[0]

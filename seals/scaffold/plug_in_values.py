@@ -63,6 +63,24 @@ def last_name(name: str | None) -> str:
     return (name or "").strip().split("::")[-1]
 
 
+def positive(text: str | None, where: str, unit: str) -> float:
+    """Return a number above zero.
+
+    Raises:
+        RobotError: it is none.
+    """
+    value = finite(text, where)
+    if value <= 0.0:
+        raise RobotError(f"{where}={value:g} is not allowed.\nAllowed: above zero, in {unit}.")
+    return value
+
+
+def fluid_density(element: ElementTree.Element, said: str) -> float:
+    """Return the density that a plug-in states, else that of the UUV simulator [kg/m^3]."""
+    words = text_of(element, "fluid_density") or str(SEA_WATER)
+    return positive(words, f"{said}: fluid_density", "kg/m^3")
+
+
 def finite(text: str | None, where: str) -> float:
     """Return a finite number.
 

@@ -14,10 +14,11 @@ from seals.arrays import Floats
 from seals.control.plant import ROTOR, THRUSTER
 from seals.errors import RobotError
 from seals.scaffold.plug_in_values import (
-    SEA_WATER,
     finite,
+    fluid_density,
     last_name,
     magnitudes,
+    positive,
     six_by_six,
     text_of,
 )
@@ -139,6 +140,8 @@ def _without_repeats(found: Stated) -> Stated:
         key = motor.joint or motor.link
         if key not in known or "max_speed" not in known[key].values:
             known[key] = motor if key not in known else _joined(known[key], motor)
+        elif "max_speed" in motor.values:
+            found.unread.append(f"a second motor of '{key}'")
     found.motors = list(known.values())
     found.unread = list(dict.fromkeys(found.unread))
     return found
@@ -335,20 +338,19 @@ def _fluid_added_mass(root: ElementTree.Element) -> Iterator[Hydrodynamics]:
 def _volumes(plugin: ElementTree.Element, said: str) -> Iterator[Displacement]:
     for link in plugin.findall("link"):
         text = text_of(link, "volume")
-        neutral = text_of(link, "neutrally_buoyant").lower() in ("1", "true")
+        word = text_of(link, "neutrally_buoyant").lower()
+        if word not in ("", "0", "1", "false", "true"):
+            raise RobotError(
+                f"{said}: neutrally_buoyant='{word[:40]}' is not allowed.\n"
+                "Allowed: 0, 1, true, false."
+            )
+        neutral = word in ("1", "true")
         if not (text or neutral):
             continue
         centre = text_of(link, "center_of_buoyancy") or text_of(link, "center_of_volume")
         numbers = [finite(word, f"{said}: centre of volume") for word in centre.split()]
-        volume = finite(text or "1", f"{said}: volume")
-        density = finite(
-            text_of(plugin, "fluid_density") or str(SEA_WATER), f"{said}: fluid_density"
-        )
-        for tag, value, unit in (("volume", volume, "m^3"), ("fluid_density", density, "kg/m^3")):
-            if value <= 0.0:
-                raise RobotError(
-                    f"{said}: {tag}={value:g} is not allowed.\nAllowed: above zero, in {unit}."
-                )
+        volume = positive(text or "1", f"{said}: volume", "m^3")
+        density = fluid_density(plugin, said)
         place = np.array(numbers) if len(numbers) == 3 else None
         name = last_name(link.get("name"))
         if neutral:

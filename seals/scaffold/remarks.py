@@ -100,6 +100,8 @@ def _of_rotors(drives: Drives, robot: RobotModel) -> Iterator[str]:
         yield "rotors: the largest speed is chosen; check max_speed"
     if np.any(drives.axis[:, 2] < 0.5):
         yield "rotors: some do not point up; check axis"
+    if "thrust" in drives.sources and "torque" not in drives.sources:
+        yield "rotors: the drag torque is chosen; check torque_coefficient"
     if "direction" not in drives.sources:
         yield "rotors: directions of rotation alternate; check direction"
     followed = [link for link, _ in by_carrier(drives, robot) if link]

@@ -137,7 +137,8 @@ def _fill(
     hulls = hulls_of(source.root, folder, source.drawn_only)
     turning = [link for link in hulls if link in propellers and link != robot.links[0]]
     if turning:
-        names = ", ".join(turning[:6])
+        more = f" and {len(turning) - 6} more" if len(turning) > 6 else ""
+        names = ", ".join(turning[:6]) + more
         source.changes.append(f"shapes of propellers are no hulls and have no drag: {names}")
     hulls = {link: hull for link, hull in hulls.items() if link not in turning}
     hulls = with_volumes(hulls, robot, source)

@@ -10,8 +10,15 @@ from xml.etree import ElementTree
 import numpy as np
 
 from seals.arrays import Floats
-from seals.errors import RobotError
-from seals.scaffold.plug_in_values import SEA_WATER, finite, last_name, six_by_six, text_of, vector
+from seals.errors import RobotError, suggestion
+from seals.scaffold.plug_in_values import (
+    finite,
+    fluid_density,
+    last_name,
+    six_by_six,
+    text_of,
+    vector,
+)
 
 FORWARD_SPEED = "linear_damping_forward_speed"
 """Damping of the UUV simulator by the product of forward speed and velocity."""
@@ -67,8 +74,7 @@ def _under_way(plugin: ElementTree.Element, link: ElementTree.Element, said: str
     damping = None if model is None else six_by_six(model, FORWARD_SPEED, said)
     if damping is None:
         return
-    words = text_of(plugin, "fluid_density")
-    density = finite(words, f"{said}: fluid_density") if words else SEA_WATER
+    density = fluid_density(plugin, said)
     upright = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]).T
     source = f"{said} ({FORWARD_SPEED}, in water of {density:g} kg/m^3)"
     for along, about, turn in ((1, 5, upright), (2, 4, np.eye(3))):
@@ -94,11 +100,10 @@ def _fin(plugin: ElementTree.Element, model: ElementTree.Element, said: str) -> 
     keys = {"Quadratic": ("lift_constant", "drag_constant"), "TwoLines": ("cla", "area")}
     if kind not in keys:
         raise RobotError(
-            f"{said}: the type '{kind[:40]}' of its lift is not known.\nAllowed: {', '.join(keys)}."
+            f"{said}: the type '{kind[:40]}' of its lift is not known.\n{suggestion(kind, keys)}"
         )
     first, second = (finite(text_of(model, tag), f"{said}: {tag}") for tag in keys[kind])
-    words = text_of(model, "fluid_density")
-    density = finite(words, f"{said}: fluid_density") if words else SEA_WATER
+    density = fluid_density(model, said)
     area, drag, left = first * second, 0.0, ""
     if kind == "Quadratic":
         area, drag = 2.0 * first / density, 2.0 * second / density

@@ -27,12 +27,12 @@ def add_wing_frames(root: Element, wings: Sequence[Wing]) -> list[str]:
         RobotError: a wing names a link that is not there.
     """
     names = [str(link.get("name")) for link in root.findall("link")]
-    found = []
+    known, found = list(names), []
     for wing in wings:
         if wing.link not in names:
             raise RobotError(
                 f"{wing.source} names the link '{wing.link}', which is not there.\n"
-                f"{suggestion(wing.link, names)}"
+                f"{suggestion(wing.link, known)}"
             )
         turned = float(np.abs(wing.turn - np.eye(3)).max()) > 1e-6
         if not (turned or np.any(wing.place)):

@@ -38,6 +38,9 @@ HINGE = (
 )
 MESH = '<collision><geometry><mesh filename="package://gone/a.stl"/></geometry></collision>'
 LIFT = PLUGIN.format("<cla>4</cla><link_name>{}</link_name>{}")
+FIN = PLUGIN.format("<link_name>{}</link_name><liftdrag>{}</liftdrag>")
+QUADRATIC = "<type>Quadratic</type><lift_constant>7</lift_constant><drag_constant>6</drag_constant>"
+NEUTRAL = "<link name='body'>{}<neutrally_buoyant>{}</neutrally_buoyant></link>"
 HOSTILE = {
     "an entity": ('<!DOCTYPE s [<!ENTITY a "b">]><sdf version="1.9"/>', "DOCTYPE or an ENTITY"),
     "a file as entity": (
@@ -244,6 +247,51 @@ MISTAKES = {
         MJCF.format(GEOM, "").replace("<worldbody>", "<include file='arm.xml'/><worldbody>"),
         "arm.xml' does not exist",
     ),
+    "a fin of a type misspelt": (
+        FIN.format("body", "<type>Quadratc</type>"),
+        "Did you mean 'Quadratic'?",
+    ),
+    "a fin without its number": (
+        FIN.format("body", "<type>Quadratic</type><drag_constant>6</drag_constant>"),
+        "lift_constant='' is not allowed",
+    ),
+    "a fin in no water": (
+        FIN.format("body", QUADRATIC + "<fluid_density>0</fluid_density>"),
+        "fluid_density=0 is not allowed",
+    ),
+    "a fin on a link that is not there": (FIN.format("bdy", QUADRATIC), "Did you mean 'body'?"),
+    "a density with its unit": (
+        PLUGIN.format("<fluid_density>1027 kg/m^3</fluid_density>" + NEUTRAL.format("", 1)),
+        "fluid_density='1027 kg/m^3' is not allowed",
+    ),
+    "a trim in words": (PLUGIN.format(NEUTRAL.format("", "yes")), "Allowed: 0, 1, true, false"),
+    "damping by forward speed of 35 numbers": (
+        PLUGIN.format(
+            NEUTRAL.format(
+                "<hydrodynamic_model><linear_damping_forward_speed>"
+                + "1 " * 35
+                + "</linear_damping_forward_speed></hydrodynamic_model>",
+                0,
+            )
+        ),
+        "has 35 numbers",
+    ),
+    "a mesh that is not there and weighs": (
+        MJCF.format('<geom type="mesh" mesh="a"/>', '<asset><mesh name="a" file="b.stl"/></asset>'),
+        "state the mass in an <inertial>",
+    ),
+    "an inertia far from a body's": (
+        URDF.format(MASS.format(1), HINGE.format("a", "0 0 1", -1)).replace(
+            'ixx=".1"', 'ixx=".9"', 1
+        ),
+        "Correct ixx, iyy or izz in the file.",
+    ),
+    "an axis in a frame misspelt": (
+        SDF.format(LINK + CHILD + JOINT.format("revolute", "arm", "0 0 1")).replace(
+            "<xyz>", '<xyz expressed_in="bod">'
+        ),
+        "Did you mean 'body'?",
+    ),
     "a world of no model": ('<sdf version="1.9"><world name="w"/></sdf>', "holds 0 models"),
 }
 
@@ -284,6 +332,51 @@ def test_degrees_are_pointed_out(tmp_path: Path, joint: str, named: bool) -> Non
     made = scaffold_robot("mine", file, parent=tmp_path)
     said = [remark for remark in made.remarks if "angles above two turns: j" in remark]
     assert bool(said) is named
+
+
+MOTOR = (
+    "<plugin filename='motor.so' name='m'><jointName>j</jointName><motorConstant>1e-5"
+    "</motorConstant><maxRotVelocity>900</maxRotVelocity>{}</plugin>"
+)
+THRUST = MJCF.format(
+    GEOM + '<site name="s"/>',
+    '<actuator><motor name="t" site="s" gear="0 0 1 0 0 0"{}/></actuator>{}',
+)
+TOLD = {
+    "a motor twice": (
+        SDF.format(
+            LINK
+            + CHILD.replace("arm", "rotor_0")
+            + JOINT.format("continuous", "rotor_0", "0 0 1")
+            + 2 * MOTOR.format("<momentConstant>0.06</momentConstant>")
+        ),
+        "a second motor of 'j'",
+    ),
+    "a motor without a moment": (
+        SDF.format(
+            LINK
+            + CHILD.replace("arm", "rotor_0")
+            + JOINT.format("continuous", "rotor_0", "0 0 1")
+            + MOTOR.format("")
+        ),
+        "the drag torque is chosen",
+    ),
+    "a thrust without bounds": (THRUST.format("", ""), "actuator t (no ctrlrange)"),
+    "a pose of too few numbers": (
+        THRUST.format(' ctrlrange="0 9"', '<keyframe><key name="home" qpos="0 0 1"/></keyframe>'),
+        "keyframes left out: home; 7 numbers are expected",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", TOLD)
+def test_what_a_file_misses_is_told(name: str, tmp_path: Path) -> None:
+    """The robot is made, and what was chosen or left out is named."""
+    text, said = TOLD[name]
+    file = tmp_path / "robot.xml"
+    file.write_text(text, encoding="utf-8")
+    made = scaffold_robot("mine", file, parent=tmp_path)
+    assert said in "\n".join((*made.changes, *made.remarks))
 
 
 def test_a_wrong_medium_is_refused(
