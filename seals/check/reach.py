@@ -112,7 +112,8 @@ class Reach(NamedTuple):
         if self.steers and (lifted or finned or self.net > 0.0):
             depth = "-2" if lifted or finned else "0"
             course = f"guide.places=[[20,0,{depth}]] initial.position=[0,0,{depth}]"
-            return f"water=fossen guide=los controller=autopilot {course}"
+            # 20 m at 1 m/s; a run ends at its goal
+            return f"water=fossen guide=los controller=autopilot {course} time.duration=40"
         return "water=fossen"
 
 

@@ -18,6 +18,8 @@ from seals.logs import read_native
 from seals.robot.build import build_robot
 from seals.run.assembly import build_world
 from seals.run.build import build_run
+from seals.run.goals import goal_results
+from seals.run.simulation import simulate
 
 sys.path.insert(0, str(Path(__file__).parent))
 from rov_layouts import LAYOUTS, rov_folder
@@ -98,6 +100,14 @@ def test_the_first_command_of_a_robot_is_one_that_it_can_follow(robot: str, word
     first = reach(robot).first_run()
     assert words in first
     build_world(build_run(compose([f"robot={robot}", *first.split()]))).close()
+
+
+@pytest.mark.parametrize("robot", ["torpedo", "boat"])
+def test_the_first_course_is_long_enough(robot: str) -> None:
+    """The printed run takes the vehicle to its place."""
+    run = build_run(compose([f"robot={robot}", *reach(robot).first_run().split()]))
+    (place,) = goal_results(simulate(run))
+    assert place.reached, str(place)
 
 
 THRUSTERS = (
