@@ -71,8 +71,8 @@ class LawKernel:
         results = followed(law, shapes)
         self._lines = statements_of(
             [entry for x in results for entry in x.entries.flat],
-            f"given.data[tid + {{}} * {self._batch}]",
-            f"out.data[tid + {{}} * {self._batch}]",
+            "given.data[tid + {} * count]",
+            "out.data[tid + {} * count]",
         )
         parts, place = [], 0
         for x in results:
@@ -106,7 +106,7 @@ class LawKernel:
         self._engine.launch(
             self._kernel,
             dim=batch,
-            inputs=self._arrays,
+            inputs=[*self._arrays, batch],
             device=self._arrays[0].device,
             block_dim=THREADS,
         )
@@ -136,11 +136,11 @@ class _Part:
         for row, entry in enumerate(x.entries.flat, start=self._place):
             if isinstance(entry, int | float):
                 out[row] = float(entry)
-        return out[rows].T.reshape(-1, *shape)
+        return out[rows].T.view(-1, *shape)
 
 
 def kernel_of(lines: list[str]) -> Any:
-    """Return a kernel of Warp that runs statements of C for its number ``tid``."""
+    """Return a kernel of Warp that runs statements of C for its number ``tid`` of ``count``."""
     import warp
 
     wp: Any = warp
@@ -148,15 +148,15 @@ def kernel_of(lines: list[str]) -> Any:
     name = f"laws_{hashlib.sha256(text.encode()).hexdigest()[:16]}"
     row = wp.array(dtype=float)
 
-    def statements(given: Any, out: Any, tid: Any) -> None: ...
+    def statements(given: Any, out: Any, tid: Any, count: Any) -> None: ...
 
-    statements.__annotations__ = {"given": row, "out": row, "tid": int}
+    statements.__annotations__ = {"given": row, "out": row, "tid": int, "count": int}
     # Warp knows functions by name: those of another robot are others
     statements.__qualname__ = statements.__name__ = name
     laws = wp.func_native(text)(statements)
 
-    def kernel(given: Any, out: Any) -> None:
-        laws(given, out, wp.tid())
+    def kernel(given: Any, out: Any, count: Any) -> None:
+        laws(given, out, wp.tid(), count)
 
-    kernel.__annotations__ = {"given": row, "out": row}
+    kernel.__annotations__ = {"given": row, "out": row, "count": int}
     return wp.kernel(kernel, module="unique", enable_backward=False)
