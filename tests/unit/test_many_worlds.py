@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seals.arrays import namespace
 from seals.backend import Configuration
 from seals.config.compose import compose
 from seals.control import RobotState
@@ -18,8 +19,10 @@ from seals.learn.environments.batch_worlds import BatchWorlds
 from seals.learn.environments.build import build_learning
 from seals.learn.environments.world import WorldEnvironment
 from seals.motion import Inputs, Joints
+from seals.plugins.backends.mujoco_warp.laws import kernel_of
 from seals.pytree import leaves
 from seals.run.assembly import ROBOT, build_model
+from seals.world.scalar_compiler import followed, statements_of
 
 torch = pytest.importorskip("torch")
 pytest.importorskip("mujoco_warp")
@@ -296,3 +299,36 @@ def test_on_a_processor_the_worlds_are_those_of_mujoco() -> None:
     found = batched_of(compose([*SEA, "backend=mujoco_warp"], root="learn"), count=1)
     assert [type(w) for w in found.worlds] == [WorldEnvironment]  # type: ignore[attr-defined]
     found.close()
+
+
+def operations(a: Any, b: Any) -> list[Any]:
+    """Every operation that a law may ask for, of numbers between 0 and 1."""
+    xp = namespace(a)
+    names = ("exp", "log", "sin", "cos", "tan", "tanh", "floor", "asin", "acos", "atan")
+    found = [getattr(xp, name)(a) for name in (*names, "log1p", "expm1", "sqrt", "abs")]
+    less, same = a < b, a == b
+    chosen = xp.where(less & ~same, xp.where(a != b, less, same), b <= a)
+    return [
+        *found,
+        xp.where(chosen | (a > 5.0), -a, a**3.0),
+        xp.minimum(a, b) / xp.maximum(a, -1e-300) - xp.atan2(a, b),
+        xp.sign(a - b) + b**a,
+    ]
+
+
+def test_statements_of_c_give_the_numbers_of_numpy() -> None:
+    """Every operation of the laws agrees to single precision, in a kernel with a thread a row."""
+    import warp as wp
+
+    rng = np.random.default_rng(1)
+    given = rng.uniform(1e-4, 0.99, (2, 5, 40)).astype(np.float32)
+    given[1, :, 0] = given[0, :, 0]
+    results = followed(operations, [(5,), (5,)])
+    entries = [entry for x in results for entry in x.entries.flat]
+    lines = statements_of(entries, "given.data[tid + {} * count]", "out.data[tid + {} * count]")
+    wp.init()
+    out = wp.zeros(len(entries) * 40, dtype=float, device="cpu")
+    inputs = [wp.array(given.ravel(), dtype=float, device="cpu"), out, 40]
+    wp.launch(kernel_of(lines), dim=40, inputs=inputs, device="cpu")
+    wanted = np.concatenate(operations(*given.astype(float)))
+    np.testing.assert_allclose(out.numpy().reshape(-1, 40), wanted, rtol=2e-7, atol=1e-7)

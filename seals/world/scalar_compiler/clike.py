@@ -14,6 +14,14 @@ _SIGNS = {
 }
 # a motion that is not a number stays one, as in the machine code
 _EXTREME = {"maximum": "<=", "minimum": ">="}
+# not every compiler has them; quotients in which the error of u drops out (Higham 2002, 1.14.1)
+_NEAR_ONE = {
+    "log1p": ("1.0 + {}", "{u} == 1.0 ? {x} : ::log({u}) * {x} / ({u} - 1.0)"),
+    "expm1": (
+        "::exp({})",
+        "{u} == 1.0 ? {x} : {x} < -40.0 || {x} > 40.0 ? {u} - 1.0 : ({u} - 1.0) * {x} / ::log({u})",
+    ),
+}
 _NAMES = {"absolute": "fabs", "power": "pow"}
 
 
@@ -36,17 +44,22 @@ def statements_of(outputs: Sequence[Any], read: str, write: str) -> list[str]:
     for node in needed([x for x in outputs if isinstance(x, Node)]):
         name = names[node] = f"v{len(names)}"
         kind = "bool" if node.logical else "double"
-        lines.append(f"const {kind} {name} = {_expression(node, names, read)};")
+        if node.op in _NEAR_ONE:
+            first = _NEAR_ONE[node.op][0].format(names[node.args[0]])
+            lines.append(f"const double {name}u = {first};")
+        asked = node.op == "input"
+        text = read.format(node.args[0]) if asked else _expression(node, names)
+        lines.append(f"const {kind} {name} = {text};")
     return lines + [
         f"{write.format(k)} = {names[x]};" for k, x in enumerate(outputs) if isinstance(x, Node)
     ]
 
 
-def _expression(node: Node, names: dict[Node, str], read: str) -> str:
+def _expression(node: Node, names: dict[Node, str]) -> str:
     op = node.op
-    if op == "input":
-        return read.format(node.args[0])
     given = [names[x] if isinstance(x, Node) else _number(x) for x in node.args]
+    if op in _NEAR_ONE:
+        return _NEAR_ONE[op][1].format(x=given[0], u=f"{names[node]}u")
     if op in _SIGNS:
         return f"{given[0]} {_SIGNS[op]} {given[1]}"
     if op in _EXTREME:
