@@ -301,6 +301,31 @@ def test_on_a_processor_the_worlds_are_those_of_mujoco() -> None:
     found.close()
 
 
+def test_memory_of_effects_goes_through_the_kernel() -> None:
+    """Waves that two links of a floating crab make are remembered link by link, world by world."""
+    radiation = (
+        "+effect@effects.radiation=radiation_memory",
+        "effects.radiation.frequency=[3.0, 6.0]",
+        "effects.radiation.damping=[[4.0, 1.0], [1.0, 6.0]]",
+        "effects.radiation.coupling=[[2, 1, 3, 0.1, 0.2, 0], [0.5, 2, 1, -0.1, 0.1, 0.1]]",
+        "effects.radiation.floating_fraction=0.99",
+        "effects.radiation.strength=0.01",
+        "effects.radiation.links=[body, left_1_merus]",
+    )
+    found = []
+    for own in ((), ("backend.compiled=false",)):
+        many = batch(*radiation, *own)
+        many.reset(SEEDS)
+        many.worlds._views.position[:, 2] += torch.tensor([0.97, 0.98])
+        for _ in range(10):
+            many.worlds.advance()
+        found.append(many.worlds._memory["radiation"].numpy())
+    assert found[0].shape == (4, 4)
+    np.testing.assert_allclose(*found, rtol=0.0, atol=1e-5 * np.abs(found[1]).max())
+    assert np.abs(found[0]).max(axis=1).min() > 1e-6
+    assert np.abs(np.diff(found[0], axis=0)).max(axis=1).min() > 1e-6
+
+
 def operations(a: Any, b: Any) -> list[Any]:
     """Every operation that a law may ask for, of numbers between 0 and 1."""
     xp = namespace(a)
