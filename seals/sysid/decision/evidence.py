@@ -126,6 +126,8 @@ def _refusal(
             f"numbers of the data sheet are changed by {changed:.1f} tolerances, {most} most of all"
         )
     floors = best.misfit
+    if not math.isfinite(floors):
+        return "no model can be followed along this log: with what it lacks, they diverge"
     if not floors <= math.exp(2.0 * policy.gross_error):
         return f"the best model leaves a misfit of {floors:.3g} times the noise floor"
     if floors > policy.misfit_trusted and share < policy.explained:
