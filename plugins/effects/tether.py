@@ -75,6 +75,7 @@ class Tether(Effect):
         may_end=True,
         guessed=True,
         placed=True,
+        centre="anchor",
         compared=None,
     )
 

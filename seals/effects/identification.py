@@ -112,6 +112,7 @@ class Identification:
         guessed: it is not linear about zero and needs a pose and starting values from the residual
             force, see `seals.effects.Effect.guesses`.
         placed: its force depends on the place in the world.
+        centre: parameter, a vector of the world, that is the point toward which it acts.
         approximate: whether its law is of first order and leaves part of the residual.
         adds_only: parameters whose natural spread can only add, such as latencies.
         family: common name of laws that differ only by the power of the speed; where a fit needs
@@ -138,6 +139,7 @@ class Identification:
     may_end: bool = False
     guessed: bool = False
     placed: bool = False
+    centre: str = ""
     approximate: bool = False
     adds_only: tuple[str, ...] = ()
     family: str = ""

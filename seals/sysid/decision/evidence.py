@@ -13,6 +13,7 @@ from seals.sysid.decision.answer import Answer, Claim, Rival, claim_against, rep
 from seals.sysid.decision.data_sheet import with_data_sheet
 from seals.sysid.decision.drag_power import other_power
 from seals.sysid.decision.general_law import better_general_law
+from seals.sysid.decision.known_centre import unlocated
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.predictors.problem import Problem
 from seals.sysid.scores.disturbance_level import DisturbanceLevel, disturbance_level
@@ -53,6 +54,9 @@ def decide(
         return _quiet(search, left)
     if not refusal and _unexcited(problem, search, best):
         return _quiet(search, left, blind=[c.name for c in best.candidates])
+    lost = unlocated(best)
+    if not refusal and len(lost) == len(best.candidates):
+        refusal = f"the log does not locate the point toward which {best.label} would act"
     refusal = refusal or other_power(problem, best) or better_general_law(problem, best)
     if refusal:
         return EvidenceAnswer(
@@ -67,7 +71,9 @@ def decide(
     if best.misfit > policy.misfit_trusted:
         claims = [replace(c, confidence=c.confidence * share) for c in claims]
     least = _least_share(problem, search)
-    claims = [replace(c, confidence=min(c.confidence, least)) for c in claims]
+    claims = [
+        replace(c, confidence=0.0 if c.index in lost else min(c.confidence, least)) for c in claims
+    ]
     check = self_check(best)
     if check is not None:
         deceived = max(check.gain, 0.0) / max(search.nominal.fit.cost - best.fit.cost, 1e-9)

@@ -289,6 +289,9 @@ class DecisionPolicy:
     general_law: float = threshold(
         50.0, "chi2", "by which a central force must beat an effect of the place to refuse it"
     )
+    centre_known: float = threshold(
+        0.15, "1", "error of the point toward which a force acts, by its distance, to name it"
+    )
     term_share: float = threshold(
         0.05, "1", "share of the excess that a further term of a formula must explain"
     )
