@@ -29,7 +29,8 @@ WORDS = [
 CASES: dict[str, dict[str, Any]] = {
     "forward, 512 x 512, 16 rays": {"beams": 512, "bins": 512, "rays": 16},
     "forward, 512 x 512, 32 rays": {"beams": 512, "bins": 512, "rays": 32},
-    "the same with multipath": {"beams": 512, "bins": 512, "rays": 32, "multipath": True},
+    "shipped +sonar=forward, 64 rays": {"beams": 512, "bins": 512, "rays": 64},
+    "512 x 512 x 32 with multipath": {"beams": 512, "bins": 512, "rays": 32, "multipath": True},
     "forward, 256 x 256, 32 rays": {},
     "side scan, 1 x 512, 256 rays": {
         **{"beams": 1, "bins": 512, "rays": 256, "sector": 0.0},
