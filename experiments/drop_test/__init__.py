@@ -25,8 +25,8 @@ OVERRIDES = (
     "environment.friction=0.8",
     "initial.joint_position=[0,0,0,-0.6,-0.6,-0.6]",
     "time.duration=8",
-    # the entry is resolved, see conf/experiment/drop_test.yaml
-    "time.step=0.002",
+    # the peak of the entry is within 1 % of that at 0.5 ms; at 2 ms it is 9 % high
+    "time.step=0.001",
 )
 """The drop test of the ball, with the manipulator over deeper water."""
 
@@ -91,7 +91,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     log = record.log
     carried = lines("What the floor carried", "force [N]", log.time, {"floor": floor})
     named = {"x": "specific_force_x", "y": "specific_force_y", "z": "specific_force_z"}
-    force = {key: np.nan_to_num(log.columns[name]) for key, name in named.items()}
+    force = {key: held(log.columns[name]) for key, name in named.items()}
     write_picture(
         out / "figure.png",
         [
@@ -115,7 +115,7 @@ def measures(log: Log) -> dict[str, float]:
     speed = np.gradient(z, log.time)
     wet = int(np.argmax(z < 0.0))
     under = (z < -0.3) & (z > -1.0)
-    force = np.nan_to_num(log.columns["specific_force_z"])
+    force = held(log.columns["specific_force_z"])
     return {
         "time until the body's origin is under water [s]": float(log.time[wet]),
         "largest speed [m/s]": float(-speed.min()),
@@ -182,9 +182,7 @@ def entry(log: Log, pushed: Floats) -> dict[str, float]:
     force = np.linalg.norm(pushed[:rows, :, :3].sum(axis=1), axis=1)
     touch = int(np.argmax(force > 1.0))
     step = float(log.time[1] - log.time[0])
-    felt = np.linalg.norm(
-        [np.nan_to_num(log.columns[f"specific_force_{a}"]) for a in "xyz"], axis=0
-    )
+    felt = np.linalg.norm([held(log.columns[f"specific_force_{a}"]) for a in "xyz"], axis=0)
     width = max(1, round(SMOOTH / step))
     smooth = np.convolve(felt, np.full(width, 1.0 / width), mode="same")
     window = slice(touch, touch + round(0.6 / step))

@@ -11,6 +11,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.config.compose import compose
 from seals.experiments.command import folder_of, markdown, parser_of, show_table
+from seals.experiments.drop_test import held
 from seals.logs import Log
 from seals.report.figures import Mark, lines
 from seals.report.pictures import write_picture
@@ -108,10 +109,7 @@ def differences(both: Both) -> dict[str, tuple[float, float]]:
 
 def _felt(log: Log) -> Floats:
     """Size of the felt force at every row; between two readings the last one stands."""
-    felt: Floats = np.linalg.norm([log.columns[f"specific_force_{axis}"] for axis in "xyz"], axis=0)
-    known = np.where(np.isfinite(felt), np.arange(len(felt)), -1)
-    last = np.maximum.accumulate(known)
-    return np.where(last < 0, 0.0, felt[last])
+    return held(np.linalg.norm([log.columns[f"specific_force_{axis}"] for axis in "xyz"], axis=0))
 
 
 def _after(log: Log, rows: int) -> float:

@@ -10,6 +10,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.config.compose import compose
 from seals.experiments.command import figure_table, folder_of, parser_of, show_table
+from seals.experiments.drop_test import held
 from seals.logs import Log
 from seals.report.figures import Mark, lines
 from seals.report.pictures import write_picture
@@ -71,7 +72,7 @@ def measures(log: Log, figures: Mapping[str, Floats]) -> dict[str, float]:
         "height of the crest beside the robot [m]": float(crest[late].max()),
     }
     for axis in "xyz":
-        force = np.nan_to_num(log.columns[f"specific_force_{axis}"])[hit]
+        force = held(log.columns[f"specific_force_{axis}"])[hit]
         out[f"felt along body {axis}, lowest [m/s^2]"] = float(force.min())
         out[f"felt along body {axis}, highest [m/s^2]"] = float(force.max())
     x = log.columns["position_x"]
@@ -84,7 +85,7 @@ def measures(log: Log, figures: Mapping[str, Floats]) -> dict[str, float]:
 def draw(path: Path, log: Log, figures: Mapping[str, Floats], found: Mapping[str, float]) -> None:
     """Draw force and speed on three axes, and the surface elevation."""
     passes = (Mark(at=found["crest beside the robot [s]"], label="crest"),)
-    force = {a: np.nan_to_num(log.columns[f"specific_force_{a}"]) for a in "xyz"}
+    force = {a: held(log.columns[f"specific_force_{a}"]) for a in "xyz"}
     speed = {a: log.columns[f"velocity_{a}"] for a in "xyz"}
     surface = {name: figures[f"gauge {name} [m]"] for name in ("before", "beside")}
     surface["robot"] = log.columns["position_z"]
