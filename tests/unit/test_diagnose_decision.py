@@ -22,7 +22,7 @@ from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.report.sentence import sentence
-from seals.sysid.scores.disturbance_level import LEVELS, DisturbanceLevel, lowest_between
+from seals.sysid.scores.disturbance_level import DisturbanceLevel
 from seals.sysid.scores.held_out import explained_by_log, held_out_by_log
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant
 from seals.sysid.scores.self_check import SelfCheck
@@ -374,31 +374,6 @@ def test_every_effect_that_was_fitted_is_told(monkeypatch: pytest.MonkeyPatch) -
     assert sentence(refused).count("too uncertain to be named") == 3
 
 
-def test_a_log_that_lacks_something_else_is_told() -> None:
-    """The misfit stands log by log; where one log keeps its own, its name does."""
-    misfits = {"a": (90.0, 1.02), "b": (80.0, 0.98), "c": (300.0, 14.0)}
-    table = {
-        "fitted": [],
-        "held_out_by_log": [
-            {"log": name, "before": before, "after": after}
-            for name, (before, after) in misfits.items()
-        ],
-    }
-    found: Any = SimpleNamespace(
-        answer=SimpleNamespace(verdict=Verdict.none_of_these, reasons=("why",)),
-        held_out={"before": 150.0, "after": 5.0},
-        problem=SimpleNamespace(policy=DecisionPolicy()),
-        to_dict=lambda: table,
-    )
-    assert sentence(found).splitlines() == [
-        "None of the effects in the library: why.",
-        "  by log: a 90 -> 1.02; b 80 -> 0.98; c 300 -> 14",
-        "  Something else is missing in c: diagnose it on its own.",
-    ]
-    table["held_out_by_log"] = []
-    assert sentence(found) == "None of the effects in the library: why."
-
-
 def of_three_logs(*misfit: float) -> EvidenceHypothesis:
     """A model with the misfit of each of six windows, two to a log, five readings each."""
     found: Any = model((), misfit=1.0, score=0.0)
@@ -448,9 +423,20 @@ def test_gusts_within_their_accuracy_are_no_force_left_over(
     assert told or "1.6 times the stated gusts" in said.reasons[0]
 
 
-def test_the_level_of_gusts_lies_between_those_compared() -> None:
-    """The lowest point of a parabola in the logarithm; at the ends the end itself."""
-    scores = {s: 5.0 * np.log(s / 1.3) ** 2 for s in LEVELS}
-    assert lowest_between(scores) == pytest.approx(1.3, rel=1e-9)
-    assert lowest_between({s: -s for s in LEVELS}) == LEVELS[-1]
-    assert lowest_between({s: s for s in LEVELS}) == LEVELS[0]
+@pytest.mark.parametrize(
+    ("names", "lost", "said"),
+    [
+        (["tether"], [0], []),
+        (["wind", "tether"], [1], ["wind"]),
+        (["wind", "tether"], [], ["tether", "wind"]),
+    ],
+)
+def test_a_pull_toward_a_point_that_is_not_located_is_no_name(
+    names: list[str], lost: list[int], said: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Alone it is refused; beside another effect that one is named."""
+    monkeypatch.setattr(evidence, "unlocated", lambda best: lost)
+    monkeypatch.setattr(evidence, "rivals_of", lambda *given, **more: [])
+    found = answer(model(names, misfit=1.0, score=200.0), nominal=1.3)
+    assert sorted(c.name for c in found.claims) == said
+    assert (found.verdict is Verdict.none_of_these) == (not said)
