@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.data.vehicle import Vehicle, read_vehicle
 from seals.sysid.predictors.linearise import dynamics_along, predict
 from seals.sysid.predictors.plant import Plant
-from seals.sysid.predictors.problem import linearise_model, rewindowed, windows_of
+from seals.sysid.predictors.problem import linearise_model, rewindowed, transient_rows, windows_of
 from seals.sysid.predictors.trajectory_cache import TrajectoryCache, packed
 from seals.sysid.predictors.windows_fit import Fitter
 
@@ -294,3 +295,14 @@ def test_what_acts_in_time_has_the_slope_of_the_misfit(fitter: Fitter, key: str)
     # the columns point along what the misfit loses
     slope = -2.0 * float(column.product(middle).sum())
     assert (above - below) / (2.0 * step) == pytest.approx(slope, rel=0.02)
+
+
+def test_rows_are_left_out_until_a_longer_lag_has_decayed() -> None:
+    """Where a change of the lag may be missing, the drives' start may take longer to decay."""
+    plant, _ = waving(read_vehicle(described(None)))
+    set_, step = plant.candidate_set, plant.samples.step
+    (key,) = (k for k in set_.parameters if k.endswith("time_constant_change"))
+    scale = set_.parameters[key].scale
+    assert scale > 0.0
+    lag = float(plant.vehicle.lag.max())
+    assert transient_rows(plant) == math.ceil(5.0 * (lag + scale) / step)

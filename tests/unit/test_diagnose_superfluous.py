@@ -128,18 +128,22 @@ def test_an_effect_of_no_size_is_superfluous(monkeypatch: pytest.MonkeyPatch) ->
     assert made._without_superfluous(both, [])[0].candidates == (wind,)
 
 
+@pytest.mark.parametrize("pair", [False, True])
 def test_a_load_is_tried_at_the_times_of_the_effect_that_was_found(
-    monkeypatch: pytest.MonkeyPatch,
+    monkeypatch: pytest.MonkeyPatch, *, pair: bool
 ) -> None:
-    """No linear screen about zero finds it; a single effect for a time may be its shadow."""
-    found = model(["wind"], misfit=1.0, score=100.0)
+    """No linear screen about zero finds it; an effect for a time may be its shadow."""
+    found = model(["wind", "buoyancy"] if pair else ["wind"], misfit=1.0, score=100.0)
     passing = found.candidates[0].acting(Activity(spans=((1.0, 2.0),)))
-    found = replace(found, candidates=(passing,))
-    load = replace(found.fitter.candidate_set.candidates[1], starts=((0.5,),))
+    values = dict.fromkeys(("wind.size", "buoyancy.size"), 3.0)
+    fit = replace(found.fit, values=values)
+    found = replace(found, candidates=(passing, *found.candidates[1:]), fit=fit)
+    every = {c.name: c for c in found.fitter.candidate_set.candidates}
+    load = replace(every["payload"], starts=((0.5,),))
     made = family(0.2)
     made.processes, made.nominal = 1, found
     made.problem.plant = SimpleNamespace(  # type: ignore[misc]
-        candidate_set=SimpleNamespace(candidates=(found.candidates[0].throughout, load))
+        candidate_set=SimpleNamespace(candidates=(passing.throughout, load))
     )
     tried: list[Any] = []
 
@@ -149,12 +153,17 @@ def test_a_load_is_tried_at_the_times_of_the_effect_that_was_found(
 
     monkeypatch.setattr(window_models, "fitted", fit_all)
     monkeypatch.setattr(window_models, "may_act_for_a_time", lambda problem, candidate: True)
-    monkeypatch.setattr(window_models, "retimed", lambda problem, nominal, best: best)
-    best, _ = made.refined(found, [], Refinement.backward)
-    (chosen,) = best.candidates
+    monkeypatch.setattr(window_models, "retimed", lambda problem, nominal, best, **more: best)
+    monkeypatch.setattr(WindowModels, "_release", lambda *models: None)
+    made.problem.budget = SimpleNamespace(paired=0)  # type: ignore[misc]
+    step = Refinement.pairs if pair else Refinement.backward
+    best, _ = made.refined(found, [], step)
+    *others, chosen = best.candidates
     assert chosen.name == "payload"
     assert chosen.activity == passing.activity
-    assert [list(job[1].values()) for job in tried] == [[0.5]]
+    assert [c.name for c in others] == (["buoyancy"] if pair else [])
+    # what stays keeps its value
+    assert [list(job[1].values()) for job in tried] == [[3.0, 0.5] if pair else [0.5]]
 
 
 def test_errors_below_the_stated_noise_prove_no_effect() -> None:

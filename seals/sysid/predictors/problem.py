@@ -320,10 +320,16 @@ class _Step:
 
 
 def transient_rows(plant: Plant) -> int:
-    """Return the number of rows until the actuators' unknown start state has decayed."""
-    vehicle = plant.vehicle
+    """Return the number of rows until the actuators' unknown start state has decayed.
+
+    The time constants may be longer than stated by the scale of a change that may be missing.
+    """
+    vehicle, parameters = plant.vehicle, plant.candidate_set.parameters
     lags = np.append(vehicle.lag, [] if vehicle.fall is None else vehicle.fall)
-    return int(np.ceil(_FORGOTTEN * lags.max() / plant.samples.step)) if len(lags) else 0
+    if not len(lags):
+        return 0
+    _, change, _ = plant.timing({k: p.scale for k, p in parameters.items()})
+    return int(np.ceil(_FORGOTTEN * (lags.max() + max(change, 0.0)) / plant.samples.step))
 
 
 def typical_speeds(trajectory: Trajectory) -> Floats:

@@ -121,7 +121,7 @@ class WindowModels:
         if pairs and len(best.candidates) == 1 and best.misfit <= trusted:
             return best, ()
         jobs = self._pairs(best, singles) if pairs else exchanges(best, singles)
-        jobs += self._alone(best) if pairs else []
+        jobs += self._in_place_of_timed(best) if pairs else []
         fitter = self.nominal.fitter if pairs else best.fitter
         tried = fitted(fitter, jobs, self.nominal, best, processes=self.processes)
         before = best
@@ -143,7 +143,7 @@ class WindowModels:
         A single one for a time is compared with others at its times first. Nor does one pay that
         has no size: beside it the fit got stuck elsewhere.
         """
-        jobs = self._alone(best) if len(best.candidates) == 1 else []
+        jobs = self._in_place_of_timed(best) if len(best.candidates) == 1 else []
         tried = list(fitted(best.fitter, jobs, self.nominal, best, processes=self.processes))
         rival = max(tried, key=lambda h: h.score, default=best)
         if rival.score > best.score + self.problem.policy.exchange_gain:
@@ -202,23 +202,29 @@ class WindowModels:
             if {*a.names, *b.names} != known
         ]
 
-    def _alone(self, best: EvidenceHypothesis) -> list[Job]:
-        """Return single effects at the times of the best model, which a pair may imitate.
+    def _in_place_of_timed(self, best: EvidenceHypothesis) -> list[Job]:
+        """Return effects at the times of those of the best model, in place of one or of all.
 
         Only those that no linear screen about zero can judge, for they start elsewhere.
         """
-        times = [c.activity for c in best.candidates if c.activity is not None]
-        if len(times) < len(best.candidates):
-            return []
         found = [
             c
             for c in self.problem.plant.candidate_set.candidates
             if c.starts and c.name not in best.names and may_act_for_a_time(self.problem, c)
         ]
+        timed = [k for k, c in enumerate(best.candidates) if c.activity is not None]
+        replaced = [(k, best.candidates[:k] + best.candidates[k + 1 :]) for k in timed]
+        if len(timed) == len(best.candidates) > 1:
+            replaced.append((0, ()))
         return [
-            ((acting,), dict(zip(acting.all_keys, start, strict=True)))
-            for acting, starts in ((c.acting(times[0]), c.starts) for c in found)
-            for start in starts
+            (
+                (*others, acting),
+                {k: best.fit.values[k] for k in candidate_keys(others)}
+                | dict(zip(acting.all_keys, start, strict=True)),
+            )
+            for place, others in replaced
+            for acting in (c.acting(best.candidates[place].activity) for c in found)
+            for start in acting.starts
         ]
 
 
