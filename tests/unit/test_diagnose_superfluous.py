@@ -16,7 +16,7 @@ from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.predictors.windows_fit import is_determined
 from seals.sysid.scores.held_out import held_out_fall
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
-from seals.sysid.selection import window_models
+from seals.sysid.selection import onsets, window_models
 from seals.sysid.selection.search import Refinement
 from seals.sysid.selection.window_models import WindowModels
 from tests.unit.test_diagnose_decision import POLICY, model
@@ -152,9 +152,10 @@ def test_a_load_is_tried_at_the_times_of_the_effect_that_was_found(
         return [replace(found, candidates=job[0], score=150.0) for job in jobs]
 
     monkeypatch.setattr(window_models, "fitted", fit_all)
-    monkeypatch.setattr(window_models, "may_act_for_a_time", lambda problem, candidate: True)
+    monkeypatch.setattr(onsets, "may_act_for_a_time", lambda problem, candidate: True)
     monkeypatch.setattr(window_models, "retimed", lambda problem, nominal, best, **more: best)
     monkeypatch.setattr(WindowModels, "_release", lambda *models: None)
+    monkeypatch.setattr(WindowModels, "_bears_out", lambda *models: True)
     made.problem.budget = SimpleNamespace(paired=0)  # type: ignore[misc]
     step = Refinement.pairs if pair else Refinement.backward
     best, _ = made.refined(found, [], step)

@@ -23,6 +23,7 @@ from seals.sysid.predictors.problem import Problem
 from seals.sysid.predictors.windows import Windows
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, scored
 from seals.sysid.selection.change_points import ChangePoints, ChangePointSearch
+from seals.sysid.selection.shortlist import Job
 
 _FINER = ((0.1, 1.0), (0.02, 0.125))
 """Reach about a time [s] and spacing [rows] of the places that are tried, in turn."""
@@ -98,6 +99,32 @@ def proposals(
             given = {k: base.fit.values[k] for k in base.fit.free}
             out.append((acting, given | _values(acting, found)))
     return out
+
+
+def in_place_of_timed(problem: Problem, best: EvidenceHypothesis) -> list[Job]:
+    """Return effects at the times of those of the best model, in place of one or of all.
+
+    Only those that no linear screen about zero can judge, for they start elsewhere.
+    """
+    found = [
+        c
+        for c in problem.plant.candidate_set.candidates
+        if c.starts and c.name not in best.names and may_act_for_a_time(problem, c)
+    ]
+    activities = [(k, c.activity) for k, c in enumerate(best.candidates) if c.activity is not None]
+    places = [(a, best.candidates[:k] + best.candidates[k + 1 :]) for k, a in activities]
+    if len(activities) == len(best.candidates) > 1:
+        places.append((activities[0][1], ()))
+    return [
+        (
+            (*others, acting),
+            {k: best.fit.values[k] for k in candidate_keys(others)}
+            | dict(zip(acting.all_keys, start, strict=True)),
+        )
+        for activity, others in places
+        for acting in (c.acting(activity) for c in found)
+        for start in acting.starts
+    ]
 
 
 def retimed(

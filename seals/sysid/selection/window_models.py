@@ -30,7 +30,7 @@ from seals.sysid.scores.disturbance_level import disturbance_level
 from seals.sysid.scores.held_out import held_out_fall, held_out_misfit
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant, scored
 from seals.sysid.selection.initial_guesses import initial_guesses
-from seals.sysid.selection.onsets import may_act_for_a_time, proposals, retimed
+from seals.sysid.selection.onsets import in_place_of_timed, proposals, retimed
 from seals.sysid.selection.relinearised import relinearise
 from seals.sysid.selection.search import Refinement, Search
 from seals.sysid.selection.shortlist import Job, better_known, fitted, refined
@@ -78,14 +78,14 @@ class WindowModels:
         if self.problem.vehicle.servo:
             arm = policy.evidence_arm
             tried.sort(key=lambda h: -h.score + (0.0 if h.candidates[-1].in_arm else arm))
-        if not tried:
-            return None
-        best, least = tried[0], base.score + self._required(base, tried[0].candidates[-1])
-        if best.score < least:
+        # one for a time must bring more: where it does not, it hides no constant one
+        least = {h.label: base.score + self._required(base, h.candidates[-1]) for h in tried}
+        best = next((h for h in tried if h.score >= least[h.label]), None)
+        if best is None:
             return None
         # stronger gusts, as far as they are admitted, may do as well as the effect
         calm = disturbance_level(base).allowance - disturbance_level(best).allowance
-        return None if best.score - calm < least else self._retimed(best)
+        return None if best.score - calm < least[best.label] else self._retimed(best)
 
     def _release(self, best: EvidenceHypothesis, others: Sequence[EvidenceHypothesis]) -> None:
         """Release the linearisations that neither the nominal nor the best model stands on."""
@@ -121,7 +121,7 @@ class WindowModels:
         if pairs and len(best.candidates) == 1 and best.misfit <= trusted:
             return best, ()
         jobs = self._pairs(best, singles) if pairs else exchanges(best, singles)
-        jobs += self._in_place_of_timed(best) if pairs else []
+        jobs += in_place_of_timed(self.problem, best) if pairs else []
         fitter = self.nominal.fitter if pairs else best.fitter
         tried = fitted(fitter, jobs, self.nominal, best, processes=self.processes)
         before = best
@@ -143,7 +143,7 @@ class WindowModels:
         A single one for a time is compared with others at its times first. Nor does one pay that
         has no size: beside it the fit got stuck elsewhere.
         """
-        jobs = self._in_place_of_timed(best) if len(best.candidates) == 1 else []
+        jobs = in_place_of_timed(self.problem, best) if len(best.candidates) == 1 else []
         tried = list(fitted(best.fitter, jobs, self.nominal, best, processes=self.processes))
         rival = max(tried, key=lambda h: h.score, default=best)
         if rival.score > best.score + self.problem.policy.exchange_gain:
@@ -167,6 +167,9 @@ class WindowModels:
             if not spare:
                 break
             best = max(spare, key=lambda h: h.score)
+        (*others, last) = best.candidates
+        if not others and last.activity is not None and not self._bears_out(self.nominal, best):
+            best = self.nominal
         return best, tried
 
     def _bears_out(self, smaller: EvidenceHypothesis, larger: EvidenceHypothesis) -> bool:
@@ -200,31 +203,6 @@ class WindowModels:
             )
             for a, b in pairs
             if {*a.names, *b.names} != known
-        ]
-
-    def _in_place_of_timed(self, best: EvidenceHypothesis) -> list[Job]:
-        """Return effects at the times of those of the best model, in place of one or of all.
-
-        Only those that no linear screen about zero can judge, for they start elsewhere.
-        """
-        found = [
-            c
-            for c in self.problem.plant.candidate_set.candidates
-            if c.starts and c.name not in best.names and may_act_for_a_time(self.problem, c)
-        ]
-        timed = [k for k, c in enumerate(best.candidates) if c.activity is not None]
-        replaced = [(k, best.candidates[:k] + best.candidates[k + 1 :]) for k in timed]
-        if len(timed) == len(best.candidates) > 1:
-            replaced.append((0, ()))
-        return [
-            (
-                (*others, acting),
-                {k: best.fit.values[k] for k in candidate_keys(others)}
-                | dict(zip(acting.all_keys, start, strict=True)),
-            )
-            for place, others in replaced
-            for acting in (c.acting(best.candidates[place].activity) for c in found)
-            for start in acting.starts
         ]
 
 
