@@ -91,13 +91,13 @@ class TaskCatch(TaskReach):
         Raises:
             ConfigError: the robot has no gripper with tips.
         """
-        super().bind(robot)
         hand: Any = next((g for g in robot.grippers.values() if g.tips), None)
         if hand is None:
             raise ConfigError(
                 f"task catch needs a gripper with tips; robot '{robot.name}' has none.\n"
                 "Choose a robot with a hand: robot=aam"
             )
+        super().bind(robot)
         self._hand, self._pads = hand.name, len(hand.tips)
 
     @property

@@ -1,4 +1,8 @@
-"""Scripted diver that fetches an animal: a memoryless policy of the present state."""
+"""Scripted diver that fetches an animal: a memoryless policy of the present state.
+
+The hand reaches ahead of the body, along x. An animal that flees from the body then runs that way,
+at a steady pace that the hand can follow, and not back and forth beneath it.
+"""
 
 from __future__ import annotations
 
@@ -11,16 +15,19 @@ from seals.plugins.tasks.observation import level_hand_offset
 
 GAIN = 1.2
 """Of the velocity against the distance [1/s]."""
+SIDE = 2.0
+"""The same across the hand's reach: an animal that flees from the body behind it breaks away there,
+at its speed over the reach, which this must exceed [1/s]."""
 CLEAR = 0.2
 """Height of the open hand above the animal while it is not over it [m]."""
-FUNNEL = 6.0
+FUNNEL = 4.0
 """Rise of that height with the horizontal distance [1]."""
-OVER = 0.02
+OVER = 0.03
 """Horizontal distance at which the hand is over the animal [m]."""
 LOW = -0.004
 """Height of the open hand's tips above the animal's origin at which it closes: the tips then go
 down by 13 mm and hold below the widest part of a carapace [m]."""
-AT = 0.013
+AT = 0.025
 """Distance, horizontal and vertical, at which the hand closes [m]."""
 EMPTY = 0.95
 """Closure of fingers that have met each other [1]."""
@@ -28,9 +35,15 @@ SLOW = 0.15
 """Largest speed down to the animal near it [m/s]."""
 PACE = 0.12
 """Speed of an animal that is followed; what a hand jostles moves faster and is not [m/s]."""
-CALM = 0.1
+LEAD = 3.5
+"""By which the level hand leads an animal, because the hand itself trails behind a body that leans
+against drag: distance over speed squared [s^2/m]."""
+BESIDE = 0.5
+"""Share of the animal's pace across the hand's reach that is followed: all of it would swing on,
+because an animal that flees answers to every move [1]."""
+CALM = 0.2
 """Lean, as the sine of it, above which a hand swings too far to close [1]."""
-SWING = 0.25
+SWING = 0.4
 """Spin of the body above which it swings too fast to close [rad/s]."""
 LIFT = 0.35
 """Speed of the lift [m/s]."""
@@ -91,7 +104,8 @@ def fetch(plan: Plan, now: Instant, seen: Array) -> Array:
     firm = xp.astype(now.facts["touch"] > plan.firm, far.dtype)
     # one finger alone would push it over
     lifting = closing & shut & (xp.sum(firm, axis=1, keepdims=True) > 1.5)
-    follow = _follow(level, flat, grip, closing) + _pace(now, closing)
+    pace = _pace(now, closing)
+    follow = _follow(level + _lead(pace), flat, grip, closing) + pace
     velocity = xp.where(there, follow, away * 0.0)
     velocity = xp.where(there | closing, velocity, _search(now))
     velocity = xp.where(lifting, _lift(now, plan), velocity)
@@ -119,7 +133,15 @@ def _pace(now: Instant, closing: Array) -> Array:
     own = xp.concat((now.velocity[:, :2], now.velocity[:, 2:3] * 0.0), axis=1)
     pace = xp.where(closing, own, now.target_velocity)
     most = pace * 0.0 + PACE
-    return xp.minimum(xp.maximum(pace, -most), most)
+    pace = xp.minimum(xp.maximum(pace, -most), most)
+    return xp.concat((pace[:, 0:1], BESIDE * pace[:, 1:2], pace[:, 2:3]), axis=1)
+
+
+def _lead(pace: Array) -> Array:
+    """Distance by which a hand trails behind a body at a pace along its reach [m], shape (N, 3)."""
+    xp = namespace(pace)
+    ahead = pace[:, 0:1]
+    return xp.concat((LEAD * ahead * xp.abs(ahead), ahead * 0.0, ahead * 0.0), axis=1)
 
 
 def _follow(away: Array, aside: Array, grip: Array, closing: Array) -> Array:
@@ -140,7 +162,7 @@ def _follow(away: Array, aside: Array, grip: Array, closing: Array) -> Array:
     above = xp.where((grip > 0.0) & ~closing, zero + CLEAR, above)
     gap = away[:, 2:3] + LOW + above
     down = xp.maximum(GAIN * gap, zero - SLOW - 1.5 * xp.maximum(-gap - CLEAR, zero))
-    return xp.concat((GAIN * away[:, :2], down), axis=1)
+    return xp.concat((GAIN * away[:, 0:1], SIDE * away[:, 1:2], down), axis=1)
 
 
 def _search(now: Instant) -> Array:
