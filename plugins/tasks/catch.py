@@ -134,12 +134,14 @@ class TaskCatch(TaskReach):
     def aim(self, action: Array, now: Instant) -> Reference:
         """Return the wanted velocity and grip of an action."""
         velocity, yaw = self.command(action, now)
-        facts = now.facts
-        grip = float(facts["grip"][0, 0] + action[0, 3] / (self.rate * self.closing))
-        grip = min(grip, float(facts["closed"][0, 0]) + self.squeeze)
-        return Reference(
-            velocity=velocity[0], yaw=float(yaw[0, 0]), grip={self._hand: min(max(grip, 0.0), 1.0)}
-        )
+        grip = {self._hand: float(self.grip(action, now)[0, 0])}
+        return Reference(velocity=velocity[0], yaw=float(yaw[0, 0]), grip=grip)
+
+    def grip(self, action: Array, now: Instant) -> Array:
+        """Return the wanted grip of an action, 0 for open and 1 for closed, shape (N, 1)."""
+        xp, facts = namespace(action), now.facts
+        grip = facts["grip"] + action[:, 3:4] / (self.rate * self.closing)
+        return xp.clip(xp.minimum(grip, facts["closed"] + self.squeeze), 0.0, 1.0)
 
     def command(self, action: Array, now: Instant) -> tuple[Array, Array]:
         """Return the wanted velocity and a heading of zero."""

@@ -79,7 +79,7 @@ class BatchLoads:
         armature: inertia of the joint drives [kg m^2 or kg], shape (J,); None for none.
 
     Raises:
-        ConfigError: the robot has drives besides its servos, or commands arrive late.
+        ConfigError: the robot's base is fixed, or commands arrive late.
     """
 
     def __init__(
@@ -116,6 +116,12 @@ class BatchLoads:
         """Return the memory of all effects at reset."""
         return {k: as_like(v, self.like) for k, v in self.effects.zero_memory(self.batch).items()}
 
+    def voltage_share(self, memory: Mapping[str, Array]) -> Array | None:
+        """Return the battery's voltage by its full one [1], shape (B, 1); None without one."""
+        batteries = self.effects.batteries
+        voltage = self._evaluator.supplied(memory)
+        return None if voltage is None else voltage / batteries[0].hooks.full_voltage
+
     def inertial_links(self) -> tuple[int, ...]:
         """Return the links that any effect adds inertia to."""
         changes = (*self.effects.inertias, *self.effects.inertia_changes)
@@ -135,7 +141,7 @@ class BatchLoads:
             states: of the links.
             joints: of all robots.
             time: [s], shape (B, 1).
-            inputs: joint commands and torques.
+            inputs: joint commands and torques, states of rotors and thrusters.
             memory: of the effects.
         """
         links = len(self.robot.links)
@@ -207,7 +213,6 @@ def _refuse(robot: RobotModel, effects: EffectSet) -> None:
     """Refuse what has no form in a batch of worlds."""
     late = response_of(effects).delay
     for wrong, what in (
-        (bool(effects.actuators), "rotors or thrusters"),
         (robot.tree.fixed_base, "a fixed base"),
         (late > 0.0, f"commands that arrive {late:g} s late"),
     ):

@@ -66,6 +66,9 @@ class PilotedTwin:
         values: ``"effect.parameter"`` to a number or an array (B,), in place of the settings.
         fused: let PyTorch's compiler join the arithmetic, see `seals.tensor_compiler`.
 
+    Attributes:
+        every: steps between two calls of the controller.
+
     Raises:
         ConfigError: the controller has no form over a batch, or a value does not fit.
     """
@@ -99,7 +102,7 @@ class PilotedTwin:
         self._compiled = compile_law(self._order) if fused else None
         self.batch, self.like, self.step = batch, like, step
         self.controller = _batched(settings, plant, joints, like)
-        self._every = max(1, round(1.0 / (settings.controller.rate * step)))
+        self.every = max(1, round(1.0 / (settings.controller.rate * step)))
         self._drives = BatchDrives(response_of(held), like)
         links = len(self.whole.links)
         self._thrust = BatchActuatorLimitEstimator(
@@ -140,8 +143,8 @@ class PilotedTwin:
         for k in range(steps):
             posture = None if self.fused else self.twin.posture(flight.state, flight.time)
             share = self._share(flight.memory)
-            if k % self._every == 0:
-                span = min(self._every, steps - k)
+            if k % self.every == 0:
+                span = min(self.every, steps - k)
                 goal, control = order(flight, velocity, yaw, span, posture)
                 flight = flight._replace(control=control)
             flight = self._advance(flight, self._drives.limited(goal, share), posture, share)
@@ -155,6 +158,24 @@ class PilotedTwin:
             posture = self.twin.posture(flight.state, flight.time)
         view = self._view(flight.state, posture, steps)
         return self.controller.command(view, velocity, yaw, flight.control)
+
+    def commands(
+        self, state: TwinState, time: Array, control: Any, velocity: Array, yaw: Array
+    ) -> tuple[Array, Any]:
+        """Return the commands of the drives for the next period, for bodies that others move.
+
+        Args:
+            state: of the bodies.
+            time: since the start of each [s], shape (B, 1).
+            control: memory of the controller.
+            velocity: wanted, world axes [m/s], shape (B, 3).
+            yaw: wanted heading [rad], shape (B, 1).
+
+        Returns:
+            Commands [rad/s or N], shape (B, n), and the new memory of the controller.
+        """
+        flight = Flight(state, time, None, {}, control)
+        return self._order(flight, velocity, yaw, self.every, None)
 
     def submersion(self, flight: Flight) -> Array:
         """Return the submerged fraction of the volume of all hulls [1], shape (B, 1)."""

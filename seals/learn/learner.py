@@ -86,6 +86,14 @@ class Agent(Protocol):
 
 
 @runtime_checkable
+class Advised(Protocol):
+    """Further method of agents that ask the task's scripted policy before every step."""
+
+    def advise(self, action: Tensor) -> None:
+        """Receive what it would do in the present states, shape (N, a)."""
+
+
+@runtime_checkable
 class Learner(Protocol):
     """Hyper-parameters that start an agent."""
 

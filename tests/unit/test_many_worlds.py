@@ -65,9 +65,9 @@ def test_a_crab_at_rest_weighs_on_the_ground_what_it_weighs_in_water(crabs: Batc
     robot = crabs.robot
     volume = sum(hull.volume for hull in robot.hulls if hull is not None)
     weight = 9.81 * (float(robot.mass.sum()) - 1000.0 * volume)
-    found = crabs.worlds.normals().sum(1).numpy()
+    found = crabs.worlds.first.views.normals().sum(1).numpy()
     np.testing.assert_allclose(found, weight, rtol=1e-3)
-    np.testing.assert_allclose(crabs.worlds.submersion.numpy(), 1.0, atol=1e-6)
+    np.testing.assert_allclose(crabs.worlds.first.submersion.numpy(), 1.0, atol=1e-6)
 
 
 def test_free_motion_with_added_mass_is_that_of_mujoco(crabs: BatchWorlds) -> None:
@@ -94,10 +94,10 @@ def test_free_motion_with_added_mass_is_that_of_mujoco(crabs: BatchWorlds) -> No
     body = other.actor.body.read()
     turn = matrix_of(body.quaternion[None])[0]
     there = (body.position, turn, body.velocity)
-    for found, told in zip(crabs.worlds.base()[:3], there, strict=True):
+    for found, told in zip(crabs.worlds.first.base()[:3], there, strict=True):
         np.testing.assert_allclose(found[0].numpy(), told, atol=1e-4)
-    np.testing.assert_allclose(crabs.worlds.base()[0][0].numpy(), body.position, atol=2e-5)
-    np.testing.assert_allclose(crabs.worlds.joints()[0].numpy(), body.joints, atol=5e-4)
+    np.testing.assert_allclose(crabs.worlds.first.base()[0][0].numpy(), body.position, atol=2e-5)
+    np.testing.assert_allclose(crabs.worlds.first.joints()[0].numpy(), body.joints, atol=5e-4)
     assert np.abs(body.position - place).max() > 0.02
     assert np.abs(body.joints).max() > 1e-4
     other.close()
@@ -115,14 +115,15 @@ def test_laws_as_one_kernel_are_the_laws_launch_by_launch(crabs: BatchWorlds) ->
         posture = torch.as_tensor(many.task.posture).float()
         everyone = torch.ones(2, dtype=torch.bool)
         many.worlds.place(everyone, place, turn.float(), speed, posture)
-        worlds, v = many.worlds, many.worlds._views
-        v.velocity[:, 3:] = torch.linspace(-2.0, 2.0, 2 * v.velocity[:, 3:].shape[1]).reshape(2, -1)
+        worlds, robot, e = many.worlds, many.worlds.first, many.worlds.engine
+        e.velocity[:, 3:] = torch.linspace(-2.0, 2.0, 2 * e.velocity[:, 3:].shape[1]).reshape(2, -1)
         worlds._begin()
-        joints = Joints(v.position[:, v.joints], v.velocity[:, v.dofs])
-        inputs = Inputs(worlds.step, worlds._none, joint_command=worlds.held + 0.1)
-        time = worlds.time
-        found.append(worlds.laws.evaluate(v.states(), joints, time, inputs, worlds._memory))
-    assert type(crabs.worlds.laws) is not type(plain.worlds.laws)
+        v = robot.views
+        joints = Joints(e.position[:, v.joints], e.velocity[:, v.dofs])
+        inputs = Inputs(worlds.step, robot.none, joint_command=robot.held + 0.1)
+        law, states = robot.laws.evaluate, v.states()
+        found.append(law(states, joints, worlds.time, inputs, robot.memory))
+    assert type(crabs.worlds.first.laws) is not type(plain.worlds.first.laws)
     one, other = (list(leaves(loads)) for loads in found)
     for a, b in zip(one, other, strict=True):
         largest = float(b.abs().max())
@@ -192,7 +193,7 @@ def test_an_episode_that_ends_begins_anew_and_leaves_the_others_alone(crabs: Bat
     crabs.reset(SEEDS)
     still = torch.zeros(2, 7)
     crabs.step(still)
-    crabs.worlds._views.position[0, 0] = float("nan")
+    crabs.worlds.engine.position[0, 0] = float("nan")
     result = crabs.step(still)
     assert result.terminated.tolist() == [True, False]
     assert result.success.tolist() == [False, False]
@@ -215,7 +216,7 @@ def test_on_a_slope_every_crab_starts_and_stands_square_to_its_own_ground() -> N
     robot = crabs.robot
     volume = sum(hull.volume for hull in robot.hulls if hull is not None)
     weight = 9.81 * (float(robot.mass.sum()) - 1000.0 * volume)
-    found = crabs.worlds.normals().sum(1)
+    found = crabs.worlds.first.views.normals().sum(1)
     np.testing.assert_allclose(found.numpy(), weight * up.cos().numpy(), rtol=0.02)
 
 
@@ -316,10 +317,10 @@ def test_memory_of_effects_goes_through_the_kernel() -> None:
     for own in ((), ("backend.compiled=false",)):
         many = batch(*radiation, *own)
         many.reset(SEEDS)
-        many.worlds._views.position[:, 2] += torch.tensor([0.97, 0.98])
+        many.worlds.engine.position[:, 2] += torch.tensor([0.97, 0.98])
         for _ in range(10):
             many.worlds.advance()
-        found.append(many.worlds._memory["radiation"].numpy())
+        found.append(many.worlds.first.memory["radiation"].numpy())
     assert found[0].shape == (4, 4)
     np.testing.assert_allclose(*found, rtol=0.0, atol=1e-5 * np.abs(found[1]).max())
     assert np.abs(found[0]).max(axis=1).min() > 1e-6

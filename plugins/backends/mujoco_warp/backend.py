@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -14,9 +14,11 @@ from seals.plugins.backends.mujoco import BackendMujoco
 from seals.schema import setting
 
 if TYPE_CHECKING:
+    from seals.batch.loads import BatchLoads
     from seals.effects.binding import EffectSet
     from seals.environment.settings import EnvironmentSettings
     from seals.environment.waves import Waves
+    from seals.plugins.backends.mujoco_warp.laws import LawKernel
     from seals.plugins.backends.mujoco_warp.worlds import WarpWorlds
     from seals.robot.model import RobotModel
 
@@ -34,13 +36,13 @@ class BackendMujocoWarp(BackendMujoco):
         second_order: see `BackendMujoco`; batches take first-order steps.
         compiled: see `BackendMujoco`; the laws of a batch become one kernel, unless ``false``, or
             where parameters differ between the worlds.
-        touching: most contact points of one world, on average over the batch.
+        touching: most contact points of a robot, on average over the batch.
         slope: steepest slope of the ground under the worlds of a batch, each with one of its own
             about the origin of the ground, drawn once [rad].
         repeatable: whether sums are taken in one order, so that runs repeat bit for bit; slower.
 
     Assumptions:
-        Those of ``mujoco``; one robot a world, with a free base and servos.
+        Those of ``mujoco``; every world has the same robots, with free bases.
 
     Limitations:
         float32. The convex contact problem is solved once a step: a sliding contact opens by
@@ -61,8 +63,7 @@ class BackendMujocoWarp(BackendMujoco):
 
     def worlds(
         self,
-        robot: RobotModel,
-        effects: EffectSet,
+        robots: Sequence[tuple[RobotModel, EffectSet]],
         environment: EnvironmentSettings,
         waves: Waves,
         *,
@@ -74,24 +75,22 @@ class BackendMujocoWarp(BackendMujoco):
         """Return a batch of worlds.
 
         Args:
-            robot: of every world.
-            effects: bound to its links.
+            robots: of every world, with the effects bound to their links.
             environment: of every world.
             waves: motion of the water surface.
             count: number of worlds B.
             step: h [s].
             device: ``cuda`` or ``cpu``.
-            values: ``"effect.parameter"`` to a number or B numbers, in place of the settings.
+            values: ``"effect.parameter"`` of the first robot to a number or B numbers, in place of
+                the settings.
 
         Raises:
-            ConfigError: mujoco-warp is not installed, or the robot has no form in a batch.
+            ConfigError: mujoco-warp is not installed, or a robot has no form in a batch.
         """
         import torch
 
         from seals.batch.loads import BatchLoads
-        from seals.plugins.backends.mujoco_warp.laws import LawKernel
         from seals.plugins.backends.mujoco_warp.worlds import WarpWorlds
-        from seals.world.scalar_compiler import CannotCompile
 
         with optional_import(
             "backend=mujoco_warp needs the package mujoco-warp",
@@ -99,17 +98,29 @@ class BackendMujocoWarp(BackendMujoco):
         ):
             import mujoco_warp  # noqa: F401
         like = torch.zeros(1, dtype=torch.float32, device=device)
-        loads = BatchLoads(
-            robot, effects, environment, waves, batch=count, like=like, values=values
-        )
-        laws: BatchLoads | LawKernel = loads
-        # parameters that differ between the worlds are no numbers of a program
-        if self.compiled != "false" and not values:
-            one = BatchLoads(robot, effects, environment, waves, batch=1, like=np.zeros(1))
-            try:
-                laws = LawKernel(one, step=step, batch=count, like=like)
-            except CannotCompile as problem:
-                if self.compiled == "true":
-                    raise
-                warnings.warn(f"the worlds go on uncompiled: {problem}", stacklevel=2)
-        return WarpWorlds(self, loads, laws, environment, step=step)
+        parts = []
+        for k, (robot, effects) in enumerate(robots):
+            own = values if k == 0 else None
+            loads = BatchLoads(
+                robot, effects, environment, waves, batch=count, like=like, values=own
+            )
+            # parameters that differ between the worlds are no numbers of a program
+            kernel = None
+            if self.compiled != "false" and not own:
+                one = BatchLoads(robot, effects, environment, waves, batch=1, like=np.zeros(1))
+                kernel = self._kernel(one, like, count=count, step=step)
+            parts.append((loads, kernel or loads))
+        return WarpWorlds(self, parts, environment, step=step)
+
+    def _kernel(self, one: BatchLoads, like: Any, *, count: int, step: float) -> LawKernel | None:
+        """Return the laws of one robot as a kernel; None, with a warning, where they have none."""
+        from seals.plugins.backends.mujoco_warp.laws import LawKernel
+        from seals.world.scalar_compiler import CannotCompile
+
+        try:
+            return LawKernel(one, step=step, batch=count, like=like)
+        except CannotCompile as problem:
+            if self.compiled == "true":
+                raise
+            warnings.warn(f"the worlds go on uncompiled: {problem}", stacklevel=2)
+        return None

@@ -13,6 +13,7 @@ from seals.batch.loads import BatchLoads, LinkStates, Loads
 from seals.motion import Inputs, Joints
 from seals.multibody.rows import by_batch, by_link
 from seals.pytree import leaves, mapped
+from seals.world.drivetrain import response_of
 from seals.world.scalar_compiler import Traced, followed, statements_of
 
 if TYPE_CHECKING:
@@ -51,7 +52,10 @@ class LawKernel:
         kept = {name: value.shape for name, value in one.zero_memory().items()}
         self._names = tuple(kept)
         rows, turns = (1, links, 3), (1, links, 3, 3)
-        shapes = [rows, turns, rows, rows, *[(1, joints)] * 3, (1, 1), *kept.values()]
+        drives = len(response_of(one.effects).lag)
+        self._drives = [(1, drives)] if drives else []
+        shapes = [rows, turns, rows, rows, *[(1, joints)] * 3, *self._drives, (1, 1)]
+        shapes += kept.values()
         nest, size = self._followed(shapes)
         given = sum(int(np.prod(shape)) for shape in shapes)
         self._given = torch.zeros((given, batch), dtype=like.dtype, device=like.device)
@@ -82,8 +86,10 @@ class LawKernel:
         return mapped(nest[0], lambda _: next(found)), place
 
     def _evaluated(self, *given: Array) -> Loads:
-        origins, turns, linear, angular, places, rates, command, time, *memory = given
-        inputs = Inputs(self._step, self._still, joint_command=command)
+        origins, turns, linear, angular, places, rates, command, *rest = given
+        drive = rest.pop(0) if self._drives else None
+        time, *memory = rest
+        inputs = Inputs(self._step, self._still, drive, joint_command=command)
         kept = dict(zip(self._names, memory, strict=True))
         states = LinkStates(origins, turns, linear, angular)
         return self._one.evaluate(states, Joints(places, rates), time, inputs, kept)
@@ -101,7 +107,8 @@ class LawKernel:
 
         batch = self._batch
         own = [by_batch(memory[x], len(memory[x]) // batch) for x in self._names]
-        parts = (*states, *joints[:2], inputs.joint_command, time, *own)
+        drive = [inputs.drive] if self._drives else []
+        parts = (*states, *joints[:2], inputs.joint_command, *drive, time, *own)
         torch.cat([x.reshape(batch, -1).T for x in parts], out=self._given)
         self._engine.launch(
             self._kernel,

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from seals.arrays import Array, as_like, namespace
 from seals.plugins.controllers.walking.anatomy import Anatomy
 from seals.plugins.controllers.walking.stride import Walk, toes_of
+from seals.plugins.controllers.walking.walker import Facing
 
+SLOWEST = 1e-3
+"""Speed below which there is no way to face [m/s]."""
+SHUFFLE = 0.03
+"""Error of the heading that is left to a standing robot [rad]."""
 STILL = 0.02
 """Liveliness below which the legs stand [1]."""
 
@@ -20,18 +26,20 @@ class BatchPace(NamedTuple):
         phase: of every leg, share of the cycle, shape (B, N).
         walk: ahead and aside [m/s], turn [rad/s], smooth, shape (B, 3).
         lively: 1 while walking, 0 standing, shape (B, 1).
+        heading: that belongs to the way [rad], shape (B, 1); not a number before it first walks.
     """
 
     phase: Array
     walk: Array
     lively: Array
+    heading: Array
 
 
 class BatchGait:
     """Gait of B robots, as `Gait` steps one: leg by leg the same laws.
 
     Args:
-        gait: bound to the robot, with ``facing=aim``.
+        gait: bound to the robot.
         legs: geometry of its legs.
         batch: number of robots B.
         like: array whose library, type and device to use.
@@ -52,13 +60,14 @@ class BatchGait:
         """Return standing gaits."""
         xp = namespace(self._toe)
         one = as_like([[0.0]] * self.batch, self._toe)
-        return BatchPace(one + self._order, xp.concat([one] * 3, axis=1), one)
+        walk = xp.concat([one] * 3, axis=1)
+        return BatchPace(one + self._order, walk, one, one + math.nan)
 
     def command(
         self,
         rotation: Array,
         velocity: Array,
-        turn: Array,
+        turn: Array | None,
         wishes: Mapping[str, Array],
         memory: BatchPace,
         *,
@@ -69,7 +78,7 @@ class BatchGait:
         Args:
             rotation: of the bodies, shape (B, 3, 3).
             velocity: wanted, world axes [m/s], shape (B, 3).
-            turn: wanted rate of turn [rad/s], shape (B, 1).
+            turn: wanted rate of turn [rad/s], shape (B, 1); None where the gait turns the robot.
             wishes: stepping parameters over those of the gait, shape (B, 1) each.
             memory: of the last call.
             step: until the next call [s].
@@ -79,6 +88,9 @@ class BatchGait:
         if "frequency" in manner:
             manner["low"] = manner["high"] = manner.pop("frequency")
         places = self._places(manner, memory.lively)
+        heading = memory.heading
+        if turn is None:
+            turn, heading = self._turn(rotation, velocity, heading)
         wanted = self._cadence(self._wanted(rotation, velocity, turn), places, manner)[1]
         share = self._gait.share(step)
         walk = memory.walk + share * (wanted - memory.walk)
@@ -99,7 +111,24 @@ class BatchGait:
             lift=self._by_leg(manner["lift"] * lively),
         )
         values = xp.reshape(self._legs.angles(toes), (self.batch, 3 * self.count))
-        return values, BatchPace(phase, walk, lively)
+        return values, BatchPace(phase, walk, lively, heading)
+
+    def _turn(self, rotation: Array, velocity: Array, last: Array) -> tuple[Array, Array]:
+        """Rate of turn to the heading that belongs to the way [rad/s], and that heading [rad]."""
+        xp, gait = namespace(velocity), self._gait
+        yaw = xp.atan2(rotation[:, 1, 0:1], rotation[:, 0, 0:1])
+        goes = xp.sqrt(xp.sum(velocity[:, :2] ** 2, axis=1, keepdims=True)) >= SLOWEST
+        heading = xp.where(xp.isnan(last), yaw, last)
+        if gait.facing is not Facing.aim:
+            way = xp.atan2(velocity[:, 1:2], velocity[:, 0:1])
+            half = way * 0.0 + 0.5 * math.pi
+            # the nearer of the two sides
+            side = way - xp.where(xp.sin(way - yaw) >= 0.0, half, -half)
+            heading = xp.where(goes, side if gait.facing is Facing.sideways else way, heading)
+        error = xp.atan2(xp.sin(heading - yaw), xp.cos(heading - yaw))
+        turn = xp.clip(gait.turn_gain * error, -gait.turn_limit, gait.turn_limit)
+        # an animal that stands does not shuffle for a degree
+        return xp.where(~goes & (xp.abs(error) < SHUFFLE), turn * 0.0, turn), heading
 
     def _by_leg(self, column: Array) -> Array:
         """Return numbers of the robots (B, 1) as numbers of their legs, shape (B N,)."""

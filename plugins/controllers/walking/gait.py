@@ -47,17 +47,19 @@ class Gait(Walker):
     pattern: Pattern = Pattern.tripod
     duty: float = setting(0.0, "1", bounds=(0.0, 0.95), source="chosen: the pattern's")
 
-    def walking(self, batch: int, like: Array) -> BatchGait:
+    def walking(self, batch: int, like: Array, *, turns: bool = False) -> BatchGait:
         """Return the gait over a batch of robots.
 
         Args:
             batch: number of robots.
             like: array whose library, type and device to use.
+            turns: whether it turns the robots itself; else it is told how.
 
         Raises:
             ConfigError: it turns the robot itself, or feels what a batch does not.
         """
-        if self.facing is not Facing.aim or self.turn_gain or self.support or self.catch:
+        steered = turns or (self.facing is Facing.aim and not self.turn_gain)
+        if not steered or self.support or self.catch:
             raise ConfigError(
                 f"controller.facing={self.facing.value}, turn_gain={self.turn_gain:g}, "
                 f"support={self.support:g}, catch={self.catch:g} have no form over a batch.\n"

@@ -9,6 +9,7 @@ import numpy as np
 
 from seals.control import Reference, RobotState
 from seals.errors import ConfigError
+from seals.plugins.guides.behaviour.over_batch import BatchFlee
 from seals.plugins.guides.behaviour.over_ground import Behaviour, apart, heading_for, place_of
 from seals.schema import setting
 from seals.state_records import state_record
@@ -54,6 +55,10 @@ class Flee(Behaviour):
                 f"flee.calm={self.calm} is below flee.alarm={self.alarm}.\n"
                 f"Allowed: {self.alarm} m or more."
             )
+
+    def over_batch(self) -> BatchFlee:
+        """Return the behaviour over a batch of animals; the enemy is what the batch says."""
+        return BatchFlee(self)
 
     def start(self, situation: RobotState) -> FleeState:
         """Return the initial state: standing."""

@@ -11,6 +11,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.control import Plant, Reference, RobotState
 from seals.errors import ConfigError, suggestion
+from seals.plugins.guides.behaviour.over_batch import BatchFreeze
 from seals.schema import setting
 from seals.state_records import state_record
 
@@ -71,6 +72,10 @@ class Freeze(Behaviour):
     """
 
     rate: float = setting(5.0, "Hz", bounds=(0.1, 1e4), source="chosen")
+
+    def over_batch(self) -> BatchFreeze:
+        """Return the behaviour over a batch of animals."""
+        return BatchFreeze()
 
     def start(self, situation: RobotState) -> float:
         """Return the initial state: the heading [rad]."""

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.control import Reference, RobotState
+from seals.plugins.guides.behaviour.over_batch import BatchWander
 from seals.plugins.guides.behaviour.over_ground import Behaviour, apart, heading_for
 from seals.schema import count, setting
 from seals.state_records import state_record
@@ -56,6 +57,10 @@ class Wander(Behaviour):
     pause: float = setting(23.4, "s", bounds=(0.0, 1e4), source="Weinstein 1995")
     radius: float = setting(1.0, "m", bounds=(0.0, 1e4), source="chosen")
     seed: int = count(0, bounds=(0, 2**63 - 1))
+
+    def over_batch(self) -> BatchWander:
+        """Return the behaviour over a batch of animals, with bouts of another random stream."""
+        return BatchWander(self)
 
     def start(self, situation: RobotState) -> WanderState:
         """Return the initial state: home position, first bout due."""

@@ -23,6 +23,9 @@ from seals.world.servos import check_gains
 if TYPE_CHECKING:
     from torch import Tensor
 
+    from seals.effects.binding import EffectSet
+    from seals.robot.model import RobotModel
+
 FACTS = ("phase", "power", "slip")
 """Quantities of robots that a batch of worlds knows."""
 
@@ -61,41 +64,52 @@ class BatchWorlds(BatchEnvironments):
         import torch
 
         super().__init__(task, count=count, device=device, seed=seed)
-        robot, effects = build_model(settings)
-        _refuse(settings, task, robot)
-        step = settings.time.step
-        check_gains(robot, effects, step)
+        self._step = settings.time.step
         backend: Any = settings.backend
-        self.robot = robot
+        robots = self._robots(settings)
+        self.robot = robots[0][0]
+        for robot, effects in robots:
+            check_gains(robot, effects, self._step)
         self.worlds = backend.worlds(
-            robot,
-            effects,
+            robots,
             settings.environment,
             settings.wave,
             count=count,
-            step=step,
+            step=self._step,
             device=device,
             values=values,
         )
+        self.physics_steps = max(1, round(1.0 / (task.rate * self._step)))
+        self._span = self.physics_steps * self._step
+        self._posture = self._tensor(task.posture)
+        self._all = torch.ones(count, dtype=torch.bool, device=device)
+        self._calls = 0
+        self._steered_by(settings, *robots[0])
+        self._buffers()
+
+    def _robots(self, settings: RunSettings) -> list[tuple[RobotModel, EffectSet]]:
+        """Build the robots of a world, the task's own first."""
+        robot, effects = build_model(settings)
+        _refuse(settings, self.task, robot)
+        return [(robot, effects)]
+
+    def _steered_by(self, settings: RunSettings, robot: RobotModel, effects: EffectSet) -> None:
+        """Build what commands the robot."""
+        import torch
+
         controller: Any = settings.controller
         controller.bind(build_plant(robot, effects, settings.environment))
-        self._gait = controller.walking(count, torch.zeros(1, device=device))
-        self.physics_steps = max(1, round(1.0 / (task.rate * step)))
-        self._every = max(1, round(1.0 / (controller.rate * step)))
-        self._period = self._every * step
-        self._span = self.physics_steps * step
-        self._posture = self._tensor(task.posture)
-        self._calls = 0
-        self._buffers()
+        self._gait = controller.walking(self.count, torch.zeros(1, device=self.device))
+        self._every = max(1, round(1.0 / (controller.rate * self._step)))
+        self._period = self._every * self._step
 
     def _buffers(self) -> None:
         """Make the tensors that the recorded gait reads and writes, and record it."""
         import torch
 
-        self._pace = self._gait.start()
+        self._pace = self._kept = self._gait.start()
         self._columns = torch.as_tensor(self._gait.joints, device=self.device)
         still = torch.zeros(self.count, self.action_size, device=self.device)
-        self._all = torch.ones(self.count, dtype=torch.bool, device=self.device)
         start = self._draw(self.task.draw(np.random.default_rng(0), self.count))
         self._place(self._all, start)
         now = self._instant(still, start[3], still[:, :1])
@@ -116,11 +130,11 @@ class BatchWorlds(BatchEnvironments):
         with torch.no_grad():
             velocity, turn, *rest = self._wish
             wishes = dict(zip(self._manner, rest, strict=True))
-            rotation = self.worlds.base()[1]
+            rotation = self.worlds.first.base()[1]
             values, pace = self._gait.command(
                 rotation, velocity, turn, wishes, self._pace, step=self._period
             )
-            self.worlds.command[:, self._columns] = values
+            self.worlds.first.command[:, self._columns] = values
             for kept, value in zip(self._pace, pace, strict=True):
                 kept.copy_(value)
 
@@ -150,8 +164,8 @@ class BatchWorlds(BatchEnvironments):
         """Advance all worlds by one control step."""
         for kept, value in zip(self._wish, self._steered(asked, before), strict=True):
             kept.copy_(value)
-        self.worlds.work.zero_()
-        self.worlds.slid.zero_()
+        self.worlds.first.work.zero_()
+        self.worlds.first.slid.zero_()
         for _ in range(self.physics_steps):
             if self._calls % self._every == 0:
                 self.walk()
@@ -180,14 +194,14 @@ class BatchWorlds(BatchEnvironments):
         still = torch.zeros(self.count, self.action_size, device=self.device)
         now = self._instant(still, goal, still[:, :1])
         now = now._replace(start=torch.linalg.norm(now.target - now.tool, dim=1, keepdim=True))
-        return Scene(self._pace, goal, now, self.episodes.start(now))
+        return Scene(self._kept, goal, now, self.episodes.start(now))
 
     def _place(self, rows: Tensor, start: tuple[Tensor, ...]) -> None:
         import torch
 
         position, quaternion, velocity, _ = start
         self.worlds.place(rows, position, quaternion, velocity, self._posture)
-        for kept, fresh in zip(self._pace, self._gait.start(), strict=True):
+        for kept, fresh in zip(self._kept, self._gait.start(), strict=True):
             kept.copy_(torch.where(rows[:, None], fresh, kept))
 
     def _draw(self, draw: Draw) -> tuple[Tensor, ...]:
@@ -201,14 +215,15 @@ class BatchWorlds(BatchEnvironments):
         import torch
 
         worlds = self.worlds
-        position, rotation, velocity, spin = worlds.base()
+        robot = worlds.first
+        position, rotation, velocity, spin = robot.base()
         time = worlds.time.clone()
         target, drift = self.task.target(goal, time)
         angle = 2.0 * np.pi * self._pace.phase
         facts = {
             "phase": torch.cat((torch.cos(angle), torch.sin(angle)), dim=1),
-            "power": worlds.work / self._span,
-            "slip": worlds.slid / self._span,
+            "power": robot.work / self._span,
+            "slip": robot.slid / self._span,
         }
         return Instant(
             time=time,
@@ -219,7 +234,7 @@ class BatchWorlds(BatchEnvironments):
             tool=position,
             target=target,
             target_velocity=drift,
-            submersion=worlds.submersion.clone(),
+            submersion=robot.submersion.clone(),
             action=action,
             start=start,
             facts=facts,
@@ -231,7 +246,7 @@ class BatchWorlds(BatchEnvironments):
             "random": json.dumps(self._rng.bit_generator.state),
             "calls": self._calls,
             "worlds": self.worlds.snapshot(),
-            "parts": plain(self._scene._replace(robots=tuple(x.clone() for x in self._pace))),
+            "parts": plain(self._scene._replace(robots=tuple(x.clone() for x in self._kept))),
         }
 
     def restore(self, kept: Any) -> None:
@@ -242,9 +257,9 @@ class BatchWorlds(BatchEnvironments):
         self._calls = int(kept["calls"])
         self.worlds.restore(kept["worlds"])
         scene = rebuilt(kept["parts"], self._scene)
-        for own, value in zip(self._pace, scene.robots, strict=True):
+        for own, value in zip(self._kept, scene.robots, strict=True):
             own.copy_(value)
-        self._scene = scene._replace(robots=self._pace)
+        self._scene = scene._replace(robots=self._kept)
 
     def close(self) -> None:
         """Release the worlds."""

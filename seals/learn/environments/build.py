@@ -75,8 +75,10 @@ def batched_of(
         return _with_pixels(batch, settings, config, seed=seed)
     if hasattr(settings.backend, "worlds") and device != "cpu":
         from seals.learn.environments.batch_worlds import BatchWorlds
+        from seals.learn.environments.diving_worlds import DivingWorlds
 
-        return BatchWorlds(settings, task, count=count, device=device, seed=seed, values=values)
+        kind = DivingWorlds if task.object else BatchWorlds
+        return kind(settings, task, count=count, device=device, seed=seed, values=values)
     from seals.learn.environments.sequential import SequentialEnvironments
     from seals.learn.environments.world import WorldEnvironment
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from seals.learn.learner import Advised
 from seals.learn.networks import actor_of
 from seals.learn.policy import NetworkPolicy, save_policy
 from seals.learn.starts import validation_seeds
@@ -104,6 +105,8 @@ class Training:
         self._update()
         self._log_evaluate_save()
         while self.agent.interactive and self.step < self.course.steps and not self._enough():
+            if isinstance(self.agent, Advised):
+                self.agent.advise(self.environment.scripted_policy())
             action = self.agent.act(self._observation, explore=True)
             result = self.environment.step(action)
             self.agent.observe(self._observation, action, result)

@@ -1,0 +1,253 @@
+"""One robot of every world: its loads, its drives, and its state beside the engine's."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from seals.batch.drives import BatchDrives
+from seals.batch.loads import BatchLoads, LinkStates, Loads
+from seals.frames import matrix_of
+from seals.motion import Inputs, Joints
+from seals.plugins.backends.mujoco_warp.engine import Engine
+from seals.plugins.backends.mujoco_warp.views import Views
+from seals.world.drivetrain import response_of, speeds_of
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+    from seals.plugins.backends.mujoco_warp.laws import LawKernel
+
+OWN = ("command", "held", "order", "drive", "work", "slid", "stands", "submersion")
+"""Tensors that make the state of a robot beside the engine's."""
+
+
+class WarpRobot:
+    """One robot in each of B worlds.
+
+    Args:
+        engine: of the worlds.
+        number: of the robot in the scene.
+        loads: effects on the robots.
+        laws: what evaluates them.
+        step: h [s].
+
+    Attributes:
+        command: positions that the servos are asked for, to be written [rad or m], shape (B, J).
+        order: commands of rotors and thrusters, to be written [rad/s or N], shape (B, n).
+        drive: states of rotors and thrusters [rad/s or N], shape (B, n).
+        work: sum of |force x rate| h of all joints since it was cleared [J], shape (B, 1).
+        slid: ways of the toes on the ground, their mean, since it was cleared [m], shape (B, 1).
+        submersion: submerged share of the volume at the last step [1], shape (B, 1).
+    """
+
+    def __init__(
+        self,
+        engine: Engine,
+        number: int,
+        loads: BatchLoads,
+        laws: BatchLoads | LawKernel,
+        step: float,
+    ) -> None:
+        import torch
+
+        self.laws, self.step, self.robot = laws, step, loads.robot
+        self.effects = loads.effects
+        self.views = v = Views(engine, loads.robot, number)
+        self.engine, self._loads = engine, loads
+        self._chains = {link: v.chain(link) for link in loads.inertial_links()}
+        joints, legs = self.robot.tree.joints, list(self.robot.legs.values())
+        response = response_of(loads.effects)
+        self._drives = BatchDrives(response, loads.like)
+
+        def zeros(width: int) -> Tensor:
+            return torch.zeros(engine.count, width, device=engine.device)
+
+        self.work, self.slid, self.submersion = zeros(1), zeros(1), zeros(1)
+        self.stands = zeros(len(legs))
+        self.order, self.drive = zeros(self._drives.count), zeros(self._drives.count)
+        self.command, self.held, self.none = zeros(joints), zeros(joints), zeros(joints)
+        self._force, self._gain, self._rates = zeros(joints), zeros(joints), zeros(joints)
+        none = torch.zeros(joints, device=engine.device)
+        given = loads.armature
+        self._armature = none if given is None else engine.numbers(given)
+        speeds = speeds_of(loads.effects, joints)
+        self._most = none + np.inf if speeds is None else engine.numbers(speeds[0] * step)
+        self._feet = engine.index([leg.foot for leg in legs])
+        self._toes = engine.numbers(np.array([leg.toe for leg in legs]).reshape(-1, 3))
+        self.memory = loads.zero_memory()
+
+    def load(self, time: Tensor) -> None:
+        """Evaluate all effects, and write loads and inertia into the engine's memory."""
+        import torch
+
+        v, e = self.views, self.engine
+        self.held += (self.command - self.held).clamp(-self._most, self._most)
+        states = v.states()
+        self._rates.copy_(e.velocity[:, v.dofs])
+        joints = Joints(e.position[:, v.joints], self._rates)
+        found = self.laws.evaluate(states, joints, time, self.inputs(), self.memory)
+        force, torque = self._inertial(found, states)
+        arm = states.origins - e.centres[:, v.rows]
+        torque = torque + torch.linalg.cross(arm, force)
+        e.pushes[:, v.rows] = torch.cat((force, torque), dim=2)
+        self._hold(found)
+        for name, kept in self.memory.items():
+            kept.copy_(found.memory[name])
+        self.submersion.copy_(found.submersion)
+        self._slide(states)
+        if self._drives.count:
+            goal = self._drives.limited(self.order, self._loads.voltage_share(self.memory))
+            self.drive.copy_(self._drives.follow(self.drive, goal, self.step))
+
+    def inputs(self) -> Inputs:
+        """Return the inputs of the effects: what the servos hold, and the states of the drives."""
+        drive = self.drive if self._drives.count else None
+        return Inputs(self.step, self.none, drive, joint_command=self.held)
+
+    def _inertial(self, found: Loads, states: LinkStates) -> tuple[Tensor, Tensor]:
+        """Add J^T A J to the engine's inertia; return the wrenches less A times the bias rates."""
+        import torch
+
+        v, e = self.views, self.engine
+        force, torque = found.force.clone(), found.torque.clone()
+        for link, matrix in found.added.items():
+            moving, at, row, column = self._chains[link]
+            back = states.rotations[:, link].mT
+            arm = states.origins[:, link] - e.middle[:, v.root]
+            axes = e.axes[:, moving]
+            linear = axes[:, :, 3:] + torch.linalg.cross(axes[:, :, :3], arm[:, None])
+            jacobian = torch.cat((back @ linear.mT, back @ axes[:, :, :3].mT), dim=1)
+            added = jacobian.mT @ (matrix @ jacobian)
+            e.inertia[:, at] += added[:, row, column]
+            rise = e.rises[:, v.bodies[link]]
+            bias = torch.stack((rise[:, 3:] + torch.linalg.cross(rise[:, :3], arm), rise[:, :3]), 2)
+            felt = matrix @ (back @ bias).mT.reshape(-1, 6, 1)
+            turned = states.rotations[:, link] @ felt.reshape(-1, 2, 3).mT
+            force[:, link] -= turned[:, :, 0]
+            torque[:, link] -= turned[:, :, 1]
+        return force, torque
+
+    def _hold(self, found: Loads) -> None:
+        """Take the joint drives implicitly; those at their limit, by the last step, keep it."""
+        import torch
+
+        v, e, h = self.views, self.engine, self.step
+        outer = found.joint_force + self.none
+        self._force.zero_()
+        self._gain.zero_()
+        if found.drive is not None:
+            d = found.drive
+            gain = h * d.damping + h * h * d.stiffness + self.none
+            late = d.force - h * d.stiffness * self._rates
+            wanted = late - gain * e.guess[:, v.dofs]
+            beyond = wanted.abs() > d.limit
+            self._force.copy_(torch.where(beyond, torch.sign(wanted) * d.limit, late))
+            self._gain.copy_(torch.where(beyond, gain * 0.0, gain))
+        e.inertia[:, v.diagonal] += self._gain + self._armature
+        e.forces[:, v.dofs] = outer + self._force
+
+    def _slide(self, states: LinkStates) -> None:
+        """Add the ways of the toes that stood on the ground after the last step."""
+        import torch
+
+        if not len(self._feet):
+            return
+        turns = states.rotations[:, self._feet]
+        arms = (turns @ self._toes[:, :, None])[:, :, :, 0]
+        speed = states.linear[:, self._feet] + torch.linalg.cross(
+            states.angular[:, self._feet], arms
+        )
+        way = torch.hypot(speed[:, :, 0], speed[:, :, 1]) * self.stands
+        feet = self.stands.sum(1, keepdim=True).clamp(min=1.0)
+        self.slid += self.step * way.sum(1, keepdim=True) / feet
+
+    def note(self) -> None:
+        """Count the work of the joints, and the feet on the ground."""
+        v, e = self.views, self.engine
+        rates, rise = e.velocity[:, v.dofs], e.acceleration[:, v.dofs]
+        force = e.forces[:, v.dofs] - (self._gain + self._armature) * rise
+        # a force held over a step does its work at the mean rate
+        work = (force * (0.5 * (self._rates + rates))).abs().sum(1, keepdim=True)
+        self.work += self.step * work
+        if len(self._feet):
+            self.stands.copy_((v.normals()[:, self._feet] > 0.0).float())
+
+    def place(
+        self,
+        rows: Tensor,
+        position: Tensor,
+        quaternion: Tensor,
+        velocity: Tensor,
+        joints: Tensor,
+        *,
+        drive: Tensor | None = None,
+    ) -> None:
+        """Set the robots of some worlds to a start.
+
+        Args:
+            rows: which, bool (B,).
+            position: of the base origin, world [m], shape (B, 3).
+            quaternion: x, y, z, w, shape (B, 4).
+            velocity: of the base origin, world axes [m/s], shape (B, 3); without spin.
+            joints: positions at rest [rad or m], shape (J,).
+            drive: states of rotors and thrusters [rad/s or N], shape (1 or B, n); None for rest.
+        """
+        import torch
+
+        v, e, where = self.views, self.engine, rows[:, None]
+        centre = position + matrix_of(quaternion) @ v.reference
+        start = joints.expand(e.count, -1)
+        pose = torch.cat((centre, torch.roll(quaternion, 1, 1)), dim=1)
+        e.position[:, v.pose] = torch.where(where, pose, e.position[:, v.pose])
+        e.position[:, v.joints] = torch.where(where, start, e.position[:, v.joints])
+        still = torch.zeros(e.count, 3 + len(joints), device=e.device)
+        speed = torch.cat((velocity, still), dim=1)
+        e.velocity[:, v.columns] = torch.where(where, speed, e.velocity[:, v.columns])
+        spun = self.drive * 0.0 if drive is None else self.drive * 0.0 + drive
+        fresh = ((self.held, start), (self.command, start), (self.order, spun), (self.drive, spun))
+        for kept, value in fresh:
+            kept.copy_(torch.where(where, value, kept))
+        for kept in (self.work, self.slid, self.stands, self.submersion):
+            kept.masked_fill_(where, 0.0)
+        for kept in self.memory.values():
+            kept.masked_fill_(rows.repeat(len(kept) // e.count)[:, None], 0.0)
+
+    def base(self) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+        """Return origin, rotation, velocity of the origin (world) and spin (body axes) of the base.
+
+        Shapes (B, 3), (B, 3, 3), (B, 3), (B, 3).
+        """
+        import torch
+
+        v, e = self.views, self.engine
+        pose, twist = e.position[:, v.pose], e.velocity[:, v.twist]
+        turn = matrix_of(self.quaternion())
+        arm = turn @ v.reference
+        spin = twist[:, 3:].clone()
+        around = torch.linalg.cross((turn @ spin[:, :, None])[:, :, 0], arm)
+        return pose[:, :3] - arm, turn, twist[:, :3] - around, spin
+
+    def quaternion(self) -> Tensor:
+        """Return the orientation of the base, x, y, z, w, shape (B, 4)."""
+        import torch
+
+        return torch.roll(self.engine.position[:, self.views.pose][:, 3:], -1, 1)
+
+    def joints(self) -> Tensor:
+        """Return the joint positions [rad or m], shape (B, J)."""
+        found: Tensor = self.engine.position[:, self.views.joints]
+        return found
+
+    def snapshot(self) -> dict[str, Any]:
+        """Return the state beside the engine's, as tensors."""
+        own = {name: getattr(self, name).clone() for name in OWN}
+        return {**own, "memory": {k: x.clone() for k, x in self.memory.items()}}
+
+    def restore(self, kept: dict[str, Any]) -> None:
+        """Restore a snapshot."""
+        for name in OWN:
+            getattr(self, name).copy_(kept[name])
+        for name, value in self.memory.items():
+            value.copy_(kept["memory"][name])

@@ -1,0 +1,88 @@
+"""Behaviour of animals some of which flee, while the others go their way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from seals.control import Reference, RobotState
+from seals.plugins.guides.behaviour.flee import Flee, FleeState
+from seals.plugins.guides.behaviour.over_batch import BatchFlee, BatchShy, BatchWander
+from seals.plugins.guides.behaviour.wander import Wander, WanderState
+from seals.schema import setting
+from seals.state_records import state_record
+
+
+@state_record
+class ShyState(NamedTuple):
+    """State: whether it is one that flees, and the states of wandering and fleeing."""
+
+    flees: bool
+    wander: WanderState
+    flee: FleeState
+
+
+@dataclass(kw_only=True)
+class Shy(Wander):
+    """Behaviour that wanders in some individuals and flees in the others, by the seed.
+
+    Args:
+        share: of the individuals that flee [1].
+        enemy: what they flee from; ``robot`` is the robot of a run.
+        flight: speed of those that flee [m/s].
+        alarm: distance at which they start to run [m].
+        calm: distance at which they stop [m].
+
+    All other fields are those of `Wander`.
+
+    Example:
+        >>> Shy(enemy="robot").share
+        0.5
+    """
+
+    rate: float = setting(10.0, "Hz", bounds=(0.1, 1e4), source="chosen: as Flee")
+    share: float = setting(0.5, "1", bounds=(0.0, 1.0), source="chosen")
+    enemy: str = "robot"
+    flight: float = setting(0.1, "m/s", bounds=(0.0, 50.0), source="chosen")
+    alarm: float = setting(0.5, "m", bounds=(0.0, 1e3), source="chosen")
+    calm: float = setting(1.0, "m", bounds=(0.0, 1e3), source="chosen")
+
+    def __post_init__(self) -> None:
+        """Refuse a distance of calm below the distance of alarm."""
+        self.fleeing()
+
+    def fleeing(self) -> Flee:
+        """Return the behaviour of those that flee."""
+        return Flee(
+            rate=self.rate,
+            enemy=self.enemy,
+            speed=self.flight,
+            alarm=self.alarm,
+            calm=self.calm,
+        )
+
+    def over_batch(self) -> BatchShy:  # type: ignore[override]
+        """Return the behaviour over a batch of animals, with another random stream."""
+        return BatchShy(self.share, BatchWander(self), BatchFlee(self.fleeing()))
+
+    def start(self, situation: RobotState) -> ShyState:  # type: ignore[override]
+        """Return the initial state: the seed says whether it is one that flees."""
+        drawn = float(np.random.default_rng([self.seed, 0]).random())
+        wander = super().start(situation)
+        return ShyState(drawn < self.share, wander, self.fleeing().start(situation))
+
+    def aim(self, situation: RobotState, memory: ShyState) -> tuple[Reference, ShyState]:  # type: ignore[override]
+        """Return the velocity of wandering, or away from the enemy."""
+        if memory.flees:
+            aim, flee = self.fleeing().aim(situation, memory.flee)
+            return aim, memory._replace(flee=flee)
+        aim, wander = super().aim(situation, memory.wander)
+        return aim, memory._replace(wander=wander)
+
+    def stage(self, memory: ShyState) -> str:  # type: ignore[override]
+        """Return the present activity in a word."""
+        if memory.flees:
+            return self.fleeing().stage(memory.flee)
+        return super().stage(memory.wander)

@@ -1,0 +1,187 @@
+"""Imitation of the scripted policy in the states that the learner itself reaches (DAgger)."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from seals.learn import networks
+from seals.learn.learner import Spaces, need_torch, whole
+from seals.learn.observations import vector
+from seals.learn.scaling import RunningNormaliser
+from seals.learn.seeding import first_weights, generator_of
+from seals.learn.stateful import Stateful
+from seals.schema import setting
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+    from seals.learn.batched import StepResult
+
+CHOSEN = "chosen"
+
+
+@dataclass(kw_only=True)
+class Dagger:
+    """Behaviour cloning of an expert that says at every step what it would do (DAgger).
+
+    Equation:
+        loss = mean over numbers of (tanh f(s) - a*)^2 over the states s that learner and expert
+        have met, a* what the scripted policy of the task does in them
+
+    The expert acts in all environments at first, and in a share of them for good; the learner acts
+    in the others. The policy that is kept has the mean weights of the last updates.
+
+    Args:
+        hidden: widths of the hidden layers.
+        learning_rate: of Adam [1].
+        weight_decay: of Adam [1].
+        batch: steps in an update.
+        ratio: updates after a control step of all environments.
+        capacity: steps that are remembered; the oldest are forgotten.
+        led: control steps of every environment in which the expert acts alone at first.
+        share: of the environments in which the expert acts for good [1].
+        mean: share of the mean weights that an update keeps [1].
+
+    Assumptions:
+        The task has a scripted policy; it reads the full state, the learner the observation.
+
+    References:
+        Ross, Gordon and Bagnell 2011, arXiv 1011.0686.
+    """
+
+    hidden: list[int] = field(default_factory=lambda: [256, 256, 256])
+    learning_rate: float = setting(1e-3, "1", bounds=(0.0, 1.0), source=CHOSEN)
+    weight_decay: float = setting(1e-3, "1", bounds=(0.0, 1.0), source=CHOSEN)
+    batch: int = 8192
+    ratio: int = 8
+    capacity: int = 3_000_000
+    led: int = 200
+    share: float = setting(0.2, "1", bounds=(0.0, 1.0), source=CHOSEN)
+    mean: float = setting(0.998, "1", bounds=(0.0, 1.0), source=CHOSEN)
+
+    def __post_init__(self) -> None:
+        """Refuse sizes out of range."""
+        whole(
+            batch=(self.batch, 1),
+            ratio=(self.ratio, 1),
+            capacity=(self.capacity, 1),
+            led=(self.led, 1),
+        )
+
+    def start(self, spaces: Spaces, *, device: str, seed: int) -> DaggerAgent:
+        """Return a fresh agent."""
+        need_torch()
+        return DaggerAgent(self, spaces, device, seed)
+
+
+class DaggerAgent(Stateful):
+    """Agent that imitates the scripted policy; see `seals.learn.learner.Advised`.
+
+    Args:
+        learner: the hyper-parameters.
+        spaces: sizes of observation and action.
+        device: of network and memory.
+        seed: of the first weights and of all draws.
+    """
+
+    parts = ("body", "averaged", "optimiser", "norm", "generator")
+    plain = ("memory", "stored", "steps", "owed", "advice")
+    interactive = True
+    wants = "no"
+    reports = ("loss", "remembered")
+
+    def __init__(self, learner: Dagger, spaces: Spaces, device: str, seed: int) -> None:
+        """Make network, optimiser and memory."""
+        import torch
+
+        self.learner, self.spaces, self.device = learner, spaces, device
+        self.generator = generator_of(seed, device)
+        size, actions = spaces.observation_size, spaces.action_size
+        self.norm = RunningNormaliser(size, device)
+        with first_weights(seed):
+            self.body = networks.mlp(size, actions, learner.hidden).to(device)
+        self.averaged = copy.deepcopy(self.body)
+        self.optimiser = torch.optim.AdamW(
+            self.body.parameters(), lr=learner.learning_rate, weight_decay=learner.weight_decay
+        )
+        rounds = max(1, learner.capacity // spaces.count)
+        self.memory = {
+            "observation": torch.zeros(rounds, spaces.count, size, device=device),
+            "action": torch.zeros(rounds, spaces.count, actions, device=device),
+        }
+        self.stored = self.steps = self.owed = 0
+        self.advice: Any = None
+
+    def add_demonstrations(self, columns: Mapping[str, Any]) -> None:
+        """Ignore demonstrations: the expert is asked in every state."""
+
+    def advise(self, action: Tensor) -> None:
+        """Receive what the expert would do in the present states, shape (N, a)."""
+        self.advice = action.to(self.device).clamp(-1.0, 1.0)
+
+    def act(self, observation: Any, *, explore: bool) -> Tensor:
+        """Return the actions of the learner; in exploration the expert's in some environments."""
+        import torch
+
+        with torch.no_grad():
+            body = self.body if explore else self.averaged
+            own = self._action(body, vector(observation))
+            if not explore or self.advice is None:
+                return own
+            if self.steps < self.learner.led:
+                return self.advice.clone()
+            led = int(self.learner.share * len(own))
+            own[:led] = self.advice[:led]
+            return own
+
+    def _action(self, body: Any, observation: Tensor) -> Tensor:
+        seen = networks.network_inputs(observation, norm=self.norm.layer, encoder=None)
+        found: Tensor = body(seen).tanh()
+        return found
+
+    def observe(self, observation: Any, action: Tensor, result: StepResult) -> None:
+        """Remember the states and what the expert would have done in them."""
+        seen = vector(observation)
+        row = self.steps % len(self.memory["action"])
+        self.memory["observation"][row] = seen
+        self.memory["action"][row] = action if self.advice is None else self.advice
+        self.norm.update(seen)
+        self.steps += 1
+        self.stored = min(self.steps, len(self.memory["action"]))
+        self.owed += self.learner.ratio
+
+    def due(self) -> int:
+        """Return the number of updates that the last steps allow."""
+        return self.owed
+
+    def update(self) -> dict[str, Tensor]:
+        """Run one gradient step."""
+        import torch
+
+        self.owed -= 1
+        remembered = self.stored * self.spaces.count
+        index = torch.randint(
+            remembered, (self.learner.batch,), generator=self.generator, device=self.device
+        )
+        rows = {key: value.flatten(0, 1)[index] for key, value in self.memory.items()}
+        loss = (self._action(self.body, rows["observation"]) - rows["action"]).square().mean()
+        self.optimiser.zero_grad(set_to_none=True)
+        loss.backward()
+        self.optimiser.step()
+        with torch.no_grad():
+            for kept, new in zip(self.averaged.parameters(), self.body.parameters(), strict=True):
+                kept.lerp_(new, 1.0 - self.learner.mean)
+        return {"loss": loss.detach(), "remembered": torch.tensor(float(remembered))}
+
+    def policy(self) -> tuple[dict[str, Any], dict[str, Tensor]]:
+        """Return the policy with the mean weights."""
+        network = networks.description(
+            observation=self.spaces.observation_size,
+            action=self.spaces.action_size,
+            hidden=self.learner.hidden,
+            normalise=True,
+        )
+        return networks.policy_of(network, body=self.averaged, norm=self.norm.layer)
