@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -115,10 +115,12 @@ def tell(table: Mapping[str, Floats], out: Path) -> str:
     """Write curves into a folder and return the tables of arms and differences."""
     every, final = scores(table), int(table["step"].max())
     # a policy that was not judged after its whole training says nothing of its arm
-    found = {a: {s: x for s, x in seeds.items() if final in x} for a, seeds in every.items()}
-    found = {arm: seeds for arm, seeds in found.items() if seeds}
+    ended = {a: {s for s, x in seeds.items() if final in x} for a, seeds in every.items()}
+    # and one whose pair is missing in another arm is left out, as declared
+    whole = set.intersection(*(seeds for seeds in ended.values() if seeds))
+    found = {a: {s: every[a][s] for s in sorted(whole)} for a in every if ended[a]}
     last = {arm: {s: steps[final] for s, steps in seeds.items()} for arm, seeds in found.items()}
-    rows = [_row(table, arm, list(last[arm].values())) for arm in found]
+    rows = [_row(table, arm, last[arm], final) for arm in found]
     pairs = []
     for better, worse in PAIRS:
         if better in last and worse in last:
@@ -131,11 +133,13 @@ def tell(table: Mapping[str, Floats], out: Path) -> str:
     return markdown(head, rows) + "\n" + markdown(apart_head, pairs)
 
 
-def _row(table: Mapping[str, Floats], arm: str, shares: Sequence[float]) -> tuple[str, ...]:
-    here = table["arm"] == ARMS.index(arm)
-    here &= table["step"] == table["step"][here].max()
-    away = f"{np.median(table['distance'][here]):.3f}"
-    return arm, f"{np.mean(shares):.3f}", ", ".join(f"{share:.2f}" for share in shares), away
+def _row(
+    table: Mapping[str, Floats], arm: str, shares: Mapping[int, float], final: int
+) -> tuple[str, ...]:
+    here = (table["arm"] == ARMS.index(arm)) & (table["step"] == final)
+    away = f"{np.median(table['distance'][here & np.isin(table['seed'], list(shares))]):.3f}"
+    of_each = list(shares.values())
+    return arm, f"{np.mean(of_each):.3f}", ", ".join(f"{share:.2f}" for share in of_each), away
 
 
 def _chart(found: Mapping[str, Mapping[int, Mapping[int, float]]]) -> Chart:

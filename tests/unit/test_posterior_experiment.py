@@ -103,6 +103,8 @@ def test_the_table_tells_paired_differences_of_the_last_policies(
             _judged(tmp_path / arm / str(seed) / "judged" / "800", count, 0.01)
         # a policy that was not judged to its end does not count
         _judged(tmp_path / arm / "3" / "judged" / "0", 0, 2.0)
+    # nor does one whose pair was not
+    _judged(tmp_path / "posterior" / "3" / "judged" / "800", 0, 7.0)
     assert main(["current", "tell", "--out", str(tmp_path)]) == 0
     said = capsys.readouterr().out
     assert "| posterior | 0.900 | 0.90, 0.80, 1.00 | 0.010 |" in said
