@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 from seals.errors import ConfigError
 from seals.learn import networks
-from seals.learn.learner import Spaces, need_torch, whole
+from seals.learn.learner import MOST, Spaces, need_torch
 from seals.learn.observations import tensors, vector
 from seals.learn.scaling import RunningNormaliser
 from seals.learn.seeding import first_weights, generator_of
 from seals.learn.stateful import Stateful
-from seals.schema import setting
+from seals.schema import count, setting
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -51,15 +51,11 @@ class BC:
     hidden: list[int] = field(default_factory=lambda: [128, 128])
     learning_rate: float = setting(1e-3, "1", bounds=(0.0, 1.0), source="chosen")
     weight_decay: float = setting(1e-4, "1", bounds=(0.0, 1.0), source="chosen")
-    batch: int = 256
-    updates: int = 5000
+    batch: int = count(256, bounds=(1, MOST))
+    updates: int = count(5000, bounds=(1, MOST))
     held_out: float = setting(0.1, "1", bounds=(0.0, 0.9), source="chosen")
-    look: int = 100
+    look: int = count(100, bounds=(1, MOST))
     normalise: bool = True
-
-    def __post_init__(self) -> None:
-        """Refuse sizes out of range."""
-        whole(batch=(self.batch, 1), updates=(self.updates, 1), look=(self.look, 1))
 
     def start(self, spaces: Spaces, *, device: str, seed: int) -> BcAgent:
         """Return a fresh agent."""

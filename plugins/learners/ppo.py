@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from seals.learn import networks
-from seals.learn.learner import Spaces, need_torch, one_of, whole
+from seals.learn.learner import MOST, Spaces, need_torch, one_of
 from seals.learn.observations import vector
 from seals.learn.scaling import FORMS, RunningNormaliser, transform_reward
 from seals.learn.seeding import first_weights, generator_of
 from seals.learn.stateful import Stateful
-from seals.schema import setting
+from seals.schema import count, setting
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -60,9 +60,9 @@ class PPO:
     learning_rate: float = setting(3e-4, "1", bounds=(0.0, 1.0), source=PROXIMAL)
     gamma: float = setting(0.99, "1", bounds=(0.0, 1.0), source=PROXIMAL)
     decay: float = setting(0.95, "1", bounds=(0.0, 1.0), source=PROXIMAL)
-    horizon: int = 64
-    epochs: int = 5
-    minibatches: int = 4
+    horizon: int = count(64, bounds=(1, MOST))
+    epochs: int = count(5, bounds=(1, MOST))
+    minibatches: int = count(4, bounds=(1, MOST))
     clip: float = setting(0.2, "1", bounds=(0.0, 1.0), source=PROXIMAL)
     deviation: float = setting(0.6, "1", bounds=(1e-3, 10.0), source="chosen")
     entropy: float = setting(0.0, "1", bounds=(0.0, 1.0), source="chosen")
@@ -72,12 +72,7 @@ class PPO:
     reward_form: str = "plain"
 
     def __post_init__(self) -> None:
-        """Refuse sizes out of range and unknown words."""
-        whole(
-            horizon=(self.horizon, 1),
-            epochs=(self.epochs, 1),
-            minibatches=(self.minibatches, 1),
-        )
+        """Refuse unknown words."""
         one_of("reward_form", self.reward_form, FORMS)
 
     def start(self, spaces: Spaces, *, device: str, seed: int) -> PpoAgent:

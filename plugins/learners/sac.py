@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from seals.errors import ConfigError
 from seals.learn import networks
 from seals.learn.actor_critic import ActorCriticNetworks
-from seals.learn.learner import Spaces, need_torch, one_of, whole
+from seals.learn.learner import MOST, Spaces, need_torch, one_of
 from seals.learn.observations import tensors, vector
 from seals.learn.recorded import Recorded
 from seals.learn.replay.memory import Memory
@@ -95,22 +95,22 @@ class SAC:
     learning_rate: float = setting(3e-4, "1", bounds=(0.0, 1.0), source=f"{PAPER}, table 1")
     gamma: float = setting(0.99, "1", bounds=(0.0, 1.0), source=f"{PAPER}, table 1")
     tau: float = setting(0.005, "1", bounds=(0.0, 1.0), source=f"{PAPER}, table 1")
-    batch: int = 256
-    capacity: int = 100_000
-    random_steps: int = 1000
+    batch: int = count(256, bounds=(1, MOST))
+    capacity: int = count(100_000, bounds=(1, MOST))
+    random_steps: int = count(1000, bounds=(0, MOST))
     ratio: float = setting(0.5, "1", bounds=(0.0, 64.0), source="chosen: one CPU core")
     temperature: float = setting(0.1, "1", bounds=(1e-6, 100.0), source="chosen")
     entropy: float = setting(-1.0, "1", bounds=(-10.0, 1.0), source=f"{PAPER}, section 5")
-    settle: int = 0
-    steps: int = 1
+    settle: int = count(0, bounds=(0, MOST))
+    steps: int = count(1, bounds=(1, MOST))
     demonstrations: str = "none"
     share: float = setting(0.0, "1", bounds=(0.0, 1.0), source="chosen: in proportion")
-    subset: int = 0
+    subset: int = count(0, bounds=(0, 100))
     one_step: float = setting(0.0, "1", bounds=(0.0, 10.0), source="chosen: one return")
-    pretrain: int = 0
+    pretrain: int = count(0, bounds=(0, MOST))
     alpha: float = setting(0.0, "1", bounds=(0.0, 1.0), source="chosen: no priorities")
     beta: float = setting(0.4, "1", bounds=(0.0, 1.0), source=f"{PRIORITY}, table 3")
-    anneal: int = 25_000
+    anneal: int = count(25_000, bounds=(1, MOST))
     epsilon: float = setting(1e-3, "1", bounds=(0.0, 10.0), source=f"{GIVEN}, section 4")
     bonus: float = setting(1.0, "1", bounds=(0.0, 100.0), source="chosen")
     reward_scale: float = setting(1.0, "1", bounds=(1e-9, 1e9), source="chosen")
@@ -118,18 +118,7 @@ class SAC:
     normalise: bool = True
 
     def __post_init__(self) -> None:
-        """Refuse sizes out of range and unknown words."""
-        whole(
-            critics=(self.critics, 1),
-            batch=(self.batch, 1),
-            capacity=(self.capacity, 1),
-            random_steps=(self.random_steps, 0),
-            settle=(self.settle, 0),
-            steps=(self.steps, 1),
-            subset=(self.subset, 0),
-            pretrain=(self.pretrain, 0),
-            anneal=(self.anneal, 1),
-        )
+        """Refuse unknown words, and more critics drawn than there are."""
         if self.subset > self.critics:
             raise ConfigError(
                 f"learner.subset={self.subset} is more than learner.critics={self.critics}.\n"

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 from seals.errors import ConfigError, suggestion
 from seals.learn import networks
 from seals.learn.augmentation import random_shift
-from seals.learn.learner import Spaces, need_torch, one_of, whole
+from seals.learn.learner import MOST, Spaces, need_torch, one_of
 from seals.plugins.learners.sac import SAC, SacAgent
-from seals.schema import setting
+from seals.schema import count, setting
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -51,23 +51,22 @@ class VisualSAC(SAC):
     """
 
     hidden: list[int] = field(default_factory=lambda: [256, 256])
-    capacity: int = 20_000
-    batch: int = 64
-    steps: int = 3
+    capacity: int = count(20_000, bounds=(1, MOST))
+    batch: int = count(64, bounds=(1, MOST))
+    steps: int = count(3, bounds=(1, MOST))
     ratio: float = setting(0.25, "1", bounds=(0.0, 64.0), source="chosen: one CPU core")
-    channels: int = 32
+    channels: int = count(32, bounds=(1, 4096))
     strides: list[int] = field(default_factory=lambda: [2, 2, 1, 1])
-    features: int = 50
-    shift: int = 4
+    features: int = count(50, bounds=(1, 65_536))
+    shift: int = count(4, bounds=(0, 4096))
     use_pixels: bool = True
     use_state: bool = True
     critics_see: str = "same"
     withheld: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        """Refuse sizes out of range and unknown words."""
+        """Refuse unknown words, and a policy that is to see nothing."""
         super().__post_init__()
-        whole(channels=(self.channels, 1), features=(self.features, 1), shift=(self.shift, 0))
         one_of("critics_see", self.critics_see, CRITICS)
         if not (self.use_pixels or self.use_state):
             raise ConfigError(f"learner.use_pixels and learner.use_state are both false{NOTHING}")

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 Observation = Any
 """A tensor (N, d), or a mapping with ``state`` (N, d) and ``pixels`` (N, C, H, W) uint8."""
+MOST = 10**12
+"""Highest number of steps, updates or transitions that may be asked for: no training is longer."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,26 +107,6 @@ class Learner(Protocol):
             device: of the networks and the memory, ``"cpu"`` or ``"cuda"``.
             seed: of the first weights and of all draws.
         """
-
-
-def whole(where: str = "learner", /, **values: tuple[int, int]) -> None:
-    """Refuse whole numbers below their least value.
-
-    Args:
-        where: part of the configuration that holds them.
-        values: (value, least) by name.
-
-    Raises:
-        ConfigError: one is too small.
-
-    Example:
-        >>> whole(batch=(256, 1))
-    """
-    for name, (value, least) in values.items():
-        if value < least:
-            raise ConfigError(
-                f"{where}.{name}={value} is not allowed.\nAllowed: a whole number from {least} on."
-            )
 
 
 def one_of(name: str, value: str, allowed: tuple[str, ...]) -> None:

@@ -31,6 +31,7 @@ from seals.learn.training.scoring import score
 from seals.plugins.learners.bc import BC
 from seals.plugins.learners.ppo import PPO
 from seals.plugins.learners.sac import SAC
+from seals.schema import check_tree
 from seals.testing.reaching import PointReach, demonstrations
 
 torch = pytest.importorskip("torch")
@@ -123,6 +124,7 @@ from seals.learn.training.checkpoint import read_checkpoint
 from seals.learn.training.schedule import TrainingSchedule
 from seals.learn.training.loop import Training
 from seals.plugins.learners.sac import SAC
+from seals.schema import check_tree
 from seals.testing.reaching import PointReach
 
 def train(folder, resume):
@@ -402,7 +404,7 @@ def test_tensors_come_back_bit_for_bit(tmp_path: Path) -> None:
 def test_a_course_that_makes_no_sense_is_refused(name: str, value: int) -> None:
     """Numbers below their least value are refused by their key."""
     with pytest.raises(ConfigError, match=f"course.{name}={value}"):
-        TrainingSchedule(**{name: value})
+        check_tree(TrainingSchedule(**{name: value}), where="course")
 
 
 def test_the_learning_rate_settles(tmp_path: Path) -> None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from seals.learn.learner import whole
-from seals.schema import setting
+from seals.learn.learner import MOST
+from seals.schema import count, setting
 
 
 @dataclass(kw_only=True)
@@ -23,26 +23,11 @@ class TrainingSchedule:
         keep: whether the policy of every evaluation stays, as ``policy_STEP``.
     """
 
-    steps: int = 50_000
-    look_every: int = 5_000
-    episodes: int = 20
-    log_every: int = 1_000
+    steps: int = count(50_000, bounds=(0, MOST))
+    look_every: int = count(5_000, bounds=(1, MOST))
+    episodes: int = count(20, bounds=(1, MOST))
+    log_every: int = count(1_000, bounds=(1, MOST))
     stop_at: float = setting(0.0, "1", bounds=(0.0, 1.0), source="chosen")
-    in_a_row: int = 2
+    in_a_row: int = count(2, bounds=(1, MOST))
     checkpoint: float = setting(60.0, "s", bounds=(0.0, 1e6), source="chosen")
     keep: bool = False
-
-    def __post_init__(self) -> None:
-        """Refuse numbers out of range.
-
-        Raises:
-            ConfigError: one is too small.
-        """
-        whole(
-            "course",
-            steps=(self.steps, 0),
-            look_every=(self.look_every, 1),
-            episodes=(self.episodes, 1),
-            log_every=(self.log_every, 1),
-            in_a_row=(self.in_a_row, 1),
-        )
