@@ -2,18 +2,23 @@
 
 One core, single precision, the sizes of ``env=reach``: 25 numbers observed, three actions, two
 hidden layers of 128, batches of 256. Rates are calls a second, the median of blocks that
-alternate. ``tests/unit/test_learn_parts.py`` holds the results against each other.
+alternate. ``tests/unit/test_learn_parts.py`` holds the results against each other. ``--lines``
+counts the lines of all code for learning instead, folder by folder.
 """
 
 from __future__ import annotations
 
 import argparse
+import ast
 import copy
+import io
 import logging
 import math
 import statistics
 import time
+import tokenize
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import torch  # noqa: TID253  it measures nothing else
@@ -22,16 +27,21 @@ from tensordict.nn import TensorDictModule
 from torchrl.data import LazyTensorStorage, TensorDictReplayBuffer
 from torchrl.data.replay_buffers.samplers import PrioritizedSampler, RandomSampler
 from torchrl.envs.transforms import MultiStepTransform
-from torchrl.modules import ProbabilisticActor, ValueOperator
+from torchrl.envs.transforms.vecnorm import VecNormV2
+from torchrl.modules import Actor, ProbabilisticActor, ValueOperator
 from torchrl.modules import TanhNormal as TorchrlTanhNormal
-from torchrl.objectives import SACLoss, SoftUpdate
+from torchrl.objectives import BCLoss, SACLoss, SoftUpdate
 
+import seals.learn
+import seals.plugins.learners
 from seals.learn.learner import Spaces
 from seals.learn.replay.memory import Memory
 from seals.learn.replay.returns import Returns
 from seals.learn.replay.samplers import Prioritised, Sampler
+from seals.learn.scaling import RunningNormaliser
 from seals.learn.seeding import generator_of
 from seals.learn.tanh_normal import HIGHEST, LOWEST, TanhNormal
+from seals.plugins.learners.bc import BC, BcAgent
 from seals.plugins.learners.sac import SAC, SacAgent
 
 SEEN, ACTIONS, BATCH, GAMMA = 25, 3, 256, 0.98
@@ -42,6 +52,8 @@ ROWS = 100_000
 STEPS = 3
 """Most steps of a transition."""
 BLOCKS = 7
+FOLDERS = (Path(seals.plugins.learners.__path__[0]), Path(seals.learn.__path__[0]))
+"""What is code for learning."""
 
 
 class Part(NamedTuple):
@@ -223,6 +235,50 @@ def updates() -> Part:
     return Part("update of SAC", lambda: ours._update_networks(batch), theirs)
 
 
+def cloner() -> BcAgent:
+    """Return an agent of behaviour cloning that was shown twenty random episodes."""
+    spaces = Spaces(observation_size=SEEN, action_size=ACTIONS, count=ENVIRONMENTS)
+    learner = BC(hidden=[128, 128], batch=BATCH, updates=10**9, look=10**9, normalise=False)
+    found, shown = learner.start(spaces, device="cpu", seed=0), transitions(4000)
+    found.add_demonstrations({**shown, "episode": torch.arange(4000) // 200})
+    return found
+
+
+def cloning_loss(ours: BcAgent) -> BCLoss:
+    """Return TorchRL's loss with a copy of an agent's network."""
+    body = torch.nn.Sequential(copy.deepcopy(ours.body), torch.nn.Tanh())
+    return BCLoss(Actor(body, in_keys=["observation"]), loss_function="l2")
+
+
+def cloning() -> Part:
+    """Clone behaviour: draw a batch of demonstrations, and one step of the optimiser."""
+    ours = cloner()
+    loss, shown = cloning_loss(ours), TensorDict(ours.shown, batch_size=[len(ours.shown["action"])])
+    optimiser = torch.optim.AdamW(loss.parameters(), lr=1e-3, weight_decay=1e-4)
+
+    def theirs() -> None:
+        found = loss(shown[torch.randint(len(shown), (BATCH,))])["loss_bc"]
+        optimiser.zero_grad(set_to_none=True)
+        found.backward()
+        optimiser.step()
+
+    return Part("update of behaviour cloning", ours.update, theirs)
+
+
+def scaling() -> Part:
+    """Take a step's observations into their running mean and variance, and normalise them."""
+    ours, seen = RunningNormaliser(SEEN, "cpu"), transitions(ENVIRONMENTS)["observation"]
+    other = VecNormV2(in_keys=["observation"], decay=1.0, reduce_batch_dims=True)
+    given = TensorDict({"observation": seen}, batch_size=[ENVIRONMENTS])
+
+    def own() -> torch.Tensor:
+        ours.update(seen)
+        found: torch.Tensor = ours.layer(seen)
+        return found
+
+    return Part("running mean and variance", own, lambda: other._step(given, given.copy()))
+
+
 def several() -> Part:
     """Make transitions of three steps of a step of all environments."""
     step, transform = transitions(ENVIRONMENTS), MultiStepTransform(n_steps=STEPS, gamma=GAMMA)
@@ -270,15 +326,54 @@ def measured(part: Part, seconds: float) -> tuple[float, float]:
     return own, other
 
 
+def lines_of(file: Path) -> tuple[int, int]:
+    """Return the lines of a file, and those of them that are code: no docstring, no comment."""
+    text = file.read_text(encoding="utf-8")
+    skipped = {
+        line
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+        for line in range(node.lineno, (node.end_lineno or node.lineno) + 1)
+    }
+    kinds = (tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT)
+    code = {
+        line
+        for token in tokenize.generate_tokens(io.StringIO(text).readline)
+        if token.type not in (*kinds, tokenize.ENDMARKER)
+        for line in range(token.start[0], token.end[0] + 1)
+    }
+    return len(text.splitlines()), len(code - skipped)
+
+
+def counted() -> dict[str, tuple[int, int]]:
+    """Return lines and lines of code of all code for learning, by folder."""
+    found: dict[str, tuple[int, int]] = {}
+    for root in FOLDERS:
+        for file in sorted(root.rglob("*.py")):
+            name = (Path(root.name) / file.relative_to(root)).parent.as_posix()
+            lines, code = lines_of(file)
+            before = found.get(name, (0, 0))
+            found[name] = before[0] + lines, before[1] + code
+    return found
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=0.5, help="of a block")
+    parser.add_argument("--lines", action="store_true", help="count lines, measure nothing")
     given = parser.parse_args()
+    if given.lines:
+        print("| folder | lines | of code |\n|---|---|---|")
+        every = counted()
+        whole = tuple(map(sum, zip(*every.values(), strict=True)))
+        for name, (lines, code) in {**every, "all": whole}.items():
+            print(f"| `{name}` | {lines:,} | {code:,} |")
+        return
     torch.set_num_threads(1)
     logging.getLogger("torchrl").setLevel(logging.ERROR)
     print("| part | own [1/s] | TorchRL [1/s] | own / TorchRL |\n|---|---|---|---|")
-    for part in (*memories(), several(), drawing(), updates()):
+    for part in (*memories(), several(), drawing(), updates(), cloning(), scaling()):
         own, other = measured(part, given.seconds)
         there = math.isfinite(other)
         told = (f"{other:,.0f}", f"{own / other:.1f}") if there else ("not in this wheel", "")

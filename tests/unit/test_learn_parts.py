@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 torch = pytest.importorskip("torch", reason="learning needs torch: pip install 'aam-seals[learn]'")
@@ -14,7 +16,11 @@ from seals.learn.replay.returns import Returns  # noqa: E402
 from seals.learn.seeding import generator_of  # noqa: E402
 from seals.learn.tanh_normal import TanhNormal  # noqa: E402
 
-pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
+pytestmark = [
+    pytest.mark.filterwarnings("ignore::DeprecationWarning"),
+    # TorchRL's loss of cloning has no targets, and says so of itself
+    pytest.mark.filterwarnings("ignore:The name target_actor_network_params:UserWarning"),
+]
 
 
 def test_actions_are_those_of_torchrl() -> None:
@@ -91,8 +97,44 @@ def test_returns_over_several_steps_are_those_of_torchrl() -> None:
         assert torch.allclose(own["discount"][going], given["gamma"][:, 0][going])
 
 
+def test_the_loss_of_cloning_is_that_of_torchrl() -> None:
+    """Value and slopes, on the same steps."""
+    ours = parts.cloner()
+    theirs = parts.cloning_loss(ours)
+    steps = {name: values[:300] for name, values in ours.shown.items()}
+    own = ours._loss(steps)
+    other = theirs(TensorDict(steps, batch_size=[300]))["loss_bc"]
+    assert float(own.detach()) == pytest.approx(float(other.detach()), rel=1e-6)
+    own.backward()
+    other.backward()
+    pairs = zip(ours.body.parameters(), theirs.parameters(), strict=True)
+    assert all(torch.allclose(a.grad, b.grad, rtol=1e-4, atol=1e-7) for a, b in pairs)
+
+
+def test_normalised_observations_are_those_of_torchrl() -> None:
+    """After twenty steps of sixty-four environments, but for what ours starts with."""
+    generator = torch.Generator().manual_seed(2)
+    ours = parts.RunningNormaliser(parts.SEEN, "cpu")
+    theirs = parts.VecNormV2(in_keys=["observation"], decay=1.0, reduce_batch_dims=True)
+    for _ in range(20):
+        seen = 3.0 + 2.0 * torch.randn(64, parts.SEEN, generator=generator)
+        ours.update(seen)
+        given = TensorDict({"observation": seen}, batch_size=[64])
+        other = theirs._step(given, given.copy())["observation"]
+    assert torch.allclose(ours.layer(seen), other, atol=2e-3)
+
+
+def test_lines_are_counted_without_words(tmp_path: Path) -> None:
+    """Docstrings, comments and blank lines are lines, not code."""
+    file = tmp_path / "one.py"
+    file.write_text('"""Words.\n\nMore."""\n\n# why\nx = (\n    1\n)\n')
+    assert parts.lines_of(file) == (8, 3)
+    assert parts.counted()["learners"][0] > 500
+
+
 def test_parts_can_be_measured() -> None:
     """Each part runs, on both sides where TorchRL has it; rates are above zero."""
-    for part in (*parts.memories(), parts.drawing(), parts.updates()):
+    every = (parts.drawing(), parts.updates(), parts.cloning(), parts.scaling())
+    for part in (*parts.memories(), *every):
         assert parts.rate(part.own, 0.01) > 0.0
         assert part.theirs is None or parts.rate(part.theirs, 0.01) > 0.0
