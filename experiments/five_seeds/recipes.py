@@ -93,6 +93,26 @@ RECIPES = {
         labelled=30,
         enough=0.7,
     ),
+    # appendix of the AAM-SEALS paper: its state, reward, termination and table; it had one seed
+    "reach_paper": Recipe(
+        (
+            "env=reach",
+            "task.sight=paper",
+            "task.reward_form=paper",
+            "task.success_distance=0.01",
+            "task.duration=40",
+        ),
+        (
+            "learner=sacfd_paper",
+            "course.steps=10000000",
+            "course.look_every=500000",
+            "course.log_every=50000",
+            "course.episodes=100",
+        ),
+        seeds=10,
+        # the paper does not say how many
+        shown=10,
+    ),
     "reach_no_reward": Recipe(("env=reach", "task.reward_form=none"), _SHORT, 1),
     "reach_shuffled": Recipe(("env=reach", "task.shuffled=true"), _SHORT, 1),
     "reach_untrained": Recipe(("env=reach",), ("learner=sac_reach", "course.steps=0"), 1),

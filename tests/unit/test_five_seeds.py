@@ -95,6 +95,36 @@ def test_every_recipe_is_a_training(name: str) -> None:
     assert (recipe.shown > 0) == takes
 
 
+@pytest.mark.slow
+def test_the_paper_s_own_arm_learns_for_a_moment(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Recorded, pretrained by the table of its appendix, trained and judged: but for shorter."""
+    pytest.importorskip("torchrl", reason="the extra learn is not installed")
+    plain = five_seeds.run_verb
+
+    def run(*words: str) -> None:
+        plain(*("episodes=2" if word == "episodes=100" else word for word in words))
+
+    monkeypatch.setattr(five_seeds, "run_verb", run)
+    monkeypatch.setitem(RECIPES, "reach_paper", RECIPES["reach_paper"]._replace(shown=2))
+    short = ("learner.pretrain=5", "learner.random_steps=40", "learner.batch=64", "count=4")
+    course = ("course.steps=120", "course.look_every=80", "course.episodes=2")
+    out = tmp_path / "paper"
+    words = ["reach_paper", "--seeds", "1", "--out", str(out), *short, *course]
+    assert five_seeds.main(words) == 0
+    assert "of 1 seeds reach 95% of their held-out starts" in capsys.readouterr().out
+    facts = json.loads((out / "0" / "run.json").read_text())
+    # two updates a step after the random ones, besides the pretraining
+    assert (facts["state"], facts["step"], facts["updates"]) == ("done", 120, 5 + 2 * (120 - 40))
+    card = json.loads((out / "demonstrations" / "card.json").read_text())
+    assert (card["who"], card["human"], card["by"]) == ("scripted", False, "scripted")
+    with (out / "0" / "held_out" / "episodes.csv").open(newline="") as file:
+        assert [row["policy"] for row in csv.DictReader(file)][2:] == ["scripted"] * 2 + [
+            "random"
+        ] * 2
+
+
 def test_rounds_of_labels_build_on_one_another(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
