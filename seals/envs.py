@@ -63,6 +63,26 @@ def vec_env(name: str, num_envs: int, **kwargs: Any) -> Any:
     return BatchVecEnv(gymnasium.make_vec(name, num_envs, vectorization_mode=mode, **kwargs))
 
 
+def torchrl_env(name: str, num_envs: int, **kwargs: Any) -> Any:
+    """Return a batch of environments as one of TorchRL, its tensors where the robots are.
+
+    Args:
+        name: id of the environment.
+        num_envs: how many of them.
+        kwargs: of `seals.learn.environments.torchrl_env.SealsEnvBase`.
+
+    Raises:
+        MissingExtra: torchrl is not installed.
+        ConfigError: there is no such environment.
+    """
+    from seals.errors import ConfigError, suggestion
+    from seals.learn.environments.torchrl_env import SealsEnvBase
+
+    if name not in IDS:
+        raise ConfigError(f"there is no environment '{name}'.\n{suggestion(name, IDS)}")
+    return SealsEnvBase(IDS[name], num_envs=num_envs, **kwargs)
+
+
 def parallel_env(env: str = "catch", **kwargs: Any) -> Any:
     """Return an environment of two agents by PettingZoo's parallel interface.
 

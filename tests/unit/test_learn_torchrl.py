@@ -12,6 +12,8 @@ torch = pytest.importorskip("torch", reason="learning needs torch: pip install '
 pytest.importorskip("torchrl", reason="learning needs torchrl: pip install 'aam-seals[learn]'")
 gymnasium = pytest.importorskip("gymnasium")
 
+from seals.errors import ConfigError, SealsError  # noqa: E402
+
 SHORT = ["task.duration=0.2"]
 STEPS = 5
 """Control steps in an episode."""
@@ -101,6 +103,56 @@ def test_a_batch_of_twins_is_one_environment_of_many() -> None:
     assert at.tolist() == [STEPS - 1, 2 * STEPS - 1]
     goes_on(rollout)
     env.close()
+
+
+@pytest.mark.parametrize("backend", ["twin", "free"])
+def test_a_batch_is_an_environment_of_torchrl_itself(backend: str) -> None:
+    """Specs hold; episodes begin anew; steps are those of the vector environment, to the bit."""
+    from torchrl.envs.utils import check_env_specs
+
+    from seals.envs import torchrl_env
+
+    words = [f"backend={backend}", *SHORT]
+    env = torchrl_env("SEALS/Hover-v0", 3, overrides=words)
+    check_env_specs(env)
+    env.set_seed(5)
+    rollout = env.rollout(2 * STEPS + 2, break_when_any_done=False)
+    assert rollout.batch_size == (3, 2 * STEPS + 2)
+    at = np.flatnonzero(rollout["next", "done"][0, :, 0].numpy())
+    assert at.tolist() == [STEPS - 1, 2 * STEPS - 1]
+    goes_on(rollout)
+    env.close()
+    other = gymnasium.make_vec(
+        "SEALS/Hover-v0", 3, vectorization_mode="vector_entry_point", overrides=words
+    )
+    draws = np.random.default_rng(5).integers(1_000_000_000, size=3)
+    seen, _ = other.reset(seed=draws.tolist())
+    assert np.array_equal(seen, rollout["observation"][:, 0].numpy())
+    for k in range(STEPS):
+        _, reward, _, truncated, infos = other.step(rollout["action"][:, k].numpy())
+        assert np.array_equal(np.float32(reward), rollout["next", "reward"][:, k, 0].numpy())
+    assert truncated.all()
+    assert np.array_equal(infos["final_obs"], rollout["next", "observation"][:, STEPS - 1].numpy())
+    other.close()
+
+
+def test_success_and_single_resets_of_torchrl_s_environment() -> None:
+    """What has succeeded says so at its end; what still runs is not reset alone."""
+    from seals.envs import torchrl_env
+
+    words = ["backend=twin", "task.ends=true", "task.success_distance=9", "task.duration=1"]
+    env = torchrl_env("SEALS/Reach-v0", 2, overrides=words)
+    first = env.rollout(20)
+    assert first["next", "terminated"][:, -1].all()
+    assert first["next", "success"][:, -1].all()
+    assert not first["next", "success"][:, :-1].any()
+    begun = env.reset()
+    begun["_reset"] = torch.tensor([[True], [False]])
+    with pytest.raises(SealsError, match="ended are reset alone"):
+        env.reset(begun)
+    env.close()
+    with pytest.raises(ConfigError, match="Did you mean 'SEALS/Reach-v0'"):
+        torchrl_env("SEALS/Reach", 2)
 
 
 @pytest.mark.slow
