@@ -74,7 +74,7 @@ def entry_figures(speed: float, across: float, grade: Grade, more: Sequence[str]
 
 def tow_figures(speed: float, across: float, grade: Grade, more: Sequence[str]) -> Row:
     """Return the figures of a tow."""
-    found = tow.tow(speed, across, grade)
+    found = tow.tow(speed, across, grade, physics_of(more))
     return {"drag": found.steady, "particles": found.particles}
 
 

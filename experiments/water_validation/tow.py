@@ -12,6 +12,7 @@ from seals.experiments.water_validation.case import Case, Grade, Line, Outcome, 
 from seals.plugins.fluids.coupling.bodies import add_samples, clear_of
 from seals.plugins.fluids.sampling import ALL, Thin, box_walls, sample_pieces
 from seals.plugins.fluids.solver import Domain
+from seals.plugins.fluids.solvers.device_settings import DeviceSettings
 from seals.plugins.fluids.solvers.device_solver import DeviceSolver
 from seals.report.figures import Chart, Series
 from seals.robot.pieces import Piece
@@ -49,16 +50,17 @@ class Tow(NamedTuple):
         return float(self.drag[self.place > STEADY].mean())
 
 
-def tow(speed: float, across: float, grade: Grade) -> Tow:
+def tow(speed: float, across: float, grade: Grade, physics: DeviceSettings | None = None) -> Tow:
     """Tow a sphere in the middle of a tank; it reaches its speed within a diameter.
 
     Args:
         speed: [m/s].
         across: spacings across the sphere.
         grade: where it runs, and by which solver.
+        physics: options of the solver; as it comes for None.
     """
     spacing = DIAMETER / across
-    water, size = _tank(spacing, grade)
+    water, size = _tank(spacing, grade, physics)
     middle = np.array([START * DIAMETER, 0.5 * size[1], 0.5 * size[2]])
     rise, rows = 2.0 * DIAMETER / speed, []
     force, area = 0.5 * DENSITY * speed**2, 0.25 * np.pi * DIAMETER**2
@@ -77,7 +79,9 @@ def tow(speed: float, across: float, grade: Grade) -> Tow:
     return Tow(place, drags, count, spacing)
 
 
-def _tank(spacing: float, grade: Grade) -> tuple[DeviceSolver, Floats]:
+def _tank(
+    spacing: float, grade: Grade, physics: DeviceSettings | None
+) -> tuple[DeviceSolver, Floats]:
     """Tank full of water around the sphere; its size [m]."""
     counts = np.round(np.array(TANK) * DIAMETER / spacing).astype(int)
     size = counts * spacing
@@ -100,6 +104,7 @@ def _tank(spacing: float, grade: Grade) -> tuple[DeviceSolver, Floats]:
             bodies=1,
         ),
         grade=grade,
+        physics=physics,
     )
     water.add_boundary(body=0, points=walls.points)
     add_samples(water, 1, face)

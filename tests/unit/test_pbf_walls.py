@@ -7,6 +7,8 @@ import pytest
 
 from seals.plugins.fluids.sampling import box_walls
 from seals.plugins.fluids.solver import Domain
+from seals.plugins.fluids.solvers.device_settings import DeviceSettings
+from seals.plugins.fluids.solvers.dfsph.settings import DfsphOptions, DfsphSettings
 from seals.plugins.fluids.solvers.pbf.engine import Engine
 from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
 from seals.plugins.fluids.solvers.pbf.solver import SolverPbf
@@ -57,3 +59,43 @@ def test_walls_slide_without_friction() -> None:
     """Nothing is taken along a floor of fine samples but what its own roughness takes."""
     before, after, _ = slid(0.0)
     assert after / before > 0.998
+
+
+@pytest.mark.parametrize("method", ["pbf", "dfsph"])
+def test_a_body_takes_water_along_and_pays_for_it(method: str) -> None:
+    """A plate moves under a layer at rest: the layer follows as on a floor, momentum is kept."""
+    plate = box_walls(np.zeros(3), SIZE, SPACING, closed=("z_low",))
+    physics: DeviceSettings = PbfSettings(body_friction=0.05, viscosity=0.0, gravity=0.0)
+    if method == "dfsph":
+        physics = DfsphSettings.of(physics, DfsphOptions())
+    domain = Domain(
+        spacing=SPACING,
+        lower=-0.6 * np.ones(3),
+        upper=SIZE + 0.6,
+        capacity=4096,
+        boundary_capacity=len(plate.points),
+        bodies=1,
+    )
+    water = physics.build(domain, device="cpu", threads=1)
+    water.add_boundary(body=1, points=plate.points)
+    axes = [np.arange(0.4, 0.8, SPACING), np.arange(0.1, 0.3, SPACING), [0.5 * SPACING]]
+    places = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
+    water.add_particles(places, trusted=True)
+    given = 0.0
+    for k in range(STEPS):
+        water.place_bodies(
+            position=np.array([[2.0 * k * STEP, 0.0, 0.0]]),
+            rotation=np.eye(3)[None],
+            velocity=np.array([[2.0, 0.0, 0.0]]),
+            spin=np.zeros((1, 3)),
+            inverse_mass=np.zeros(1),
+            inverse_inertia=np.zeros((1, 3, 3)),
+            acceleration=np.zeros((1, 3)),
+        )
+        given -= float(water.advance(STEP, substeps=1).impulses[0, 0])
+    got = float(water.momentum()[0])
+    most = 2.0 * len(places) * 1000.0 * SPACING**3
+    water.close()
+    expected = 1.0 - 1.0 / (1.0 + 0.5 * 0.05 * 2.0 * STEPS * STEP / SPACING)
+    assert got / most == pytest.approx(expected, rel=0.2)
+    assert given == pytest.approx(got, rel=1e-4)

@@ -70,6 +70,7 @@ class DevicePipeline(ABC):
             accelerated,
             isotropic=settings.stress_correction > 0,
             damped=settings.artificial_viscosity > 0,
+            rubbed=settings.body_friction > 0,
         )
         # only samples of bodies look for particles
         reach = longest if bodies else 0
@@ -143,9 +144,10 @@ class DevicePipeline(ABC):
             self.numbers,
             self.smoothing,
             self.samples,
+            self.bodies,
             blended=chosen.viscosity > 0,
             damped=chosen.artificial_viscosity > 0,
-            friction=chosen.wall_friction,
+            friction=(chosen.wall_friction, chosen.body_friction),
             spacing=self.spacing,
             last=not self.in_place,
         )
@@ -215,6 +217,9 @@ class DevicePipeline(ABC):
         if self.finish.damped:
             self.finish.find_laplacian(buffer)
         self.finish.close(buffer)
+        if self.moving and self.finish.skin > 0 and self.samples.longest:
+            self.finish.rub(buffer)
+            self.bodies.gather()
 
     def sums(self, *, velocity: int = 0) -> Sums:
         """Sum over all particles in double precision."""

@@ -40,6 +40,7 @@ class DeviceSettings(ABC):
             it times density times speed squared on the layer at the wall. A smooth plate has
             1.33 / sqrt(Re) while its boundary layer is laminar, 0.074 / Re^(1/5) then
             (Schlichting); walls slide without it. With stored lists only.
+        body_friction: the same of bodies [1]; what it takes from the water pulls the body along.
         suction: largest tension of water that is enclosed by water, walls and bodies [Pa]: flow
             stays attached where its pressure falls below that of the air. 0 lets it tear off
             there.
@@ -71,6 +72,9 @@ class DeviceSettings(ABC):
     )
     wall_friction: float = param(
         0.0, "1", bounds=(0.0, 1.0), tolerance=0.002, source="off; flat plate about 0.004"
+    )
+    body_friction: float = param(
+        0.0, "1", bounds=(0.0, 10.0), tolerance=0.002, source="off; flat plate about 0.004"
     )
     suction: float = setting(0.0, "Pa", bounds=(0.0, 1e6), source="chosen; cavitation at 1e5")
     cohesion: float = param(0.0, "N/m", bounds=(0.0, 10.0), tolerance=0.0, source="off")

@@ -76,6 +76,7 @@ class Particles:
         *,
         isotropic: bool = False,
         damped: bool = False,
+        rubbed: bool = False,
     ) -> None:
         self.capacity = count
         self.isotropic = isotropic
@@ -90,6 +91,8 @@ class Particles:
         self.wall = fields.vector(3, ti.f32, count)
         # discrete Laplacian of the velocity, see ``device.finish``
         self.laplacian = fields.vector(3, ti.f32, count if damped else 1)
+        # displacement by the friction of bodies over the weight of their samples
+        self.rubbed = fields.vector(3, ti.f32, count if rubbed else 1)
         self.cell = fields.scalar(ti.i32, count)
         self.slot = fields.scalar(ti.i32, count)
         self.order = fields.scalar(ti.i32, count)

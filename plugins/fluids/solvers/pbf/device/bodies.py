@@ -177,10 +177,9 @@ class Bodies:
                 ti.cast(j[0, 0] + j[1, 1] + j[2, 2], ti.f32),
             ]
         )
-        if ti.static(self.in_place):
-            for k in ti.static(range(3)):
-                self.twist[b][k] = ti.cast(self.velocity[b][k], ti.f32)
-                self.twist[b][k + 3] = ti.cast(self.spin[b][k], ti.f32)
+        for k in ti.static(range(3)):
+            self.twist[b][k] = ti.cast(self.velocity[b][k], ti.f32)
+            self.twist[b][k + 3] = ti.cast(self.spin[b][k], ti.f32)
 
     @ti.func
     def put(self, s):

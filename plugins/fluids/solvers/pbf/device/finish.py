@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from seals.plugins.fluids.solvers.pbf.device.bodies import Bodies
 from seals.plugins.fluids.solvers.pbf.device.grid import SLACK, Grid
 from seals.plugins.fluids.solvers.pbf.device.kernels import Smoothing
 from seals.plugins.fluids.solvers.pbf.fields import CHUNK, Globals, Particles, Samples
@@ -20,7 +21,8 @@ class Finish:
         blended: whether neighbouring velocities are blended at all.
         damped: whether the biharmonic artificial viscosity is on, see `close`.
         samples: data in: sorted samples.
-        friction: of static walls, see `wall_friction` [1].
+        bodies: data in: their twists.
+        friction: of static walls and of bodies, see `skin_friction` [1].
         spacing: distance at rest [m].
         last: whether the pressure has acted before `close`, so that walls are complete.
     """
@@ -32,15 +34,17 @@ class Finish:
         numbers: Globals,
         smoothing: Smoothing,
         samples: Samples,
+        bodies: Bodies,
         *,
         blended: bool,
         damped: bool,
-        friction: float,
+        friction: tuple[float, float],
         spacing: float,
         last: bool = True,
     ) -> None:
         self.last = last
-        self.s, self.friction, self.spacing = samples, friction, spacing
+        self.s, self.b, self.spacing = samples, bodies, spacing
+        self.walls, self.skin = friction
         # what a wall adds to the density of the layer on it
         self.full = smoothing.lattice.behind
         self.p, self.grid, self.g, self.kernel = particles, grid, numbers, smoothing
@@ -72,8 +76,14 @@ class Finish:
                     v -= self.g.damping[None] * self.laplacian(src, i, self.p.laplacian)
                 elif ti.static(self.blended):
                     v += self.g.blend[None] * self.laplacian(src, i, self.p.velocity[1])
-                if ti.static(self.friction > 0 and self.listed):
-                    v += self.wall_friction(src, i, v)
+                if ti.static(self.walls > 0 and self.listed):
+                    change, _ = self.skin_friction(src, i, v, False, self.walls)
+                    self.p.wall[i] += self.g.step[None] * change
+                    v += change
+                if ti.static(self.skin > 0 and self.listed):
+                    change, near = self.skin_friction(src, i, v, True, self.skin)
+                    self.p.rubbed[i] = self.g.step[None] / ti.max(near, 1e-9) * change
+                    v += change
                 self.p.velocity[0][i] = v
                 self.p.number[0][i] = self.p.number[1][i]
                 # neighbours read the first three components meanwhile: they keep their values
@@ -95,30 +105,48 @@ class Finish:
             self.g.walls[c] += total / ti.cast(self.g.step[None], ti.f64)
 
     @ti.func
-    def wall_friction(self, src: ti.template(), i, v) -> Any:
-        """Velocity change by the friction of static walls, stress friction / 2 density speed^2.
+    def skin_friction(self, src: ti.template(), i, v, moving: ti.template(), friction) -> Any:
+        """Velocity change by skin friction, stress friction / 2 density speed^2, and weight.
 
-        It acts on the layer at the wall, a spacing deep, against the flow along the wall, and is
-        taken implicitly: it stops no particle within one substep.
+        It acts on the layer at a wall or body, a spacing deep, against the flow along it, and is
+        taken implicitly: it stops no particle within one substep. The weight is that of the samples
+        that the reaction falls on.
         """
         at = self.p.place[src][i]
         q = ti.Vector([at[0], at[1], at[2]])
-        near, normal = 0.0, ti.Vector([0.0, 0.0, 0.0])
+        near, normal, v0 = 0.0, ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
         for k in range(self.p.near[i], self.p.near[i] + self.p.beside[i]):
             t = self.p.list[i, k]
-            if self.s.owner[t] == 0:
+            body = self.s.owner[t]
+            if (body > 0) == moving:
                 o = self.s.place[t]
-                e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
-                w, g = self.kernel.solid(e.norm_sqr())
+                x = ti.Vector([o[0], o[1], o[2]])
+                w, g = self.kernel.solid((q - x).norm_sqr())
                 near += o[3] * w
-                normal -= o[3] * g * e
+                normal -= o[3] * g * (q - x)
+                if ti.static(moving):
+                    v0 += o[3] * w * self.b.velocity_at(body, x)
         size = normal.norm() + 1e-9
-        along = v - v.dot(normal) / (size * size) * normal
+        past = v - v0 / ti.max(near, 1e-9)
+        along = past - past.dot(normal) / (size * size) * normal
         share = ti.min(near / self.full, 1.0)
-        rate = 0.5 * self.friction * share * along.norm() / self.spacing
-        change = -(1.0 - 1.0 / (1.0 + rate * self.g.step[None])) * along
-        self.p.wall[i] += self.g.step[None] * change
-        return change
+        rate = 0.5 * friction * share * along.norm() / self.spacing
+        return -(1.0 - 1.0 / (1.0 + rate * self.g.step[None])) * along, near
+
+    @ti.kernel
+    def rub(self, src: ti.template()):
+        """Compute the reactions of friction on moving samples. Data in: ``src``."""
+        for s in range(self.s.capacity):
+            if s < self.g.moving[None]:
+                o = self.s.place[self.s.rank[s]]
+                total = ti.Vector([0.0, 0.0, 0.0])
+                for k in range(self.s.near[s]):
+                    j = self.s.list[s, k]
+                    at = self.p.place[src][j]
+                    e = ti.Vector([at[0] - o[0], at[1] - o[1], at[2] - o[2]])
+                    w, _ = self.kernel.solid(e.norm_sqr())
+                    total -= o[3] * w * self.p.rubbed[j]
+                self.s.push[s] = total
 
     @ti.func
     def laplacian(self, src: ti.template(), i, values: ti.template()) -> Any:
