@@ -37,6 +37,8 @@ NOTES, FIGURES_KEPT = (
     PAGE.parent / "water_validation" / name for name in ("convergence.txt", "convergence.json")
 )
 Row = dict[str, Any]
+REFERRED = ("change", "peak")
+"""Figures that are compared with drops."""
 ERRORS = ("front", "front_moved", "layer", "energy", "carried")
 """Figures that are errors: zero is right."""
 HEAD = """\
@@ -66,10 +68,20 @@ def options() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def entry_figures(speed: float, across: float, grade: Grade, more: Sequence[str]) -> Row:
-    """Return the figures of an entry."""
-    found = entry.enter(round(speed), across, grade, more)
+def entry_figures(
+    speed: float, across: float, grade: Grade, more: Sequence[str], nose: str = "sphere"
+) -> Row:
+    """Return the figures of an entry at the speed of its drops."""
+    drops = entry.measured(round(speed), nose)
+    at = float(np.mean([drop.speed for drop in drops]))
+    found = entry.enter(at, across, grade, more, nose=nose)
     return {"change": found.change, "peak": found.peak, "particles": found.particles}
+
+
+def cone_figures(speed: float, across: float, grade: Grade, more: Sequence[str]) -> Row:
+    """Return the figures of an entry with the cone."""
+    figures = entry_figures(speed, across, grade, more, nose="150degcone")
+    return {f"cone_{name}" if name in REFERRED else name: x for name, x in figures.items()}
 
 
 def tow_figures(speed: float, across: float, grade: Grade, more: Sequence[str]) -> Row:
@@ -109,13 +121,16 @@ def physics_of(more: Sequence[str]) -> PbfSettings:
 
 CASES: dict[str, tuple[Callable[..., Row], tuple[float, ...]]] = {
     "entry": (entry_figures, (2.0, 4.0, 6.0)),
+    "cone": (cone_figures, (4.0, 6.0)),
     "tow": (tow_figures, (1.0, 2.0, 4.0)),
     "dam": (dam_figures, (0.0,)),
     "still": (still_figures, (0.0,)),
 }
 FIGURES = {
-    "change": "change of velocity in 50 ms [m/s]",
-    "peak": "peak of means over 1 ms [m/s²]",
+    "change": "change of velocity in 50 ms, hemisphere [m/s]",
+    "peak": "peak of means over 1 ms, hemisphere [m/s²]",
+    "cone_change": "change of velocity in 50 ms, cone [m/s]",
+    "cone_peak": "peak of means over 1 ms, cone [m/s²]",
     "drag": "drag coefficient of a sphere towed [1]",
     "front": "front of a dam break, mean error [1]",
     "front_moved": "the same with the clock fitted [1]",
@@ -171,9 +186,12 @@ def write_page(files: Sequence[Path]) -> None:
     """Write table and picture of all figures in some files."""
     rows = [row for path in files for row in json.loads(path.read_text(encoding="utf-8"))]
     references = {("drag", v): tow.DRAG for v in CASES["tow"][1]}
-    for speed in CASES["entry"][1]:
-        change, peak = entry.references(entry.measured(round(speed)))
-        references |= {("change", speed): change, ("peak", speed): peak}
+    for case, nose, prefix in (("entry", "sphere", ""), ("cone", "150degcone", "cone_")):
+        for speed in CASES[case][1]:
+            found = entry.references(entry.measured(round(speed), nose))
+            references |= {
+                (prefix + name, speed): x for name, x in zip(REFERRED, found, strict=True)
+            }
     references |= {(name, 0.0): 0.0 for name in ERRORS}
     parts, charts = [HEAD], []
     for figure, title in FIGURES.items():

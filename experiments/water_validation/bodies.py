@@ -28,16 +28,19 @@ class Shape(NamedTuple):
     """A shape as the robot folder and the URDF spell it.
 
     Args:
-        kind: sphere, box or cylinder.
+        kind: sphere, box, cylinder, capsule or mesh.
         size: as in ``robot.yaml`` [m].
         volume: [m^3].
         height: along z [m].
+        outline: of a mesh: radius and height about its middle [m], from the axis below to the axis
+            above, turned about z.
     """
 
     kind: str
     size: tuple[float, ...]
     volume: float
     height: float
+    outline: tuple[tuple[float, float], ...] = ()
 
 
 SETTLE = 0.6
@@ -133,6 +136,11 @@ def _write(folder: Path, shape: Shape, mass: float) -> None:
     text = _URDF.format(mass=mass, i=[mass * m for m in moments], shape=geometry)
     (folder / "body.urdf").write_text(text, encoding="utf-8")
     hull = f"{{shapes: [{{type: {shape.kind}, size: {list(size)}}}]}}"
+    if shape.outline:
+        import trimesh
+
+        trimesh.creation.revolve(np.array(shape.outline)).export(folder / "turned.obj")
+        hull = "{shapes: [{type: mesh, file: turned.obj}]}"
     summary = "summary: A body of one shape\nurdf: body.urdf\nhulls:\n"
     (folder / "robot.yaml").write_text(f"{summary}  base: {hull}\n", encoding="utf-8")
 
