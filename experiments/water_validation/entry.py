@@ -19,7 +19,7 @@ STRAIGHT = 0.15
 """Length of the straight part [m]; the recordings do not state it."""
 MASS = 0.514
 """[kg]: not stated, but told by the drops with a cone, see `mass_of_cone`: 0.512 to 0.516 in all
-six. Taken for both noses; a hemisphere of solid aluminium would weigh 0.05 kg more than the cone."""
+six. For both noses; a hemisphere of solid aluminium would weigh 0.05 kg more than the cone."""
 CONE = 5.0 / 12.0
 """Half angle of the cone, 75 degrees, over pi [1]."""
 CONE_DRAG = 0.5 + 1.81 * (CONE - 0.25) - 2.0 * (CONE - 0.25) ** 2
