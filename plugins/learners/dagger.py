@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from seals.learn import networks
-from seals.learn.learner import Spaces, need_torch, whole
+from seals.learn.learner import MOST, Spaces, need_torch
 from seals.learn.observations import vector
 from seals.learn.scaling import RunningNormaliser
 from seals.learn.seeding import first_weights, generator_of
 from seals.learn.stateful import Stateful
-from seals.schema import setting
+from seals.schema import count, setting
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -55,21 +55,12 @@ class Dagger:
     hidden: list[int] = field(default_factory=lambda: [256, 256, 256])
     learning_rate: float = setting(1e-3, "1", bounds=(0.0, 1.0), source=CHOSEN)
     weight_decay: float = setting(1e-3, "1", bounds=(0.0, 1.0), source=CHOSEN)
-    batch: int = 8192
-    ratio: int = 8
-    capacity: int = 3_000_000
-    led: int = 200
+    batch: int = count(8192, bounds=(1, MOST))
+    ratio: int = count(8, bounds=(1, MOST))
+    capacity: int = count(3_000_000, bounds=(1, MOST))
+    led: int = count(200, bounds=(1, MOST))
     share: float = setting(0.2, "1", bounds=(0.0, 1.0), source=CHOSEN)
     mean: float = setting(0.998, "1", bounds=(0.0, 1.0), source=CHOSEN)
-
-    def __post_init__(self) -> None:
-        """Refuse sizes out of range."""
-        whole(
-            batch=(self.batch, 1),
-            ratio=(self.ratio, 1),
-            capacity=(self.capacity, 1),
-            led=(self.led, 1),
-        )
 
     def start(self, spaces: Spaces, *, device: str, seed: int) -> DaggerAgent:
         """Return a fresh agent."""

@@ -167,6 +167,43 @@ def test_a_load_is_tried_at_the_times_of_the_effect_that_was_found(
     assert [list(job[1].values()) for job in tried] == [[3.0, 0.5] if pair else [0.5]]
 
 
+@pytest.mark.parametrize("borne_out", [True, False])
+def test_a_single_effect_for_a_time_is_borne_out_by_held_out_windows(
+    monkeypatch: pytest.MonkeyPatch, *, borne_out: bool
+) -> None:
+    """Where they contradict it, nothing is missing; a model without effects stays as it is."""
+    found = model(["wind"], misfit=1.0, score=60.0)
+    passing = found.candidates[0].acting(Activity(spans=((1.0, 2.0),)))
+    found, none = replace(found, candidates=(passing,)), replace(found, candidates=(), score=0.0)
+    made = family(0.2)
+    made.processes, made.nominal = 1, none
+    monkeypatch.setattr(window_models, "in_place_of_timed", lambda *given: [])
+    monkeypatch.setattr(window_models, "fitted", lambda *given, **named: [])
+    monkeypatch.setattr(WindowModels, "_bears_out", lambda *models: borne_out)
+    assert made.refined(none, [], Refinement.backward)[0] is none
+    assert made.refined(found, [], Refinement.backward)[0] is (found if borne_out else none)
+
+
+def test_an_effect_for_a_time_that_brings_too_little_hides_no_constant_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The share of what is explained that one for a time must bring is asked of it alone."""
+    base = model(["wind"], misfit=1.0, score=10_000.0)
+    both = [model(["wind", name], misfit=1.0, score=10_300.0) for name in ("payload", "tether")]
+    passing = both[0].candidates[-1].acting(Activity(spans=((1.0, 2.0),)))
+    timed = replace(both[0], candidates=(base.candidates[0], passing), score=10_400.0)
+    made = family(0.2)
+    made.processes, made.nominal, made._surface_error = 1, base, None
+    made.problem.vehicle.servo = {}  # type: ignore[attr-defined]
+    made.problem.plant = SimpleNamespace(candidate_set=None)  # type: ignore[misc]
+    monkeypatch.setattr(window_models, "is_significant", lambda *given: True)
+    monkeypatch.setattr(window_models, "retimed", lambda problem, nominal, best, **more: best)
+    level = SimpleNamespace(allowance=0.0)
+    monkeypatch.setattr(window_models, "disturbance_level", lambda best: level)
+    assert made._accepted(base, [timed, both[1]]) is both[1]
+    assert made._accepted(base, [timed]) is None
+
+
 def test_errors_below_the_stated_noise_prove_no_effect() -> None:
     """A simulated log without noise or gusts: what is left at 0.6 floors is the simulator's."""
     quiet, noisy = (model((), misfit=m, score=0.0) for m in (0.6, 1.0))

@@ -38,7 +38,9 @@ def recorded(work: Work, device: str) -> Work:
         try:
             with wp.ScopedCapture(stream=stream) as capture:
                 work()
-        except RuntimeError as cause:  # both libraries tell so of a driver without what a graph needs
+        except (
+            RuntimeError
+        ) as cause:  # both libraries tell so of a driver without what a graph needs
             return _unrecorded(work, cause)
     torch.cuda.synchronize()
 

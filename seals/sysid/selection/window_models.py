@@ -167,8 +167,8 @@ class WindowModels:
             if not spare:
                 break
             best = max(spare, key=lambda h: h.score)
-        (*others, last) = best.candidates
-        if not others and last.activity is not None and not self._bears_out(self.nominal, best):
+        alone = len(best.candidates) == 1 and best.candidates[0].activity is not None
+        if alone and not self._bears_out(self.nominal, best):
             best = self.nominal
         return best, tried
 
