@@ -91,14 +91,15 @@ def test_a_slow_rotor_in_water_pushes_with_the_density() -> None:
     assert_allclose(found.speed, [[400.0, 0.0]])
 
 
-def test_the_rotor_at_the_lower_end_of_a_tilted_body_is_in_the_water() -> None:
+@pytest.mark.parametrize("waves", [False, True])
+def test_the_rotor_at_the_lower_end_of_a_tilted_body_is_in_the_water(*, waves: bool) -> None:
     """30 degrees nose down, 0.3 m before and behind the origin: one rotor 0.15 m deep, one dry."""
     angle = math.radians(30.0)
     up = np.array([[-math.sin(angle), 0.0, math.cos(angle)]])
     turn = np.array([[up[0, 2], 0.0, -up[0, 0]], [0.0, 1.0, 0.0], [up[0, 0], 0.0, up[0, 2]]])
     moved, medium = placed(-0.5)
     moved = moved._replace(rotation=turn[None], up=up)
-    medium = medium._replace(depth=np.zeros((1, 1)), normal=np.array([[0.0, 0.0, 1.0]]) @ turn)
+    medium = medium._replace(depth=np.zeros((1, 1)), normal=up if waves else None)
     ends = np.array([[0.3, 0.0, 0.0], [-0.3, 0.0, 0.0]])
     drives = rotors()._replace(
         position=ends, radius=np.array([0.1, 0.1]), thrust=np.full((1, 2), 3.0)
