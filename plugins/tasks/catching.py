@@ -41,6 +41,9 @@ against drag: distance over speed squared [s^2/m]."""
 BESIDE = 0.5
 """Share of the animal's pace across the hand's reach that is followed: all of it would swing on,
 because an animal that flees answers to every move [1]."""
+EASE = 0.35
+"""Share of a change of the horizontal velocity that is asked for in a control step: an animal's
+pace comes and goes with its strides, and a body that followed that would swing its hand [1]."""
 CALM = 0.2
 """Lean, as the sine of it, above which a hand swings too far to close [1]."""
 SWING = 0.4
@@ -110,7 +113,8 @@ def fetch(plan: Plan, now: Instant, seen: Array) -> Array:
     velocity = xp.where(there | closing, velocity, _search(now))
     velocity = xp.where(lifting, _lift(now, plan), velocity)
     one = grip * 0.0 + 1.0
-    wanted = xp.concat((velocity / plan.speed, xp.where(closing, one, -one)), axis=1)
+    flat = now.action[:, :2] + EASE * (velocity[:, :2] / plan.speed - now.action[:, :2])
+    wanted = xp.concat((flat, velocity[:, 2:3] / plan.speed, xp.where(closing, one, -one)), axis=1)
     bound = wanted * 0.0 + 1.0
     return xp.minimum(xp.maximum(wanted, -bound), bound)
 

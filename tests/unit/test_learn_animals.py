@@ -163,20 +163,25 @@ def test_a_hand_comes_down_only_over_the_animal() -> None:
 def test_a_closing_hand_keeps_its_own_pace() -> None:
     """What it jostles moves fast and is not followed; an open hand follows and leads, up to a pace.
 
-    The lead is that of a body which leans against the drag of its pace.
+    The lead is that of a body which leans against the drag of its pace; a third of a change is
+    asked for in a step.
     """
-    task = TaskCatch()
+    task, eased = TaskCatch(), 0.35
     jostled = np.array([[0.5, 0.0, 0.0]])
     opened = _diver([0.0, 0.0, -1.0])._replace(target_velocity=jostled)
     closing = _diver([0.0, 0.0, -0.796], grip=0.5, last=1.0)._replace(target_velocity=jostled)
     lead = 3.5 * 0.12**2
-    assert task.scripted_policy(opened)[0, 0] * task.speed == pytest.approx(0.12 + 1.2 * lead)
+    assert task.scripted_policy(opened)[0, 0] * task.speed == pytest.approx(
+        eased * (0.12 + 1.2 * lead)
+    )
     beside = opened._replace(target_velocity=jostled[:, [1, 0, 2]])
-    assert task.scripted_policy(beside)[0, 1] * task.speed == pytest.approx(0.5 * 0.12)
+    assert task.scripted_policy(beside)[0, 1] * task.speed == pytest.approx(eased * 0.5 * 0.12)
     assert task.scripted_policy(closing)[0, 0] == pytest.approx(0.0)
     drifting = closing._replace(velocity=np.array([[0.03, 0.0, 0.0]]))
     lead = 3.5 * 0.03**2
-    assert task.scripted_policy(drifting)[0, 0] * task.speed == pytest.approx(0.03 + 1.2 * lead)
+    assert task.scripted_policy(drifting)[0, 0] * task.speed == pytest.approx(
+        eased * (0.03 + 1.2 * lead)
+    )
 
 
 def test_a_walk_is_rewarded_for_its_terms() -> None:
@@ -285,12 +290,12 @@ def test_the_scripted_crab_comes_to_its_target() -> None:
 def test_the_diver_lifts_a_crab_from_the_bottom() -> None:
     """From above the crab it closes, and takes it 10 cm up."""
     pytest.importorskip("pybullet")
-    box = ["task.start_low=[0,0,-0.43]", "task.start_high=[0,0,-0.43]"]
+    box = ["task.start_low=[-0.15,0,-0.4]", "task.start_high=[-0.15,0,-0.4]"]
     place = ["task.target_low=[0,0,0]", "task.target_high=[0,0,0]"]
     dives = _worlds("catch", *box, *place, "objects.crab.guide=freeze", "initial.drives=rest")
     dives.reset([1])
     low = float(dives.worlds[0].now.target[0, 2])
-    for _ in range(70):
+    for _ in range(100):
         dives.step(dives.scripted_policy())
         now = dives.worlds[0].now
         if now.target[0, 2] > low + 0.1:
