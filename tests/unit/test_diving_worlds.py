@@ -15,7 +15,7 @@ from seals.errors import ConfigError
 from seals.learn.environments.build import build_learning
 from seals.learn.environments.diving_worlds import DivingWorlds
 from seals.learn.environments.world import WorldEnvironment
-from seals.plugins.guides.behaviour import Flee, Wander
+from seals.plugins.guides.behaviour import Flee, Shy, Wander
 
 torch = pytest.importorskip("torch")
 pytest.importorskip("mujoco_warp")
@@ -133,6 +133,24 @@ def test_wanderers_rest_and_walk_for_their_mean_times_and_turn_home() -> None:
     assert walked == pytest.approx(0.4, abs=0.02)
     assert farthest < 0.5
     assert not math.isclose(farthest, 0.0)
+
+
+def test_some_animals_are_shy_and_stay_so() -> None:
+    """Half of many seeds flee, one by one and over a batch; none changes its mind."""
+    alone = [Shy(enemy="robot", seed=k).start(_state(np.zeros(3), np.ones(3))) for k in range(300)]
+    assert np.mean([memory.flees for memory in alone]) == pytest.approx(0.5, abs=0.1)
+    rng, count = np.random.default_rng(1), 300
+    many = Shy(enemy="robot", walk=0.1, pause=1e3, flight=0.1).over_batch()
+    place, time = np.zeros((count, 3)), np.zeros((count, 1))
+    enemy = place + np.array([0.1, 0.0, 0.2])
+    memory = many.start(place, time)
+    for _ in range(50):
+        way, memory = many.aim(place, enemy, time, memory, lambda k: rng.random((count, k)))
+        time = time + 0.1
+    flees = memory[0][:, 0] > 0.5
+    assert flees.mean() == pytest.approx(0.5, abs=0.1)
+    np.testing.assert_allclose(way[flees], [[-0.1, 0.0, 0.0]] * int(flees.sum()), atol=1e-9)
+    assert np.abs(way[~flees]).max() < 0.09
 
 
 def test_what_a_batch_has_not_is_refused_in_words() -> None:
