@@ -29,7 +29,8 @@ class BC:
     Equation:
         loss = mean over numbers of (tanh f(s) - a)^2
 
-    Whole episodes are held out; the weights with the least error on them are the policy.
+    Whole episodes are held out; the weights with the least error on them are the policy. The loss
+    equals that of TorchRL's ``BCLoss``.
 
     Args:
         hidden: widths of the hidden layers.

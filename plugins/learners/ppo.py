@@ -33,8 +33,9 @@ class PPO:
         critic: (V(s) - (A + V_old(s)))^2
         A = sum over k of (gamma lambda)^k delta_(t+k),  delta = r + gamma V(s') - V(s)
 
-    Sums stop where an episode ends; one that was cut off goes on with the value of the state it
-    reached. Actions are drawn from a normal distribution and cut off at -1 and 1.
+    Loss, advantages and distribution are TorchRL's. Sums stop where an episode ends; one that was
+    cut off goes on with the value of the state it reached. Actions are drawn from a normal
+    distribution and cut off at -1 and 1.
 
     Args:
         hidden: widths of the hidden layers of actor and critic.

@@ -48,7 +48,7 @@ class SAC:
 
     From demonstrations it is SACfD (recipe ``sacfd``: priorities, two returns, pretraining) or RLPD
     (recipe ``rlpd``: half of every batch, critics with layer normalisation). They are never
-    overwritten.
+    overwritten. Losses equal those of TorchRL's ``SACLoss`` to rounding.
 
     Args:
         hidden: widths of the hidden layers.
