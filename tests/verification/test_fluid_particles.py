@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from seals.config.compose import compose
 from seals.errors import ConfigError, PhysicsError
+from seals.plugins.fluids.tank.fluid import FluidParticles
+from seals.plugins.fluids.tank.settings import Maker, MakerSettings
 from seals.run.assembly import build_world
 from seals.run.build import build_run
 from seals.run.settings_remarks import find_unused
@@ -109,6 +111,36 @@ def test_water_settles_around_a_held_body(tmp_path: Path) -> None:
         energies.append(world.fluid.simulation.water.kinetic_energy())  # type: ignore[union-attr]
         world.close()
     assert energies[1] < 0.3 * energies[0]
+
+
+def test_an_early_maker_sends_its_crest_behind_a_held_body(tmp_path: Path) -> None:
+    """The crest comes as much earlier as the maker begins; the body has not moved meanwhile."""
+    arrivals = []
+    for start, settle in ((0.0, 0.4), (-0.4, 0.8)):
+        words = ("fluid.size=[1.2,0.25,0.25]", "fluid.maker.kind=piston", "fluid.freeboard=0.5")
+        words += ("fluid.maker.sea=solitary", "fluid.maker.height=0.1", "fluid.spacing=0.03")
+        words += ("environment.tank_bottom=-0.25", f"fluid.settle={settle}", "time.step=0.005")
+        words += (
+            f"fluid.maker.start={start}",
+            "initial.position=[0,0,9]",
+            "fluid.beach.length=0.3",
+        )
+        world = world_of(f"robot={ball(tmp_path, 4.2)}", *words)
+        assert world.actors["robot"].body.read().position[2] == 9.0
+        surface, level = world.fluid.simulation.heights, []  # type: ignore[union-attr]
+        for _ in range(round((1.2 + start) / 0.005)):
+            world.step()
+            level.append(float(surface.at(np.array([[0.2, 0.0]]))[0]))
+        world.close()
+        arrivals.append(0.005 * (1 + int(np.argmax(level))))
+    assert arrivals[0] - arrivals[1] == pytest.approx(0.4, abs=0.08)
+
+
+@pytest.mark.parametrize("start", [-0.5, -2.0])
+def test_a_maker_that_begins_before_the_water_settles_is_refused(start: float) -> None:
+    """Refused with what to set."""
+    with pytest.raises(ConfigError, match=f"Use settle={1.0 - start:g} or more"):
+        FluidParticles(settle=0.4, maker=MakerSettings(kind=Maker.piston, start=start))
 
 
 def test_a_run_says_what_rests_and_writes_the_fluid(tmp_path: Path) -> None:

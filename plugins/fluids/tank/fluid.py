@@ -108,6 +108,11 @@ class FluidParticles(ParticleFluid):
                 raise ConfigError(
                     f"gauges.{name}={place} is not a position.\nAllowed: [east, north] in m."
                 )
+        if -self.maker.start > self.settle:
+            raise ConfigError(
+                f"maker.start={self.maker.start:g} s is before the water settles "
+                f"(settle={self.settle:g} s).\nUse settle={1.0 - self.maker.start:g} or more."
+            )
 
     def solids(self, environment: EnvironmentSettings) -> Mapping[str, ObstacleSettings]:
         """Return walls and floor of the basin."""

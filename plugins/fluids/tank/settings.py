@@ -40,7 +40,8 @@ class MakerSettings:
         sea: regular, jonswap or solitary.
         height: from trough to crest; significant height; height of a solitary crest [m].
         period: of the wave, or of the spectrum's peak [s].
-        start: time at which the maker begins [s].
+        start: time at which the maker begins [s]; below zero behind bodies that are held, while
+            the water settles.
         ramp: time over which it comes up to full stroke, in periods [1].
         peakedness: gamma of the spectrum [1].
         components: waves of an irregular sea.
@@ -53,7 +54,7 @@ class MakerSettings:
         0.05, "m", bounds=(0.0, 30.0), tolerance=0.1, relative=True, source=_CHOSEN
     )
     period: float = param(1.2, "s", bounds=(0.05, 60.0), tolerance=0.01, source=_CHOSEN)
-    start: float = setting(0.0, "s", bounds=(0.0, 1e6), source=_CHOSEN)
+    start: float = setting(0.0, "s", bounds=(-60.0, 1e6), source=_CHOSEN)
     ramp: float = setting(1.0, "1", bounds=(0.0, 20.0), source=_CHOSEN)
     peakedness: float = param(
         3.3, "1", bounds=(1.0, 10.0), tolerance=0.5, source="Hasselmann et al. 1973", fit=False

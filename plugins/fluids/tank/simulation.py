@@ -85,9 +85,10 @@ class TankSimulation(Simulation):
         return joined([self._solids, self.immersed.volumes(states)])
 
     def _settle(self, states: BodyStates) -> None:
-        """Let the water come to rest around bodies that are held."""
+        """Let the water come to rest around bodies that are held, and an early maker begin."""
         steps = round(self.settings.settle / self._step)
-        free = int(REST_SHARE * steps)
+        early = 0 if self.paddle is None else max(round(-self.settings.maker.start / self._step), 0)
+        free = int(REST_SHARE * (steps - early))
         held = states._replace(
             velocity=np.zeros_like(states.velocity),
             spin=np.zeros_like(states.spin),
@@ -96,8 +97,11 @@ class TankSimulation(Simulation):
             acceleration=np.zeros_like(states.acceleration),
         )
         for k in range(steps):
-            self._place(held, 0.0, self._step)
+            time = (k - steps) * self._step if early else 0.0
+            self._place(held, time, self._step)
             self.water.advance(self._step, substeps=self._substeps(self._step))
+            if k >= steps - early:
+                self._treat(held, time, self._step)
             if k < free:
                 self.water.set_particles(
                     velocities=self.water.velocities() * math.exp(-REST_RATE * self._step)
