@@ -15,7 +15,7 @@ from seals.plugins.viewers.mitsuba import RendererMitsuba
 from seals.plugins.viewers.mitsuba import denoise as denoising
 from seals.plugins.viewers.mitsuba import variant as variants
 from seals.plugins.viewers.mitsuba.building import backward_share, mean_cosine, medium_of
-from seals.plugins.viewers.mitsuba.photo import wet_share
+from seals.plugins.viewers.mitsuba.photo import faded, wet_share
 from seals.plugins.viewers.mitsuba.textures import sand, sky_map
 from seals.plugins.viewers.mitsuba.variant import Variant, mitsuba
 from seals.rendering import Lens, Light, Scene, Shape, nowhere, single
@@ -253,3 +253,10 @@ def test_nothing_arranged_is_said() -> None:
         RendererMitsuba().photograph(frame)
     with pytest.raises(Exception, match="samples=-1"):
         RendererMitsuba(samples=-1)
+
+
+def test_guides_of_the_denoiser_fade_with_the_way_through_water() -> None:
+    """What water hides, and what nothing is behind, guides nothing; in air everything does."""
+    distance = np.array([0.0, 1.0, 4.0])
+    assert faded(distance, 0.5) == pytest.approx([0.0, np.exp(-0.5), np.exp(-2.0)])
+    assert faded(distance, 0.0).tolist() == [1.0, 1.0, 1.0]

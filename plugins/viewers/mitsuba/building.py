@@ -62,6 +62,14 @@ class Build:
         self._sky = mi.Bitmap(sky_map(optics, sun_radius))
         self._medium = medium_of(optics)
 
+    @property
+    def fog(self) -> float:
+        """Mean extinction of the water [1/m]."""
+        medium = self._medium
+        return (
+            0.0 if medium is None else medium["scale"] * float(np.mean(medium["sigma_t"]["value"]))
+        )
+
     def links(self, poses: Poses) -> dict[str, Any]:
         """Return links and solids at their poses."""
         place, turn = np.asarray(poses.position)[0], np.asarray(poses.rotation)[0]

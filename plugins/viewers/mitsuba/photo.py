@@ -37,18 +37,19 @@ def photograph(build: Build, frame: Frame, *, samples: int, depth: int, denoise:
         first, last = max(int(rows[0]) - 4, 0), min(int(rows[-1]) + 5, frame.lens.height)
         crop = Crop(first, last - first)
         sensor = build.sensor(frame, crop, wet=wet, samples=samples)
-        seen = shot(build.mi, {**parts, "sensor": sensor}, depth, denoise=denoise)
+        fog = build.fog if wet else 0.0
+        seen = shot(build.mi, {**parts, "sensor": sensor}, depth, denoise=denoise, fog=fog)
         image[first:last] += weight[first:last, :, None].astype(np.float32) * seen
     return image
 
 
-def shot(mi: Any, parts: dict[str, Any], depth: int, *, denoise: bool) -> Image:
-    """Render one image."""
+def shot(mi: Any, parts: dict[str, Any], depth: int, *, denoise: bool, fog: float = 0.0) -> Image:
+    """Render one image; fog is the extinction of what the camera stands in [1/m]."""
     inner = {"type": "volpath", "max_depth": depth, "rr_depth": 3}
     scene = mi.load_dict(
         {
             "type": "scene",
-            "integrator": {"type": "aov", "aovs": "a:albedo,n:sh_normal", "image": inner},
+            "integrator": {"type": "aov", "aovs": "d:depth,a:albedo,n:sh_normal", "image": inner},
             **parts,
         }
     )
@@ -56,7 +57,25 @@ def shot(mi: Any, parts: dict[str, Any], depth: int, *, denoise: bool) -> Image:
     colour = pixels[..., :3]
     if not denoise:
         return colour
-    return np.maximum(cleaned(colour, pixels[..., -6:-3], pixels[..., -3:]), 0.0)
+    # guides fade as what they tell of does: else the horizon under water is drawn as a line
+    clear = faded(pixels[..., -7:-6], fog)
+    return np.maximum(cleaned(colour, clear * pixels[..., -6:-3], clear * pixels[..., -3:]), 0.0)
+
+
+def faded(distance: Image, fog: float) -> Image:
+    """Return the share of the light of what is seen first that arrives [1].
+
+    Args:
+        distance: of what is seen first; 0 where nothing is [m].
+        fog: extinction [1/m].
+
+    Example:
+        >>> faded(np.array([0.0, 1.0]), 0.0).tolist(), faded(np.array([0.0, 1.0]), 1e3).tolist()
+        ([1.0, 1.0], [0.0, 0.0])
+    """
+    if fog <= 0.0:
+        return np.ones_like(distance)
+    return np.asarray(np.where(distance > 0.0, np.exp(-fog * distance), 0.0))
 
 
 def wet_share(frame: Frame) -> NDArray[np.float64]:
