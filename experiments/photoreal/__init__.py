@@ -1,4 +1,4 @@
-"""Photorealistic films: a dive into particle waves, and the pursuit of a walking crab."""
+"""Photorealistic films: a dive into particle waves, a wave's strike, a grasp, and a pursuit."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from seals.cli.main import main as seals
 from seals.experiments.command import CommandParser
+from seals.experiments.wave_impact import OVERRIDES, PHASES
 from seals.logs.native import TABLES
 
 
@@ -50,6 +51,25 @@ FILMS = {
             "port=0.2",
             "camera=[-0.7,-1.25,0.04]",
             "look_at=[0.25,0.0,0.03]",
+        ),
+    ),
+    "strike": Film(
+        run=(*OVERRIDES, f"fluid.maker.start={PHASES['crest']}", "surface=0.01"),
+        render=(
+            "ripples=2.5",
+            "exposure=1.4",
+            "camera=[0.5,-1.7,0.62]",
+            "look_at=[0.05,0.0,0.2]",
+            "speed=0.25",
+        ),
+    ),
+    "grasp": Film(
+        run=("experiment=grasp_lift",),
+        render=(
+            "ripples=2.5",
+            "exposure=2.0",
+            "camera=[1.1,-1.2,-0.45]",
+            "look_at=[0.0,0.0,-0.7]",
         ),
     ),
     "target": Film(
