@@ -13,6 +13,7 @@ from seals.errors import optional_import
 from seals.fluid import Fluid
 from seals.logs.atomic import atomic_path
 from seals.run.particle_snapshots import InstantFiles
+from seals.run.spray import Spray, drop_mesh
 
 FOLDER = "surface"
 """Folder of a run that holds the meshes, one file an instant, named by its time."""
@@ -111,9 +112,14 @@ class Surfaces(InstantFiles):
     def __init__(self, every: float, fluid: Fluid | None) -> None:
         super().__init__(FOLDER, every, fluid)
         refuse_missing()
+        self._spray = Spray()
 
     def write(self, path: Path, fluid: Fluid) -> None:
-        """Write the surface, unless there are no particles."""
-        places, spacing = fluid.particles()[0], fluid.diagnostics().get(SPACING)
+        """Write the surface and the spray over it, unless there are no particles."""
+        (places, velocities), spacing = fluid.particles(), fluid.diagnostics().get(SPACING)
         if len(places) and spacing is not None:
-            write_ply(path.with_name(path.name + ".ply"), surface_of(places, spacing))
+            mesh = surface_of(places, spacing)
+            drops = drop_mesh(self._spray.advance(places, velocities, spacing, self._every))
+            corners = np.concatenate([mesh.vertices, drops[0]])
+            faces = np.concatenate([mesh.triangles, len(mesh.vertices) + drops[1]])
+            write_ply(path.with_name(path.name + ".ply"), Mesh(corners, faces))

@@ -28,7 +28,7 @@ class Water:
         """Places and velocities."""
         return self.places, 0.0 * self.places
 
-    def figures(self) -> dict[str, float]:
+    def diagnostics(self) -> dict[str, float]:
         """The spacing alone."""
         return {"spacing [m]": 0.1}
 
