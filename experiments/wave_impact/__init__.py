@@ -48,7 +48,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the experiment from the command line."""
     given = parser_of("wave_impact").parse_args(arguments)
     out = folder_of(given, "wave_impact")
-    table, charts = {}, []
+    table: dict[str, float] = {}
+    charts: list[Chart] = []
     for phase, start in PHASES.items():
         words = [*OVERRIDES, f"fluid.maker.start={start}", *given.overrides]
         record = run_into(out / phase, build_run(compose(words)), overrides=words)
