@@ -15,9 +15,9 @@ which water throws drops off, and most that are looked at [1]; inside of water a
 ENERGY = (0.3, 3.0)
 """Kinetic energy of a unit of mass at which water begins to throw off drops, and at its full rate
 [m^2/s^2]; of flumes and robots, those of Ihmsen et al. are of ships and rivers."""
-TRAPPED = (2.0, 12.0)
+TRAPPED = (1.0, 5.0)
 """Trapped-air potential between the same [m/s]."""
-RATE, MOST, LIFE = 1500.0, 6000, 2.0
+RATE, MOST, LIFE = 4000.0, 6000, 2.0
 """Drops of a particle at its full rate [1/s], most of all, and the longest time of one [s]."""
 SIZE, SCATTER, SIZES = 0.04, 0.5, (0.015, 0.1)
 """Radius: median [1 spacing], standard deviation of its logarithm, bounds [1 spacing]."""
