@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from seals.learn import networks
-from seals.learn.learner import Spaces, need_torch
+from seals.learn.learner import MOST, Spaces, need_torch
 from seals.learn.observations import vector
 from seals.learn.scaling import RunningNormaliser
 from seals.learn.seeding import first_weights, generator_of
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from seals.learn.batched import StepResult
 
 CHOSEN = "chosen"
-MOST = 1_000_000_000
 """Largest number of steps and updates that a setting may ask for."""
 
 
