@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from seals.learn.batched import StepResult
 
 CHOSEN = "chosen"
-"""Largest number of steps and updates that a setting may ask for."""
 
 
 @dataclass(kw_only=True)
