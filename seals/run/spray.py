@@ -18,14 +18,14 @@ ENERGY = (0.3, 3.0)
 TRAPPED = (1.0, 5.0)
 """Trapped-air potential between the same [m/s]."""
 RATE, MOST, LIFE = 4000.0, 6000, 2.0
-"""Drops of a particle at its full rate [1/s], most of all, and the longest time of one [s]."""
+"""Droplets of a particle at its full rate [1/s], most of all, and the longest time of one [s]."""
 SIZE, SCATTER, SIZES = 0.04, 0.5, (0.015, 0.1)
 """Radius: median [1 spacing], standard deviation of its logarithm, bounds [1 spacing]."""
 GRAVITY = 9.81
 
 
-class Drops(NamedTuple):
-    """Drops in flight.
+class Droplets(NamedTuple):
+    """Droplets in flight.
 
     Args:
         place: [m], shape (n, 3).
@@ -39,13 +39,13 @@ class Drops(NamedTuple):
     radius: Floats
     age: Floats
 
-    def chosen(self, rows: NDArray[np.bool_] | NDArray[np.int64]) -> Drops:
+    def chosen(self, rows: NDArray[np.bool_] | NDArray[np.int64]) -> Droplets:
         """Return some of them."""
-        return Drops(*(values[rows] for values in self))
+        return Droplets(*(values[rows] for values in self))
 
 
 class Spray:
-    """Drops that water throws off and that fly until they fall back.
+    """Droplets that water throws off and that fly until they fall back.
 
     Equation:
         drops in a time dt = rate Phi(v^2 / 2) Phi(I) dt, Phi from 0 to 1 between two bounds, with
@@ -66,9 +66,9 @@ class Spray:
     def __init__(self, seed: int = 0) -> None:
         self._draw = np.random.default_rng(seed)
         none = np.zeros((0, 3))
-        self.drops = Drops(none, none, np.zeros(0), np.zeros(0))
+        self.drops = Droplets(none, none, np.zeros(0), np.zeros(0))
 
-    def advance(self, places: Floats, velocities: Floats, spacing: float, step: float) -> Drops:
+    def advance(self, places: Floats, velocities: Floats, spacing: float, step: float) -> Droplets:
         """Let drops fly for a time and water throw off new ones; return those in flight.
 
         Args:
@@ -82,14 +82,14 @@ class Spray:
         tree = cKDTree(places)
         old = self.drops
         fall = np.array([0.0, 0.0, -GRAVITY])
-        old = Drops(
+        old = Droplets(
             old.place + step * old.velocity + 0.5 * step**2 * fall,
             old.velocity + step * fall,
             old.radius,
             old.age + step,
         )
         new = self._thrown(tree, np.asarray(velocities, dtype=float), spacing, step)
-        drops = Drops(*(np.concatenate(pair) for pair in zip(old, new, strict=True)))
+        drops = Droplets(*(np.concatenate(pair) for pair in zip(old, new, strict=True)))
         near = np.asarray(tree.query_ball_point(drops.place, 2.0 * spacing, return_length=True))
         rising = drops.velocity[:, 2] > 0.0
         flies = (near < LONE) | ((near < INSIDE) & rising)
@@ -99,7 +99,7 @@ class Spray:
         self.drops = drops
         return drops
 
-    def _thrown(self, tree: object, velocities: Floats, spacing: float, step: float) -> Drops:
+    def _thrown(self, tree: object, velocities: Floats, spacing: float, step: float) -> Droplets:
         """New drops, those inside of the water among them."""
         places, reach = np.asarray(tree.data), 2.0 * spacing  # type: ignore[attr-defined]
         fast = np.flatnonzero(0.5 * (velocities**2).sum(axis=1) > ENERGY[0])
@@ -123,8 +123,8 @@ class Spray:
         source = fast[np.repeat(np.arange(len(fast)), self._draw.poisson(mean))]
         return self._beside(places[source], velocities[source], spacing, step)
 
-    def _beside(self, places: Floats, velocities: Floats, spacing: float, step: float) -> Drops:
-        """Drops in a cylinder along the way of their particles."""
+    def _beside(self, places: Floats, velocities: Floats, spacing: float, step: float) -> Droplets:
+        """Droplets in a cylinder along the way of their particles."""
         n = len(places)
         aside = self._draw.normal(size=(n, 3))
         ahead = velocities / np.maximum(np.linalg.norm(velocities, axis=1, keepdims=True), 1e-12)
@@ -133,7 +133,7 @@ class Spray:
         far = 0.5 * np.sqrt(self._draw.uniform(size=(n, 1)))
         along = step * self._draw.uniform(size=(n, 1)) * velocities
         size = SIZE * np.exp(SCATTER * self._draw.normal(size=n))
-        return Drops(
+        return Droplets(
             places + far * spacing * aside + along,
             velocities * (1.0 + 0.2 * self._draw.normal(size=(n, 1))) + far * aside,
             spacing * np.clip(size, *SIZES),
@@ -147,7 +147,7 @@ def _share(values: Floats, bounds: tuple[float, float]) -> Floats:
     return out
 
 
-def drop_mesh(drops: Drops) -> tuple[Floats, NDArray[np.int64]]:
+def drop_mesh(drops: Droplets) -> tuple[Floats, NDArray[np.int64]]:
     """Return drops as icosahedra: corners [m], shape (12 n, 3), and triangles, shape (20 n, 3)."""
     g = 0.5 * (1.0 + 5.0**0.5)
     ring = [(0.0, a, b * g) for a in (-1.0, 1.0) for b in (-1.0, 1.0)]

@@ -1,4 +1,4 @@
-"""Drops without pose: the model between the rows, trials of whole runs, errors at the surface."""
+"""Droplets without pose: the model between the rows, trials of whole runs, errors at the surface."""
 
 from __future__ import annotations
 

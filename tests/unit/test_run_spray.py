@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from seals.run.spray import GRAVITY, MOST, Drops, Spray, drop_mesh
+from seals.run.spray import GRAVITY, MOST, Droplets, Spray, drop_mesh
 
 SPACING = 0.05
 
@@ -36,7 +36,7 @@ def test_slow_water_and_smooth_water_keep_their_drops() -> None:
 
 
 def test_torn_water_throws_off_more_the_faster_it_is() -> None:
-    """Drops lie over the block, out of the water; no more than are drawn."""
+    """Droplets lie over the block, out of the water; no more than are drawn."""
     slow, fast = thrown(1.5).drops, thrown(3.0).drops
     assert 0 < len(slow.age) < len(fast.age) <= MOST
     outside = ((fast.place < 0.0) | (fast.place > [1.0, 1.0, 0.0])).any(axis=1)
@@ -47,7 +47,7 @@ def test_drops_fly_freely_and_fall_back() -> None:
     """A parabola to the bit of rounding; in water they are gone."""
     spray = thrown(3.0)
     up = (spray.drops.velocity[:, 2] > 2.0) & (spray.drops.place[:, 2] > 0.0)
-    spray.drops = Drops(*(values[up][:1] for values in spray.drops))
+    spray.drops = Droplets(*(values[up][:1] for values in spray.drops))
     place, velocity = spray.drops.place[0].copy(), spray.drops.velocity[0].copy()
     places = block()
     for _ in range(5):
@@ -62,7 +62,7 @@ def test_drops_fly_freely_and_fall_back() -> None:
 def test_drops_are_closed_and_look_outwards() -> None:
     """Two icosahedra: every edge twice, volume 2.5362 r^3 each (that of the solid)."""
     radius = np.array([0.002, 0.003])
-    drops = Drops(np.array([[0.0, 0, 0], [1.0, 2, 3]]), np.zeros((2, 3)), radius, np.zeros(2))
+    drops = Droplets(np.array([[0.0, 0, 0], [1.0, 2, 3]]), np.zeros((2, 3)), radius, np.zeros(2))
     corners, faces = drop_mesh(drops)
     assert corners.shape == (24, 3)
     assert faces.shape == (40, 3)
