@@ -35,7 +35,7 @@ _NAME = re.compile(r"^(?P<speed>\d+(?:\.\d+)?)mps_(?P<nose>[^_]+)_(?P<run>\d+)$"
 
 @dataclass(kw_only=True)
 class ReaderImpack:
-    """Droplets of a 44.45 mm impactor with a recorder on board into still water; one log each.
+    """Drops of a 44.45 mm impactor with a recorder on board into still water; one log each.
 
     Channels:
         ``specific_force_x/y/z``, with z along the fall axis (up before the drop).

@@ -1,4 +1,4 @@
-"""Droplets without pose: the model between the rows, trials of whole runs, errors at the surface."""
+"""Drops without pose: the model between the rows, trials of whole runs, errors at the surface."""
 
 from __future__ import annotations
 

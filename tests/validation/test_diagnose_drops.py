@@ -39,7 +39,7 @@ def test_an_accelerometer_alone_names_what_the_impact_shows(tmp_path: Path, effe
 
 
 def test_a_sound_drop_without_pose_gets_no_name(tmp_path: Path) -> None:
-    """Droplets within their tolerances lack nothing."""
+    """Drops within their tolerances lack nothing."""
     words = ("--level", "null", "--vehicle", "drop_imu_only", "--seed", "6")
     found, _ = answered(tmp_path, *words)
     assert found.answer.verdict.value == "nothing_missing"

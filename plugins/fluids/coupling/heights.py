@@ -19,7 +19,7 @@ class HeightField:
     """Heights of the water over a grid of cells, two spacings wide.
 
     A cell's height is the mean of its four highest particles and half a spacing: four fill one
-    spacing of depth, whether they lie in a layer or in disorder. Droplets high above the rest count
+    spacing of depth, whether they lie in a layer or in disorder. Drops high above the rest count
     as if they lay on it. Cells in which a body stands above the water get the mean of their
     neighbours: the body is not a hole.
 
