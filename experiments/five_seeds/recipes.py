@@ -113,6 +113,22 @@ RECIPES = {
         # the paper does not say how many
         shown=10,
     ),
+    "catch_many": Recipe(
+        ("env=catch_shy", "task.ends=true"),
+        (
+            "learner=dagger",
+            "device=cuda",
+            "count=2048",
+            "course.steps=2000000",
+            "course.look_every=500000",
+            "course.log_every=50000",
+            "course.episodes=10",
+            "course.checkpoint=0",
+        ),
+        # contacts on the card; judged in full worlds
+        lessons=("backend=mujoco_warp",),
+        enough=0.7,
+    ),
     "reach_no_reward": Recipe(("env=reach", "task.reward_form=none"), _SHORT, 1),
     "reach_shuffled": Recipe(("env=reach", "task.shuffled=true"), _SHORT, 1),
     "reach_untrained": Recipe(("env=reach",), ("learner=sac_reach", "course.steps=0"), 1),
