@@ -18,14 +18,14 @@ ENERGY = (0.3, 3.0)
 TRAPPED = (1.0, 5.0)
 """Trapped-air potential between the same [m/s]."""
 RATE, MOST, LIFE = 4000.0, 6000, 2.0
-"""Droplets of a particle at its full rate [1/s], most of all, and the longest time of one [s]."""
-SIZE, SCATTER, SIZES = 0.04, 0.5, (0.015, 0.1)
+"""Drops of a particle at its full rate [1/s], most of all, and the longest time of one [s]."""
+SIZE, SCATTER, SIZES = 0.07, 0.5, (0.02, 0.15)
 """Radius: median [1 spacing], standard deviation of its logarithm, bounds [1 spacing]."""
 GRAVITY = 9.81
 
 
 class Droplets(NamedTuple):
-    """Droplets in flight.
+    """Drops in flight.
 
     Args:
         place: [m], shape (n, 3).
@@ -45,7 +45,7 @@ class Droplets(NamedTuple):
 
 
 class Spray:
-    """Droplets that water throws off and that fly until they fall back.
+    """Drops that water throws off and that fly until they fall back.
 
     Equation:
         drops in a time dt = rate Phi(v^2 / 2) Phi(I) dt, Phi from 0 to 1 between two bounds, with
@@ -124,7 +124,7 @@ class Spray:
         return self._beside(places[source], velocities[source], spacing, step)
 
     def _beside(self, places: Floats, velocities: Floats, spacing: float, step: float) -> Droplets:
-        """Droplets in a cylinder along the way of their particles."""
+        """Drops in a cylinder along the way of their particles."""
         n = len(places)
         aside = self._draw.normal(size=(n, 3))
         ahead = velocities / np.maximum(np.linalg.norm(velocities, axis=1, keepdims=True), 1e-12)
