@@ -143,6 +143,9 @@ def test_sand_keeps_its_light() -> None:
     np.testing.assert_allclose(still[inner, inner], plain[inner, inner], atol=0.02)
     assert plain.min() >= 0.0
     assert plain.max() < 1.0
+    # one colour at the edges, which the wide floor goes on with
+    for edge in (plain[0], plain[:, -1], still[-1], still[:, 0]):
+        assert np.ptp(edge, axis=0).max() < 0.01
 
 
 def test_cameras_see_depth_and_parts() -> None:

@@ -120,7 +120,8 @@ class Build:
             wide = near.copy()
             wide[0, 0] = wide[1, 1] = WIDE
             wide[2, 3] -= LOWER
-            mean = image.mean(axis=(0, 1)).tolist()
+            # grain and caustics have faded at the edge of the picture
+            mean = image[0].mean(axis=0).tolist()
             out[f"ground_{k}"] = self._floor(near, self._texture(image))
             out[f"ground_{k}_wide"] = self._floor(wide, {"type": "rgb", "value": mean})
         return out

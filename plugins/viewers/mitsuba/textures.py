@@ -43,7 +43,7 @@ def sand(
         light: optics, surface of the water and time [s].
     """
     optics, surface, time = light
-    base = to_linear(np.array(colour)) * (1.0 + GRAIN * grains())[..., None]
+    base = to_linear(np.array(colour)) * (1.0 + GRAIN * _faded() * grains())[..., None]
     if depth > 0.0 and surface is not None and optics.caustics:
         east, north, half = (np.array([x]) for x in (*middle, HALF))
         patch = Patch(east, north, half, np.array([[max(depth, 1e-3), depth + 1e-3]]))
