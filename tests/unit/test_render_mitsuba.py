@@ -19,7 +19,7 @@ from seals.plugins.viewers.mitsuba.photo import faded, wet_share
 from seals.plugins.viewers.mitsuba.textures import sand, sky_map
 from seals.plugins.viewers.mitsuba.variant import Variant, mitsuba
 from seals.rendering import Lens, Light, Scene, Shape, nowhere, single
-from seals.rendering.optics import Optics, SurfaceStill, water_of
+from seals.rendering.optics import Optics, SurfaceAiry, SurfaceStill, water_of
 from seals.view.films import Frame, Viewpoint, WaterBody, looking
 from seals.view.films.settings import Quality
 
@@ -146,6 +146,25 @@ def test_sand_keeps_its_light() -> None:
     # one colour at the edges, which the wide floor goes on with
     for edge in (plain[0], plain[:, -1], still[-1], still[:, 0]):
         assert np.ptp(edge, axis=0).max() < 0.01
+
+
+def test_caustics_lie_in_the_tank_alone() -> None:
+    """Outside of the place that the water fills the floor is as on dry land."""
+    optics = Optics(water_type="coastal_1")
+    given = (
+        (0.6, 0.5, 0.4),
+        (1.0, -1.0),
+        1.0,
+        (optics, SurfaceAiry([0.03], [[6.0, 2.0]], [7.7], [0.0]), 0.3),
+    )
+    dry = sand(*given[:2], 0.0, (optics, None, 0.0))
+    tank, sea = sand(*given, ((0.0, -2.0), (2.0, -0.5))), sand(*given)
+    # rows are north of -5 m, columns east of -3 m, 64 to the metre
+    inside = np.zeros(dry.shape[:2], dtype=bool)
+    inside[192:288, 192:320] = True
+    np.testing.assert_allclose(tank[~inside], dry[~inside], atol=1e-6)
+    np.testing.assert_allclose(tank[inside], sea[inside], atol=1e-6)
+    assert np.abs(sea - dry)[inside].max() > 0.05
 
 
 def test_cameras_see_depth_and_parts() -> None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.plugins.viewers.mitsuba.shapes import material, pose_of
-from seals.plugins.viewers.mitsuba.textures import HALF, sand, sky_map
+from seals.plugins.viewers.mitsuba.textures import EVERYWHERE, HALF, sand, sky_map
 from seals.rendering import Lens, Poses
 from seals.rendering.optics import Optics, to_linear
 from seals.rendering.scene import Shape
@@ -113,7 +113,8 @@ class Build:
             water = frame.water
             depth = (water.surface.level - height) if water is not None else 0.0
             light = self.optics, None if water is None else water.surface, frame.time
-            image = sand(plane.colour, middle, depth, light)
+            wet = EVERYWHERE if water is None else (water.lower, water.upper)
+            image = sand(plane.colour, middle, depth, light, wet)
             near = np.eye(4)
             near[0, 0] = near[1, 1] = HALF
             near[:3, 3] = *middle, height

@@ -18,6 +18,7 @@ HALF = 4.0
 GRAIN = 0.16
 """Standard deviation of the sand's brightness over its mean [1]."""
 BRIGHTEST = 0.95
+EVERYWHERE = ((-math.inf, -math.inf), (math.inf, math.inf))
 SIZE = (256, 512)
 """Rows and columns of the picture."""
 BELOW = 0.25
@@ -31,6 +32,7 @@ def sand(
     middle: tuple[float, float],
     depth: float,
     light: tuple[Optics, Surface | None, float],
+    wet: tuple[tuple[float, float], tuple[float, float]] = EVERYWHERE,
 ) -> NDArray[np.float32]:
     """Return the reflectance of a level floor, linear, shape (CELLS, CELLS, 3), rows from south.
 
@@ -41,6 +43,8 @@ def sand(
         middle: of the place, east and north [m].
         depth: of the floor under the water [m]; zero or less for dry land.
         light: optics, surface of the water and time [s].
+        wet: corners of the place that the water fills, east and north [m]; none has caustics
+            outside.
     """
     optics, surface, time = light
     base = to_linear(np.array(colour)) * (1.0 + GRAIN * _faded() * grains())[..., None]
@@ -49,6 +53,9 @@ def sand(
         patch = Patch(east, north, half, np.array([[max(depth, 1e-3), depth + 1e-3]]))
         bright = pattern(patch, surface, time, optics.sun, cells=CELLS, rays=1)[0, 0].T
         share = optics.sun_share * math.exp(-optics.fading * depth)
+        along = HALF * ((2.0 * np.arange(CELLS) + 1.0) / CELLS - 1.0)
+        x, y = (((m + along > a) & (m + along < b)) for m, a, b in zip(middle, *wet, strict=True))
+        share = share * (y[:, None] & x)
         base = base * (1.0 + share * _faded() * (bright - 1.0))[..., None]
     found: NDArray[np.float32] = np.clip(base, 0.0, BRIGHTEST).astype(np.float32)
     return found
