@@ -71,8 +71,12 @@ def acting(settings: RunSettings) -> dict[str, Any]:
     return {**effects, **actuators}
 
 
-def build_world(settings: RunSettings) -> World:
+def build_world(settings: RunSettings, *, repeats: int = 1) -> World:
     """Build a world with the robot and the objects of a run in their initial configurations.
+
+    Args:
+        settings: of the run.
+        repeats: times that the run is made, from a reset each.
 
     Raises:
         SealsError: the robot, an effect or the initial state cannot be used.
@@ -91,9 +95,10 @@ def build_world(settings: RunSettings) -> World:
         waves=settings.wave,
         steps=steps,
         fluid=settings.fluid,
+        repeats=repeats,
     )
     actor.pilot = build_pilot(settings, actor)
-    objects = add_objects(settings, steps=steps)
+    objects = add_objects(settings, steps=steps, repeats=repeats)
     watch = open_cameras(settings, {ROBOT: actor, **objects})
     sink(settings, [actor, *objects.values()])
     world = World(

@@ -31,8 +31,13 @@ from seals.world.pilot import Pilot
 from seals.world.servos import check_gains
 
 
-def add_objects(settings: RunSettings, *, steps: int) -> dict[str, Actor]:
+def add_objects(settings: RunSettings, *, steps: int, repeats: int = 1) -> dict[str, Actor]:
     """Add the objects of a run to its open scene, in the order of the configuration.
+
+    Args:
+        settings: of the run.
+        steps: of the run.
+        repeats: times that they are made.
 
     Raises:
         SealsError: an object's robot, values or effects cannot be used.
@@ -50,6 +55,7 @@ def add_objects(settings: RunSettings, *, steps: int) -> dict[str, Actor]:
             waves=settings.wave,
             steps=steps,
             fluid=settings.fluid,
+            repeats=repeats,
         )
         animate(name, thing, found, settings, actor)
         actors[name] = actor

@@ -68,6 +68,8 @@ class Actor:
         waves: motion of the water surface.
         steps: rows to reserve in the ledger.
         fluid: that the robot is in, or None; its surface stands for the waves then.
+        repeats: times that so many steps are made, after a reset each; their laws are compiled
+            where that pays.
 
     Attributes:
         ledger: every effect's wrench at every step.
@@ -95,6 +97,7 @@ class Actor:
         waves: Waves,
         steps: int,
         fluid: Fluid | None = None,
+        repeats: int = 1,
     ) -> None:
         self.robot, self.effects, self.sensors = robot, effects, dict(sensors)
         self.gravity, self.body = environment.gravity, backend.add(robot)
@@ -142,7 +145,7 @@ class Actor:
         self._must, self._backend = choice == "true", backend
         self._weights: CompiledWeights | None = None
         self.compiled: CompiledStep | None = None
-        if compiles(choice, steps):
+        if compiles(choice, steps * repeats):
             self._compile(environment, waves)
 
     def _compile(self, environment: EnvironmentSettings, waves: Waves) -> None:

@@ -329,3 +329,22 @@ def test_environments_go_with_their_last_name() -> None:
         assert [part() for part in parts] == [None] * 4
     finally:
         gc.enable()
+
+
+def test_laws_are_compiled_where_all_episodes_together_are_long() -> None:
+    """One reach of 2,000 steps is not worth it, a hundred are; so is a training of as many."""
+    pytest.importorskip("mujoco")
+    pytest.importorskip("llvmlite")
+    from seals.learn.environments import batched_of
+
+    for root, words, compiled in (
+        ("evaluate", ("episodes=1",), False),
+        ("evaluate", ("episodes=100",), True),
+        ("train", ("course.steps=100", "learner=sac"), False),
+        ("train", ("course.steps=20000", "learner=sac"), True),
+        ("train", ("course.steps=20000", "learner=sac", "backend.compiled=false"), False),
+    ):
+        config = compose(["env=reach", "backend=mujoco", *words], root=root)
+        found: Any = batched_of(config, count=1)
+        assert (found.worlds[0].actor.compiled is not None) == compiled, (root, words)
+        found.close()

@@ -82,11 +82,19 @@ def batched_of(
     from seals.learn.environments.sequential import SequentialEnvironments
     from seals.learn.environments.world import WorldEnvironment
 
-    worlds = [WorldEnvironment(settings, task)]
+    episodes = _episodes(config, task, count)
+    worlds = [WorldEnvironment(settings, task, episodes=episodes)]
     for _ in range(count - 1):
         # a scene belongs to one backend object: each world is built from the configuration anew
-        worlds.append(WorldEnvironment(*build_learning(config)))
+        worlds.append(WorldEnvironment(*build_learning(config), episodes=episodes))
     return SequentialEnvironments(worlds, device=device, seed=seed)
+
+
+def _episodes(config: Any, task: Any, count: int) -> int:
+    """Return how many episodes of each world a command makes at least, one where nobody says."""
+    steps = config.course.steps if config.get("course") is not None else 0
+    made = int(steps / (task.rate * task.duration)) + int(config.get("episodes") or 0)
+    return max(1, made // count)
 
 
 def _with_pixels(batch: Any, settings: Any, config: Any, *, seed: int) -> Batched:

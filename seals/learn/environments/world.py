@@ -39,6 +39,7 @@ class WorldEnvironment:
     Args:
         settings: of the run, with a guide that takes orders.
         task: bound to the robot.
+        episodes: that are expected, so that laws are compiled where that pays.
 
     Raises:
         ConfigError: the control rate is above that of the world's steps, or the task's object is
@@ -46,7 +47,7 @@ class WorldEnvironment:
         SealsError: the world cannot be built.
     """
 
-    def __init__(self, settings: RunSettings, task: Task) -> None:
+    def __init__(self, settings: RunSettings, task: Task, *, episodes: int = 1) -> None:
         """Build the world once; every episode resets it."""
         step = settings.time.step
         self._every = round(1.0 / (task.rate * step))
@@ -64,7 +65,7 @@ class WorldEnvironment:
         time = replace(settings.time, duration=task.duration)
         self.settings = replace(settings, initial=initial, time=time)
         self.task, self.episodes = task, Episodes(task)
-        self.world: World = build_world(self.settings)
+        self.world: World = build_world(self.settings, repeats=episodes)
         self.actor: Actor = self.world.actors[ROBOT]
         pilot = self.actor.pilot
         assert pilot is not None
