@@ -124,6 +124,18 @@ def test_the_table_tells_paired_differences_of_the_last_policies(
         gather(tmp_path / "again")
 
 
+@pytest.mark.parametrize("name", TASKS)
+def test_the_page_has_the_tables_of_the_episodes_that_come_along(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Line by line, whole trainings of both tasks."""
+    page = Path(__file__).parents[2] / "docs" / "learning_posterior.md"
+    assert main([name, "tell", "--out", str(tmp_path)]) == 0
+    told = [line for line in capsys.readouterr().out.splitlines() if line.startswith("|")]
+    assert len(told) == 2 + len(ARMS) + 2 + 3
+    assert set(told) <= set(page.read_text(encoding="utf-8").splitlines())
+
+
 def test_a_difference_takes_pairs_alone() -> None:
     """Seeds of one arm only are left out; one pair has no interval."""
     found = difference({0: 0.9, 1: 0.7, 5: 0.0}, {0: 0.5, 1: 0.5, 2: 1.0})
