@@ -68,8 +68,7 @@ class Actor:
         waves: motion of the water surface.
         steps: rows to reserve in the ledger.
         fluid: that the robot is in, or None; its surface stands for the waves then.
-        repeats: times that so many steps are made, after a reset each; their laws are compiled
-            where that pays.
+        repeats: times that they are made, from a reset each.
 
     Attributes:
         ledger: every effect's wrench at every step.
@@ -107,8 +106,7 @@ class Actor:
         self._options = options_of(self.body, BodyOptions)
         self.servos = Servoing(effects, robot, implicit=self._options.implicit)
         self.evaluator = Evaluator(
-            effects,
-            surroundings,
+            *(effects, surroundings),
             links=len(robot.links),
             batch=1,
             joint_links=robot.tree.child,
