@@ -136,6 +136,24 @@ def test_a_batch_is_an_environment_of_torchrl_itself(backend: str) -> None:
     other.close()
 
 
+def test_torchrl_s_environment_sees() -> None:
+    """With cameras it observes numbers and pictures, as its specs say."""
+    from torchrl.envs.utils import check_env_specs
+
+    from seals.learn.environments.torchrl_env import SealsEnvBase
+
+    eyes = [
+        f"sensors.{eye}.{side}=16" for eye in ("front", "belly") for side in ("width", "height")
+    ]
+    env = SealsEnvBase("reach_seen", num_envs=2, overrides=["backend=twin", *SHORT, *eyes])
+    check_env_specs(env)
+    rollout = env.rollout(STEPS + 2, break_when_any_done=False)
+    # three colours of two cameras in three control steps
+    assert rollout["pixels"].shape == (2, STEPS + 2, 18, 16, 16)
+    assert int(rollout["next", "pixels"].max()) > 0
+    env.close()
+
+
 def test_success_and_single_resets_of_torchrl_s_environment() -> None:
     """What has succeeded says so at its end; what still runs is not reset alone."""
     from seals.envs import torchrl_env
