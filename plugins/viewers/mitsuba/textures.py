@@ -55,8 +55,8 @@ def sand(
         share = optics.sun_share * math.exp(-optics.fading * depth)
         along = HALF * ((2.0 * np.arange(CELLS) + 1.0) / CELLS - 1.0)
         x, y = (((m + along > a) & (m + along < b)) for m, a, b in zip(middle, *wet, strict=True))
-        share = share * (y[:, None] & x)
-        base = base * (1.0 + share * _faded() * (bright - 1.0))[..., None]
+        weight = share * _faded() * (y[:, None] & x)
+        base = base * (1.0 + weight * (bright - 1.0))[..., None]
     found: NDArray[np.float32] = np.clip(base, 0.0, BRIGHTEST).astype(np.float32)
     return found
 
