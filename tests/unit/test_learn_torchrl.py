@@ -191,3 +191,27 @@ def test_what_two_processes_collect_follows_the_seed() -> None:
     first, again, other = (collected(seed)["observation"] for seed in (3, 3, 4))
     assert torch.equal(first, again)
     assert not torch.equal(first, other)
+
+
+@pytest.mark.slow
+@collecting
+def test_two_processes_collect_each_at_its_own_pace() -> None:
+    """TorchRL's asynchronous collector takes the batch itself, four twins in each process."""
+    from torchrl.collectors import MultiAsyncCollector
+
+    words = list(SHORT)
+
+    def flock() -> Any:
+        from seals.envs import torchrl_env
+
+        return torchrl_env("SEALS/Hover-v0", 4, overrides=words)
+
+    collector = MultiAsyncCollector([flock, flock], frames_per_batch=40, total_frames=160)
+    try:
+        collector.set_seed(3)
+        batches = [batch.clone() for batch in collector]
+    finally:
+        collector.shutdown()
+    assert [batch.batch_size for batch in batches] == [(4, 10)] * 4
+    for batch in batches:
+        goes_on(batch)
