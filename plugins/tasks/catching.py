@@ -27,8 +27,9 @@ OVER = 0.03
 LOW = -0.004
 """Height of the open hand's tips above the animal's origin at which it closes: the tips then go
 down by 13 mm and hold below the widest part of a carapace [m]."""
-AT = 0.025
-"""Distance, horizontal and vertical, at which the hand closes [m]."""
+AT = (0.013, 0.12)
+"""Distance, horizontal and vertical, at which the hand closes [m], and its rise with the animal's
+pace [s]: a still one is held best in the middle, and one that runs is not to be waited for."""
 EMPTY = 0.95
 """Closure of fingers that have met each other [1]."""
 SLOW = 0.15
@@ -44,10 +45,11 @@ because an animal that flees answers to every move [1]."""
 EASE = 0.35
 """Share of a change of the horizontal velocity that is asked for in a control step: an animal's
 pace comes and goes with its strides, and a body that followed that would swing its hand [1]."""
-CALM = 0.2
-"""Lean, as the sine of it, above which a hand swings too far to close [1]."""
-SWING = 0.4
-"""Spin of the body above which it swings too fast to close [rad/s]."""
+CALM = (0.1, 1.0)
+"""Lean, as the sine of it, above which a hand swings too far to close [1], and its rise with the
+pace [s/m]: a body leans against its drag."""
+SWING = (0.25, 1.5)
+"""Spin of the body above which it swings too fast to close [rad/s], and its rise [rad/m]."""
 LIFT = 0.35
 """Speed of the lift [m/s]."""
 JERK = 0.08
@@ -97,8 +99,10 @@ def fetch(plan: Plan, now: Instant, seen: Array) -> Array:
     level = now.target - now.position - level_hand_offset(now)
     far = xp.sqrt(xp.sum(away * away, axis=1, keepdims=True))
     there = seen > 0.5
-    below = xp.abs(away[:, 2:3] + LOW) < AT
-    ready = there & (grip < 1.0 / plan.steps) & (flat < AT) & below & _calm(now)
+    fast = _speed(now)
+    at = AT[0] + AT[1] * fast
+    below = xp.abs(away[:, 2:3] + LOW) < at
+    ready = there & (grip < 1.0 / plan.steps) & (flat < at) & below & _calm(now, fast)
     begun = now.action[:, 3:4] > 0.0
     # the fingers have come to something, or to each other
     shut = (grip > 1.0 - 1e-6) | (grip - now.facts["closed"] > plan.squeeze - 0.02)
@@ -119,12 +123,21 @@ def fetch(plan: Plan, now: Instant, seen: Array) -> Array:
     return xp.minimum(xp.maximum(wanted, -bound), bound)
 
 
-def _calm(now: Instant) -> Array:
+def _speed(now: Instant) -> Array:
+    """Horizontal speed of the animal, up to that at which it is followed [m/s], shape (N, 1)."""
+    xp = namespace(now.position)
+    flat = now.target_velocity[:, :2]
+    fast = xp.sqrt(xp.sum(flat * flat, axis=1, keepdims=True))
+    return xp.minimum(fast, fast * 0.0 + PACE)
+
+
+def _calm(now: Instant, fast: Array) -> Array:
     """Test if the body is level and slow enough for the hand to stay in place, shape (N, 1)."""
     xp = namespace(now.position)
     lean, turn = now.rotation[:, 2, 0:2], now.angular_velocity[:, 0:2]
-    level = xp.sum(lean * lean, axis=1, keepdims=True) < CALM * CALM
-    return level & (xp.sum(turn * turn, axis=1, keepdims=True) < SWING * SWING)
+    most, spin = CALM[0] + CALM[1] * fast, SWING[0] + SWING[1] * fast
+    level = xp.sum(lean * lean, axis=1, keepdims=True) < most * most
+    return level & (xp.sum(turn * turn, axis=1, keepdims=True) < spin * spin)
 
 
 def _pace(now: Instant, closing: Array) -> Array:
