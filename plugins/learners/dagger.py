@@ -79,7 +79,7 @@ class DaggerAgent(Stateful):
     """
 
     parts = ("body", "averaged", "optimiser", "norm", "generator")
-    plain = ("memory", "stored", "steps", "owed", "advice")
+    plain = ("stored", "steps", "owed", "advice")
     interactive = True
     wants = "no"
     reports = ("loss", "remembered")
@@ -105,6 +105,24 @@ class DaggerAgent(Stateful):
         }
         self.stored = self.steps = self.owed = 0
         self.advice: Any = None
+
+    def state(self) -> dict[str, Any]:
+        """Return the complete state; of the memory the part that is filled."""
+        kept = {key: rows[: self.stored].clone() for key, rows in self.memory.items()}
+        return {**super().state(), "memory": kept}
+
+    def load(self, state: Mapping[str, Any]) -> None:
+        """Restore what `state` returned.
+
+        Raises:
+            ValueError: the memory is of another size than this one can have.
+        """
+        super().load(state)
+        for key, rows in self.memory.items():
+            kept = state["memory"][key]
+            if len(kept) != self.stored or kept.shape[1:] != rows.shape[1:]:
+                raise ValueError(f"the memory holds {list(kept.shape)} numbers of {key}")
+            rows[: self.stored] = kept
 
     def add_demonstrations(self, columns: Mapping[str, Any]) -> None:
         """Ignore demonstrations: the expert is asked in every state."""
