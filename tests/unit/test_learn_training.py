@@ -126,7 +126,6 @@ from seals.learn.training.checkpoint import read_checkpoint
 from seals.learn.training.schedule import TrainingSchedule
 from seals.learn.training.loop import Training
 from seals.plugins.learners.sac import SAC
-from seals.schema import check_tree
 from seals.testing.reaching import PointReach
 
 def train(folder, resume):
@@ -261,29 +260,6 @@ def test_cloning_looks_before_and_after(tmp_path: Path) -> None:
     assert (outcome.step, outcome.updates) == (400, 120)
     assert [row["step"] for row in table(tmp_path / "evaluation.csv")] == ["0", "400"]
     assert [row["updates"] for row in table(tmp_path / "training.csv")] == ["50", "100"]
-
-
-def test_an_expert_is_imitated_where_the_learner_goes(tmp_path: Path) -> None:
-    """Led by the expert at first, the learner reaches the targets alone; without updates none.
-
-    What is remembered are the expert's actions, also where another one was done.
-    """
-    learner = Dagger(
-        hidden=[32, 32], batch=64, ratio=4, capacity=4000, led=20, share=0.25, mean=0.95
-    )
-    course = TrainingSchedule(
-        steps=2400, look_every=1200, log_every=400, episodes=4, checkpoint=0.0
-    )
-    training = training_of(learner, tmp_path / "a", course=course)
-    outcome = training.run()
-    rows = table(tmp_path / "a" / "evaluation.csv")
-    assert float(rows[0]["success"]) < 0.5
-    assert outcome.success == 1.0
-    agent: Any = training.agent
-    agent.advise(torch.full((4, 3), 0.25))
-    done = agent.act(training.environment.reset([0, 1, 2, 3]), explore=True)
-    assert (done[0] == 0.25).all()
-    assert not (done[3] == 0.25).all()
 
 
 def test_a_training_ends_when_it_is_good_enough(tmp_path: Path) -> None:
