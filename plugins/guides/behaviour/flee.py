@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -47,12 +47,13 @@ class Flee(Behaviour):
     speed: float = setting(0.3, "m/s", bounds=(0.0, 50.0), source="chosen")
     alarm: float = setting(0.6, "m", bounds=(0.0, 1e3), source="chosen")
     calm: float = setting(1.0, "m", bounds=(0.0, 1e3), source="chosen")
+    guide: ClassVar[str] = "flee"
 
     def __post_init__(self) -> None:
         """Refuse a distance of calm below the distance of alarm."""
         if self.calm < self.alarm:
             raise ConfigError(
-                f"flee.calm={self.calm} is below flee.alarm={self.alarm}.\n"
+                f"{self.guide}.calm={self.calm} is below {self.guide}.alarm={self.alarm}.\n"
                 f"Allowed: {self.alarm} m or more."
             )
 
@@ -66,7 +67,7 @@ class Flee(Behaviour):
 
     def aim(self, situation: RobotState, memory: FleeState) -> tuple[Reference, FleeState]:
         """Return the velocity away from the body, or zero."""
-        place = place_of(situation, self.enemy, where="flee.enemy")
+        place = place_of(situation, self.enemy, where=f"{self.guide}.enemy")
         near = float(np.linalg.norm(place - situation.position))
         runs = near < (self.calm if memory.runs else self.alarm)
         _, way = apart(situation, place)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -22,6 +22,12 @@ class ShyState(NamedTuple):
     flees: bool
     wander: WanderState
     flee: FleeState
+
+
+class ShyFlee(Flee):
+    """Fleeing as a part of `Shy`, by whose name its settings are told."""
+
+    guide: ClassVar[str] = "shy"
 
 
 @dataclass(kw_only=True)
@@ -55,7 +61,7 @@ class Shy(Wander):
 
     def fleeing(self) -> Flee:
         """Return the behaviour of those that flee."""
-        return Flee(
+        return ShyFlee(
             rate=self.rate,
             enemy=self.enemy,
             speed=self.flight,
