@@ -85,7 +85,7 @@ class Diagnosis:
         }
 
     def fitted(self) -> list[dict[str, Any]]:
-        """Effects of the best model, the named ones and those too uncertain to be named."""
+        """Effects of the best model, the named ones and those too uncertain or small for that."""
         best = self.search.best
         named = {claim.candidate.label for claim in self.answer.claims}
         return [

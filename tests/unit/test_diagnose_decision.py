@@ -369,9 +369,9 @@ def test_every_effect_that_was_fitted_is_told(monkeypatch: pytest.MonkeyPatch) -
         ("payload", True),
         ("tether", False),
     ]
-    assert "too uncertain to be named: tether" in sentence(found)
+    assert "too uncertain or small to be named: tether" in sentence(found)
     refused = replace(found, answer=replace(found.answer, verdict=Verdict.none_of_these, claims=()))
-    assert sentence(refused).count("too uncertain to be named") == 3
+    assert sentence(refused).count("too uncertain or small to be named") == 3
 
 
 def of_three_logs(*misfit: float) -> EvidenceHypothesis:

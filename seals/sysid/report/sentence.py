@@ -24,7 +24,7 @@ def sentence(found: Diagnosis) -> str:
         advice = " Move the vehicle more." if answer.blind else ""
         return f"Cannot tell: {'; '.join(answer.reasons)}.{advice}"
     beside = [
-        f"  fitted, too uncertain to be named: {effect['name']}"
+        f"  fitted, too uncertain or small to be named: {effect['name']}"
         for effect in table["fitted"]
         if not effect["named"]
     ]

@@ -29,6 +29,7 @@ from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.scores.disturbance_level import disturbance_level
 from seals.sysid.scores.held_out import held_out_fall, held_out_misfit
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant, scored
+from seals.sysid.selection.companions import with_companion
 from seals.sysid.selection.initial_guesses import initial_guesses
 from seals.sysid.selection.onsets import in_place_of_timed, proposals, retimed
 from seals.sysid.selection.relinearised import relinearise
@@ -170,6 +171,9 @@ class WindowModels:
         alone = len(best.candidates) == 1 and best.candidates[0].activity is not None
         if alone and not self._bears_out(self.nominal, best):
             best = self.nominal
+        best = with_companion(
+            self.problem, self.nominal, best, self._required, processes=self.processes
+        )
         return best, tried
 
     def _bears_out(self, smaller: EvidenceHypothesis, larger: EvidenceHypothesis) -> bool:
