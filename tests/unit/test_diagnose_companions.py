@@ -26,10 +26,6 @@ DRAG = Candidate(
     identification=Identification(companions=("turning",)),
 )
 TURNING = Candidate(name="turning", keys=("turning.size",), variant=AIR)
-PROBLEM: Any = SimpleNamespace(
-    policy=DecisionPolicy(),
-    plant=SimpleNamespace(candidate_set=SimpleNamespace(candidates=(DRAG, TURNING))),
-)
 
 
 def found(*candidates: Candidate, size: float = 0.0, score: float = 100.0) -> EvidenceHypothesis:
@@ -52,7 +48,7 @@ def extended(
     more = found(DRAG, TURNING, size=1e-3, score=best.score + rise)
     monkeypatch.setattr(companions, "disturbance_level", lambda model: level)
     monkeypatch.setattr(companions, "fitted", lambda *given, processes: [more])
-    return best, with_companion(PROBLEM, found(), best, lambda base, added: 20.0)
+    return best, with_companion(found(), best, lambda base, added: 20.0)
 
 
 @pytest.mark.parametrize(

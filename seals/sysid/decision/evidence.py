@@ -241,10 +241,24 @@ def _claim(
     processes: int,
 ) -> Claim[EvidenceHypothesis]:
     """Compute the confidence in one effect against its rivals."""
-    own, found = best.candidates[index].name, list[Rival]()
+    own, found = best.candidates[index], list[Rival]()
+    policy = best.fitter.candidate_set.policy
+    # as in the search: what acts for a time must explain a share of what the others explain
+    dues = policy.activity_share * score_without(search, best, index)
     for model in rivals_of(search, best, index, processes=processes):
-        gap = max(best.score - model.score, 0.0)
+        rival = model.candidates[-1]
+        timed = rival.activity is not None and own.activity is None
+        gap = max(best.score - model.score + (dues if timed else 0.0), 0.0)
         odds = float(np.exp(-min(gap / temperature, 50.0)))
-        if (name := model.candidates[-1].name) != own:
-            found.append(Rival(name, gap, temperature, odds))
-    return claim_against(best, index, found, best.fitter.candidate_set.policy.evidence_ties)
+        if rival.name != own.name:
+            found.append(Rival(rival.name, gap, temperature, odds))
+    return claim_against(best, index, found, policy.evidence_ties)
+
+
+def score_without(
+    search: Search[EvidenceHypothesis], best: EvidenceHypothesis, index: int
+) -> float:
+    """Return the best known score of a model's other effects, or of some of them; 0 of none."""
+    others = {c.label for k, c in enumerate(best.candidates) if k != index}
+    tried = (h for r in (*search.rounds, *search.refinements) for h in r)
+    return max((h.score for h in tried if {c.label for c in h.candidates} <= others), default=0.0)

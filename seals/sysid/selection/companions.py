@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from seals.sysid.candidates.parameters import Candidate
-from seals.sysid.predictors.problem import Problem
 from seals.sysid.scores.disturbance_level import disturbance_level
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant
 from seals.sysid.selection.shortlist import Job, fitted
@@ -34,7 +33,6 @@ def unnamed_companions(best: EvidenceHypothesis) -> list[int]:
 
 
 def with_companion(
-    problem: Problem,
     nominal: EvidenceHypothesis,
     best: EvidenceHypothesis,
     required: Callable[[EvidenceHypothesis, Candidate], float],
@@ -44,7 +42,6 @@ def with_companion(
     """Add the companion of a found effect where, without it, the model would be refused.
 
     Args:
-        problem: of the log.
         nominal: model without any candidate.
         best: model with the found effects.
         required: evidence that an effect must bring to be added to a model.
@@ -53,10 +50,10 @@ def with_companion(
     Returns:
         The model with the companion where that pays; else ``best``.
     """
-    there = {c.label for c in best.candidates}
-    found = [c for c in problem.plant.candidate_set.candidates if c.label not in there]
+    there, candidate_set = {c.label for c in best.candidates}, best.fitter.candidate_set
+    found = [c for c in candidate_set.candidates if c.label not in there]
     found = [c for c in found if comes_with(c, best.candidates)]
-    if not found or disturbance_level(best).between <= problem.policy.disturbance_refused:
+    if not found or disturbance_level(best).between <= candidate_set.policy.disturbance_refused:
         return best
     given = {k: best.fit.values[k] for k in best.fit.free}
     jobs: list[Job] = [

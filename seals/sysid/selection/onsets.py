@@ -109,22 +109,22 @@ def in_place_of_timed(problem: Problem, best: EvidenceHypothesis) -> list[Job]:
     found = [
         c
         for c in problem.plant.candidate_set.candidates
-        if c.starts and c.name not in best.names and may_act_for_a_time(problem, c)
+        if c.starts and may_act_for_a_time(problem, c)
     ]
+    known = {c.throughout.label for c in best.candidates}
     activities = [(k, c.activity) for k, c in enumerate(best.candidates) if c.activity is not None]
     places = [(a, best.candidates[:k] + best.candidates[k + 1 :]) for k, a in activities]
     if len(activities) == len(best.candidates) > 1:
         places.append((activities[0][1], ()))
-    return [
-        (
-            (*others, acting),
-            {k: best.fit.values[k] for k in candidate_keys(others)}
-            | dict(zip(acting.all_keys, start, strict=True)),
-        )
-        for activity, others in places
-        for acting in (c.acting(activity) for c in found)
-        for start in acting.starts
-    ]
+    jobs: list[Job] = []
+    for activity, others in places:
+        for acting in (c.acting(activity) for c in found if c.label not in known):
+            # another variant of the same effect gives way
+            rest = tuple(c for c in others if c.name != acting.name)
+            given = {k: best.fit.values[k] for k in candidate_keys(rest)}
+            starts = (dict(zip(acting.all_keys, s, strict=True)) for s in acting.starts)
+            jobs += [((*rest, acting), given | start) for start in starts]
+    return jobs
 
 
 def retimed(

@@ -171,9 +171,7 @@ class WindowModels:
         alone = len(best.candidates) == 1 and best.candidates[0].activity is not None
         if alone and not self._bears_out(self.nominal, best):
             best = self.nominal
-        best = with_companion(
-            self.problem, self.nominal, best, self._required, processes=self.processes
-        )
+        best = with_companion(self.nominal, best, self._required, processes=self.processes)
         return best, tried
 
     def _bears_out(self, smaller: EvidenceHypothesis, larger: EvidenceHypothesis) -> bool:

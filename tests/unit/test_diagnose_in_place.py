@@ -1,0 +1,89 @@
+"""Effects tried at the times of another one, and the share that one for a time must explain."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from seals.effects.identification import Identification
+from seals.sysid.candidates.activity import Activity, Moment, Span
+from seals.sysid.candidates.parameters import Candidate
+from seals.sysid.decision import evidence
+from seals.sysid.decision.evidence import score_without
+from seals.sysid.selection import onsets
+from seals.sysid.selection.onsets import in_place_of_timed
+from seals.sysid.selection.search import Search
+from tests.unit.test_diagnose_decision import model
+
+STARTS = ((0.1,), (0.2,))
+LATE = Activity(spans=(Span(log=0, start=Moment(value=5.0, low90=4.9, high90=5.1), end=None),))
+
+
+def load(link: int) -> Candidate:
+    """A load on one link, which no screen about zero can judge."""
+    return Candidate(
+        name="load", keys=(f"load_{link}.mass",), variant={"link": link}, starts=STARTS
+    )
+
+
+BIAS = Candidate(name="bias", keys=("bias.x",), identification=Identification(may_begin=True))
+
+
+def jobs(*candidates: Candidate) -> list[tuple[tuple[str, ...], float]]:
+    """Labels of the models that are tried, and where the mass of each starts."""
+    problem: Any = SimpleNamespace(
+        plant=SimpleNamespace(candidate_set=SimpleNamespace(candidates=(load(0), load(4), BIAS)))
+    )
+    values = {k: 7.0 for c in candidates for k in c.all_keys}
+    best: Any = SimpleNamespace(candidates=candidates, fit=SimpleNamespace(values=values))
+    best.names = tuple(c.name for c in candidates)
+    return [
+        (tuple(c.label for c in model), start[model[-1].keys[0]])
+        for model, start in in_place_of_timed(problem, best)
+    ]
+
+
+def test_another_variant_of_an_effect_gives_way(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A load on the body beside a bias for a time may both be the shadow of one on a hand."""
+    monkeypatch.setattr(onsets, "may_act_for_a_time", lambda problem, candidate: True)
+    tried = jobs(BIAS.acting(LATE), load(0))
+    assert tried == [(("load (link 4, for a time)",), s[0]) for s in STARTS]
+
+
+def test_other_effects_stay_beside_the_one_in_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The drag that was found keeps its values."""
+    monkeypatch.setattr(onsets, "may_act_for_a_time", lambda problem, candidate: True)
+    drag = Candidate(name="drag", keys=("drag.x",))
+    labels = {names for names, _ in jobs(BIAS.acting(LATE), drag)}
+    assert labels == {("drag", f"load (link {k}, for a time)") for k in (0, 4)}
+
+
+def test_the_score_of_the_other_effects_is_the_best_known() -> None:
+    """Models with the effect itself, or with strangers, say nothing of the others."""
+    best = model(["wind", "payload"], misfit=1.0, score=900.0)
+    alone = [model([n], misfit=1.2, score=s) for n, s in (("wind", 700.0), ("payload", 100.0))]
+    rounds = (tuple(alone), (model(["wind", "tether"], misfit=1.0, score=800.0),))
+    search = Search(nominal=model((), misfit=2.0, score=0.0), best=best, rounds=rounds)
+    assert score_without(search, best, 1) == 700.0
+    assert score_without(search, best, 0) == 100.0
+    assert score_without(search, alone[0], 0) == 0.0
+
+
+@pytest.mark.parametrize(("timed", "sure"), [(True, True), (False, False)])
+def test_a_rival_for_a_time_must_explain_a_share(
+    monkeypatch: pytest.MonkeyPatch, timed: bool, sure: bool
+) -> None:
+    """One that explains less than a share of the rest fits flaws of its law, not a cause."""
+    best = model(["wind", "payload"], misfit=1.0, score=1e6)
+    alone = model(["wind"], misfit=1.2, score=9e5)
+    other = model(["wind", "tether"], misfit=1.0, score=1e6 + 10.0)
+    if timed:
+        wind, tether = other.candidates
+        other = replace(other, candidates=(wind, tether.acting(LATE)))
+    search: Search[Any] = Search(nominal=alone, best=best, rounds=((alone,),))
+    monkeypatch.setattr(evidence, "rivals_of", lambda *given, processes: (other,))
+    claim = evidence._claim(search, best, 1, 2.0, 1)
+    assert (claim.confidence > 0.9) is sure
