@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from seals.cli.slips import refuse_cut, refuse_slips, refuse_unknown_flags
+from seals.cli.slips import refuse_cut, refuse_slips, refuse_unknown_flags, with_folder
 from seals.cli.sweep import MULTIRUN, RESUME, begun, own_words, with_objective
 from seals.config import roots
 from seals.config.overrides import joined
@@ -166,7 +166,8 @@ def launch(root: str, arguments: list[str], task: Task) -> int:
     from seals.sweep.checking import checked_by_value, composed_once
     from seals.sweep.watch import Sweep, watched
 
-    arguments = joined(arguments)
+    sweeping = any(word in MULTIRUN for word in arguments)
+    arguments = with_folder(root, joined(arguments), several=sweeping)
     refuse_unknown_flags(arguments, _FLAGS)
     refuse_cut(arguments)
     # Hydra's parser takes no flag between two overrides
@@ -182,7 +183,7 @@ def launch(root: str, arguments: list[str], task: Task) -> int:
     application = hydra.main(version_base="1.3", config_path="pkg://seals.conf", config_name=root)
     overrides = [word for word in arguments if not word.startswith("-")]
     with (
-        _endings(sweep, "sweep" if any(word in MULTIRUN for word in arguments) else "run"),
+        _endings(sweep, "sweep" if sweeping else "run"),
         _hydra_process(root, arguments),
         stoppable(),
         refusals(overrides, root=root),

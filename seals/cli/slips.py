@@ -23,6 +23,27 @@ _ALIKE = 0.8
 _FOLDERS = ("hydra.run.dir=", "hydra.sweep.dir=")
 """Output folders without a value, which Hydra takes for the present folder."""
 
+_RUNS = ("run", "train", "teleop", "autopilot")
+"""Verbs of which all output goes to the run folder."""
+
+
+def with_folder(root: str, words: Sequence[str], *, several: bool) -> list[str]:
+    """Return the words with ``out=FOLDER`` as the folder of the run, as other verbs call it.
+
+    Args:
+        root: the verb.
+        words: of the command line.
+        several: whether it is a sweep.
+
+    Example:
+        >>> with_folder("run", ["out=drop"], several=False)
+        ['hydra.run.dir=drop']
+    """
+    if root not in _RUNS:
+        return list(words)
+    key = _FOLDERS[several]
+    return [key + w.removeprefix("out=") if w.startswith("out=") else w for w in words]
+
 
 def refuse_slips(root: str, words: Sequence[str]) -> None:
     """Refuse a name without its key, and a run that would overwrite the one it repeats.

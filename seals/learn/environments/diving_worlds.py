@@ -82,7 +82,7 @@ class DivingWorlds(BatchWorlds):
         if not hasattr(guide, "over_batch"):
             raise ConfigError(
                 f"{where}.guide: {type(guide).__name__} has no form over a batch of animals.\n"
-                "Allowed: freeze, wander, flee"
+                "Allowed: freeze, wander, flee, shy"
             )
         self._behaviour = guide.over_batch()
         gait = chosen("controller", self._thing.controller, parts, where=where)

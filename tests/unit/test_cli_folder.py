@@ -1,0 +1,45 @@
+"""``out=FOLDER`` is the folder of the output, whatever the verb."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from seals.cli.main import main
+from seals.cli.slips import with_folder
+
+BRIEF = ["robot=ball", "time.duration=0.02", "initial.position=[0,0,1]"]
+pytestmark = pytest.mark.usefixtures("elsewhere")
+
+
+def test_a_run_goes_to_its_folder() -> None:
+    """The words of the run and its files lie there, and nowhere else."""
+    assert main(["run", *BRIEF, "out=one"]) == 0
+    assert (Path("one") / "log.parquet").is_file()
+    assert not Path("runs").exists()
+
+
+def test_a_sweep_goes_to_its_folder() -> None:
+    """Each job has a folder of its own in it."""
+    assert main(["run", "--multirun", *BRIEF, "seed=0,1", "out=two"]) == 0
+    assert sorted(p.name for p in Path("two").iterdir() if p.is_dir()) == ["0", "1"]
+
+
+def test_a_folder_without_a_name_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    """It would be the present one."""
+    assert main(["run", *BRIEF, "out="]) == 2
+    assert "names no folder" in capsys.readouterr().err
+
+
+def test_a_run_that_would_overwrite_what_it_repeats_is_refused(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """By either word for the folder."""
+    assert main(["run", "repeat=old", "out=./old"]) == 2
+    assert "is the folder of the run itself" in capsys.readouterr().err
+
+
+def test_verbs_with_an_answer_of_their_own_keep_the_word() -> None:
+    """Their output may lie beside the record of the call."""
+    assert with_folder("diagnose", ["out=answer"], several=False) == ["out=answer"]
