@@ -15,6 +15,7 @@ CARD = "card.json"
 _WRITERS = {
     "policy": "Give the folder of a policy that seals train wrote: policy=TRAINING/policy",
     "demonstrations": "Give the folder that seals record wrote: demonstrations=FOLDER",
+    "task.detector": "Give the folder of a trained detector: task.detector=FOLDER",
 }
 """Advice where a folder holds no metadata, by the key that named it."""
 _MOST_BYTES = 1_000_000

@@ -17,6 +17,8 @@ POLICIES = "policies"
 """Folder of a robot in which its policies lie."""
 DEMONSTRATIONS = "demonstrations"
 """Folder of a robot in which what was shown with it lies."""
+DETECTORS = "detectors"
+"""Folder of a robot in which its detectors of animals lie."""
 _KINDS = ("robot", "animal")
 
 
@@ -44,6 +46,19 @@ def demonstrations_folder(name: str) -> Path:
         ConfigError: there is neither.
     """
     return _shipped_folder(name, DEMONSTRATIONS, (), "demonstrations", "seals record wrote")
+
+
+def detector_folder(name: str, *, besides: Sequence[str] = ()) -> Path:
+    """Return the folder of a detector: its path, or ``ROBOT/NAME`` of a shipped one.
+
+    Args:
+        name: of the detector.
+        besides: names that are allowed as well, for the words of a refusal.
+
+    Raises:
+        ConfigError: there is neither.
+    """
+    return _shipped_folder(name, DETECTORS, besides, "task.detector", "training wrote")
 
 
 def _shipped_folder(name: str, what: str, besides: Sequence[str], key: str, by: str) -> Path:

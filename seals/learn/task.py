@@ -7,13 +7,16 @@ one, thousands of twins on a GPU a batch of thousands.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
 from seals.arrays import Array, Floats
 from seals.control import Reference
 from seals.robot.model import RobotModel
+
+if TYPE_CHECKING:
+    from seals.rendering.camera_view import CameraView
 
 
 class Instant(NamedTuple):
@@ -180,6 +183,36 @@ class WorldTask(Protocol):
 
         Args:
             goal: of one draw, shape (1, g).
+        """
+        ...
+
+
+class Watcher(Protocol):
+    """What turns the pictures of an episode into the state that a policy is told."""
+
+    def begin(self) -> None:
+        """Forget everything: an episode begins."""
+        ...
+
+    def perceive(self, now: Instant, cameras: Mapping[str, CameraView]) -> Instant:
+        """Return the state with the target as it is seen in place of the true one.
+
+        Args:
+            now: true state of one robot.
+            cameras: of the robot by name, with their last pictures.
+        """
+        ...
+
+
+@runtime_checkable
+class SeeingTask(Protocol):
+    """Further methods of a task whose policies are told of the target what cameras see."""
+
+    def watcher(self) -> Watcher:
+        """Return what sees, for one world.
+
+        Raises:
+            SealsError: it cannot be loaded.
         """
         ...
 

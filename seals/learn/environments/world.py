@@ -15,7 +15,7 @@ from seals.frames import quaternion_of_rpy
 from seals.learn.environments.episode_frame import ActorPose, EpisodeFrame, FrameCallback
 from seals.learn.environments.episodes import EpisodeOutcome, Episodes, EpisodeState
 from seals.learn.environments.facts import Facts
-from seals.learn.task import Draw, Instant, Task, WorldTask, tool_of
+from seals.learn.task import Draw, Instant, SeeingTask, Task, WorldTask, tool_of
 from seals.run.assembly import ROBOT, build_world
 from seals.run.settings import RunSettings
 from seals.world import Actor, World
@@ -40,6 +40,10 @@ class WorldEnvironment:
         settings: of the run, with a guide that takes orders.
         task: bound to the robot.
         episodes: that are expected, so that laws are compiled where that pays.
+
+    Attributes:
+        now: present state.
+        perceived: the same as the policy is told it: of a target that cameras see, what they see.
 
     Raises:
         ConfigError: the control rate is above that of the world's steps, or the task's object is
@@ -75,12 +79,15 @@ class WorldEnvironment:
         self._arms = {n: task.posture[list(a.joints)] for n, a in robot.arms.items()}
         self._grip = dict.fromkeys(robot.grippers, 0.0)
         self._goal = draw.goal
+        self._watcher = task.watcher() if isinstance(task, SeeingTask) else None
         self._whole: WorldTask | None = task if isinstance(task, WorldTask) else None
         names = () if self._whole is None else self._whole.knows
         self._frame_callback: FrameCallback | None = None
         self._facts = Facts(names, self.actor, self.settings.environment)
         _check_objects(self.world, [n for n in (task.object,) if n])
-        self.now: Instant = self._instant(np.zeros((1, len(task.action_names))), np.zeros((1, 1)))
+        self.now = self.perceived = self._instant(
+            np.zeros((1, len(task.action_names))), np.zeros((1, 1))
+        )
         self._ledger: EpisodeState = self.episodes.start(self.now)
         # an engine keeps contacts and impulses of the past, which placing bodies does not clear
         self._fresh = self.world.backend.snapshot()
@@ -99,6 +106,8 @@ class WorldEnvironment:
         away = np.linalg.norm(first.target - first.tool, axis=1, keepdims=True)
         self.now = first._replace(start=away)
         self._ledger = self.episodes.start(self.now)
+        if self._watcher is not None:
+            self._watcher.begin()
         return self._observation()
 
     def step(self, action: Floats) -> Step:
@@ -135,7 +144,7 @@ class WorldEnvironment:
 
     def scripted_policy(self) -> Floats:
         """Return the action of the task's scripted policy, shape (a,)."""
-        found: Floats = self.task.scripted_policy(self.now)[0]
+        found: Floats = self.task.scripted_policy(self.perceived)[0]
         return found
 
     def set_frame_callback(self, callback: FrameCallback | None) -> None:
@@ -230,7 +239,10 @@ class WorldEnvironment:
         return EpisodeFrame(self.world.time, actors, np.array(target[0]))
 
     def _observation(self) -> Floats:
-        found: Floats = self.task.observation(self.now)[0]
+        self.perceived = self.now
+        if self._watcher is not None:
+            self.perceived = self._watcher.perceive(self.now, self.actor.sensor_suite.cameras)
+        found: Floats = self.task.observation(self.perceived)[0]
         return found
 
 
