@@ -17,6 +17,7 @@ from seals.learn.task import Instant
 from seals.learn.tensor_file import read_tensors, write_tensors
 from seals.logs.atomic import atomic_folder, write_json
 from seals.rendering.camera_view import CameraView, Shot
+from seals.rendering.optics import to_bytes
 
 FORM = "seals-detector"
 WEIGHTS = "detector.safetensors"
@@ -105,10 +106,10 @@ class DetectorNetwork:
         import torch
 
         shots = [shot_of(camera) for camera in cameras]
-        colour = np.stack([np.asarray(shot.picture.colour) for shot in shots])
+        colour = np.stack([to_bytes(np.asarray(shot.picture.colour)) for shot in shots])
         depth = np.stack([np.asarray(shot.picture.depth) for shot in shots])
         with torch.no_grad():
-            seen = inputs_of(torch.as_tensor(colour).float(), torch.as_tensor(depth).float())
+            seen = inputs_of(torch.as_tensor(colour), torch.as_tensor(depth))
             peaks = peaks_of(self.network(seen), seen).numpy()
         found = zip(shots, peaks, strict=True)
         return [self._sighting(shot, peak) for shot, peak in found if peak[0] > self.threshold]
@@ -167,14 +168,14 @@ def inputs_of(colour: Any, depth: Any) -> Any:
     """Return what the network reads: displayed colours, depth and its relief, shape (N, 5, H, W).
 
     Args:
-        colour: linear, tensor of shape (N, H, W, 3).
+        colour: sRGB, tensor of uint8, shape (N, H, W, 3).
         depth: along the optical axis [m], infinite where nothing is met, shape (N, H, W).
     """
     import torch
     from torch.nn.functional import avg_pool2d, pad
 
-    shown = colour.clamp(0.0, 1.0).pow(1.0 / 2.2).permute(0, 3, 1, 2) - 0.5
-    near = depth.clamp(0.0, MOST)[:, None]
+    shown = colour.permute(0, 3, 1, 2).float() / 255.0 - 0.5
+    near = depth.float().clamp(0.0, MOST)[:, None]
     half, gain = RELIEF
     around = avg_pool2d(pad(near, (half,) * 4, mode="replicate"), 2 * half + 1, 1)
     relief = (gain * (near - around)).clamp(-1.0, 1.0)
