@@ -83,7 +83,7 @@ def train(pictures: Pictures, folder: Path, course: Course) -> str:
         optimiser.step()
         schedule.step()
         if number % 500 == 0:
-            print(f"update {number}: loss {float(loss):.4f}", flush=True)
+            print(f"update {number}: loss {loss.item():.4f}", flush=True)
     pixel, deep, found = _noise([column[end:] for column in rows], network.eval(), course)
     took = time.perf_counter() - began
     facts = {"pixel": pixel, "depth": deep, "threshold": course.threshold, "seed": course.seed}
@@ -133,8 +133,8 @@ def loss_of(maps: Any, seen: Any, label: Any, place: Any) -> Any:
     height, width = maps.shape[2:]
     rows = torch.arange(height, device=maps.device)[:, None] + 0.5
     columns = torch.arange(width, device=maps.device)[None, :] + 0.5
-    across = place[:, 0, None, None] / STRIDE - columns
-    down = place[:, 1, None, None] / STRIDE - rows
+    across = (place[:, 0, None, None] / STRIDE - columns).expand(-1, height, -1)
+    down = (place[:, 1, None, None] / STRIDE - rows).expand(-1, -1, width)
     square = across.square() + down.square()
     peak = torch.exp(-0.5 * square / WIDTH**2) * there
     odds = maps[:, 0]
@@ -145,7 +145,8 @@ def loss_of(maps: Any, seen: Any, label: Any, place: Any) -> Any:
     sure = (label != UNSURE)[:, None, None]
     heat = ((hit + miss) * sure).sum() / there.sum().clamp(min=1)
     close = (there & (square < REACH**2)).float()
-    wanted = torch.stack((across, down, SCALE * (place[:, 2, None, None] - cell_depths(seen))), 1)
+    deeper = place[:, 2, None, None] - cell_depths(seen)
+    wanted = torch.stack((across, down, SCALE * deeper), 1)
     given = torch.cat((maps[:, 1:3], SCALE * maps[:, 3:4]), 1)
     off = smooth_l1_loss(given, wanted, reduction="none", beta=0.1).sum(1) * close
     return heat + off.sum() / close.sum().clamp(min=1.0)
