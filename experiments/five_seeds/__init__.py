@@ -59,7 +59,11 @@ def main(words: Sequence[str] | None = None) -> int:
     if left:
         print(f"{left} of {len(jobs)} trainings are not finished: the same command goes on.")
         return 1
-    world = [*recipe.world, *(word for word in given.more if word.startswith("task."))]
+    world = [
+        *recipe.world,
+        *recipe.judged,
+        *(word for word in given.more if word.startswith("task.")),
+    ]
     for number, job in enumerate(jobs):
         judged = job.folder / "held_out"
         if not (judged / "evaluation.json").exists():

@@ -16,6 +16,7 @@ class Recipe(NamedTuple):
         rounds: times that what was learned by then acts, and the expert says what it would do.
         labelled: episodes of such a round.
         lessons: what of the world is changed for demonstrations and training alone.
+        judged: further words of a judgement.
         enough: share of its held-out starts that a seed is asked for [1].
     """
 
@@ -26,6 +27,7 @@ class Recipe(NamedTuple):
     rounds: int = 0
     labelled: int = 0
     lessons: tuple[str, ...] = ()
+    judged: tuple[str, ...] = ()
     enough: float = 0.95
 
 
@@ -40,6 +42,10 @@ _SIGHTED = (
     "course.episodes=100",
     "course.checkpoint=0",
 )
+_ON_CARD = ("device=cuda",)
+"""Of judgements with pictures, which take a processor minutes."""
+_FINE = tuple(f"sensors.{name}.{side}=128" for name in ("front", "belly")
+              for side in ("width", "height"))  # fmt: skip
 _NO_EYES = "learner.use_pixels=false"
 _NO_TARGET = "learner.withheld=[target,drift]"
 _SHORT = ("learner=sac_reach", "course.steps=100000", "course.look_every=50000")
@@ -66,10 +72,40 @@ RECIPES = {
             "course.checkpoint=0",
         ),
     ),
-    "sight_image": Recipe(_SEEN, (*_SIGHTED, "learner.use_state=false"), 3, enough=0.6),
-    "sight_both": Recipe(_SEEN, (*_SIGHTED, _NO_TARGET), 3, enough=0.6),
-    "sight_pose": Recipe(_SEEN, (*_SIGHTED, _NO_EYES), 3, enough=0.6),
-    "sight_blind": Recipe(_SEEN, (*_SIGHTED, _NO_EYES, _NO_TARGET), 3, enough=0.6),
+    "sight_image": Recipe(
+        _SEEN, (*_SIGHTED, "learner.use_state=false"), 3, judged=_ON_CARD, enough=0.6
+    ),
+    # four times the pixels, so one picture in place of three: memory holds as many
+    "sight_fine": Recipe(
+        (*_SEEN, *_FINE, "frames=1"),
+        (
+            *(word for word in _SIGHTED if not word.startswith("count=")),
+            "count=512",
+            "learner.use_state=false",
+            "learner.strides=[2,2,2,1]",
+            "learner.shift=8",
+            "learner.capacity=150000",
+        ),
+        3,
+        judged=_ON_CARD,
+    ),
+    "sight_critics": Recipe(
+        _SEEN,
+        (
+            *_SIGHTED,
+            "learner.use_state=false",
+            "learner.critics_see=same",
+            "learner.encoders=two",
+            "learner.layer_norm=true",
+            "learner.capacity=90000",
+        ),
+        3,
+        judged=_ON_CARD,
+        enough=0.6,
+    ),
+    "sight_both": Recipe(_SEEN, (*_SIGHTED, _NO_TARGET), 3, judged=_ON_CARD, enough=0.6),
+    "sight_pose": Recipe(_SEEN, (*_SIGHTED, _NO_EYES), 3, judged=_ON_CARD, enough=0.6),
+    "sight_blind": Recipe(_SEEN, (*_SIGHTED, _NO_EYES, _NO_TARGET), 3, judged=_ON_CARD, enough=0.6),
     "crab_walk": Recipe(
         ("env=crab_walk",),
         (

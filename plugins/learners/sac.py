@@ -158,8 +158,6 @@ class SacAgent(Stateful):
     parts = ("nets", "memory", "returns", "norm", "generator")
     plain = ("steps", "updates")
     interactive = True
-    encoder_loss = "critics"
-    """Loss that updates the image encoder."""
     reports = (
         "critic_loss",
         "actor_loss",
@@ -187,7 +185,7 @@ class SacAgent(Stateful):
             RunningNormaliser(spaces.observation_size, device) if learner.normalise else None
         )
         with first_weights(seed):
-            self.encoder = self._encoder()
+            self.encoders = self._encoders()
             self.nets = ActorCriticNetworks(
                 features=self._features(),
                 actions=spaces.action_size,
@@ -196,10 +194,9 @@ class SacAgent(Stateful):
                 critics=learner.critics,
                 learning_rate=learner.learning_rate,
                 temperature=learner.temperature,
-                encoder=self.encoder,
+                encoders=self.encoders,
                 device=device,
                 critic_features=self._critic_input_size(),
-                encoder_loss=self.encoder_loss,
             )
 
     # what relatives change
@@ -211,8 +208,9 @@ class SacAgent(Stateful):
     def _both_returns(self) -> bool:
         return self.learner.steps > 1 and self.learner.one_step > 0.0
 
-    def _encoder(self) -> Any:
-        """Return the image encoder; None, as this agent takes no images."""
+    def _encoders(self) -> dict[str, Any]:
+        """Return the image encoders by the loss that updates them: none without images."""
+        return {}
 
     def _features(self) -> int:
         """Return the size of the actor's input."""
@@ -221,12 +219,16 @@ class SacAgent(Stateful):
     def _critic_input_size(self) -> int | None:
         """Return the size of the critics' input besides the action; None for the actor's."""
 
-    def _actor_inputs(self, observation: Any, *, shift: bool = False) -> Tensor:
-        """Return the actor's inputs; ``shift`` applies random shifts to images."""
+    def _augmented(self, observation: Any) -> Any:
+        """Return an observation as a batch is learned from; images would be shifted."""
+        return observation
+
+    def _actor_inputs(self, observation: Any) -> Tensor:
+        """Return the actor's inputs."""
         norm = None if self.norm is None else self.norm.layer
         return networks.network_inputs(observation, norm=norm, encoder=None)
 
-    def _critic_inputs(self, observation: Any, seen: Tensor) -> Tensor:
+    def _critic_inputs(self, observation: Any, seen: Tensor, *, slow: bool = False) -> Tensor:
         """Return the critics' inputs besides the action: those of the actor."""
         return seen
 
@@ -330,8 +332,9 @@ class SacAgent(Stateful):
         return metrics
 
     def _update_networks(self, batch: Any) -> dict[str, Tensor]:
-        seen = self._actor_inputs(batch["observation"], shift=True)
-        known = self._critic_inputs(batch["observation"], seen)
+        observation = self._augmented(batch["observation"])
+        seen = self._actor_inputs(observation)
+        known = self._critic_inputs(observation, seen)
         critic_loss, value, error = self._update_critics(batch, known)
         actor_loss, log_prob = self._update_actor(seen, known.detach())
         self.nets.polyak_update(self.learner.tau)
@@ -367,15 +370,16 @@ class SacAgent(Stateful):
         import torch
 
         with torch.no_grad():
-            seen = self._actor_inputs(next_observation, shift=True)
+            observation = self._augmented(next_observation)
+            seen = self._actor_inputs(observation)
             action, log_prob = TanhNormal(self.nets.actor(seen)).sample(self.generator)
-            known = self._critic_inputs(next_observation, seen)
+            known = self._critic_inputs(observation, seen, slow=True)
             later = self._pessimistic_value(self.nets.values(known, action, slow=True))
             return reward + discount * (later - self.nets.alpha * log_prob)
 
     def _update_actor(self, seen: Tensor, known: Tensor) -> tuple[Tensor, Tensor]:
         # where the encoder learns with the critics, it has just done so
-        own = seen if self.encoder_loss == "actor" else seen.detach()
+        own = seen if "actor" in self.encoders else seen.detach()
         action, log_prob = TanhNormal(self.nets.actor(own)).sample(self.generator)
         value = self.nets.values(known, action).min(0).values
         loss = (self.nets.alpha * log_prob - value).mean()
@@ -390,7 +394,10 @@ class SacAgent(Stateful):
         """Return the policy's mean, mapped to -1 to 1 by tanh."""
         norm = None if self.norm is None else self.norm.layer
         return networks.policy_of(
-            self._description(), body=self.nets.actor, norm=norm, encoder=self.encoder
+            self._description(),
+            body=self.nets.actor,
+            norm=norm,
+            encoder=self.encoders.get("actor", self.encoders.get("critics")),
         )
 
     def _description(self) -> dict[str, Any]:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 NOTHING = ": nothing is left to see.\nBlind means use_pixels=false and use_state=true."
 CRITICS = ("same", "state")
+ENCODERS = ("one", "two")
 SEEN = "Yarats et al. 2021, arXiv 2107.09645"
 
 
@@ -26,9 +27,9 @@ class VisualSAC(SAC):
     """Soft actor-critic on images, the cameras stacked as channels.
 
     Pictures are shifted by a few pixels, anew at each update: without it critics on pictures
-    overfit. The encoder learns with the critics alone, unless they look at the numbers of the state
-    instead: then it learns with the actor. Critics are needed in training only; they may know what
-    a policy has to see for itself.
+    overfit. Critics are needed in training only; they may know what a policy has to see for itself,
+    and then the encoder learns with the actor. Critics that look at pictures train an encoder, of
+    which their slow copies have a slow one; the actor uses it, too, or trains another one.
 
     Args:
         channels: of each convolution.
@@ -38,6 +39,7 @@ class VisualSAC(SAC):
         use_pixels: whether the picture is looked at; false makes a blind policy.
         use_state: whether the numbers beside it are.
         critics_see: ``same`` as the policy, or ``state``: all numbers and no picture.
+        encoders: of critics that see pictures and their actor: ``one``, or ``two``.
         withheld: numbers that the policy does not see, each by its name or by the first words of
             it, as ``target`` for ``target_x``.
 
@@ -62,12 +64,14 @@ class VisualSAC(SAC):
     use_pixels: bool = True
     use_state: bool = True
     critics_see: str = "same"
+    encoders: str = "one"
     withheld: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         """Refuse unknown words, and a policy that is to see nothing."""
         super().__post_init__()
         one_of("critics_see", self.critics_see, CRITICS)
+        one_of("encoders", self.encoders, ENCODERS)
         if not (self.use_pixels or self.use_state):
             raise ConfigError(f"learner.use_pixels and learner.use_state are both false{NOTHING}")
 
@@ -114,7 +118,7 @@ class VisualSacAgent(SacAgent):
     learner: VisualSAC
 
     def __init__(self, learner: VisualSAC, spaces: Spaces, device: str, seed: int) -> None:
-        """Select the observation columns, and the loss that updates the encoder."""
+        """Select the observation columns."""
         import torch
 
         self._remaining = remaining_columns(spaces.names, learner.withheld)
@@ -125,7 +129,6 @@ class VisualSacAgent(SacAgent):
         self._columns = (
             None if self._remaining is None else torch.tensor(self._remaining, device=device)
         )
-        self.encoder_loss = "critics" if learner.critics_see == "same" else "actor"
         super().__init__(learner, spaces, device, seed)
 
     def _encoder_options(self) -> dict[str, Any]:
@@ -140,37 +143,50 @@ class VisualSacAgent(SacAgent):
             "columns": self._remaining,
         }
 
-    def _encoder(self) -> Any:
-        if not self.learner.use_pixels:
-            return None
-        return networks.encoder_of(self._encoder_options()).to(self.device)
+    def _encoders(self) -> dict[str, Any]:
+        learner = self.learner
+        if not learner.use_pixels:
+            return {}
+        names = ["actor"] if learner.critics_see == "state" else ["critics"]
+        names += ["actor"] if learner.critics_see == "same" and learner.encoders == "two" else []
+        options = self._encoder_options()
+        return {name: networks.encoder_of(options).to(self.device) for name in names}
 
     def _features(self) -> int:
         return networks.features_of(self.spaces.observation_size, self._encoder_options())
 
-    def _actor_inputs(self, observation: Any, *, shift: bool = False) -> Tensor:
-        norm = None if self.norm is None else self.norm.layer
-        if shift and self.encoder is not None:
-            moved = random_shift(
-                observation["pixels"], most=self.learner.shift, generator=self.generator
-            )
-            observation = {"state": observation["state"], "pixels": moved}
+    def _augmented(self, observation: Any) -> Any:
+        if not self.encoders:
+            return observation
+        moved = random_shift(
+            observation["pixels"], most=self.learner.shift, generator=self.generator
+        )
+        return {"state": observation["state"], "pixels": moved}
+
+    def _actor_inputs(self, observation: Any) -> Tensor:
+        own = self.encoders.get("actor", self.encoders.get("critics"))
+        return self._inputs(observation, own)
+
+    def _critic_inputs(self, observation: Any, seen: Tensor, *, slow: bool = False) -> Tensor:
+        if self.learner.critics_see == "state":
+            norm = None if self.norm is None else self.norm.layer
+            return networks.network_inputs(observation, norm=norm, encoder=None)
+        if not slow and "actor" not in self.encoders:
+            return seen
+        own = self.nets.slow_encoder if slow else self.encoders.get("critics")
+        return self._inputs(observation, own)
+
+    def _inputs(self, observation: Any, encoder: Any) -> Tensor:
         return networks.network_inputs(
             observation,
-            norm=norm,
-            encoder=self.encoder,
+            norm=None if self.norm is None else self.norm.layer,
+            encoder=encoder,
             use_state=self.learner.use_state,
             columns=self._columns,
         )
 
-    def _critic_inputs(self, observation: Any, seen: Tensor) -> Tensor:
-        if self.encoder_loss == "critics":
-            return seen
-        norm = None if self.norm is None else self.norm.layer
-        return networks.network_inputs(observation, norm=norm, encoder=None)
-
     def _critic_input_size(self) -> int | None:
-        return None if self.encoder_loss == "critics" else self.spaces.observation_size
+        return self.spaces.observation_size if self.learner.critics_see == "state" else None
 
     def _description(self) -> dict[str, Any]:
         return networks.description(

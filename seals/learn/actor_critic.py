@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from seals.learn import networks
@@ -25,11 +25,11 @@ class ActorCriticNetworks(Stateful):
         critics: number of critics.
         learning_rate: of Adam, for all of them.
         temperature: at first.
-        encoder: layers of a picture, or None.
+        encoders: layers of a picture by the loss that they learn from, ``"critics"`` or
+            ``"actor"``; those of the critics have a slow copy, as the critics have.
         device: where all of it lies.
         critic_features: numbers that the critics take beside an action, None for those of the
             actor.
-        encoder_loss: loss that updates the encoder, ``"critics"`` or ``"actor"``.
     """
 
     parts = ("modules", "optimisers", "log_alpha")
@@ -44,12 +44,13 @@ class ActorCriticNetworks(Stateful):
         critics: int,
         learning_rate: float,
         temperature: float,
-        encoder: Any,
+        encoders: Mapping[str, Any],
         device: str,
         critic_features: int | None = None,
-        encoder_loss: str = "critics",
     ) -> None:
         """Draw the first weights; slow critics begin as copies."""
+        import copy
+
         import torch
 
         def values() -> Any:
@@ -57,23 +58,28 @@ class ActorCriticNetworks(Stateful):
             each = [networks.mlp(taken, 1, hidden, layer_norm=layer_norm) for _ in range(critics)]
             return torch.nn.ModuleList(each).to(device)
 
-        self.encoder = encoder
         self.actor = networks.mlp(features, 2 * actions, hidden).to(device)
         self.critics, self.slow = values(), values()
         self.slow.load_state_dict(self.critics.state_dict())
         self.slow.requires_grad_(False)
         self.log_alpha = torch.tensor(temperature, device=device).log().requires_grad_()
-        seen = [] if encoder is None else list(encoder.parameters())
         self.modules = {"actor": self.actor, "critics": self.critics, "slow": self.slow}
-        self.modules |= {} if encoder is None else {"encoder": encoder}
-        self._fast = list(self.critics.parameters())
-        self._slow = list(self.slow.parameters())
+        self.modules |= {f"{name}_encoder": encoder for name, encoder in encoders.items()}
+        self.slow_encoder = None
+        if "critics" in encoders:
+            self.slow_encoder = copy.deepcopy(encoders["critics"]).requires_grad_(False)
+            self.modules["slow_encoder"] = self.slow_encoder
         self._learned: dict[str, list[Tensor]] = {
-            "critics": list(self._fast),
+            "critics": list(self.critics.parameters()),
             "actor": list(self.actor.parameters()),
             "alpha": [self.log_alpha],
         }
-        self._learned[encoder_loss] += seen
+        for name, encoder in encoders.items():
+            self._learned[name] += encoder.parameters()
+        # in the same order: the slow copies follow one by one
+        self._fast = list(self._learned["critics"])
+        self._slow = list(self.slow.parameters())
+        self._slow += [] if self.slow_encoder is None else self.slow_encoder.parameters()
         # what is recorded on an accelerator reads its learning rate there
         there = torch.device(device).type != "cpu"
         self.optimisers = {

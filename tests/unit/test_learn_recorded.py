@@ -220,7 +220,7 @@ def test_what_was_tried_can_be_undone() -> None:
         critics=2,
         learning_rate=1e-2,
         temperature=0.1,
-        encoder=None,
+        encoders={},
         device="cpu",
     )
     before = [tensor.detach().clone() for tensor in nets.updated_tensors()]

@@ -44,24 +44,52 @@ def _practised(agent: Any, steps: int = 12) -> Any:
     return seen
 
 
-@pytest.mark.parametrize(("critics_see", "moved"), [("same", "critics"), ("state", "actor")])
-def test_the_encoder_learns_with_those_who_look_through_it(critics_see: str, moved: str) -> None:
-    """A step of critics or actor moves the layers of the picture, one of the other does not."""
-    agent = _agent(use_state=False, critics_see=critics_see)
+LOOKING = [
+    ({"critics_see": "state"}, {"actor": ["actor"]}),
+    ({}, {"critics": ["critics"]}),
+    ({"encoders": "two"}, {"critics": ["critics"], "actor": ["actor"]}),
+]
+
+
+@pytest.mark.parametrize(("values", "moved"), LOOKING)
+def test_an_encoder_learns_with_those_who_look_through_it(
+    values: dict[str, Any], moved: dict[str, list[str]]
+) -> None:
+    """A step of critics or actor moves its own layers of the picture, and no other ones."""
+    agent = _agent(use_state=False, **values)
     _practised(agent)
-    changed = []
+    found: dict[str, list[str]] = {name: [] for name in agent.encoders}
     plain = agent.nets.step
 
     def step(name: str, loss: Any) -> None:
-        before = [x.detach().clone() for x in agent.encoder.parameters()]
+        before = {
+            k: [x.detach().clone() for x in e.parameters()] for k, e in agent.encoders.items()
+        }
         plain(name, loss)
-        after = list(agent.encoder.parameters())
-        if not all(torch.equal(a, b) for a, b in zip(before, after, strict=True)):
-            changed.append(name)
+        for k, encoder in agent.encoders.items():
+            pairs = zip(before[k], encoder.parameters(), strict=True)
+            if not all(torch.equal(a, b) for a, b in pairs):
+                found[k].append(name)
 
     agent.nets.step = step
     agent.update()
-    assert changed == [moved]
+    assert found == moved
+
+
+def test_slow_critics_look_through_a_slow_encoder() -> None:
+    """It follows that of the critics by the share tau, and values of a target are from it."""
+    agent = _agent(use_state=False, tau=0.25)
+    seen = _practised(agent)
+    quick, slow = agent.encoders["critics"], agent.nets.slow_encoder
+    with torch.no_grad():
+        for x in quick.parameters():
+            x.add_(1.0)
+    before = [x.clone() for x in slow.parameters()]
+    agent.nets.polyak_update(0.25)
+    for was, now, aim in zip(before, slow.parameters(), quick.parameters(), strict=True):
+        assert torch.allclose(now, was + 0.25 * (aim - was))
+    inputs = agent._critic_inputs(seen, agent._actor_inputs(seen), slow=True)
+    assert torch.equal(inputs, slow(seen["pixels"].float() / 255.0 - 0.5))
 
 
 def test_critics_that_see_the_state_take_no_picture() -> None:
