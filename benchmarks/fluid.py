@@ -170,8 +170,8 @@ def stages(water: Any, sync: Callable[[], None], repeats: int = 10) -> dict[str,
         ]
     else:
         calls += [
-            ("multipliers", pipeline.pressure.multipliers, (1, 0.5, 0.0)),
-            ("displace", pipeline.pressure.displace, (1, 0)),
+            ("multipliers", pipeline.pressure.multipliers, (0.5, 0.0)),
+            ("displace", pipeline.pressure.displace, ()),
         ]
     calls.append(("close", pipeline.finish.close, (1,)))
     for _ in range(repeats):

@@ -53,6 +53,8 @@ class DevicePipeline(ABC):
 
     in_place: ClassVar[bool] = False
     """Whether particles and bodies stay where they are until the end of a substep."""
+    opening = False
+    """Whether the first sweep computes the isotropy correction as well."""
 
     def __init__(self, domain: Domain, *, settings: DeviceSettings, accelerated: bool) -> None:
         spacing, capacity, bodies = domain.spacing, domain.capacity, domain.bodies
@@ -122,6 +124,7 @@ class DevicePipeline(ABC):
             smoothing=self.smoothing,
             spacing=self.spacing,
             scale=chosen.solid_scale,
+            isotropy=self.isotropy,
             touching=not self.in_place,
             suction=chosen.suction > 0,
         )
@@ -194,7 +197,7 @@ class DevicePipeline(ABC):
             self.sorting.bin_samples()
         self.sorting.begin()
         self.sorting.survey()
-        if self.particles.isotropic:
+        if self.particles.isotropic and not self.opening:
             self.isotropy.find()
         if self.moving:
             if self.samples.longest:

@@ -4,17 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
+from seals.plugins.fluids.solvers.pbf.device.packing import Quads, Symmetrics, Triples
 from seals.plugins.fluids.solvers.pbf.language import ti
 
 # particles that one thread sums
 CHUNK = 64
 # entries of Globals.trouble
 NOT_FINITE, ESCAPED, CROWDED, LONGEST = 0, 1, 2, 3
-
-
-def buffers(sweep: int) -> tuple[int, int]:
-    """Return the buffers that an iteration reads and writes; a substep starts in buffer 1."""
-    return (1, 0) if sweep % 2 == 0 else (0, 1)
 
 
 class Fields:
@@ -61,10 +57,11 @@ class Fields:
 
 
 class Particles:
-    """Fields of the particles, double-buffered: sorting and sweeps read one buffer and write one.
+    """Fields of the particles, double-buffered: a kernel only reads what it gathers.
 
-    Positions are relative to the domain's lower corner; their fourth component is the last change
-    of the multiplier between sweeps, and the multiplier between substeps.
+    Substeps begin and end in buffer 0; sorting writes buffer 1, multipliers go from there to 0 and
+    displacements back. Positions are relative to the domain's lower corner; their fourth component
+    is the last change of the multiplier between sweeps, and the multiplier between substeps.
     """
 
     def __init__(
@@ -81,16 +78,16 @@ class Particles:
         self.capacity = count
         self.isotropic = isotropic
         # isotropic stress correction, see ``device.isotropy``
-        self.correction = fields.vector(6, ti.f32, count if isotropic else 1)
+        self.correction = Symmetrics(fields, count if isotropic else 1, turned)
         self.third = fields.scalar(ti.f32, count if isotropic else 1)
-        self.place = [fields.vector(4, ti.f32, count) for _ in range(2)]
-        self.velocity = [fields.vector(3, ti.f32, count) for _ in range(2)]
+        self.place = [Quads(fields, count, turned) for _ in range(2)]
+        self.velocity = [Triples(fields, count, turned) for _ in range(2)]
         self.number = [fields.scalar(ti.i32, count) for _ in range(2)]
         self.multiplier = fields.scalar(ti.f32, count)
         self.density = fields.scalar(ti.f32, count)
         self.wall = fields.vector(3, ti.f32, count)
         # discrete Laplacian of the velocity, see ``device.finish``
-        self.laplacian = fields.vector(3, ti.f32, count if damped else 1)
+        self.laplacian = Triples(fields, count if damped else 1, turned)
         # displacement by the friction of bodies over the weight of their samples
         self.rubbed = fields.vector(3, ti.f32, count if rubbed else 1)
         self.cell = fields.scalar(ti.i32, count)

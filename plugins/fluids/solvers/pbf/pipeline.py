@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 from seals.plugins.fluids.solver import Domain
 from seals.plugins.fluids.solvers.device_pipeline import DevicePipeline
 from seals.plugins.fluids.solvers.pbf.chebyshev import weights
-from seals.plugins.fluids.solvers.pbf.fields import buffers
 
 if TYPE_CHECKING:
     from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
@@ -28,6 +27,8 @@ class SubstepPipeline(DevicePipeline):
         super().__init__(domain, settings=settings, accelerated=accelerated)
         self.numbers.warm[None] = settings.warm_start
         self.schedule: list[tuple[float, float]] = []
+        listed = self.particles.longest > 0
+        self.opening = self.particles.isotropic and listed and settings.warm_start <= 0
 
     def _plan(self, step: float, softness: float) -> None:
         self.schedule = weights(
@@ -41,29 +42,32 @@ class SubstepPipeline(DevicePipeline):
         self._sort(static_changed)
         done = self._sweeps(self.moving)
         if self.moving:
-            self._fill_gaps(buffers(done)[0])
-        self._change_velocities(buffers(done)[0])
+            self._fill_gaps(1)
+        self._change_velocities(1)
         return done
 
     def _sweeps(self, moving: bool) -> int:
         done = 0
         if self.settings.warm_start > 0:
-            self._displace(done, moving)
+            self.pressure.begin()
+            self._displace(moving)
             done += 1
         for k, (gain, memory) in enumerate(self.schedule):
             # after a warm start the last change is not a step of the method
-            self.pressure.multipliers(buffers(done)[0], gain, memory if k else 0.0)
-            self._displace(done, moving)
+            if self.opening and k == 0:
+                self.pressure.open(gain)
+            else:
+                self.pressure.multipliers(gain, memory if k else 0.0)
+            self._displace(moving)
             done += 1
             if self.settings.tolerance > 0 and k and self._residual() < self.settings.tolerance:
                 break
         return done
 
-    def _displace(self, sweep: int, moving: bool) -> None:
-        src, dst = buffers(sweep)
-        self.pressure.displace(src, dst)
+    def _displace(self, moving: bool) -> None:
+        self.pressure.displace()
         if moving:
-            self.pressure.react(src)
+            self.pressure.react(0)
             self.bodies.gather()
 
     def _residual(self) -> float:

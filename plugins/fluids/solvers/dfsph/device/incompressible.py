@@ -62,7 +62,7 @@ class Incompressible:
         """Compute densities and diagonals. Data in: positions of buffer 1."""
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
-                at = self.p.place[1][i]
+                at = self.p.place[1].get(i)
                 q = ti.Vector([at[0], at[1], at[2]])
                 rho, square = self.kernel.own, 0.0
                 slope = ti.Vector([0.0, 0.0, 0.0])
@@ -100,11 +100,11 @@ class Incompressible:
                 if self.p.density[i] > ENOUGH:
                     rate = self.g.step[None] * self.divergence_of(i, self.p.velocity[1])
                 have, size = self.own.divergence[i], self.own.diagonal[i]
-                old = self.p.place[1][i][3] if memory != 0.0 else 0.0
+                old = self.p.place[1].get(i)[3] if memory != 0.0 else 0.0
                 least = self.own.least[i]
                 new = ti.max(have + gain * rate / size + memory * old, least)
                 self.own.divergence[i] = new
-                self.p.place[1][i][3] = new - have
+                self.p.place[1].set_last(i, new - have)
                 self.count_residual(i, ti.max(rate, (least - have) * size))
 
     @ti.kernel
@@ -115,12 +115,12 @@ class Incompressible:
                 have, soft = self.p.multiplier[i], self.g.compliance[None]
                 rate = self.g.step[None] * self.divergence_of(i, self.p.velocity[0])
                 over = self.p.density[i] + rate - 1.0 - soft * have
-                old = self.p.place[1][i][3] if memory != 0.0 else 0.0
+                old = self.p.place[1].get(i)[3] if memory != 0.0 else 0.0
                 size = self.own.diagonal[i] + soft
                 least = self.own.least[i]
                 new = ti.max(have + gain * over / size + memory * old, least)
                 self.p.multiplier[i] = new
-                self.p.place[1][i][3] = new - have
+                self.p.place[1].set_last(i, new - have)
                 self.count_residual(i, ti.max(over, (least - have) * size))
 
     @ti.func
@@ -137,16 +137,16 @@ class Incompressible:
 
         With the gradients of `displacement`, the correction included: the equations are symmetric.
         """
-        at, v = self.p.place[1][i], values[i]
+        at, v = self.p.place[1].get(i), values.get(i)
         q = ti.Vector([at[0], at[1], at[2]])
         rate = 0.0
         if ti.static(self.listed):
             for k in range(self.p.near[i]):
                 j = self.p.list[i, k]
-                o = self.p.place[1][j]
+                o = self.p.place[1].get(j)
                 e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
                 rate += self.kernel.gradient(e.norm_sqr()) * self.q.corrected(i, e).dot(
-                    v - values[j]
+                    v - values.get(j)
                 )
             for k in range(self.p.near[i], self.p.near[i] + self.p.beside[i]):
                 rate += self.wall_rate(i, self.p.list[i, k], q, v)
@@ -155,10 +155,10 @@ class Incompressible:
                 for oy in range(-1, 2):
                     first, last = self.grid.run(self.grid.start, q, ox, oy, self.reach)
                     for j in range(first, last):
-                        o = self.p.place[1][j]
+                        o = self.p.place[1].get(j)
                         e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
                         g = self.kernel.gradient(e.norm_sqr())
-                        rate += g * self.q.corrected(i, e).dot(v - values[j])
+                        rate += g * self.q.corrected(i, e).dot(v - values.get(j))
                     if self.p.beside[i] > 0:
                         first, last = self.bounds.run(self.bounds.start, q, ox, oy, self.reach)
                         for t in range(first, last):
@@ -180,14 +180,14 @@ class Incompressible:
         """Change velocities by the multipliers' changes, and clear the residual."""
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
-                self.p.velocity[buffer][i] += self.displacement(i) / self.g.step[None]
+                self.p.velocity[buffer].add(i, self.displacement(i) / self.g.step[None])
         for k in range(self.own.buckets):
             self.own.residual[k] = 0
 
     @ti.func
     def displacement(self, i) -> Any:
         """Displacement of a particle by the changes around it; see `Pressure.move`."""
-        at = self.p.place[1][i]
+        at = self.p.place[1].get(i)
         q = ti.Vector([at[0], at[1], at[2]])
         s, own = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
         if ti.static(self.listed):
@@ -211,15 +211,17 @@ class Incompressible:
         """Apply gravity to buffer 0, and take the multipliers of the last substep as a change."""
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
-                self.p.velocity[0][i][2] -= self.g.step[None] * self.g.gravity[None]
-                self.p.place[1][i][3] = self.p.multiplier[i]
+                self.p.velocity[0].add(
+                    i, ti.Vector([0.0, 0.0, -self.g.step[None] * self.g.gravity[None]])
+                )
+                self.p.place[1].set_last(i, self.p.multiplier[i])
 
     @ti.kernel
     def keep_off(self):
         """Keep lone particles off the samples at the end of the substep. Data in: buffer 0."""
         for i in range(self.p.capacity):
             if i < self.g.count[None] and self.p.beside[i] > 0:
-                at = self.p.place[1][i]
+                at = self.p.place[1].get(i)
                 q = ti.Vector([at[0], at[1], at[2]])
                 s, wall = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
                 if ti.static(self.listed):
@@ -236,16 +238,16 @@ class Incompressible:
                                 s += part
                                 wall += part if self.s.owner[t] == 0 else 0.0 * part
                 self.p.wall[i] += wall
-                self.p.velocity[1][i] = s / self.g.step[None]
+                self.p.velocity[1].set(i, s / self.g.step[None])
             elif i < self.g.count[None]:
-                self.p.velocity[1][i] = ti.Vector([0.0, 0.0, 0.0])
+                self.p.velocity[1].set(i, ti.Vector([0.0, 0.0, 0.0]))
 
     @ti.func
     def touch(self, i, t, q) -> Any:
         """Displacement of a particle by one sample, both where they go in this substep."""
         o, h = self.s.place[t], self.g.step[None]
         x = ti.Vector([o[0], o[1], o[2]])
-        v = self.p.velocity[0][i] - self.b.velocity_at(self.s.owner[t], x)
+        v = self.p.velocity[0].get(i) - self.b.velocity_at(self.s.owner[t], x)
         return self.q.touch(q - x + h * v, o[3])
 
     @ti.kernel
@@ -272,7 +274,7 @@ class Incompressible:
     @ti.func
     def touched(self, j, t) -> Any:
         """Displacement of a particle by a moving sample."""
-        at = self.p.place[1][j]
+        at = self.p.place[1].get(j)
         return self.touch(j, t, ti.Vector([at[0], at[1], at[2]]))
 
     @ti.kernel
@@ -282,14 +284,14 @@ class Incompressible:
             self.own.fastest[k] = 0.0
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
-                h, at = self.g.step[None], self.p.place[1][i]
-                v = self.p.velocity[0][i] + self.p.velocity[1][i]
-                self.p.velocity[0][i] = v
+                h, at = self.g.step[None], self.p.place[1].get(i)
+                v = self.p.velocity[0].get(i) + self.p.velocity[1].get(i)
+                self.p.velocity[0].set(i, v)
                 q = ti.Vector([at[0] + h * v[0], at[1] + h * v[1], at[2] + h * v[2]])
                 if not self.grid.inside(q):
                     self.sorting.report(q)
                 held = self.p.multiplier[i]
-                self.p.place[0][i] = ti.Vector([q[0], q[1], q[2], held])
+                self.p.place[0].set(i, ti.Vector([q[0], q[1], q[2], held]))
                 self.own.pressed[i] = held + self.own.divergence[i]
                 ti.atomic_max(self.own.fastest[i // BUCKET], v.norm_sqr())
         self.finish.sum_walls()

@@ -300,7 +300,7 @@ class BodyNeighbourCount:
     @ti.func
     def density_gradient(self, j, x) -> Any:
         """Gradient of one particle's density at a sample."""
-        at = self.p.place[1][j]
+        at = self.p.place[1].get(j)
         e = ti.Vector([at[0] - x[0], at[1] - x[1], at[2] - x[2]])
         _, g = self.kernel.solid(e.norm_sqr())
         return g * e

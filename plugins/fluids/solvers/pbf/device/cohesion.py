@@ -84,12 +84,12 @@ class Cohesion:
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
                 a = self.gather(src, i, True)
-                self.p.velocity[1][i] -= (self.g.step[None] * self.strength) * a
+                self.p.velocity[1].add(i, -(self.g.step[None] * self.strength) * a)
 
     @ti.func
     def gather(self, src: ti.template(), i, force: ti.template()) -> Any:
         """Sum normals, or forces, over the neighbours of one particle."""
-        at = self.p.place[src][i]
+        at = self.p.place[src].get(i)
         q = ti.Vector([at[0], at[1], at[2]])
         s = ti.Vector([0.0, 0.0, 0.0])
         if ti.static(self.listed):
@@ -109,7 +109,7 @@ class Cohesion:
     @ti.func
     def pair(self, src: ti.template(), i, j, q, force: ti.template()) -> Any:
         """Contribution of one neighbour."""
-        o = self.p.place[src][j]
+        o = self.p.place[src].get(j)
         e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
         r2 = e.norm_sqr()
         s = self.support * self.kernel.gradient(r2) * e

@@ -57,7 +57,7 @@ class Finish:
         """Compute the velocity Laplacian. Data in: positions of ``src``, velocities."""
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
-                self.p.laplacian[i] = self.laplacian(src, i, self.p.velocity[1])
+                self.p.laplacian.set(i, self.laplacian(src, i, self.p.velocity[1]))
 
     @ti.kernel
     def close(self, src: ti.template()):
@@ -70,9 +70,9 @@ class Finish:
         """
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
-                v = self.p.velocity[1][i]
+                v = self.p.velocity[1].get(i)
                 if ti.static(self.damped):
-                    v += self.g.blend[None] * self.p.laplacian[i]
+                    v += self.g.blend[None] * self.p.laplacian.get(i)
                     v -= self.g.damping[None] * self.laplacian(src, i, self.p.laplacian)
                 elif ti.static(self.blended):
                     v += self.g.blend[None] * self.laplacian(src, i, self.p.velocity[1])
@@ -84,14 +84,10 @@ class Finish:
                     change, near = self.skin_friction(src, i, v, True, self.skin)
                     self.p.rubbed[i] = self.g.step[None] / ti.max(near, 1e-9) * change
                     v += change
-                self.p.velocity[0][i] = v
+                self.p.velocity[0].set(i, v)
                 self.p.number[0][i] = self.p.number[1][i]
-                # neighbours read the first three components meanwhile: they keep their values
-                if ti.static(src == 1):
-                    at = self.p.place[1][i]
-                    self.p.place[0][i] = ti.Vector([at[0], at[1], at[2], self.p.multiplier[i]])
-                else:
-                    self.p.place[0][i][3] = self.p.multiplier[i]
+                at = self.p.place[1].get(i)
+                self.p.place[0].set(i, ti.Vector([at[0], at[1], at[2], self.p.multiplier[i]]))
         if ti.static(self.last):
             self.sum_walls()
 
@@ -112,7 +108,7 @@ class Finish:
         taken implicitly: it stops no particle within one substep. The weight is that of the samples
         that the reaction falls on.
         """
-        at = self.p.place[src][i]
+        at = self.p.place[src].get(i)
         q = ti.Vector([at[0], at[1], at[2]])
         near, normal, v0 = 0.0, ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
         for k in range(self.p.near[i], self.p.near[i] + self.p.beside[i]):
@@ -142,7 +138,7 @@ class Finish:
                 total = ti.Vector([0.0, 0.0, 0.0])
                 for k in range(self.s.near[s]):
                     j = self.s.list[s, k]
-                    at = self.p.place[src][j]
+                    at = self.p.place[src].get(j)
                     e = ti.Vector([at[0] - o[0], at[1] - o[1], at[2] - o[2]])
                     w, _ = self.kernel.solid(e.norm_sqr())
                     total -= o[3] * w * self.p.rubbed[j]
@@ -151,16 +147,16 @@ class Finish:
     @ti.func
     def laplacian(self, src: ti.template(), i, values: ti.template()) -> Any:
         """Difference to the neighbours' values, weighted by the kernel."""
-        v = values[i]
-        at = self.p.place[src][i]
+        v = values.get(i)
+        at = self.p.place[src].get(i)
         q = ti.Vector([at[0], at[1], at[2]])
         s = ti.Vector([0.0, 0.0, 0.0])
         if ti.static(self.listed):
             for k in range(self.p.near[i]):
                 j = self.p.list[i, k]
-                o = self.p.place[src][j]
+                o = self.p.place[src].get(j)
                 e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
-                s += self.kernel.value(e.norm_sqr()) * (values[j] - v)
+                s += self.kernel.value(e.norm_sqr()) * (values.get(j) - v)
         else:
             for ox in range(-1, 2):
                 for oy in range(-1, 2):
@@ -168,11 +164,11 @@ class Finish:
                         self.grid.start, q, ox, oy, SLACK * self.grid.support
                     )
                     for j in range(first, last):
-                        o = self.p.place[src][j]
+                        o = self.p.place[src].get(j)
                         e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
                         r2 = e.norm_sqr()
                         if r2 < self.support2:
-                            s += self.kernel.value(r2) * (values[j] - v)
+                            s += self.kernel.value(r2) * (values.get(j) - v)
         return s
 
     @ti.kernel
@@ -183,7 +179,7 @@ class Finish:
             energy, squeezed, residual = ti.f64(0.0), ti.f64(0.0), ti.f64(0.0)
             most = 0.0
             for i in range(c * CHUNK, ti.min((c + 1) * CHUNK, self.g.count[None])):
-                v = ti.cast(self.p.velocity[velocity][i], ti.f64)
+                v = ti.cast(self.p.velocity[velocity].get(i), ti.f64)
                 flow += v
                 energy += v.norm_sqr()
                 over = ti.max(self.p.density[i] - 1.0, 0.0)

@@ -109,7 +109,7 @@ class Gap:
     @ti.func
     def head_of(self, src: ti.template(), j, x) -> Any:
         """Head of a particle, and its weight at a sample."""
-        at = self.p.place[src][j]
+        at = self.p.place[src].get(j)
         e = ti.Vector([at[0] - x[0], at[1] - x[1], at[2] - x[2]])
         w, _ = self.kernel.solid(e.norm_sqr())
         held = self.p.multiplier[j]
@@ -189,7 +189,7 @@ class Gap:
     @ti.func
     def handed_on(self, src: ti.template(), j, x, away) -> Any:
         """Gradient of one particle along the normal, if it is towards the wall."""
-        at = self.p.place[src][j]
+        at = self.p.place[src].get(j)
         q = ti.Vector([at[0], at[1], at[2]])
         _, g = self.kernel.solid((q - x).norm_sqr())
         return ti.max(g * (q - x).dot(away), 0.0)

@@ -68,34 +68,39 @@ class Isotropy:
         """Compute the correction tensors minus I, and tr M / 3. Data in: positions of buffer 1."""
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
-                at = self.p.place[1][i]
-                a, b = self.around(i, ti.Vector([at[0], at[1], at[2]]))
-                third = (a[0] + a[1] + a[2]) / 3
-                a, b = a / (third + 1e-9) - 1.0, b / (third + 1e-9)
-                size = ti.sqrt(a.norm_sqr() + 2 * b.norm_sqr())
-                part = self.share * ti.min(1.0, LIMIT / (size + 1e-9))
-                self.p.third[i] = third
-                self.p.correction[i] = inverse(1.0 + part * a, part * b)
+                at = self.p.place[1].get(i)
+                self.around(i, ti.Vector([at[0], at[1], at[2]]))
 
     @ti.func
-    def around(self, i, q) -> Any:
+    def note(self, i, a, b, c, d):
+        """Write the correction of a particle from the moments of water and of boundary samples."""
+        a += self.across * (c - self.along * (c[0] + c[1] + c[2]))
+        b += self.across * d
+        third = (a[0] + a[1] + a[2]) / 3
+        a, b = a / (third + 1e-9) - 1.0, b / (third + 1e-9)
+        size = ti.sqrt(a.norm_sqr() + 2 * b.norm_sqr())
+        part = self.share * ti.min(1.0, LIMIT / (size + 1e-9))
+        self.p.third[i] = third
+        self.p.correction.set(i, inverse(1.0 + part * a, part * b))
+
+    @ti.func
+    def around(self, i, q):
         """Sum the second moments around a particle: diagonal, and (yz, xz, xy)."""
         a, b = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
         # of boundary samples
         c, d = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
         if ti.static(self.listed):
             for k in range(self.p.near[i]):
-                o = self.p.place[1][self.p.list[i, k]]
+                o = self.p.place[1].get(self.p.list[i, k])
                 e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
                 a, b = moment(a, b, e, -self.kernel.gradient(e.norm_sqr()))
-            for k in range(self.p.near[i], self.p.near[i] + self.p.beside[i]):
-                c, d = self.solid(c, d, self.p.list[i, k], q)
+            c, d = self.beside(i, q)
         else:
             for ox in range(-1, 2):
                 for oy in range(-1, 2):
                     first, last = self.grid.run(self.grid.start, q, ox, oy, self.reach)
                     for j in range(first, last):
-                        o = self.p.place[1][j]
+                        o = self.p.place[1].get(j)
                         e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
                         if j != i and e.norm_sqr() < self.support2:
                             a, b = moment(a, b, e, -self.kernel.gradient(e.norm_sqr()))
@@ -103,7 +108,15 @@ class Isotropy:
                         first, last = self.bounds.run(self.bounds.start, q, ox, oy, self.reach)
                         for t in range(first, last):
                             c, d = self.solid(c, d, t, q)
-        return a + self.across * (c - self.along * (c[0] + c[1] + c[2])), b + self.across * d
+        self.note(i, a, b, c, d)
+
+    @ti.func
+    def beside(self, i, q) -> Any:
+        """Sum the moments of the listed boundary samples."""
+        c, d = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
+        for k in range(self.p.near[i], self.p.near[i] + self.p.beside[i]):
+            c, d = self.solid(c, d, self.p.list[i, k], q)
+        return c, d
 
     @ti.func
     def solid(self, c, d, t, q) -> Any:

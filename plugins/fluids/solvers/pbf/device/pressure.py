@@ -9,7 +9,7 @@ from typing import Any
 
 from seals.plugins.fluids.solvers.pbf.device.bodies import Bodies
 from seals.plugins.fluids.solvers.pbf.device.grid import SLACK, Grid
-from seals.plugins.fluids.solvers.pbf.device.isotropy import turned
+from seals.plugins.fluids.solvers.pbf.device.isotropy import Isotropy, moment, turned
 from seals.plugins.fluids.solvers.pbf.device.kernels import Smoothing
 from seals.plugins.fluids.solvers.pbf.fields import Globals, Particles, Samples
 from seals.plugins.fluids.solvers.pbf.language import ti
@@ -36,6 +36,7 @@ class Pressure:
         smoothing: the kernel.
         spacing: distance at rest [m].
         scale: weight of boundary volumes.
+        isotropy: correction that `open` computes along with the first multipliers.
         touching: whether `push` keeps lone particles off the samples, too.
         suction: whether enclosed water may be in tension, see `tension`.
     """
@@ -52,10 +53,11 @@ class Pressure:
         smoothing: Smoothing,
         spacing: float,
         scale: float,
+        isotropy: Isotropy,
         touching: bool = True,
         suction: bool = False,
     ) -> None:
-        self.touching, self.suction = touching, suction
+        self.touching, self.suction, self.isotropy = touching, suction, isotropy
         # gradient of the density at a flat free surface
         self.free = 0.5 * smoothing.lattice.press / spacing
         self.p, self.s, self.b, self.g = particles, samples, bodies, numbers
@@ -68,23 +70,23 @@ class Pressure:
         self.scale = scale
 
     @ti.kernel
-    def multipliers(self, src: ti.template(), gain: ti.f32, memory: ti.f32):
-        """Compute the change of the multipliers in ``src``. Data in: positions of ``src``."""
+    def multipliers(self, gain: ti.f32, memory: ti.f32):
+        """Compute the change of the multipliers. Data in: buffer 1. Data out: buffer 0."""
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
-                self.solve(src, i, gain, memory)
+                self.solve(i, gain, memory)
 
     @ti.func
-    def solve(self, src: ti.template(), i, gain, memory):
+    def solve(self, i, gain, memory):
         """Density, its gradients and the new multiplier of one particle."""
-        at = self.p.place[src][i]
+        at = self.p.place[1].get(i)
         q = ti.Vector([at[0], at[1], at[2]])
         rho, square = self.kernel.own, 0.0
         slope = ti.Vector([0.0, 0.0, 0.0])
         if ti.static(self.listed):
             for k in range(self.p.near[i]):
                 rho, slope, square = self.fluid_contribution(
-                    src, self.p.list[i, k], q, rho, slope, square
+                    1, self.p.list[i, k], q, rho, slope, square
                 )
         else:
             for ox in range(-1, 2):
@@ -93,8 +95,45 @@ class Pressure:
                     for j in range(first, last):
                         if j != i:
                             rho, slope, square = self.fluid_contribution(
-                                src, j, q, rho, slope, square
+                                1, j, q, rho, slope, square
                             )
+        self.update(i, at, rho, slope, square, gain, memory)
+
+    @ti.kernel
+    def open(self, gain: ti.f32):
+        """Compute isotropy corrections and the first multipliers in one pass over stored lists.
+
+        Data in: positions of buffer 1. Data out: corrections, buffer 0.
+        """
+        for i in range(self.p.capacity):
+            if i < self.g.count[None]:
+                self.open_one(i, gain)
+
+    @ti.func
+    def open_one(self, i, gain):
+        """Correction and first multiplier of one particle."""
+        at = self.p.place[1].get(i)
+        q = ti.Vector([at[0], at[1], at[2]])
+        rho, square = self.kernel.own, 0.0
+        slope = ti.Vector([0.0, 0.0, 0.0])
+        a, b = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
+        for k in range(self.p.near[i]):
+            o = self.p.place[1].get(self.p.list[i, k])
+            e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
+            r2 = e.norm_sqr()
+            w, g = self.kernel.both(r2)
+            rho += w
+            slope += g * e
+            square += g * g * r2
+            a, b = moment(a, b, e, -g)
+        c, d = self.isotropy.beside(i, q)
+        self.isotropy.note(i, a, b, c, d)
+        self.update(i, at, rho, slope, square, gain, 0.0)
+
+    @ti.func
+    def update(self, i, at, rho, slope, square, gain, memory):
+        """Write the density and the new multiplier of a particle from its sums over the water."""
+        q = ti.Vector([at[0], at[1], at[2]])
         square += slope.norm_sqr()
         if self.p.beside[i] > 0:
             more, extra, wall = self.boundary_density(i, q, slope, square)
@@ -107,7 +146,7 @@ class Pressure:
         wanted = (rho - 1.0 - soft * have) / (ti.max(square, self.floor) + soft)
         new = ti.max(have + gain * wanted + memory * at[3], least)
         self.p.multiplier[i] = new
-        self.p.place[src][i][3] = new - have
+        self.p.place[0].set(i, ti.Vector([q[0], q[1], q[2], new - have]))
 
     @ti.func
     def tension(self, rho, slope) -> Any:
@@ -128,7 +167,7 @@ class Pressure:
     @ti.func
     def fluid_contribution(self, src: ti.template(), j, q, rho, slope, square) -> Any:
         """Add the contribution of one fluid neighbour to density and gradients."""
-        o = self.p.place[src][j]
+        o = self.p.place[src].get(j)
         e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
         r2 = e.norm_sqr()
         if ti.static(self.listed) or r2 < self.support2:
@@ -183,22 +222,29 @@ class Pressure:
         return part * w, part * g * e, arm, owner
 
     @ti.kernel
-    def displace(self, src: ti.template(), dst: ti.template()):
-        """Move all particles. Data in: ``src``. Data out: positions in ``dst``."""
+    def begin(self):
+        """Take what a warm start has written as the first change. Data out: buffer 0."""
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
-                self.move(src, dst, i)
+                self.p.place[0].set(i, self.p.place[1].get(i))
+
+    @ti.kernel
+    def displace(self):
+        """Move all particles. Data in: buffer 0. Data out: positions in buffer 1."""
+        for i in range(self.p.capacity):
+            if i < self.g.count[None]:
+                self.move(i)
 
     @ti.func
-    def move(self, src: ti.template(), dst: ti.template(), i):
+    def move(self, i):
         """Move one particle by the multipliers around it."""
-        at = self.p.place[src][i]
+        at = self.p.place[0].get(i)
         q = ti.Vector([at[0], at[1], at[2]])
         s = ti.Vector([0.0, 0.0, 0.0])
         own = ti.Vector([0.0, 0.0, 0.0])
         if ti.static(self.listed):
             for k in range(self.p.near[i]):
-                theirs, mine = self.press(src, self.p.list[i, k], q, at[3])
+                theirs, mine = self.press(0, self.p.list[i, k], q, at[3])
                 s, own = s + theirs, own + mine
         else:
             for ox in range(-1, 2):
@@ -206,23 +252,23 @@ class Pressure:
                     first, last = self.grid.run(self.grid.start, q, ox, oy, self.reach)
                     for j in range(first, last):
                         # a particle presses on itself with a zero distance: nothing
-                        theirs, mine = self.press(src, j, q, at[3])
+                        theirs, mine = self.press(0, j, q, at[3])
                         s, own = s + theirs, own + mine
         s += self.corrected(i, own)
         if self.p.beside[i] > 0:
             s += self.press_off(i, q, at[3])
-        self.p.place[dst][i] = ti.Vector([q[0] + s[0], q[1] + s[1], q[2] + s[2], at[3]])
-        self.p.velocity[1][i] += s / self.g.step[None]
+        self.p.place[1].set(i, ti.Vector([q[0] + s[0], q[1] + s[1], q[2] + s[2], at[3]]))
+        self.p.velocity[1].add(i, s / self.g.step[None])
 
     @ti.func
     def corrected(self, i, s) -> Any:
         """Displacement by a particle's multiplier, with the isotropy correction."""
-        return turned(self.p.correction[i], s) if ti.static(self.p.isotropic) else s
+        return turned(self.p.correction.get(i), s) if ti.static(self.p.isotropic) else s
 
     @ti.func
     def press(self, src: ti.template(), j, q, mine) -> Any:
         """Displacement by one neighbour's multiplier, and by the particle's own."""
-        o = self.p.place[src][j]
+        o = self.p.place[src].get(j)
         e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
         r2 = e.norm_sqr()
         theirs, own = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
@@ -292,7 +338,7 @@ class Pressure:
                     if ti.static(self.listed):
                         for k in range(self.s.near[s]):
                             j = self.s.list[s, k]
-                            at = self.p.place[src][j]
+                            at = self.p.place[src].get(j)
                             q = ti.Vector([at[0], at[1], at[2]])
                             total -= self.push(j, t, q, at[3])
                     else:
@@ -300,7 +346,7 @@ class Pressure:
                             for oy in range(-1, 2):
                                 first, last = self.grid.run(self.grid.start, x, ox, oy, self.reach)
                                 for j in range(first, last):
-                                    at = self.p.place[src][j]
+                                    at = self.p.place[src].get(j)
                                     q = ti.Vector([at[0], at[1], at[2]])
                                     total -= self.push(j, t, q, at[3])
                 self.s.push[s] = total

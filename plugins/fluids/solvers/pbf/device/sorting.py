@@ -53,17 +53,17 @@ class Sorting:
         """Predict positions if so, and sort them by cell. Data in: buffer 0. Data out: buffer 1."""
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
-                old = self.p.place[0][i]
+                old = self.p.place[0].get(i)
                 q = ti.Vector([old[0], old[1], old[2]])
                 if ti.static(self.predicting):
                     h = self.g.step[None]
-                    v = self.p.velocity[0][i]
+                    v = self.p.velocity[0].get(i)
                     v[2] -= h * self.g.gravity[None]
-                    self.p.velocity[0][i] = v
+                    self.p.velocity[0].set(i, v)
                     q = ti.Vector([old[0] + h * v[0], old[1] + h * v[1], old[2] + h * v[2]])
                     if not self.grid.inside(q):
                         self.report(q)
-                    self.p.place[0][i] = ti.Vector([q[0], q[1], q[2], old[3]])
+                    self.p.place[0].set(i, ti.Vector([q[0], q[1], q[2], old[3]]))
                 c = self.grid.cell_of(q)
                 self.p.cell[i] = c
                 self.p.slot[i] = ti.atomic_add(self.grid.count[c], 1)
@@ -76,11 +76,11 @@ class Sorting:
         for j in range(self.p.capacity):
             if j < self.g.count[None]:
                 i = self.p.order[j]
-                q = self.p.place[0][i]
+                q = self.p.place[0].get(i)
                 warm = self.g.warm[None] * q[3]
                 self.p.multiplier[j] = warm
-                self.p.place[1][j] = ti.Vector([q[0], q[1], q[2], warm])
-                self.p.velocity[1][j] = self.p.velocity[0][i]
+                self.p.place[1].set(j, ti.Vector([q[0], q[1], q[2], warm]))
+                self.p.velocity[1].set(j, self.p.velocity[0].get(i))
                 self.p.number[1][j] = self.p.number[0][i]
                 self.p.wall[j] = ti.Vector([0.0, 0.0, 0.0])
 
@@ -141,14 +141,14 @@ class Sorting:
     @ti.func
     def write_list(self, i):
         """Store the neighbours of one particle, boundary samples behind particles."""
-        at = self.p.place[1][i]
+        at = self.p.place[1].get(i)
         q = ti.Vector([at[0], at[1], at[2]])
         n = 0
         for ox in range(-1, 2):
             for oy in range(-1, 2):
                 first, last = self.grid.run(self.grid.start, q, ox, oy, self.grid.support)
                 for j in range(first, last):
-                    o = self.p.place[1][j]
+                    o = self.p.place[1].get(j)
                     e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
                     n = self.note(i, n, j, e.norm_sqr() < self.support2 and j != i)
         near = ti.min(n, self.p.longest)
@@ -183,7 +183,7 @@ class Sorting:
     @ti.func
     def look_around(self, i):
         """Mark whether boundary samples are in reach of one particle."""
-        at = self.p.place[1][i]
+        at = self.p.place[1].get(i)
         q = ti.Vector([at[0], at[1], at[2]])
         self.p.beside[i] = self.bounds.mark[self.bounds.cell_of(q)]
 
@@ -202,7 +202,7 @@ class Sorting:
                                 self.grid.start, x, ox, oy, self.grid.support
                             )
                             for j in range(first, last):
-                                at = self.p.place[1][j]
+                                at = self.p.place[1].get(j)
                                 e = ti.Vector([at[0] - x[0], at[1] - x[1], at[2] - x[2]])
                                 if e.norm_sqr() < self.support2:
                                     if n < self.s.longest:

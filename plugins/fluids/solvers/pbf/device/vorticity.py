@@ -62,12 +62,14 @@ class Vorticity:
                 w = ti.Vector([c[0], c[1], c[2]])
                 size = n.norm()
                 if size > 1e-6:
-                    self.p.velocity[1][i] += (self.g.step[None] * self.strength / size) * n.cross(w)
+                    self.p.velocity[1].add(
+                        i, (self.g.step[None] * self.strength / size) * n.cross(w)
+                    )
 
     @ti.func
     def gather(self, src: ti.template(), i, slope: ti.template()) -> Any:
         """Sum the curl, or the gradient of its magnitude, over the neighbours of one particle."""
-        at = self.p.place[src][i]
+        at = self.p.place[src].get(i)
         q = ti.Vector([at[0], at[1], at[2]])
         s = ti.Vector([0.0, 0.0, 0.0])
         if ti.static(self.listed):
@@ -86,7 +88,7 @@ class Vorticity:
     @ti.func
     def pair(self, src: ti.template(), i, j, q, slope: ti.template()) -> Any:
         """Contribution of one neighbour."""
-        o = self.p.place[src][j]
+        o = self.p.place[src].get(j)
         e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
         g = self.kernel.gradient(e.norm_sqr()) * e
         s = ti.Vector([0.0, 0.0, 0.0])
@@ -94,5 +96,5 @@ class Vorticity:
             s = (self.curl[j][3] - self.curl[i][3]) * g
         else:
             # the gradient at i with respect to its own place: curl v = sum (v_j - v_i) x (-grad)
-            s = g.cross(self.p.velocity[1][j] - self.p.velocity[1][i])
+            s = g.cross(self.p.velocity[1].get(j) - self.p.velocity[1].get(i))
         return s
