@@ -152,13 +152,24 @@ def build(args: argparse.Namespace) -> Any:
     return water
 
 
+def alone(stage: Callable[[], None]) -> Any:
+    """Return the kernel that runs one device function of a substep."""
+    from seals.plugins.fluids.solvers.pbf.language import ti
+
+    @ti.kernel
+    def run() -> None:
+        stage()
+
+    return run
+
+
 def stages(water: Any, sync: Callable[[], None], repeats: int = 10) -> dict[str, float]:
     """Return the shortest time of each stage of a substep [ms]; iterations once each."""
     pipeline = water.pipeline
     found: dict[str, list[float]] = {}
     calls: list[tuple[str, Callable[..., object], tuple[Any, ...]]] = [
-        ("sort", pipeline.sorting.begin, ()),
-        ("neighbours", pipeline.sorting.survey, ()),
+        ("sort", alone(pipeline.sorting.begin), ()),
+        ("neighbours", alone(pipeline.sorting.survey), ()),
     ]
     if pipeline.in_place:
         own = pipeline.incompressible
@@ -170,10 +181,11 @@ def stages(water: Any, sync: Callable[[], None], repeats: int = 10) -> dict[str,
         ]
     else:
         calls += [
-            ("multipliers", pipeline.pressure.multipliers, (0.5, 0.0)),
-            ("displace", pipeline.pressure.displace, ()),
+            ("open", alone(pipeline.pressure.open), ()),
+            ("displace", alone(pipeline.pressure.displace), ()),
+            ("iteration", pipeline.kernels.iteration, (1, False, False)),
         ]
-    calls.append(("close", pipeline.finish.close, (1,)))
+    calls.append(("close", alone(pipeline.finish.close), ()))
     for _ in range(repeats):
         for name, call, given in calls:
             start = time.perf_counter()

@@ -88,8 +88,7 @@ def test_lists_equal_brute_force(make: Callable[..., SolverPbf]) -> None:
     """Each particle's list holds what lies within the support, particles and samples."""
     water = stirred(make())
     solver = water.pipeline
-    solver.sorting.begin()
-    solver.sorting.survey()
+    solver.kernels.start(False)
     particles, samples = solver.particles, solver.samples
     x = particles.place[1].to_numpy()[: water.count, :3]
     b = samples.place.to_numpy()[: water.boundary.count, :3]

@@ -21,6 +21,7 @@ from seals.plugins.fluids.solvers.pbf.device.isotropy import Isotropy
 from seals.plugins.fluids.solvers.pbf.device.kernels import Smoothing
 from seals.plugins.fluids.solvers.pbf.device.pressure import Pressure
 from seals.plugins.fluids.solvers.pbf.device.sorting import Sorting
+from seals.plugins.fluids.solvers.pbf.device.substep import Stages
 from seals.plugins.fluids.solvers.pbf.device.vorticity import Vorticity
 from seals.plugins.fluids.solvers.pbf.fields import Fields, Globals, Particles, Samples
 
@@ -53,8 +54,6 @@ class DevicePipeline(ABC):
 
     in_place: ClassVar[bool] = False
     """Whether particles and bodies stay where they are until the end of a substep."""
-    opening = False
-    """Whether the first sweep computes the isotropy correction as well."""
 
     def __init__(self, domain: Domain, *, settings: DeviceSettings, accelerated: bool) -> None:
         spacing, capacity, bodies = domain.spacing, domain.capacity, domain.bodies
@@ -63,7 +62,7 @@ class DevicePipeline(ABC):
         self.mass = settings.density * spacing**3
         walk = settings.search is Search.cells
         longest = 0 if walk else settings.neighbours
-        self.smoothing = Smoothing(settings.kernel, spacing, settings.support)
+        self.smoothing = Smoothing(settings.kernel, spacing, settings.support, inverse=accelerated)
         self.fields = Fields()
         self.particles = Particles(
             self.fields,
@@ -87,14 +86,14 @@ class DevicePipeline(ABC):
         self.cohesion, self.vorticity = self._extras()
         self._more_fields(capacity)
         self.fields.allocate()
-        self._kernels(accelerated)
+        self._device(accelerated)
         # whether any body has samples
         self.moving = False
         self.numbers.gravity[None] = settings.gravity
         self.current = 0.0
         self.sound = math.inf
 
-    def _kernels(self, accelerated: bool) -> None:
+    def _device(self, accelerated: bool) -> None:
         chosen, parts = self.settings, (self.particles, self.samples)
         self.sorting = Sorting(
             *parts,
@@ -154,6 +153,22 @@ class DevicePipeline(ABC):
             spacing=self.spacing,
             last=not self.in_place,
         )
+        self.stages = Stages(
+            sorting=self.sorting,
+            isotropy=self.isotropy,
+            bodies=self.bodies,
+            body_neighbours=self.body_neighbours,
+            gap=self.gap,
+            finish=self.finish,
+            cohesion=self.cohesion,
+            vorticity=self.vorticity,
+            opening=self._opening,
+        )
+
+    @property
+    def _opening(self) -> bool:
+        """Whether the first iteration computes the isotropy correction as well."""
+        return False
 
     def _more_fields(self, capacity: int) -> None:  # noqa: B027  optional
         """Declare the fields that only this solver has."""
@@ -189,40 +204,6 @@ class DevicePipeline(ABC):
     @abstractmethod
     def substep(self, *, static_changed: bool) -> int:
         """Advance by one substep; return the number of solver iterations."""
-
-    def _sort(self, static_changed: bool) -> None:
-        """Sort particles and samples by cell, find neighbours, and what is next to bodies."""
-        if self.moving or static_changed:
-            self.bodies.carry()
-            self.sorting.bin_samples()
-        self.sorting.begin()
-        self.sorting.survey()
-        if self.particles.isotropic and not self.opening:
-            self.isotropy.find()
-        if self.moving:
-            if self.samples.longest:
-                self.sorting.survey_samples()
-            self.body_neighbours.count()
-
-    def _fill_gaps(self, buffer: int) -> None:
-        """Press bodies off the walls that they lie on, at the positions of a buffer."""
-        self.gap.find_heads(buffer)
-        self.gap.fill(buffer)
-        self.bodies.gather()
-        self.gap.book()
-
-    def _change_velocities(self, buffer: int) -> None:
-        """Apply surface tension, vorticity and viscosity at the positions of a buffer."""
-        if self.cohesion is not None:
-            self.cohesion.pull(buffer)
-        if self.vorticity is not None:
-            self.vorticity.confine(buffer)
-        if self.finish.damped:
-            self.finish.find_laplacian(buffer)
-        self.finish.close(buffer)
-        if self.moving and self.finish.skin > 0 and self.samples.longest:
-            self.finish.rub(buffer)
-            self.bodies.gather()
 
     def sums(self, *, velocity: int = 0) -> Sums:
         """Sum over all particles in double precision."""

@@ -12,6 +12,7 @@ from seals.plugins.fluids.solvers.dfsph.device.incompressible import (
     Incompressible,
     SolverFields,
 )
+from seals.plugins.fluids.solvers.dfsph.device.order import Order
 from seals.plugins.fluids.solvers.pbf.chebyshev import weights
 
 if TYPE_CHECKING:
@@ -42,6 +43,7 @@ class DfsphPipeline(DevicePipeline):
     def __init__(self, domain: Domain, *, settings: DfsphSettings, accelerated: bool) -> None:
         super().__init__(domain, settings=settings, accelerated=accelerated)
         self.incompressible = Incompressible(self.own, self.pressure, self.finish, self.sorting)
+        self.kernels = Order(self.stages, self.pressure)
         self.schedules: list[list[tuple[float, float]]] = []
 
     def _more_fields(self, capacity: int) -> None:
@@ -66,23 +68,24 @@ class DfsphPipeline(DevicePipeline):
     def substep(self, *, static_changed: bool) -> int:
         """Advance by one substep; return the number of solver iterations."""
         now, moving = self.incompressible, self.moving
-        self._sort(static_changed)
+        if static_changed and not moving:
+            self.stages.place_samples()
+        self.kernels.sort(moving)
         self.numbers.warm[None] = self.settings.own.warm
         now.factors()
         done = self._iterate(now.correct_divergence, 1, self.settings.own.divergence)
-        self._change_velocities(1)
+        self.kernels.change_velocities(moving)
         now.fall()
         if moving:
-            self.bodies.predict()
+            self.kernels.predict()
         if self.settings.own.warm > 0:
             self._accelerate(0)
         done += self._iterate(now.correct_density, 0, self.settings.own.compression)
         now.keep_off()
         if moving:
-            self._fill_gaps(1)
+            self.kernels.fill_gaps()
             now.react_to_touch()
-            self.bodies.gather()
-            self.bodies.travel()
+            self.kernels.travel()
         now.travel()
         return done
 
@@ -109,8 +112,7 @@ class DfsphPipeline(DevicePipeline):
     def _accelerate(self, buffer: int) -> None:
         self.incompressible.accelerate(buffer)
         if self.moving:
-            self.pressure.react(1)
-            self.bodies.gather()
+            self.kernels.react()
 
     def _residual(self) -> float:
         total = int(self.own.residual.to_numpy().sum(dtype="int64"))

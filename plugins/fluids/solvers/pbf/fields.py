@@ -145,6 +145,8 @@ class Globals:
         self.gravity = fields.scalar(ti.f32)
         # least multiplier of water in tension, see ``device.pressure``
         self.tension = fields.scalar(ti.f32)
+        # gain and memory of each iteration, where the solver has a fixed number
+        self.weights: Any = None
         self.trouble = fields.scalar(ti.i32, 8)
         self.chunks = (particles + CHUNK - 1) // CHUNK
         # velocity (3), its square, compression, its largest, residual

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from seals.plugins.fluids.solver import Domain
 from seals.plugins.fluids.solvers.device_pipeline import DevicePipeline
 from seals.plugins.fluids.solvers.pbf.chebyshev import weights
+from seals.plugins.fluids.solvers.pbf.device.substep import Substep
+from seals.plugins.fluids.solvers.pbf.language import ti
 
 if TYPE_CHECKING:
     from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
+
+UNROLLED = 12
+"""Most iterations that one kernel holds: each is compiled."""
 
 
 class SubstepPipeline(DevicePipeline):
@@ -26,49 +33,42 @@ class SubstepPipeline(DevicePipeline):
     def __init__(self, domain: Domain, *, settings: PbfSettings, accelerated: bool) -> None:
         super().__init__(domain, settings=settings, accelerated=accelerated)
         self.numbers.warm[None] = settings.warm_start
-        self.schedule: list[tuple[float, float]] = []
+        self.kernels = Substep(self.stages, self.pressure, warm=settings.warm_start > 0)
+        few = settings.tolerance <= 0 and settings.iterations <= UNROLLED
+        self.at_once = accelerated and few
+
+    def _more_fields(self, capacity: int) -> None:
+        self.numbers.weights = self.fields.vector(2, ti.f32, self.settings.iterations)
+
+    @property
+    def _opening(self) -> bool:
         listed = self.particles.longest > 0
-        self.opening = self.particles.isotropic and listed and settings.warm_start <= 0
+        return self.particles.isotropic and listed and self.settings.warm_start <= 0
 
     def _plan(self, step: float, softness: float) -> None:
-        self.schedule = weights(
+        schedule = weights(
             self.settings.iterations, softness=softness, lattice=self.smoothing.lattice
         )
+        self.numbers.weights.from_numpy(np.asarray(schedule, dtype=np.float32))
 
     def substep(self, *, static_changed: bool) -> int:
         """Advance by one substep; return the number of solver iterations."""
-        if self.moving:
-            self.bodies.predict()
-        self._sort(static_changed)
-        done = self._sweeps(self.moving)
-        if self.moving:
-            self._fill_gaps(1)
-        self._change_velocities(1)
-        return done
-
-    def _sweeps(self, moving: bool) -> int:
+        moving, most = self.moving, self.settings.iterations
+        if static_changed and not moving:
+            self.stages.place_samples()
+        warm = int(self.settings.warm_start > 0)
+        if self.at_once:
+            self.kernels.whole(most, moving)
+            return most + warm
+        self.kernels.start(moving)
         done = 0
-        if self.settings.warm_start > 0:
-            self.pressure.begin()
-            self._displace(moving)
-            done += 1
-        for k, (gain, memory) in enumerate(self.schedule):
-            # after a warm start the last change is not a step of the method
-            if self.opening and k == 0:
-                self.pressure.open(gain)
-            else:
-                self.pressure.multipliers(gain, memory if k else 0.0)
-            self._displace(moving)
+        for k in range(most):
+            self.kernels.iteration(k, k == 0, moving)
             done += 1
             if self.settings.tolerance > 0 and k and self._residual() < self.settings.tolerance:
                 break
-        return done
-
-    def _displace(self, moving: bool) -> None:
-        self.pressure.displace()
-        if moving:
-            self.pressure.react(0)
-            self.bodies.gather()
+        self.kernels.finish(moving)
+        return done + warm
 
     def _residual(self) -> float:
         return self.sums(velocity=1).residual / max(int(self.numbers.count[None]), 1)

@@ -192,16 +192,16 @@ class Incompressible:
         s, own = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
         if ti.static(self.listed):
             for k in range(self.p.near[i]):
-                theirs, mine = self.q.press(1, self.p.list[i, k], q, at[3])
-                s, own = s + theirs, own + mine
+                theirs, even = self.q.press(1, self.p.list[i, k], q)
+                s, own = s + theirs, own + even
         else:
             for ox in range(-1, 2):
                 for oy in range(-1, 2):
                     first, last = self.grid.run(self.grid.start, q, ox, oy, self.reach)
                     for j in range(first, last):
-                        theirs, mine = self.q.press(1, j, q, at[3])
-                        s, own = s + theirs, own + mine
-        s += self.q.corrected(i, own)
+                        theirs, even = self.q.press(1, j, q)
+                        s, own = s + theirs, own + even
+        s += self.q.corrected(i, at[3] * own)
         if self.p.beside[i] > 0:
             s += self.q.press_off(i, q, at[3])
         return s

@@ -126,7 +126,7 @@ class Bodies:
                 for j in ti.static(range(3)):
                     self.outbox[b, 3 + 3 * k + j] = self.rotation[b][k, j]
 
-    @ti.kernel
+    @ti.func
     def predict(self):
         """Move bodies by their known loads over one substep."""
         h = ti.cast(self.g.step[None], ti.f64)
@@ -138,7 +138,7 @@ class Bodies:
                 self.turn(b, h * self.spin[b])
             self.publish(b)
 
-    @ti.kernel
+    @ti.func
     def travel(self):
         """Move bodies that stayed in place by their velocities over one substep."""
         h = ti.cast(self.g.step[None], ti.f64)
@@ -147,7 +147,7 @@ class Bodies:
             self.turn(b, h * self.spin[b])
             self.publish(b)
 
-    @ti.kernel
+    @ti.func
     def carry(self):
         """Move the samples with their bodies. Data in: body poses. Data out: sample positions."""
         for s in range(self.s.capacity):
@@ -190,7 +190,7 @@ class Bodies:
             x = ti.cast(self.centre[b] + self.rotation[b] @ ti.cast(x, ti.f64), ti.f32)
         self.s.world[s] = x
 
-    @ti.kernel
+    @ti.func
     def gather(self):
         """Sum the forces on samples. Data out: impulses, poses and twists of bodies, samples."""
         for k in range(self.most):
@@ -254,7 +254,7 @@ class BodyNeighbourCount:
         self.kernel, self.grid = smoothing, grid
         self.listed = particles.longest > 0
 
-    @ti.kernel
+    @ti.func
     def count(self):
         """Count the particles near each body. Data in: positions in buffer 1, samples.
 

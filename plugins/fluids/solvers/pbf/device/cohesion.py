@@ -75,26 +75,26 @@ class Cohesion:
             value = 0.0
         return self.factor * value
 
-    @ti.kernel
-    def pull(self, src: ti.template()):
-        """Apply surface tension. Data in: positions of ``src``, densities. Data out: velocities."""
+    @ti.func
+    def pull(self):
+        """Apply surface tension. Data in: buffer 1, densities. Data out: its velocities."""
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
-                self.normal[i] = self.gather(src, i, False)
+                self.normal[i] = self.gather(i, False)
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
-                a = self.gather(src, i, True)
+                a = self.gather(i, True)
                 self.p.velocity[1].add(i, -(self.g.step[None] * self.strength) * a)
 
     @ti.func
-    def gather(self, src: ti.template(), i, force: ti.template()) -> Any:
+    def gather(self, i, force: ti.template()) -> Any:
         """Sum normals, or forces, over the neighbours of one particle."""
-        at = self.p.place[src].get(i)
+        at = self.p.place[1].get(i)
         q = ti.Vector([at[0], at[1], at[2]])
         s = ti.Vector([0.0, 0.0, 0.0])
         if ti.static(self.listed):
             for k in range(self.p.near[i]):
-                s += self.pair(src, i, self.p.list[i, k], q, force)
+                s += self.pair(i, self.p.list[i, k], q, force)
         else:
             for ox in range(-1, 2):
                 for oy in range(-1, 2):
@@ -103,13 +103,13 @@ class Cohesion:
                     )
                     for j in range(first, last):
                         if j != i:
-                            s += self.pair(src, i, j, q, force)
+                            s += self.pair(i, j, q, force)
         return s
 
     @ti.func
-    def pair(self, src: ti.template(), i, j, q, force: ti.template()) -> Any:
+    def pair(self, i, j, q, force: ti.template()) -> Any:
         """Contribution of one neighbour."""
-        o = self.p.place[src].get(j)
+        o = self.p.place[1].get(j)
         e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
         r2 = e.norm_sqr()
         s = self.support * self.kernel.gradient(r2) * e

@@ -52,15 +52,15 @@ class Finish:
         self.listed = particles.longest > 0
         self.support2 = grid.support**2
 
-    @ti.kernel
-    def find_laplacian(self, src: ti.template()):
-        """Compute the velocity Laplacian. Data in: positions of ``src``, velocities."""
+    @ti.func
+    def find_laplacian(self):
+        """Compute the velocity Laplacian. Data in: positions and velocities of buffer 1."""
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
-                self.p.laplacian.set(i, self.laplacian(src, i, self.p.velocity[1]))
+                self.p.laplacian.set(i, self.laplacian(i, self.p.velocity[1]))
 
-    @ti.kernel
-    def close(self, src: ti.template()):
+    @ti.func
+    def close(self):
         """Apply viscosity and wall friction. Data out: buffer 0, wall impulse.
 
         Equation:
@@ -73,15 +73,15 @@ class Finish:
                 v = self.p.velocity[1].get(i)
                 if ti.static(self.damped):
                     v += self.g.blend[None] * self.p.laplacian.get(i)
-                    v -= self.g.damping[None] * self.laplacian(src, i, self.p.laplacian)
+                    v -= self.g.damping[None] * self.laplacian(i, self.p.laplacian)
                 elif ti.static(self.blended):
-                    v += self.g.blend[None] * self.laplacian(src, i, self.p.velocity[1])
+                    v += self.g.blend[None] * self.laplacian(i, self.p.velocity[1])
                 if ti.static(self.walls > 0 and self.listed):
-                    change, _ = self.skin_friction(src, i, v, False, self.walls)
+                    change, _ = self.skin_friction(i, v, False, self.walls)
                     self.p.wall[i] += self.g.step[None] * change
                     v += change
                 if ti.static(self.skin > 0 and self.listed):
-                    change, near = self.skin_friction(src, i, v, True, self.skin)
+                    change, near = self.skin_friction(i, v, True, self.skin)
                     self.p.rubbed[i] = self.g.step[None] / ti.max(near, 1e-9) * change
                     v += change
                 self.p.velocity[0].set(i, v)
@@ -101,14 +101,14 @@ class Finish:
             self.g.walls[c] += total / ti.cast(self.g.step[None], ti.f64)
 
     @ti.func
-    def skin_friction(self, src: ti.template(), i, v, moving: ti.template(), friction) -> Any:
+    def skin_friction(self, i, v, moving: ti.template(), friction) -> Any:
         """Velocity change by skin friction, stress friction / 2 density speed^2, and weight.
 
         It acts on the layer at a wall or body, a spacing deep, against the flow along it, and is
         taken implicitly: it stops no particle within one substep. The weight is that of the samples
         that the reaction falls on.
         """
-        at = self.p.place[src].get(i)
+        at = self.p.place[1].get(i)
         q = ti.Vector([at[0], at[1], at[2]])
         near, normal, v0 = 0.0, ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
         for k in range(self.p.near[i], self.p.near[i] + self.p.beside[i]):
@@ -129,8 +129,8 @@ class Finish:
         rate = 0.5 * friction * share * along.norm() / self.spacing
         return -(1.0 - 1.0 / (1.0 + rate * self.g.step[None])) * along, near
 
-    @ti.kernel
-    def rub(self, src: ti.template()):
+    @ti.func
+    def rub(self):
         """Compute the reactions of friction on moving samples. Data in: ``src``."""
         for s in range(self.s.capacity):
             if s < self.g.moving[None]:
@@ -138,23 +138,23 @@ class Finish:
                 total = ti.Vector([0.0, 0.0, 0.0])
                 for k in range(self.s.near[s]):
                     j = self.s.list[s, k]
-                    at = self.p.place[src].get(j)
+                    at = self.p.place[1].get(j)
                     e = ti.Vector([at[0] - o[0], at[1] - o[1], at[2] - o[2]])
                     w, _ = self.kernel.solid(e.norm_sqr())
                     total -= o[3] * w * self.p.rubbed[j]
                 self.s.push[s] = total
 
     @ti.func
-    def laplacian(self, src: ti.template(), i, values: ti.template()) -> Any:
+    def laplacian(self, i, values: ti.template()) -> Any:
         """Difference to the neighbours' values, weighted by the kernel."""
         v = values.get(i)
-        at = self.p.place[src].get(i)
+        at = self.p.place[1].get(i)
         q = ti.Vector([at[0], at[1], at[2]])
         s = ti.Vector([0.0, 0.0, 0.0])
         if ti.static(self.listed):
             for k in range(self.p.near[i]):
                 j = self.p.list[i, k]
-                o = self.p.place[src].get(j)
+                o = self.p.place[1].get(j)
                 e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
                 s += self.kernel.value(e.norm_sqr()) * (values.get(j) - v)
         else:
@@ -164,7 +164,7 @@ class Finish:
                         self.grid.start, q, ox, oy, SLACK * self.grid.support
                     )
                     for j in range(first, last):
-                        o = self.p.place[src].get(j)
+                        o = self.p.place[1].get(j)
                         e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
                         r2 = e.norm_sqr()
                         if r2 < self.support2:

@@ -73,9 +73,9 @@ class Gap:
         """Change of the multiplier of water at rest with depth [m]."""
         return self.g.gravity[None] * self.g.step[None] ** 2 / self.virial
 
-    @ti.kernel
-    def find_heads(self, src: ti.template()):
-        """Average the piezometric head around every body. Data in: positions of ``src``."""
+    @ti.func
+    def find_heads(self):
+        """Average the piezometric head around every body. Data in: positions of buffer 1."""
         for s in range(self.s.capacity):
             if s < self.g.moving[None]:
                 o = self.s.place[self.s.rank[s]]
@@ -84,7 +84,7 @@ class Gap:
                 if self.grid.inside(x):
                     if ti.static(self.listed):
                         for k in range(self.s.near[s]):
-                            total += self.head_of(src, self.s.list[s, k], x)
+                            total += self.head_of(self.s.list[s, k], x)
                     else:
                         for ox in range(-1, 2):
                             for oy in range(-1, 2):
@@ -92,7 +92,7 @@ class Gap:
                                     self.grid.start, x, ox, oy, self.grid.support
                                 )
                                 for j in range(first, last):
-                                    total += self.head_of(src, j, x)
+                                    total += self.head_of(j, x)
                 self.s.count[s] = total
         for k in range(self.b.most):
             if k < self.b.groups[None]:
@@ -107,9 +107,9 @@ class Gap:
             self.b.head[b] = total[0] / total[1] if total[1] > 1e-6 else NONE
 
     @ti.func
-    def head_of(self, src: ti.template(), j, x) -> Any:
+    def head_of(self, j, x) -> Any:
         """Head of a particle, and its weight at a sample."""
-        at = self.p.place[src].get(j)
+        at = self.p.place[1].get(j)
         e = ti.Vector([at[0] - x[0], at[1] - x[1], at[2] - x[2]])
         w, _ = self.kernel.solid(e.norm_sqr())
         held = self.p.multiplier[j]
@@ -118,9 +118,9 @@ class Gap:
             held *= self.p.third[j] / self.virial
         return w * ti.Vector([held + self.per_metre() * at[2], 1.0])
 
-    @ti.kernel
-    def fill(self, src: ti.template()):
-        """Compute the forces on samples in gaps. Data in: heads, positions of ``src``."""
+    @ti.func
+    def fill(self):
+        """Compute the forces on samples in gaps. Data in: heads, positions of buffer 1."""
         for s in range(self.s.capacity):
             if s < self.g.moving[None]:
                 o = self.s.place[self.s.rank[s]]
@@ -132,7 +132,7 @@ class Gap:
                     away, close = self.wall_normal(x, self.far if thin > 0.0 else self.reach)
                     held = self.b.head[b] - self.per_metre() * (x[2] - self.half * away[2])
                     if away.norm_sqr() > 0.0 and held > 0.0:
-                        wet = self.wetness(src, s, x, away)
+                        wet = self.wetness(s, x, away)
                         area = self.full * self.scale * o[3] * self.facing(s, b, away)
                         lift = self.g.gravity[None] * self.g.step[None] ** 2 * away[2]
                         alone = close * (self.scale * o[3] * lift - self.s.pressed[s].dot(away))
@@ -172,29 +172,29 @@ class Gap:
         return ti.abs(turned.dot(away)) if n.norm_sqr() > 0.0 else 1.0
 
     @ti.func
-    def wetness(self, src: ti.template(), s, x, away) -> Any:
+    def wetness(self, s, x, away) -> Any:
         """Share that particles towards the wall press with."""
         total = 0.0
         if ti.static(self.listed):
             for k in range(self.s.near[s]):
-                total += self.handed_on(src, self.s.list[s, k], x, away)
+                total += self.handed_on(self.s.list[s, k], x, away)
         else:
             for ox in range(-1, 2):
                 for oy in range(-1, 2):
                     first, last = self.grid.run(self.grid.start, x, ox, oy, self.grid.support)
                     for j in range(first, last):
-                        total += self.handed_on(src, j, x, away)
+                        total += self.handed_on(j, x, away)
         return total / self.full
 
     @ti.func
-    def handed_on(self, src: ti.template(), j, x, away) -> Any:
+    def handed_on(self, j, x, away) -> Any:
         """Gradient of one particle along the normal, if it is towards the wall."""
-        at = self.p.place[src].get(j)
+        at = self.p.place[1].get(j)
         q = ti.Vector([at[0], at[1], at[2]])
         _, g = self.kernel.solid((q - x).norm_sqr())
         return ti.max(g * (q - x).dot(away), 0.0)
 
-    @ti.kernel
+    @ti.func
     def book(self):
         """Let the walls feel the opposite. Data in: sums of `Bodies.gather`."""
         for _ in range(1):

@@ -63,7 +63,7 @@ class Isotropy:
         along = smoothing.lattice.along
         self.across, self.along = 1 / (1 - along), along / (1 + 2 * along)
 
-    @ti.kernel
+    @ti.func
     def find(self):
         """Compute the correction tensors minus I, and tr M / 3. Data in: positions of buffer 1."""
         for i in range(self.p.capacity):

@@ -6,6 +6,9 @@ from seals.plugins.fluids.solvers.pbf.choices import Kernel
 from seals.plugins.fluids.solvers.pbf.language import ti
 from seals.plugins.fluids.solvers.pbf.lattice import calibrate
 
+# least distance that is divided by [halves of the support]
+NEAREST = 1e-4
+
 
 @ti.data_oriented
 class Smoothing:
@@ -15,9 +18,13 @@ class Smoothing:
         kernel: which one.
         spacing: distance of particles at rest [m].
         reach: support of the kernel [1 spacing].
+        inverse: whether distances come from inverse roots, the quick ones of a CUDA device.
     """
 
-    def __init__(self, kernel: Kernel, spacing: float, reach: float) -> None:
+    def __init__(
+        self, kernel: Kernel, spacing: float, reach: float, *, inverse: bool = False
+    ) -> None:
+        self.inverse = inverse
         self.kind = {Kernel.wendland: 0, Kernel.spline: 1}[kernel]
         self.lattice = calibrate(kernel, reach)
         self.support = reach * spacing
@@ -29,9 +36,22 @@ class Smoothing:
         self.solid_a, self.solid_b = self.lattice.solid
 
     @ti.func
+    def halves(self, r2) -> Any:
+        """Distance in halves of the support, and its inverse [1]."""
+        q, over = 0.0, 0.0
+        x = r2 * (self.per_half * self.per_half)
+        if ti.static(self.inverse):
+            over = ti.rsqrt(ti.max(x, NEAREST * NEAREST))
+            q = x * over
+        else:
+            q = ti.sqrt(x)
+            over = 1 / ti.max(q, NEAREST)
+        return q, over
+
+    @ti.func
     def both(self, r2) -> Any:
         """Density share [1] and slope over distance [1/m^2], zero beyond the support."""
-        q = ti.sqrt(r2) * self.per_half
+        q, over = self.halves(r2)
         w, g = 0.0, 0.0
         if ti.static(self.kind == 0):
             u = ti.max(1 - 0.5 * q, 0.0)
@@ -40,8 +60,9 @@ class Smoothing:
             g = -5 * self.slope * u3
         else:
             u, t = ti.max(2 - q, 0.0), ti.max(1 - q, 0.0)
-            w = self.factor * (0.25 * u * u * u - t * t * t)
-            g = self.slope * (-0.75 * u * u + 3 * t * t) / ti.max(q, 1e-4)
+            u2, t2 = u * u, t * t
+            w = self.factor * (0.25 * u2 * u - t2 * t)
+            g = (self.slope * over) * (3 * t2 - 0.75 * u2)
         return w, g
 
     @ti.func
@@ -59,7 +80,7 @@ class Smoothing:
     @ti.func
     def solid(self, r2) -> Any:
         """Density share [1] and radial derivative over distance [1/m^2], sample of weight one."""
-        q = ti.sqrt(r2) * self.per_half
+        q, _ = self.halves(r2)
         u = ti.max(1 - 0.5 * q, 0.0)
         u3 = u * u * u
         u6 = u3 * u3

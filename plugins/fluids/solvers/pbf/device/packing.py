@@ -65,7 +65,7 @@ class Quads:
 
     def __init__(self, fields: Any, count: int, packed: bool) -> None:
         self.packed = packed
-        self.words = fields.scalar(ti.u64, 2 * count) if packed else None
+        self.words = fields.scalar(ti.u64, count, 2) if packed else None
         self.plain = None if packed else fields.vector(4, ti.f32, count)
 
     @ti.func
@@ -73,7 +73,7 @@ class Quads:
         """Vector number ``i``."""
         v = ti.Vector([0.0, 0.0, 0.0, 0.0])
         if ti.static(self.packed):
-            a, b = self.words[2 * i], self.words[2 * i + 1]
+            a, b = self.words[i, 0], self.words[i, 1]
             v = ti.Vector([low_of(a), high_of(a), low_of(b), high_of(b)])
         else:
             v = self.plain[i]
@@ -83,8 +83,8 @@ class Quads:
     def set(self, i, v):
         """Write vector number ``i``."""
         if ti.static(self.packed):
-            self.words[2 * i] = pair(v[0], v[1])
-            self.words[2 * i + 1] = pair(v[2], v[3])
+            self.words[i, 0] = pair(v[0], v[1])
+            self.words[i, 1] = pair(v[2], v[3])
         else:
             self.plain[i] = v
 
@@ -92,21 +92,21 @@ class Quads:
     def set_last(self, i, x):
         """Write the fourth component of vector number ``i``; the others keep their values."""
         if ti.static(self.packed):
-            self.words[2 * i + 1] = pair(low_of(self.words[2 * i + 1]), x)
+            self.words[i, 1] = pair(low_of(self.words[i, 1]), x)
         else:
             self.plain[i][3] = x
 
     def to_numpy(self) -> NDArray[np.float32]:
         """Copy to the host, shape (count, 4)."""
         if self.packed:
-            return np.asarray(self.words.to_numpy()).view(np.float32).reshape(-1, 4)
+            return np.asarray(self.words.to_numpy()).view(np.float32)
         return np.asarray(self.plain.to_numpy())
 
     def from_numpy(self, values: NDArray[np.float32]) -> None:
         """Copy from the host, shape (count, 4)."""
         if self.packed:
             whole = np.ascontiguousarray(values, dtype=np.float32)
-            self.words.from_numpy(whole.view(np.uint64).reshape(-1))
+            self.words.from_numpy(whole.view(np.uint64))
         else:
             self.plain.from_numpy(values)
 
@@ -123,7 +123,7 @@ class Triples:
 
     def __init__(self, fields: Any, count: int, packed: bool) -> None:
         self.packed = packed
-        self.words = fields.scalar(ti.u64, 2 * count) if packed else None
+        self.words = fields.scalar(ti.u64, count, 2) if packed else None
         self.plain = None if packed else fields.vector(3, ti.f32, count)
 
     @ti.func
@@ -131,8 +131,8 @@ class Triples:
         """Vector number ``i``."""
         v = ti.Vector([0.0, 0.0, 0.0])
         if ti.static(self.packed):
-            a = self.words[2 * i]
-            v = ti.Vector([low_of(a), high_of(a), low_of(self.words[2 * i + 1])])
+            a = self.words[i, 0]
+            v = ti.Vector([low_of(a), high_of(a), low_of(self.words[i, 1])])
         else:
             v = self.plain[i]
         return v
@@ -141,8 +141,8 @@ class Triples:
     def set(self, i, v):
         """Write vector number ``i``."""
         if ti.static(self.packed):
-            self.words[2 * i] = pair(v[0], v[1])
-            self.words[2 * i + 1] = pair(v[2], 0.0)
+            self.words[i, 0] = pair(v[0], v[1])
+            self.words[i, 1] = pair(v[2], 0.0)
         else:
             self.plain[i] = v
 
@@ -154,7 +154,7 @@ class Triples:
     def to_numpy(self) -> NDArray[np.float32]:
         """Copy to the host, shape (count, 3)."""
         if self.packed:
-            return np.asarray(self.words.to_numpy()).view(np.float32).reshape(-1, 4)[:, :3]
+            return np.asarray(self.words.to_numpy()).view(np.float32)[:, :3]
         return np.asarray(self.plain.to_numpy())
 
     def from_numpy(self, values: NDArray[np.float32]) -> None:
@@ -162,7 +162,7 @@ class Triples:
         if self.packed:
             whole = np.zeros((len(values), 4), np.float32)
             whole[:, :3] = values
-            self.words.from_numpy(whole.view(np.uint64).reshape(-1))
+            self.words.from_numpy(whole.view(np.uint64))
         else:
             self.plain.from_numpy(values)
 
@@ -179,7 +179,7 @@ class Symmetrics:
 
     def __init__(self, fields: Any, count: int, packed: bool) -> None:
         self.packed = packed
-        self.words = fields.scalar(ti.u64, 2 * count) if packed else None
+        self.words = fields.scalar(ti.u64, count, 2) if packed else None
         self.plain = None if packed else fields.vector(6, ti.f32, count)
 
     @ti.func
@@ -187,7 +187,7 @@ class Symmetrics:
         """Matrix number ``i``."""
         m = ti.Vector([0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
         if ti.static(self.packed):
-            a, b = self.words[2 * i], self.words[2 * i + 1]
+            a, b = self.words[i, 0], self.words[i, 1]
             for k in ti.static(range(3)):
                 m[k] = number_of(a, BITS * k)
                 m[k + 3] = number_of(b, BITS * k)
@@ -203,6 +203,6 @@ class Symmetrics:
             for k in ti.static(range(3)):
                 a |= bits_of(m[k]) << (BITS * k)
                 b |= bits_of(m[k + 3]) << (BITS * k)
-            self.words[2 * i], self.words[2 * i + 1] = a, b
+            self.words[i, 0], self.words[i, 1] = a, b
         else:
             self.plain[i] = m

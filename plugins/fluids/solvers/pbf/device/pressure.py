@@ -57,6 +57,8 @@ class Pressure:
         touching: bool = True,
         suction: bool = False,
     ) -> None:
+        # buffer that the last changes of multipliers are in
+        self.changes = 0 if touching else 1
         self.touching, self.suction, self.isotropy = touching, suction, isotropy
         # gradient of the density at a flat free surface
         self.free = 0.5 * smoothing.lattice.press / spacing
@@ -69,15 +71,15 @@ class Pressure:
         self.floor = 0.25 * smoothing.lattice.stiffness / spacing**2
         self.scale = scale
 
-    @ti.kernel
-    def multipliers(self, gain: ti.f32, memory: ti.f32):
-        """Compute the change of the multipliers. Data in: buffer 1. Data out: buffer 0."""
+    @ti.func
+    def multipliers(self, k):
+        """Compute change ``k`` of the multipliers. Data in: buffer 1. Data out: buffer 0."""
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
-                self.solve(i, gain, memory)
+                self.solve(i, self.g.weights[k])
 
     @ti.func
-    def solve(self, i, gain, memory):
+    def solve(self, i, weights):
         """Density, its gradients and the new multiplier of one particle."""
         at = self.p.place[1].get(i)
         q = ti.Vector([at[0], at[1], at[2]])
@@ -97,20 +99,20 @@ class Pressure:
                             rho, slope, square = self.fluid_contribution(
                                 1, j, q, rho, slope, square
                             )
-        self.update(i, at, rho, slope, square, gain, memory)
+        self.update(i, at, rho, slope, square, weights)
 
-    @ti.kernel
-    def open(self, gain: ti.f32):
+    @ti.func
+    def open(self):
         """Compute isotropy corrections and the first multipliers in one pass over stored lists.
 
         Data in: positions of buffer 1. Data out: corrections, buffer 0.
         """
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
-                self.open_one(i, gain)
+                self.open_one(i)
 
     @ti.func
-    def open_one(self, i, gain):
+    def open_one(self, i):
         """Correction and first multiplier of one particle."""
         at = self.p.place[1].get(i)
         q = ti.Vector([at[0], at[1], at[2]])
@@ -128,10 +130,10 @@ class Pressure:
             a, b = moment(a, b, e, -g)
         c, d = self.isotropy.beside(i, q)
         self.isotropy.note(i, a, b, c, d)
-        self.update(i, at, rho, slope, square, gain, 0.0)
+        self.update(i, at, rho, slope, square, self.g.weights[0])
 
     @ti.func
-    def update(self, i, at, rho, slope, square, gain, memory):
+    def update(self, i, at, rho, slope, square, weights):
         """Write the density and the new multiplier of a particle from its sums over the water."""
         q = ti.Vector([at[0], at[1], at[2]])
         square += slope.norm_sqr()
@@ -144,7 +146,7 @@ class Pressure:
         have, least = self.p.multiplier[i], self.tension(rho, slope)
         soft = self.g.compliance[None]
         wanted = (rho - 1.0 - soft * have) / (ti.max(square, self.floor) + soft)
-        new = ti.max(have + gain * wanted + memory * at[3], least)
+        new = ti.max(have + weights[0] * wanted + weights[1] * at[3], least)
         self.p.multiplier[i] = new
         self.p.place[0].set(i, ti.Vector([q[0], q[1], q[2], new - have]))
 
@@ -221,14 +223,14 @@ class Pressure:
             arm = ti.Vector([o[0], o[1], o[2]]) - self.b.local_centre(owner)
         return part * w, part * g * e, arm, owner
 
-    @ti.kernel
+    @ti.func
     def begin(self):
         """Take what a warm start has written as the first change. Data out: buffer 0."""
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
                 self.p.place[0].set(i, self.p.place[1].get(i))
 
-    @ti.kernel
+    @ti.func
     def displace(self):
         """Move all particles. Data in: buffer 0. Data out: positions in buffer 1."""
         for i in range(self.p.capacity):
@@ -244,17 +246,17 @@ class Pressure:
         own = ti.Vector([0.0, 0.0, 0.0])
         if ti.static(self.listed):
             for k in range(self.p.near[i]):
-                theirs, mine = self.press(0, self.p.list[i, k], q, at[3])
-                s, own = s + theirs, own + mine
+                theirs, even = self.press(0, self.p.list[i, k], q)
+                s, own = s + theirs, own + even
         else:
             for ox in range(-1, 2):
                 for oy in range(-1, 2):
                     first, last = self.grid.run(self.grid.start, q, ox, oy, self.reach)
                     for j in range(first, last):
                         # a particle presses on itself with a zero distance: nothing
-                        theirs, mine = self.press(0, j, q, at[3])
-                        s, own = s + theirs, own + mine
-        s += self.corrected(i, own)
+                        theirs, even = self.press(0, j, q)
+                        s, own = s + theirs, own + even
+        s += self.corrected(i, at[3] * own)
         if self.p.beside[i] > 0:
             s += self.press_off(i, q, at[3])
         self.p.place[1].set(i, ti.Vector([q[0] + s[0], q[1] + s[1], q[2] + s[2], at[3]]))
@@ -266,15 +268,15 @@ class Pressure:
         return turned(self.p.correction.get(i), s) if ti.static(self.p.isotropic) else s
 
     @ti.func
-    def press(self, src: ti.template(), j, q, mine) -> Any:
-        """Displacement by one neighbour's multiplier, and by the particle's own."""
+    def press(self, src: ti.template(), j, q) -> Any:
+        """Displacement by one neighbour's multiplier, and by an own one of 1 without correction."""
         o = self.p.place[src].get(j)
         e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
         r2 = e.norm_sqr()
         theirs, own = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
         if ti.static(self.listed) or r2 < self.support2:
-            slope = -self.kernel.gradient(r2) * e
-            theirs, own = self.corrected(j, o[3] * slope), mine * slope
+            g = -self.kernel.gradient(r2)
+            theirs, own = (g * o[3]) * self.corrected(j, e), g * e
         return theirs, own
 
     @ti.func
@@ -325,9 +327,9 @@ class Pressure:
             s = (share * (self.contact - r) / r) * e
         return s
 
-    @ti.kernel
-    def react(self, src: ti.template()):
-        """Compute the forces of particles on moving samples. Data in: ``src``."""
+    @ti.func
+    def react(self):
+        """Compute the forces of particles on moving samples. Data in: the buffer of changes."""
         for s in range(self.s.capacity):
             if s < self.g.moving[None]:
                 t = self.s.rank[s]
@@ -338,7 +340,7 @@ class Pressure:
                     if ti.static(self.listed):
                         for k in range(self.s.near[s]):
                             j = self.s.list[s, k]
-                            at = self.p.place[src].get(j)
+                            at = self.p.place[self.changes].get(j)
                             q = ti.Vector([at[0], at[1], at[2]])
                             total -= self.push(j, t, q, at[3])
                     else:
@@ -346,7 +348,7 @@ class Pressure:
                             for oy in range(-1, 2):
                                 first, last = self.grid.run(self.grid.start, x, ox, oy, self.reach)
                                 for j in range(first, last):
-                                    at = self.p.place[src].get(j)
+                                    at = self.p.place[self.changes].get(j)
                                     q = ti.Vector([at[0], at[1], at[2]])
                                     total -= self.push(j, t, q, at[3])
                 self.s.push[s] = total

@@ -48,7 +48,7 @@ class Sorting:
         self.listed = particles.longest > 0
         self.support2 = grid.support**2
 
-    @ti.kernel
+    @ti.func
     def begin(self):
         """Predict positions if so, and sort them by cell. Data in: buffer 0. Data out: buffer 1."""
         for i in range(self.p.capacity):
@@ -95,7 +95,7 @@ class Sorting:
         ti.atomic_add(self.g.trouble[NOT_FINITE], bad)
         ti.atomic_add(self.g.trouble[ESCAPED], 1 - bad)
 
-    @ti.kernel
+    @ti.func
     def bin_samples(self):
         """Sort the boundary samples by cell. Data in: samples in the world."""
         for s in range(self.s.capacity):
@@ -128,7 +128,7 @@ class Sorting:
             if t < self.g.samples[None]:
                 self.s.rank[self.s.order[t]] = t
 
-    @ti.kernel
+    @ti.func
     def survey(self):
         """Find neighbours, or whether a boundary is near. Data in: sorted positions."""
         for i in range(self.p.capacity):
@@ -187,7 +187,7 @@ class Sorting:
         q = ti.Vector([at[0], at[1], at[2]])
         self.p.beside[i] = self.bounds.mark[self.bounds.cell_of(q)]
 
-    @ti.kernel
+    @ti.func
     def survey_samples(self):
         """Find the particles around each moving sample. Data in: sorted positions."""
         for s in range(self.s.capacity):

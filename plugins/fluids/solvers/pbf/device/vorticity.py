@@ -48,16 +48,16 @@ class Vorticity:
         self.listed = particles.longest > 0
         self.curl = fields.vector(4, ti.f32, particles.capacity)
 
-    @ti.kernel
-    def confine(self, src: ti.template()):
-        """Apply vorticity confinement. Data in: positions of ``src``. Data out: velocities."""
+    @ti.func
+    def confine(self):
+        """Apply vorticity confinement. Data in: positions of buffer 1. Data out: velocities."""
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
-                w = self.gather(src, i, False)
+                w = self.gather(i, False)
                 self.curl[i] = ti.Vector([w[0], w[1], w[2], w.norm()])
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
-                n = self.gather(src, i, True)
+                n = self.gather(i, True)
                 c = self.curl[i]
                 w = ti.Vector([c[0], c[1], c[2]])
                 size = n.norm()
@@ -67,14 +67,14 @@ class Vorticity:
                     )
 
     @ti.func
-    def gather(self, src: ti.template(), i, slope: ti.template()) -> Any:
+    def gather(self, i, slope: ti.template()) -> Any:
         """Sum the curl, or the gradient of its magnitude, over the neighbours of one particle."""
-        at = self.p.place[src].get(i)
+        at = self.p.place[1].get(i)
         q = ti.Vector([at[0], at[1], at[2]])
         s = ti.Vector([0.0, 0.0, 0.0])
         if ti.static(self.listed):
             for k in range(self.p.near[i]):
-                s += self.pair(src, i, self.p.list[i, k], q, slope)
+                s += self.pair(i, self.p.list[i, k], q, slope)
         else:
             for ox in range(-1, 2):
                 for oy in range(-1, 2):
@@ -82,13 +82,13 @@ class Vorticity:
                         self.grid.start, q, ox, oy, SLACK * self.grid.support
                     )
                     for j in range(first, last):
-                        s += self.pair(src, i, j, q, slope)
+                        s += self.pair(i, j, q, slope)
         return s
 
     @ti.func
-    def pair(self, src: ti.template(), i, j, q, slope: ti.template()) -> Any:
+    def pair(self, i, j, q, slope: ti.template()) -> Any:
         """Contribution of one neighbour."""
-        o = self.p.place[src].get(j)
+        o = self.p.place[1].get(j)
         e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
         g = self.kernel.gradient(e.norm_sqr()) * e
         s = ti.Vector([0.0, 0.0, 0.0])
