@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -30,6 +31,10 @@ _PLACE: dict[str, Any] = {
     "source": "chosen: the origin",
 }
 _EYE = np.eye(3)[None]
+
+_REACH = 4.0
+"""Distance along an axis within which a body carries loads, by its radius of gyration [1]; that of
+a box is 0.58 of its half width."""
 
 
 @dataclass(kw_only=True)
@@ -125,7 +130,7 @@ class Payload(Effect):
 
     @classmethod
     def _load(cls, instance: str, subject: Subject, link: int) -> Addition:
-        """A load on the base spread as its own mass is; on an arm about the tip of a last link."""
+        """A load on the base, spread as its mass is and near it; on an arm about the tip of it."""
         total = subject.mass
         centre = subject.robot.centre[link]
         at: dict[str, Any] = {
@@ -133,8 +138,13 @@ class Payload(Effect):
         }
         along = int(np.argmax(np.abs(centre)))
         spread = _gyration(subject.robot, link)
+        # what is carried is near the body: far off, a gram would pass for any change of its inertia
+        reach = max(_REACH * float(spread.max()), 0.1)
         place = {
-            f"position_{a}": Freed(scale=0.03 if link else float(spread[i]))
+            f"position_{a}": Freed(
+                scale=0.03 if link else float(spread[i]),
+                bounds=(-math.inf, math.inf) if link else (-reach, reach),
+            )
             for i, a in enumerate(AXES)
             if not link or i == along
         }

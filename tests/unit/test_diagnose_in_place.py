@@ -87,3 +87,16 @@ def test_a_rival_for_a_time_must_explain_a_share(
     monkeypatch.setattr(evidence, "rivals_of", lambda *given, processes: (other,))
     claim = evidence._claim(search, best, 1, 2.0, 1)
     assert (claim.confidence > 0.9) is sure
+
+
+@pytest.mark.parametrize("processes", [1, 2])
+def test_finer_times_may_be_those_of_the_complement(
+    monkeypatch: pytest.MonkeyPatch, processes: int
+) -> None:
+    """All other times are tried once more when the times are fine."""
+    monkeypatch.setattr(onsets, "sharpened", lambda nominal, best: ("fine", best))
+    monkeypatch.setattr(onsets, "_complemented", lambda nominal, best: ("other", best))
+    best: Any = SimpleNamespace(candidates=())
+    none: Any = None
+    found = onsets.retimed(none, none, best, processes=processes)
+    assert found == ("other", ("fine", ("other", best)))

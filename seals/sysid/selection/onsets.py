@@ -145,6 +145,14 @@ def retimed(
                 best = _retimed(problem, nominal, best, k)
         if best is before:
             break
+    # finer times may turn an effect into its complement, as coarse ones may
+    return _complemented(nominal, _at_finer_times(nominal, best, processes=processes))
+
+
+def _at_finer_times(
+    nominal: EvidenceHypothesis, best: EvidenceHypothesis, *, processes: int
+) -> EvidenceHypothesis:
+    """Try each effect at all other times, then refine all times below one row."""
     known = [c.activity for c in best.candidates]
     if processes < 2 or not any(known):
         return sharpened(nominal, _complemented(nominal, best))
