@@ -1,0 +1,90 @@
+"""Strip of what both cameras see in a flight, with the place that the policy is told."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.arrays import Floats
+from seals.learn.starts import held_out_seeds
+from seals.plugins.tasks.sighting.detector import shot_of
+from seals.rendering.optics import to_bytes
+from seals.report.pictures import figure_class
+
+INSTANTS = 8
+"""Pairs of pictures in a strip."""
+
+
+class Glance(NamedTuple):
+    """What is seen at one instant.
+
+    Args:
+        time: [s].
+        pictures: of the cameras by name, sRGB, uint8, shape (H, W, 3).
+        spots: column and row of the place that is told [pixel]; None where it is not in the
+            picture, or nothing is told.
+    """
+
+    time: float
+    pictures: Mapping[str, NDArray[np.uint8]]
+    spots: Mapping[str, Floats | None]
+
+
+def show(words: Sequence[str], path: Path) -> str:
+    """Fly from the first held-out start, and draw the strip; return how it ended, in words.
+
+    Args:
+        words: of the environment.
+        path: of the picture, ``.png`` or ``.webp``.
+    """
+    from seals.config.compose import compose
+    from seals.learn.environments import batched_of
+
+    environment: Any = batched_of(compose([*words, "task.ends=true"], root="evaluate"), count=1)
+    world, glances, over = environment.worlds[0], [], False
+    try:
+        environment.reset(held_out_seeds(1))
+        while not over:
+            verdict = world.step(environment.scripted_policy().numpy()[0]).verdict
+            over = bool(verdict.terminated[0] | verdict.truncated[0])
+            glances.append(_glance(world))
+    finally:
+        environment.close()
+    _draw(glances, path)
+    won = "caught" if bool(verdict.success[0]) else "not caught"
+    return f"{path}: {won} after {glances[-1].time:.1f} s"
+
+
+def _glance(world: Any) -> Glance:
+    pictures, spots = {}, {}
+    for name, camera in world.actor.sensor_suite.cameras.items():
+        shot = shot_of(camera)
+        pictures[name] = to_bytes(np.asarray(shot.picture.colour))
+        away = shot.axes.T @ (world.perceived.target[0] - shot.position)
+        seen = world.perceived.facts["seen"][0, 0] > 0.5 and away[2] > shot.lens.near
+        spots[name] = np.asarray(shot.lens.project(away)) if seen else None
+    return Glance(float(world.now.time[0, 0]), pictures, spots)
+
+
+def _draw(glances: Sequence[Glance], path: Path) -> None:
+    """Draw the pictures of evenly spaced instants, one row a camera, with rings at the places."""
+    chosen = [glances[int(k)] for k in np.linspace(0, len(glances) - 1, INSTANTS)]
+    names = list(chosen[0].pictures)
+    figure = figure_class()(figsize=(1.5 * INSTANTS, 1.62 * len(names)), dpi=100)
+    for column, glance in enumerate(chosen):
+        for row, name in enumerate(names):
+            axes = figure.add_subplot(len(names), INSTANTS, row * INSTANTS + column + 1)
+            picture, spot = glance.pictures[name], glance.spots[name]
+            height, width = picture.shape[:2]
+            axes.imshow(picture, extent=(0.0, width, height, 0.0))
+            if spot is not None and np.all((spot > 0.0) & (spot < [width, height])):
+                axes.plot(*spot, "o", ms=13, mfc="none", mec="white", mew=1.5)
+            axes.set_axis_off()
+            if row == 0:
+                axes.set_title(f"{glance.time:.1f} s", fontsize=9, pad=2)
+    figure.subplots_adjust(0.0, 0.0, 1.0, 0.93, 0.02, 0.02)
+    figure.savefig(path)
