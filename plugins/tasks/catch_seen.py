@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seals.arrays import Array, Floats
+from seals.arrays import Array
 from seals.errors import ConfigError
 from seals.learn.task import Draw, Instant
 from seals.plugins.tasks.catch import TaskCatch
@@ -75,6 +75,9 @@ class TaskCatchSeen(TaskCatch):
         )
 
     def seen(self, now: Instant) -> Array:
-        """Return 1 for an animal that is seen or followed, else 0, shape (N, 1)."""
-        found: Floats = now.facts["seen"]
+        """Return 1 for an animal that is seen or followed, else 0, shape (N, 1).
+
+        It is not where nobody says so: without cameras there is nothing to see.
+        """
+        found: Array = now.facts.get("seen", now.time * 0.0)
         return found
