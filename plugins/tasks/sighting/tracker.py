@@ -8,9 +8,9 @@ import numpy as np
 
 from seals.arrays import Floats
 
-AGILITY = 0.15
-"""Root of the spectral density of the acceleration of an animal [m/s^1.5]: it takes up its pace, or
-turns, within a second."""
+AGILITY = (0.05, 0.05, 0.01)
+"""Root of the spectral density of the acceleration of an animal along x, y and z [m/s^1.5]: it takes
+up its pace, or turns, within some seconds, and stays on the ground. Strides are not followed."""
 PACE = 0.1
 """Standard deviation of the velocity of what was just found [m/s]."""
 GATE = 16.0
@@ -56,7 +56,7 @@ def predicted(track: Track, step: float) -> Track:
 
     Equation:
         x' = x + v dt; Q = q [[dt^3/3, dt^2/2], [dt^2/2, dt]] for each axis, q the square of
-        `AGILITY`
+        its `AGILITY`
 
     Args:
         track: before.
@@ -69,7 +69,7 @@ def predicted(track: Track, step: float) -> Track:
     change = np.eye(6)
     change[:3, 3:] = step * np.eye(3)
     grown = np.array([[step**3 / 3.0, step**2 / 2.0], [step**2 / 2.0, step]])
-    noise = AGILITY**2 * np.kron(grown, np.eye(3))
+    noise = np.kron(grown, np.diag(np.square(AGILITY)))
     return Track(change @ track.mean, change @ track.covariance @ change.T + noise)
 
 
