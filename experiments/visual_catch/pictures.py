@@ -92,6 +92,7 @@ def words_of(rng: np.random.Generator) -> list[str]:
     return [
         f"env={env}",
         "backend=mujoco",
+        "task.duration=30",
         *ARMS[int(rng.integers(2))],
         f"water_type={list(WATERS)[int(rng.integers(len(WATERS)))]}",
         f"optics.sun_zenith={rng.uniform(0.0, 1.2):.3f}",

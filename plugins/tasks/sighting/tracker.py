@@ -9,8 +9,10 @@ import numpy as np
 from seals.arrays import Floats
 
 AGILITY = (0.05, 0.05, 0.01)
-"""Root of the spectral density of the acceleration of an animal along x, y and z [m/s^1.5]: it takes
-up its pace, or turns, within some seconds, and stays on the ground. Strides are not followed."""
+"""Root of the spectral density of the acceleration of an animal along x, y and z [m/s^1.5].
+
+It takes up its pace, or turns, within some seconds, and stays on the ground: strides are not
+followed."""
 PACE = 0.1
 """Standard deviation of the velocity of what was just found [m/s]."""
 GATE = 16.0
