@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
 
 from seals.errors import ConfigError, suggestion
-from seals.experiments.command import CommandParser
-from seals.experiments.five_seeds.outcome import outcome, tell
+from seals.experiments.command import CommandParser, show_table
+from seals.experiments.five_seeds.episode_tables import OWN, gather, shipped, write
+from seals.experiments.five_seeds.outcome import table_of, write_curves
 from seals.experiments.five_seeds.recipes import RECIPES, Recipe
 from seals.experiments.five_seeds.shipping import ship
 from seals.experiments.learning_study.arms import Training
@@ -23,21 +25,12 @@ def main(words: Sequence[str] | None = None) -> int:
     Raises:
         ConfigError: there is no such recipe.
     """
-    parser = CommandParser(prog="five_seeds", description=__doc__)
-    parser.add_argument("recipe", help=", ".join(RECIPES))
-    parser.add_argument("--out", default="", help="folder; runs/five_seeds/RECIPE when left out")
-    parser.add_argument("--jobs", type=int, default=1, help="trainings at once, one core each")
-    parser.add_argument("--seeds", type=int, default=0, help="0: as the recipe has it")
-    parser.add_argument("--limit", type=float, default=0.0, help="stop politely after so many s")
-    parser.add_argument("--ship", default="", help="folder to copy the best policy to, when judged")
-    parser.add_argument("more", nargs="*", help="further overrides, as course.steps=1000")
-    given = parser.parse_intermixed_args(words)
-    if given.recipe not in RECIPES:
-        raise ConfigError(
-            f"there is no recipe '{given.recipe}'.\n{suggestion(given.recipe, RECIPES)}"
-        )
+    given = _given(words)
     recipe = RECIPES[given.recipe]
     out = Path(given.out or f"runs/five_seeds/{given.recipe}")
+    if given.table:
+        print(table_of(shipped(given.recipe), list(recipe.elsewhere), enough=recipe.enough))
+        return 0
     lessons = (*recipe.world, *recipe.lessons)
     shown = demonstrated(out, recipe, given.more)
     jobs = [
@@ -59,23 +52,57 @@ def main(words: Sequence[str] | None = None) -> int:
     if left:
         print(f"{left} of {len(jobs)} trainings are not finished: the same command goes on.")
         return 1
-    world = [
-        *recipe.world,
-        *recipe.judged,
-        *(word for word in given.more if word.startswith("task.")),
-    ]
-    for number, job in enumerate(jobs):
-        judged = job.folder / "held_out"
-        if not (judged / "evaluation.json").exists():
-            beside = "[scripted,random]" if number == 0 else "[]"
-            run_verb("evaluate", *world, f"policy={job.folder / 'policy'}", f"beside={beside}",
-                     "episodes=100", f"out={judged}")  # fmt: skip
+    left = run_all(judgements(recipe, jobs, given.more), at_once=given.jobs, limit=0.0)
+    if left:
+        print(f"{left} judgements are not finished: the same command goes on.")
+        return 1
     folders = [job.folder for job in jobs]
-    tell(outcome(folders), out, enough=recipe.enough)
+    tables = gather(folders, recipe.elsewhere)
+    write(tables, out, given.recipe)
+    show_table(out, table_of(tables, list(recipe.elsewhere), enough=recipe.enough))
+    print(write_curves(tables, out / "seeds.png"))
     if given.ship:
         words = ["python -m seals.experiments.five_seeds", given.recipe, *given.more]
         print(ship(folders, Path(given.ship), command=" ".join(words)))
     return 0
+
+
+def _given(words: Sequence[str] | None) -> Namespace:
+    parser = CommandParser(prog="five_seeds", description=__doc__)
+    parser.add_argument("recipe", help=", ".join(RECIPES))
+    parser.add_argument("--out", default="", help="folder; runs/five_seeds/RECIPE when left out")
+    parser.add_argument("--jobs", type=int, default=1, help="trainings at once, one core each")
+    parser.add_argument("--seeds", type=int, default=0, help="0: as the recipe has it")
+    parser.add_argument("--limit", type=float, default=0.0, help="stop politely after so many s")
+    parser.add_argument("--table", action="store_true", help="only show the table that ships")
+    parser.add_argument("--ship", default="", help="folder to copy the best policy to, when judged")
+    parser.add_argument("more", nargs="*", help="further overrides, as course.steps=1000")
+    given = parser.parse_intermixed_args(words)
+    if given.recipe not in RECIPES:
+        raise ConfigError(
+            f"there is no recipe '{given.recipe}'.\n{suggestion(given.recipe, RECIPES)}"
+        )
+    return given
+
+
+def judgements(recipe: Recipe, jobs: Sequence[Training], more: Sequence[str]) -> list[Training]:
+    """Return the evaluations of all policies on held-out starts, in each world of a recipe.
+
+    Args:
+        recipe: with its worlds.
+        jobs: its trainings, done; beside the first the scripted and a random policy are judged.
+        more: further overrides; those of the task count here, too.
+    """
+    told = [word for word in more if word.startswith("task.")]
+    found = []
+    for number, job in enumerate(jobs):
+        for name, words in {OWN: (), **recipe.elsewhere}.items():
+            beside = "[scripted,random]" if number == 0 else "[]"
+            judged = ("evaluate", *recipe.world, *recipe.judged, *words, *told,
+                      f"policy={job.folder / 'policy'}", f"beside={beside}",
+                      "episodes=100", f"hydra.run.dir={job.folder / name}")  # fmt: skip
+            found.append(Training(job.folder / name, judged))
+    return found
 
 
 def demonstrated(out: Path, recipe: Recipe, more: Sequence[str]) -> tuple[str, ...]:

@@ -2,107 +2,120 @@
 
 from __future__ import annotations
 
-import csv
-import json
-import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from seals.learn.comparison.words import text_table
-from seals.learn.evaluation.result import QUANTILES, SHARE
+from seals.arrays import Floats
+from seals.experiments.command import markdown
+from seals.experiments.five_seeds.episode_tables import BESIDE, Tables
+from seals.learn.evaluation.result import SHARE
+from seals.learn.evaluation.words import FURTHER, share_words
 from seals.learn.statistics.interval import wilson
-from seals.logs.atomic import write_json, write_table
 from seals.report import Chart, Series, write_picture
 
-MEDIANS = {"reached_after": "time to target [s]", "cost_of_transport": "cost of transport"}
-"""Facts of which the median is told, where a task tells them, over the episodes that succeeded."""
 
-
-class Outcome(NamedTuple):
-    """Figures of the seeds.
+class Judged(NamedTuple):
+    """One policy in one world.
 
     Args:
-        rows: one for each policy that was judged: name, shares, and the wall time of its training.
-        curves: steps and shares of successes of every training, on its validation starts.
+        policy: its name.
+        shares: times that each property was true, by its name.
+        medians: of facts over the episodes that tell them, NaN without one.
+        episodes: number of starts.
     """
 
-    rows: list[dict[str, Any]]
-    curves: list[tuple[str, np.ndarray, np.ndarray]]
+    policy: str
+    shares: dict[str, int]
+    medians: dict[str, float]
+    episodes: int
+
+    def success(self) -> str:
+        """Return the successes with Wilson's interval."""
+        won = self.shares[SHARE]
+        low, high = wilson(won, self.episodes)[1:]
+        return f"{won} of {self.episodes} ({100.0 * low:.0f} to {100.0 * high:.0f} %)"
 
 
-def outcome(folders: Sequence[Path]) -> Outcome:
-    """Read the results of trainings and evaluations.
+def outcome(tables: Tables) -> list[dict[int, Judged]]:
+    """Return what each policy did by the number of the world, seeds first."""
+    numbers = tables.episodes["policy"]
+    found = []
+    for number in sorted(set(numbers), key=lambda n: (n < 0, abs(n))):
+        rows = {k: values[numbers == number] for k, values in tables.episodes.items()}
+        found.append({int(w): _judged(int(number), rows, w) for w in np.unique(rows["world"])})
+    return found
+
+
+def _judged(number: int, rows: dict[str, Floats], world: float) -> Judged:
+    names = {value: name for name, value in BESIDE.items()}
+    here = {k: values[rows["world"] == world] for k, values in rows.items()}
+    shares = [k for k in here if k.startswith(SHARE) and np.isfinite(here[k]).all()]
+    medians = {k: here[k][np.isfinite(here[k])] for k in FURTHER if k in here}
+    return Judged(
+        names.get(number, f"seed {number}"),
+        {name: int(here[name].sum()) for name in shares},
+        {k: float(np.median(x)) if len(x) else np.nan for k, x in medians.items()},
+        len(here[SHARE]),
+    )
+
+
+def table_of(tables: Tables, worlds: Sequence[str], *, enough: float) -> str:
+    """Return the table of all policies in Markdown, and how many seeds did as asked.
 
     Args:
-        folders: of the trainings.
-    """
-    rows: list[dict[str, Any]] = []
-    curves = []
-    for folder in folders:
-        with (folder / "evaluation.csv").open(encoding="utf-8", newline="") as file:
-            looks = list(csv.DictReader(file))
-        steps = np.array([float(look["step"]) for look in looks])
-        success = np.array([float(look["success"]) for look in looks])
-        curves.append((f"seed {folder.name}", steps, success))
-        judged = json.loads((folder / "held_out" / "evaluation.json").read_text())["judgements"]
-        for number, each in enumerate(judged):
-            trained = number == 0
-            rows.append(
-                {
-                    "policy": f"seed {folder.name}" if trained else each["policy"],
-                    "episodes": each["episodes"],
-                    **{name: share[0] for name, share in each["shares"].items()},
-                    **{name: _median(each, name) for name in MEDIANS},
-                    "steps": int(steps[-1]) if trained else 0,
-                    "seconds": float(looks[-1]["seconds"]) if trained else 0.0,
-                }
-            )
-    return Outcome(rows, curves)
-
-
-def tell(found: Outcome, out: Path, *, enough: float) -> None:
-    """Print the table, and write it with the curves into the folder of the study.
-
-    Args:
-        found: figures of the seeds.
-        out: the folder.
+        tables: of the recipe.
+        worlds: names of the other worlds.
         enough: share of its held-out starts that a seed is asked for [1].
     """
-    shares = [name for name in found.rows[0] if name.startswith(SHARE)]
-    medians = [name for name in MEDIANS if np.isfinite([r[name] for r in found.rows]).any()]
-    head = ["policy", *shares, *(MEDIANS[name] for name in medians), "training [s]"]
-    table = []
-    for row in found.rows:
-        cells = [wilson(round(row[name] * row["episodes"]), row["episodes"]) for name in shares]
-        told = [f"{row[name]:.2f}" if np.isfinite(row[name]) else "" for name in medians]
-        time = f"{row['seconds']:.0f}" if row["steps"] else ""
-        table.append([row["policy"], *(cell.text() for cell in cells), *told, time])
-    print(text_table(head, table))
-    seeds = [row for row in found.rows if row["policy"].startswith("seed ")]
-    good = sum(row["success"] >= enough for row in seeds)
-    print(f"{good} of {len(seeds)} seeds reach {enough:.0%} of their held-out starts.")
-    columns = {name: [row[name] for row in found.rows] for name in found.rows[0]}
-    write_table(out / "seeds.csv", columns)
-    rows = [{name: _plain(value) for name, value in row.items()} for row in found.rows]
-    write_json(out / "seeds.json", {"rows": rows, "enough": enough, "good": good})
+    found = outcome(tables)
+    head, columns = ["policy"], [[one[min(one)].policy for one in found]]
+    for number, world in enumerate(("", *worlds)):
+        here = [one.get(number) for one in found]
+        known = [x for x in here if x is not None]
+        if not known:
+            continue
+        before = f"{world}: " if world else ""
+        head.append(f"{before}success (95 %)")
+        columns.append(["" if x is None else x.success() for x in here])
+        for name in (k for k in known[0].shares if k != SHARE):
+            head.append(before + share_words(name))
+            columns.append(["" if x is None else str(x.shares.get(name, "")) for x in here])
+        for name in known[0].medians:
+            values = [np.nan if x is None else x.medians.get(name, np.nan) for x in here]
+            if np.isfinite(values).any():
+                head.append(before + FURTHER[name])
+                columns.append([f"{x:.2f}" if np.isfinite(x) else "" for x in values])
+    seconds = {f"seed {s:.0f}": _curve(tables, s, "seconds")[-1] for s in _seeds(tables)}
+    head.append("training [s]")
+    columns.append([f"{seconds[name]:.0f}" if name in seconds else "" for name in columns[0]])
+    seeds = [one[0] for one in found if 0 in one and one[0].policy in seconds]
+    good = sum(one.shares[SHARE] >= enough * one.episodes for one in seeds)
+    said = f"{good} of {len(seeds)} seeds reach {enough:.0%} of their held-out starts."
+    return markdown(head, list(zip(*columns, strict=True))) + f"\n{said}\n"
+
+
+def write_curves(tables: Tables, path: Path) -> Path:
+    """Draw the share of successes on validation starts over control steps, by seed."""
+    lines = [
+        Series(name=f"seed {s:.0f}", x=_curve(tables, s, "step"), y=_curve(tables, s, "success"))
+        for s in _seeds(tables)
+    ]
     chart = Chart(
         title="Success on validation starts",
         x_label="control steps",
         y_label="share of episodes",
-        series=tuple(Series(name=name, x=steps, y=share) for name, steps, share in found.curves),
+        series=tuple(lines),
     )
-    print(write_picture(out / "seeds.png", chart))
+    return write_picture(path, chart)
 
 
-def _median(judged: dict[str, Any], name: str) -> float:
-    """Return the median of a fact, NaN where no episode told it."""
-    found = judged["quantiles"].get(name, [None] * len(QUANTILES))[QUANTILES.index(0.5)]
-    return math.nan if found is None else float(found)
+def _seeds(tables: Tables) -> list[float]:
+    return sorted(set(tables.looks["seed"]))
 
 
-def _plain(value: Any) -> Any:
-    """Return a value as JSON has it: what is unknown is None."""
-    return None if isinstance(value, float) and math.isnan(value) else value
+def _curve(tables: Tables, seed: float, name: str) -> Floats:
+    found: Floats = tables.looks[name][tables.looks["seed"] == seed]
+    return found

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 
@@ -17,6 +19,7 @@ class Recipe(NamedTuple):
         labelled: episodes of such a round.
         lessons: what of the world is changed for demonstrations and training alone.
         judged: further words of a judgement.
+        elsewhere: further worlds of a judgement by name, as further words.
         enough: share of its held-out starts that a seed is asked for [1].
     """
 
@@ -28,6 +31,7 @@ class Recipe(NamedTuple):
     labelled: int = 0
     lessons: tuple[str, ...] = ()
     judged: tuple[str, ...] = ()
+    elsewhere: Mapping[str, tuple[str, ...]] = MappingProxyType({})
     enough: float = 0.95
 
 
@@ -71,6 +75,7 @@ RECIPES = {
             "course.episodes=100",
             "course.checkpoint=0",
         ),
+        elsewhere={"MuJoCo": ("backend=mujoco", "backend.compiled=true")},
     ),
     "sight_image": Recipe(
         _SEEN, (*_SIGHTED, "learner.use_state=false"), 3, judged=_ON_CARD, enough=0.6

@@ -11,14 +11,19 @@ import pytest
 from hydra.utils import get_class
 
 from seals.config.compose import compose
-from seals.errors import ConfigError
+from seals.errors import ConfigError, SealsError
 from seals.experiments import five_seeds
-from seals.experiments.five_seeds.outcome import outcome, tell
+from seals.experiments.five_seeds import episode_tables
+from seals.experiments.five_seeds.episode_tables import gather, shipped, write
+from seals.experiments.five_seeds.outcome import table_of, write_curves
 from seals.experiments.five_seeds.recipes import RECIPES, Recipe
 from seals.experiments.five_seeds.shipping import ship
 from seals.learn.evaluation.page import write_results
 from seals.learn.evaluation.result import EvaluationResult
 from seals.plugins.learners.dagger import Dagger
+
+PAGES = ("learning.md", "learning_results.md")
+"""Pages with tables of what was learned."""
 
 
 def _judged(policy: str, successes: int, after: float) -> EvaluationResult:
@@ -49,21 +54,62 @@ def folders(tmp_path: Path) -> list[Path]:
     return made
 
 
-def test_seeds_are_counted_against_what_is_asked(
-    folders: list[Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_seeds_are_counted_against_what_is_asked(folders: list[Path], tmp_path: Path) -> None:
+    """Times and costs are of those that arrived; nine of ten are enough for 90 %."""
+    write_results([_judged("p", 4, 3.0)], folders[1] / "MuJoCo", facts={"env": "crab_walk"})
+    tables = gather(folders, ["MuJoCo"])
+    said = table_of(tables, ["MuJoCo"], enough=0.9).splitlines()
+    assert said[0].split(" | ")[1:4] == [
+        "success (95 %)", "time to target, median [s]", "cost of transport, median"
+    ]  # fmt: skip
+    # bounds of Wilson's interval by hand
+    assert said[2] == "| seed 0 | 9 of 10 (60 to 98 %) | 2.00 | 0.90 |  |  |  | 60 |"
+    assert said[3].startswith(
+        "| seed 1 | 8 of 10 (49 to 94 %) | 2.00 | 0.90 | 4 of 10 (17 to 69 %) |"
+    )
+    assert [line.split(" | ")[0] for line in said[4:6]] == ["| scripted", "| random"]
+    assert said[-1] == "1 of 2 seeds reach 90% of their held-out starts."
+    assert write_curves(tables, tmp_path / "seeds.png").stat().st_size > 0
+
+
+def test_the_files_alone_tell_the_same_again(
+    folders: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The table has times and costs of those that arrived; nine of ten are enough for 90 %."""
-    tell(outcome(folders), tmp_path, enough=0.9)
-    said = capsys.readouterr().out
-    assert "time to target [s]" in said
-    assert "1 of 2 seeds reach 90% of their held-out starts." in said
-    kept = json.loads((tmp_path / "seeds.json").read_text())
-    assert kept["good"] == 1
-    assert [row["policy"] for row in kept["rows"]] == ["seed 0", "scripted", "random", "seed 1"]
-    assert [row["reached_after"] for row in kept["rows"]] == [2.0, 2.4, None, 2.0]
-    with (tmp_path / "seeds.csv").open(newline="") as file:
-        assert [row["steps"] for row in csv.DictReader(file)] == ["800", "0", "0", "800"]
-    assert (tmp_path / "seeds.png").stat().st_size > 0
+    """Written and read back; a recipe without files is refused in words."""
+    tables = gather(folders, [])
+    monkeypatch.setattr(episode_tables, "files", lambda _: tmp_path)
+    (tmp_path / "tables").mkdir()
+    write(tables, tmp_path / "tables", "crab_walk")
+    again = shipped("crab_walk")
+    assert table_of(again, [], enough=0.9) == table_of(tables, [], enough=0.9)
+    assert np.array_equal(again.episodes["start"], tables.episodes["start"])
+    with pytest.raises(SealsError, match="Those that do: crab_walk"):
+        five_seeds.main(["catch", "--table"])
+    with pytest.raises(SealsError, match="nothing was judged"):
+        gather([tmp_path / "7"], [])
+
+
+SHIPPED = sorted(
+    p.stem
+    for p in (Path(five_seeds.__file__).parent / "tables").glob("*.parquet")
+    if not p.stem.endswith("_looks")
+)
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_a_page_has_the_table_of_the_episodes_that_come_along(
+    name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Line by line; every seed of a recipe has a hundred starts."""
+    docs = Path(__file__).parents[2] / "docs"
+    pages = "".join((docs / page).read_text(encoding="utf-8") for page in PAGES).splitlines()
+    assert five_seeds.main([name, "--table"]) == 0
+    told = [line for line in capsys.readouterr().out.splitlines() if line.startswith("|")]
+    assert len(told) > 2
+    assert set(told) <= set(pages)
+    tables = shipped(name)
+    counts = np.unique(tables.episodes["policy"], return_counts=True)[1]
+    assert set(counts % 100) == {0}
 
 
 def test_the_best_on_validation_starts_is_shipped(folders: list[Path], tmp_path: Path) -> None:

@@ -34,7 +34,7 @@ def rows_of(judgements: Sequence[EvaluationResult]) -> tuple[tuple[str, ...], Ro
         "policy",
         *(("world",) if worlds else ()),
         "episodes",
-        *(f"{_words(name)} (95%)" for name in shares),
+        *(f"{share_words(name)} (95%)" for name in shares),
         "final distance, median (90%) [m]",
         *(FURTHER[name] for name in further),
         "return, median",
@@ -63,7 +63,8 @@ def _reported(found: EvaluationResult, name: str) -> bool:
     return name in found.columns and bool(np.isfinite(found.columns[name]).any())
 
 
-def _words(name: str) -> str:
+def share_words(name: str) -> str:
+    """Return the words for the name of a share, as ``within 1 cm`` for ``success_1cm``."""
     return name.replace("success_", "within ").replace("cm", " cm") if "_" in name else name
 
 
