@@ -7,6 +7,7 @@ from pathlib import Path
 
 from seals.experiments.command import CommandParser
 from seals.experiments.learning_study.arms import ARMS, trainings
+from seals.experiments.learning_study.looks import keep, restore
 from seals.experiments.learning_study.running import compare, record, run_all
 
 
@@ -19,8 +20,11 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("--arms", nargs="*", default=sorted(ARMS), help="arms to train")
     parser.add_argument("--seeds", type=int, default=0, help="seeds of each arm; 0: as declared")
     parser.add_argument("--limit", type=float, default=0.0, help="stop politely after so many s")
+    parser.add_argument("--looks", type=Path, help="table of a study: compare it, train nothing")
     given = parser.parse_args(words)
     out = Path(given.out)
+    if given.looks:
+        return compare(restore(given.looks, out))
     # beside the study, which holds arms alone
     shown = record(out.with_name(f"{out.name}_demonstrations"))
     jobs = trainings(out, shown, arms=given.arms, steps=given.steps, seeds=given.seeds)
@@ -28,4 +32,5 @@ def main(words: Sequence[str] | None = None) -> int:
     if left:
         print(f"{left} of {len(jobs)} trainings are not finished: the same command goes on.")
         return 1
+    print(keep(out))
     return compare(out)

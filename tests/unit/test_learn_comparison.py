@@ -201,8 +201,11 @@ def test_runs_are_sorted_by_number(study: Path) -> None:
 
 def test_a_study_holds_learners_and_ablations_against_their_references(tmp_path: Path) -> None:
     """Two comparisons lie beside it: with SAC, and with SACfD; arms that are not there are not."""
+    from seals.experiments.learning_study import main
     from seals.experiments.learning_study.arms import ARMS, COMPARISONS
+    from seals.experiments.learning_study.looks import keep, restore
     from seals.experiments.learning_study.running import compare as compare_study
+    from seals.logs.atomic import write_table
 
     assert {arm for arms in COMPARISONS.values() for arm in arms} == set(ARMS)
     out = tmp_path / "study"
@@ -217,3 +220,18 @@ def test_a_study_holds_learners_and_ablations_against_their_references(tmp_path:
         told = json.loads((tmp_path / f"study_{name}" / "comparison.json").read_text())
         assert told["terms"]["reference"] == reference
         assert set(told["arms"]) == arms
+
+    # the table of all looks alone tells the same again
+    again = restore(keep(out), tmp_path / "again" / "study")
+    assert main(["--looks", str(tmp_path / "study_looks.parquet"), "--out", str(again)]) == 0
+    for name in ("learners", "ablations"):
+        told, same = (
+            (folder.parent / f"study_{name}" / "comparison.json").read_text()
+            for folder in (out, again)
+        )
+        # but for where the runs lie
+        arms = json.loads(same.replace(str(again), str(out)))["arms"]
+        assert arms == json.loads(told)["arms"]
+    write_table(tmp_path / "other.parquet", {"step": np.arange(3.0)})
+    with pytest.raises(LogError, match="holds no arms"):
+        restore(tmp_path / "other.parquet", tmp_path / "other")
