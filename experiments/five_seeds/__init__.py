@@ -91,9 +91,9 @@ def judgements(recipe: Recipe, jobs: Sequence[Training], more: Sequence[str]) ->
     Args:
         recipe: with its worlds.
         jobs: its trainings, done; beside the first the scripted and a random policy are judged.
-        more: further overrides; those of the task count here, too.
+        more: further overrides; those of task and engine count here, too.
     """
-    told = [word for word in more if word.startswith("task.")]
+    told = [word for word in more if word.startswith(("task.", "backend"))]
     found = []
     for number, job in enumerate(jobs):
         for name, words in {OWN: (), **recipe.elsewhere}.items():
@@ -111,11 +111,11 @@ def demonstrated(out: Path, recipe: Recipe, more: Sequence[str]) -> tuple[str, .
     Args:
         out: folder of the study.
         recipe: with or without demonstrations.
-        more: further overrides; those of the task are its lessons, too.
+        more: further overrides; those of task and engine are its lessons, too.
     """
     if not recipe.shown:
         return ()
-    told = (word for word in more if word.startswith("task."))
+    told = (word for word in more if word.startswith(("task.", "backend")))
     world = (*recipe.world, *recipe.lessons, *told)
     folder = out / "demonstrations"
     if not folder.exists():

@@ -34,6 +34,8 @@ class VisualSAC(SAC):
     Args:
         channels: of each convolution.
         strides: of the convolutions, 3 x 3 pixels each.
+        pool: how the last maps become numbers: ``flat``, each value, or ``places``, where a map
+            responds most (spatial soft argmax).
         features: numbers that a picture becomes.
         shift: most pixels that a picture is moved by, each way.
         use_pixels: whether the picture is looked at; false makes a blind policy.
@@ -49,7 +51,8 @@ class VisualSAC(SAC):
 
     References:
         Yarats et al. 2021, arXiv 2107.09645 (shifts, encoder, three steps); Pinto et al. 2017,
-        arXiv 1710.06542 (critics that see the state).
+        arXiv 1710.06542 (critics that see the state); Levine et al. 2016, arXiv
+        1504.00702 (places).
     """
 
     hidden: list[int] = field(default_factory=lambda: [256, 256])
@@ -59,6 +62,7 @@ class VisualSAC(SAC):
     ratio: float = setting(0.25, "1", bounds=(0.0, 64.0), source="chosen: one CPU core")
     channels: int = count(32, bounds=(1, 4096))
     strides: list[int] = field(default_factory=lambda: [2, 2, 1, 1])
+    pool: str = "flat"
     features: int = count(50, bounds=(1, 65_536))
     shift: int = count(4, bounds=(0, 4096))
     use_pixels: bool = True
@@ -71,6 +75,7 @@ class VisualSAC(SAC):
         """Refuse unknown words, and a policy that is to see nothing."""
         super().__post_init__()
         one_of("critics_see", self.critics_see, CRITICS)
+        one_of("pool", self.pool, networks.POOLS)
         one_of("encoders", self.encoders, ENCODERS)
         if not (self.use_pixels or self.use_state):
             raise ConfigError(f"learner.use_pixels and learner.use_state are both false{NOTHING}")
@@ -137,6 +142,7 @@ class VisualSacAgent(SacAgent):
             "shape": [int(size) for size in self.spaces.pixels or ()],
             "channels": learner.channels,
             "strides": [int(stride) for stride in learner.strides],
+            "pool": learner.pool,
             "features": learner.features,
             "use_pixels": learner.use_pixels,
             "use_state": learner.use_state,

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 KINDS = ("mlp", "pixels")
 """Kinds of networks."""
+POOLS = ("flat", "places")
+"""How an encoder makes numbers of its last maps."""
 _UNFIT = (LookupError, TypeError, ValueError, ArithmeticError, RuntimeError, AttributeError)
 """Errors of a network that is built from any description."""
 _MOST_LAYERS, _WIDEST = 64, 1 << 16
@@ -130,7 +132,8 @@ def encoder_of(pixels: Mapping[str, Any]) -> nn.Module:
     """Return the image encoder: layers from pixels to features.
 
     Args:
-        pixels: ``shape`` (C, H, W), ``channels`` of each layer, ``strides``, ``features``; the
+        pixels: ``shape`` (C, H, W), ``channels`` of each layer, ``strides``, ``features``, and
+            ``pool``, how maps become numbers: ``flat`` or ``places``, flat where absent; the
             policy also reads ``use_pixels``, ``use_state`` and ``columns``, which are the numbers
             that it looks at.
 
@@ -140,15 +143,19 @@ def encoder_of(pixels: Mapping[str, Any]) -> nn.Module:
     import torch
     from torchrl.modules import ConvNet
 
+    from seals.learn.feature_places import feature_places
+
     channels, height, width = pixels["shape"]
     strides = list(pixels["strides"])
     _refuse_small(min(height, width), strides)
+    located = pixels.get("pool", POOLS[0]) == "places"
     convolutions = ConvNet(
         in_features=channels,
         num_cells=[pixels["channels"]] * len(strides),
         kernel_sizes=3,
         strides=strides,
         activation_class=torch.nn.ReLU,
+        **({"aggregator_class": feature_places, "aggregator_kwargs": {}} if located else {}),
     )
     with torch.no_grad():
         flat = convolutions(torch.zeros(1, channels, height, width)).shape[-1]

@@ -137,3 +137,31 @@ def test_critics_see_one_of_two() -> None:
     """Another word is refused."""
     with pytest.raises(ConfigError, match=r"learner\.critics_see=all"):
         _agent(critics_see="all")
+
+
+def test_places_are_where_a_map_responds() -> None:
+    """The right edge, the lower edge, and the middle of a map without a response, by hand."""
+    from seals.learn.feature_places import feature_places
+
+    maps = torch.zeros(2, 3, 9, 11)
+    maps[0, 0, 8, 5] = maps[0, 1, 2, 10] = 50.0
+    found = feature_places()(maps).reshape(2, 3, 3)
+    wanted = torch.tensor([[0.0, 1.0, 0.0], [1.0, -0.5, 0.0], [50.0, 50.0, 0.0]])
+    assert torch.allclose(found[0], wanted, atol=1e-5)
+    assert torch.allclose(found[1], torch.zeros(3, 3), atol=1e-5)
+
+
+def test_a_policy_by_places_is_handed_out_as_it_was_trained() -> None:
+    """The built policy acts as the agent does; another way to pool is refused."""
+    from seals.learn.networks import actor_of
+
+    agent = _agent(use_state=False, pool="places")
+    seen = _practised(agent)
+    agent.update()
+    network, tensors = agent.policy()
+    actor = actor_of(network)
+    actor.load_state_dict(tensors)
+    with torch.no_grad():
+        assert torch.allclose(actor(seen), agent.act(seen, explore=False), atol=1e-6)
+    with pytest.raises(ConfigError, match=r"learner\.pool=mean"):
+        _agent(pool="mean")
