@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from seals.plugins.fluids.solver import Domain
 from seals.plugins.fluids.solvers.pbf.chebyshev import compliance
 from seals.plugins.fluids.solvers.pbf.choices import Search
+from seals.plugins.fluids.solvers.pbf.device.adhesion import Adhesion
 from seals.plugins.fluids.solvers.pbf.device.bodies import Bodies, BodyNeighbourCount
 from seals.plugins.fluids.solvers.pbf.device.cohesion import Cohesion
 from seals.plugins.fluids.solvers.pbf.device.finish import Finish
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 # cells per support along z: finer cells spare candidates, and cost more to sort (benchmarks/fluid)
 FINE_CPU, FINE_CUDA = 4, 2
+# the same along x and y
+SPAN_CPU, SPAN_CUDA = 1, 1
 
 
 class Sums(NamedTuple):
@@ -74,16 +77,18 @@ class DevicePipeline(ABC):
             rubbed=settings.body_friction > 0,
         )
         # only samples of bodies look for particles
-        reach = longest if bodies else 0
-        self.samples = Samples(self.fields, domain.boundary_capacity, reach, accelerated)
+        listed = longest if bodies else 0
+        self.samples = Samples(self.fields, domain.boundary_capacity, listed, accelerated)
         self.numbers = Globals(self.fields, capacity)
         fine = FINE_CUDA if accelerated else FINE_CPU
-        self.grid = Grid(self.fields, size, self.smoothing.support, fine=fine)
-        self.bounds = Grid(self.fields, size, self.smoothing.support, fine=fine, marked=True)
+        span = SPAN_CUDA if accelerated else SPAN_CPU
+        reach = self.smoothing.support
+        self.grid = Grid(self.fields, size, reach, fine=fine, span=span)
+        self.bounds = Grid(self.fields, size, reach, fine=fine, span=span, marked=True)
         self.bodies = Bodies(
             self.fields, bodies, self.samples, self.numbers, self.mass, in_place=self.in_place
         )
-        self.cohesion, self.vorticity = self._extras()
+        self.cohesion, self.vorticity, self.adhesion = self._extras()
         self._more_fields(capacity)
         self.fields.allocate()
         self._device(accelerated)
@@ -161,6 +166,7 @@ class DevicePipeline(ABC):
             gap=self.gap,
             finish=self.finish,
             cohesion=self.cohesion,
+            adhesion=self.adhesion,
             vorticity=self.vorticity,
             opening=self._opening,
         )
@@ -173,14 +179,27 @@ class DevicePipeline(ABC):
     def _more_fields(self, capacity: int) -> None:  # noqa: B027  optional
         """Declare the fields that only this solver has."""
 
-    def _extras(self) -> tuple[Cohesion | None, Vorticity | None]:
+    def _extras(self) -> tuple[Cohesion | None, Vorticity | None, Adhesion | None]:
         parts = (self.fields, self.particles, self.grid, self.numbers, self.smoothing)
         pull, spin = self.settings.cohesion, self.settings.vorticity
+        work = self.settings.adhesion if self.particles.longest else 0.0
         return (
             Cohesion(*parts, tension=pull, mass=self.mass, spacing=self.spacing)
             if pull > 0
             else None,
             Vorticity(*parts, strength=spin, spacing=self.spacing) if spin > 0 else None,
+            Adhesion(
+                self.particles,
+                self.samples,
+                self.bodies,
+                self.numbers,
+                work=work,
+                mass=self.mass,
+                spacing=self.spacing,
+                support=self.smoothing.support,
+            )
+            if work > 0
+            else None,
         )
 
     def prepare(self, step: float, sound: float) -> None:

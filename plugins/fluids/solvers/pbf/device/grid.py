@@ -1,9 +1,10 @@
 """Cell grid: counting sort of points by cell, and neighbour candidates of a point.
 
-Cells are as wide as the kernel's support in x and y, and a fraction of it in z, where neighbouring
-cells are neighbours in memory. Around a point nine columns are searched, each only over the heights
-that a sphere of the support reaches there: 115 candidates at a fraction of 1/4, not the 216 of 27
-cubes.
+Cells are a fraction of the kernel's support, along z smaller than along x and y; neighbouring cells
+along z are neighbours in memory. Around a point columns are searched, each only over the heights
+that a sphere of the support reaches there: of nine columns 115 candidates at a fraction of 1/4, not
+the 216 of 27 cubes. Narrow columns cost more cells; threads side by side on a CUDA device then
+gather what lies side by side.
 """
 
 from typing import Any
@@ -25,15 +26,24 @@ class Grid:
         size: extent of the domain [m], shape (3,).
         support: reach of the kernel [m].
         fine: cells per support along z.
+        span: cells per support along x and y.
         marked: whether cells in reach of a point can be marked.
     """
 
     def __init__(
-        self, fields: Fields, size: Any, support: float, *, fine: int, marked: bool = False
+        self,
+        fields: Fields,
+        size: Any,
+        support: float,
+        *,
+        fine: int,
+        span: int = 1,
+        marked: bool = False,
     ) -> None:
         self.support, self.fine, self.pad = support, fine, fine + 1
+        self.span, self.width = span, support / span
         self.size = [float(s) for s in size]
-        self.nx, self.ny = (int(s / support) + 3 for s in self.size[:2])
+        self.nx, self.ny = (int(s / self.width) + 1 + 2 * span for s in self.size[:2])
         self.nz = int(self.size[2] * fine / support) + 1 + 2 * self.pad
         self.nowhere = self.nx * self.ny * self.nz
         cells = self.nowhere + 1
@@ -50,9 +60,10 @@ class Grid:
     @ti.func
     def column(self, p) -> Any:
         """Column of a point; points outside fall into the columns at the edge."""
-        cx = ti.min(ti.max(ti.cast(ti.floor(p[0] / self.support), ti.i32) + 1, 1), self.nx - 2)
-        cy = ti.min(ti.max(ti.cast(ti.floor(p[1] / self.support), ti.i32) + 1, 1), self.ny - 2)
-        return cx, cy
+        cx = ti.cast(ti.floor(p[0] / self.width), ti.i32) + self.span
+        cy = ti.cast(ti.floor(p[1] / self.width), ti.i32) + self.span
+        last = (self.nx - 1 - self.span, self.ny - 1 - self.span)
+        return ti.min(ti.max(cx, self.span), last[0]), ti.min(ti.max(cy, self.span), last[1])
 
     @ti.func
     def level(self, z) -> Any:
@@ -77,11 +88,9 @@ class Grid:
 
     @ti.func
     def run(self, start: ti.template(), p, ox, oy, reach) -> Any:
-        """Index range of the candidates in one of the nine columns around a point."""
+        """Index range of the candidates in one of the columns around a point."""
         cx, cy = self.column(p)
-        # distance to the column's nearest side, zero for the point's own
-        dx = ti.max(ox * ((cx - 1 + 0.5 + 0.5 * ox) * self.support - p[0]), 0.0)
-        dy = ti.max(oy * ((cy - 1 + 0.5 + 0.5 * oy) * self.support - p[1]), 0.0)
+        dx, dy = self.aside(cx, ox, p[0]), self.aside(cy, oy, p[1])
         rest = reach * reach - dx * dx - dy * dy
         first, last = 0, 0
         if rest > 0.0:
@@ -92,11 +101,17 @@ class Grid:
         return first, last
 
     @ti.func
+    def aside(self, c, o, x) -> Any:
+        """Distance along an axis to the nearest side of a column, zero for the point's own."""
+        low = (c - self.span + o) * self.width - x
+        return ti.max(low, -low - self.width, 0.0) if o != 0 else 0.0
+
+    @ti.func
     def mark_around(self, p) -> None:
         """Mark all cells that a point within reach may lie in."""
         cx, cy = self.column(p)
-        for ox in range(-1, 2):
-            for oy in range(-1, 2):
+        for ox in range(-self.span, self.span + 1):
+            for oy in range(-self.span, self.span + 1):
                 base = ((cx + ox) * self.ny + cy + oy) * self.nz
                 low = self.level(p[2] - SLACK * self.support)
                 for z in range(low, self.level(p[2] + SLACK * self.support) + 1):

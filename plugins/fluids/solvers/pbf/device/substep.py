@@ -4,6 +4,7 @@ A kernel that runs many functions starts them one after the other without the ho
 particles and less a CUDA device is quicker than calls from Python.
 """
 
+from seals.plugins.fluids.solvers.pbf.device.adhesion import Adhesion
 from seals.plugins.fluids.solvers.pbf.device.bodies import Bodies, BodyNeighbourCount
 from seals.plugins.fluids.solvers.pbf.device.cohesion import Cohesion
 from seals.plugins.fluids.solvers.pbf.device.finish import Finish
@@ -27,6 +28,7 @@ class Stages:
         gap: water between bodies and walls.
         finish: viscosity and friction.
         cohesion: surface tension, or None.
+        adhesion: wetting of boundaries, or None.
         vorticity: confinement, or None.
         opening: whether `Pressure.open` computes the correction, see `Substep`.
     """
@@ -41,12 +43,14 @@ class Stages:
         gap: Gap,
         finish: Finish,
         cohesion: Cohesion | None,
+        adhesion: Adhesion | None,
         vorticity: Vorticity | None,
         opening: bool,
     ) -> None:
         self.sorting, self.isotropy, self.bodies = sorting, isotropy, bodies
         self.body_neighbours, self.gap, self.finish = body_neighbours, gap, finish
         self.cohesion, self.vorticity, self.opening = cohesion, vorticity, opening
+        self.adhesion, self.sticking = adhesion, adhesion is not None
         self.pulling, self.confining = cohesion is not None, vorticity is not None
         self.finding = sorting.p.isotropic and not opening
         self.reaching = sorting.s.longest > 0
@@ -83,9 +87,14 @@ class Stages:
 
     @ti.func
     def change_velocities(self, moving: ti.template()):
-        """Apply surface tension, vorticity, viscosity and friction."""
+        """Apply surface tension, wetting, vorticity, viscosity and friction."""
         if ti.static(self.pulling):
             self.cohesion.pull()
+        if ti.static(self.sticking):
+            self.adhesion.stick()
+            if ti.static(moving and self.reaching):
+                self.adhesion.react()
+                self.bodies.gather()
         if ti.static(self.confining):
             self.vorticity.confine()
         if ti.static(self.finish.damped):
