@@ -157,7 +157,7 @@ def alone(stage: Callable[[], None]) -> Any:
     from seals.plugins.fluids.solvers.pbf.language import ti
 
     @ti.kernel
-    def run() -> None:
+    def run():  # type: ignore[no-untyped-def]  # noqa: ANN202
         stage()
 
     return run

@@ -92,6 +92,7 @@ class DevicePipeline(ABC):
         self._more_fields(capacity)
         self.fields.allocate()
         self._device(accelerated)
+        self.stages = self._stages()
         # whether any body has samples
         self.moving = False
         self.numbers.gravity[None] = settings.gravity
@@ -158,7 +159,9 @@ class DevicePipeline(ABC):
             spacing=self.spacing,
             last=not self.in_place,
         )
-        self.stages = Stages(
+
+    def _stages(self) -> Stages:
+        return Stages(
             sorting=self.sorting,
             isotropy=self.isotropy,
             bodies=self.bodies,

@@ -12,7 +12,7 @@ from seals.plugins.fluids.solvers.dfsph.device.incompressible import (
     Incompressible,
     SolverFields,
 )
-from seals.plugins.fluids.solvers.dfsph.device.order import Order
+from seals.plugins.fluids.solvers.dfsph.device.shared import SharedParts
 from seals.plugins.fluids.solvers.pbf.chebyshev import weights
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class DfsphPipeline(DevicePipeline):
     def __init__(self, domain: Domain, *, settings: DfsphSettings, accelerated: bool) -> None:
         super().__init__(domain, settings=settings, accelerated=accelerated)
         self.incompressible = Incompressible(self.own, self.pressure, self.finish, self.sorting)
-        self.kernels = Order(self.stages, self.pressure)
+        self.kernels = SharedParts(self.stages, self.pressure)
         self.schedules: list[list[tuple[float, float]]] = []
 
     def _more_fields(self, capacity: int) -> None:

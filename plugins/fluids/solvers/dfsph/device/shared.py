@@ -6,7 +6,7 @@ from seals.plugins.fluids.solvers.pbf.language import ti
 
 
 @ti.data_oriented
-class Order:
+class SharedParts:
     """Parts of a substep between which the host looks at residuals.
 
     Args:
