@@ -65,8 +65,8 @@ class Quads:
 
     def __init__(self, fields: Any, count: int, packed: bool) -> None:
         self.packed = packed
-        self.words = fields.scalar(ti.u64, count, 2) if packed else None
-        self.plain = None if packed else fields.vector(4, ti.f32, count)
+        self.words: Any = fields.scalar(ti.u64, count, 2) if packed else None
+        self.plain: Any = None if packed else fields.vector(4, ti.f32, count)
 
     @ti.func
     def get(self, i) -> Any:
@@ -123,8 +123,8 @@ class Triples:
 
     def __init__(self, fields: Any, count: int, packed: bool) -> None:
         self.packed = packed
-        self.words = fields.scalar(ti.u64, count, 2) if packed else None
-        self.plain = None if packed else fields.vector(3, ti.f32, count)
+        self.words: Any = fields.scalar(ti.u64, count, 2) if packed else None
+        self.plain: Any = None if packed else fields.vector(3, ti.f32, count)
 
     @ti.func
     def get(self, i) -> Any:
@@ -179,8 +179,8 @@ class Symmetrics:
 
     def __init__(self, fields: Any, count: int, packed: bool) -> None:
         self.packed = packed
-        self.words = fields.scalar(ti.u64, count, 2) if packed else None
-        self.plain = None if packed else fields.vector(6, ti.f32, count)
+        self.words: Any = fields.scalar(ti.u64, count, 2) if packed else None
+        self.plain: Any = None if packed else fields.vector(6, ti.f32, count)
 
     @ti.func
     def get(self, i) -> Any:

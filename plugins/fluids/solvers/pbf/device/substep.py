@@ -4,6 +4,8 @@ A kernel that runs many functions starts them one after the other without the ho
 particles and less a CUDA device is quicker than calls from Python.
 """
 
+from typing import Any
+
 from seals.plugins.fluids.solvers.pbf.device.adhesion import Adhesion
 from seals.plugins.fluids.solvers.pbf.device.bodies import Bodies, BodyNeighbourCount
 from seals.plugins.fluids.solvers.pbf.device.cohesion import Cohesion
@@ -49,8 +51,10 @@ class Stages:
     ) -> None:
         self.sorting, self.isotropy, self.bodies = sorting, isotropy, bodies
         self.body_neighbours, self.gap, self.finish = body_neighbours, gap, finish
-        self.cohesion, self.vorticity, self.opening = cohesion, vorticity, opening
-        self.adhesion, self.sticking = adhesion, adhesion is not None
+        self.opening, self.sticking = opening, adhesion is not None
+        self.cohesion: Any = cohesion
+        self.adhesion: Any = adhesion
+        self.vorticity: Any = vorticity
         self.pulling, self.confining = cohesion is not None, vorticity is not None
         self.finding = sorting.p.isotropic and not opening
         self.reaching = sorting.s.longest > 0
