@@ -51,8 +51,8 @@ def restore(table: Path, out: Path) -> Path:
         LogError: it is no such table.
     """
     columns = dict(read_parquet(table))
-    keys = [columns.pop(name, None) for name in ("arm", "seed")]
-    if any(key is None for key in keys) or not 0 <= keys[0].min() <= keys[0].max() < len(ARMS):
+    keys = [columns.pop(name) for name in ("arm", "seed") if name in columns]
+    if len(keys) < 2 or not 0 <= keys[0].min() <= keys[0].max() < len(ARMS):
         raise LogError(f"{table} holds no arms and seeds.\nGive the looks of a study.")
     order = list(ARMS)
     pairs = np.stack(keys, axis=1).astype(int)
