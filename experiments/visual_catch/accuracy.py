@@ -30,7 +30,7 @@ def accuracy(pictures: Pictures, detector: str) -> list[dict[str, Any]]:
     Raises:
         ConfigError: the detector reads no pictures.
     """
-    found = load_detector(detector, animal="crab")
+    found = load_detector(detector, animal="crab", stance=0.0)
     if not isinstance(found, DetectorNetwork):
         raise ConfigError(f"--detector={detector} reads no pictures.\nGive a trained one's folder.")
     peaks = _peaks(pictures, found)

@@ -29,6 +29,7 @@ class TaskCatchSeen(TaskCatch):
         detector: folder of a trained one, ``ROBOT/NAME`` of one that is shipped, or ``parts``: told
             by the renderer, which knows what it drew, as a control.
         black: whether all pictures are made black, as a control.
+        stance: height of the animal's origin above the ground on which it stands [m].
         behind: how far behind the robot the animal begins at least [m].
 
     All other fields are those of `TaskCatch`; ``view`` is not used.
@@ -44,6 +45,7 @@ class TaskCatchSeen(TaskCatch):
 
     detector: str = PARTS
     black: bool = False
+    stance: float = setting(0.029, "m", bounds=(0.0, 10.0), source="crab.urdf, stance")
     behind: float = setting(0.7, "m", bounds=(0.0, 100.0), source="views of conf/env/catch_seen")
 
     def watcher(self) -> Watcher:
@@ -52,7 +54,7 @@ class TaskCatchSeen(TaskCatch):
         Raises:
             ConfigError: there is no such detector.
         """
-        found = load_detector(self.detector, animal=self.object)
+        found = load_detector(self.detector, animal=self.object, stance=self.stance)
         return Watcher(found, firm=self.firm, black=self.black)
 
     def draw(self, rng: np.random.Generator, count: int) -> Draw:

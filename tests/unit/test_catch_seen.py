@@ -156,4 +156,4 @@ def test_black_pictures_show_nothing() -> None:
 def test_an_unknown_detector_is_refused() -> None:
     """The refusal names what there is."""
     with pytest.raises(ConfigError, match=r"task\.detector=partz.*\n.*parts"):
-        load_detector("partz", animal="crab")
+        load_detector("partz", animal="crab", stance=0.0)

@@ -13,11 +13,13 @@ from seals.experiments.visual_catch.accuracy import accuracy
 from seals.experiments.visual_catch.pictures import ABSENT, PRESENT, Pictures, load_pictures
 from seals.experiments.visual_catch.training import Course, loss_of, train
 from seals.plugins.tasks.sighting.detector import (
+    UNEVEN,
     DetectorNetwork,
     inputs_of,
     load_detector,
     peaks_of,
     pixels_of,
+    shot_of,
 )
 from seals.rendering.camera import OPTICAL, Lens
 from seals.rendering.camera_view import CameraView, Shot
@@ -105,24 +107,51 @@ class Peak(torch.nn.Module):
         return maps
 
 
-def test_a_place_in_a_picture_is_one_in_the_world() -> None:
-    """The camera's pose and lens turn column, row and depth into a place and its covariance."""
-    metadata = {"pixel": 1.0, "depth": 0.01, "threshold": 0.5}
-    lens, position = Lens(width=SIZE, height=SIZE), np.array([1.0, 2.0, 3.0])
-    picture = Picture(
-        np.zeros((SIZE, SIZE, 3)), np.full((SIZE, SIZE), 2.0), np.ones((SIZE, SIZE), dtype=int)
-    )
+def down_on(ground: float, lens: Lens) -> CameraView:
+    """Return a camera at (1, 2, 0) that looks straight down on level ground at a depth."""
+    size = lens.height, lens.width
+    picture = Picture(np.zeros((*size, 3)), np.full(size, ground), np.ones(size, dtype=int))
+    axes = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
     camera = CameraView(None)
-    camera.keep(Shot(0, 0.1, picture, lens, ("rgb", "depth"), position, OPTICAL))
-    (found,) = DetectorNetwork(Peak(), metadata).find([camera], None)  # type: ignore[arg-type]
-    right, down = 2.0 * (30.0 - 24.0) / lens.fx, 2.0 * (10.0 - 24.0) / lens.fy
-    np.testing.assert_allclose(found.place, position + np.array([2.0, -right, -down]), atol=1e-6)
-    across, ray = (2.0 / lens.fx) ** 2, np.array([1.0, -right / 2.0, -down / 2.0])
-    wanted = np.diag([0.0, across, across]) + 1e-4 * np.outer(ray, ray)
+    shot = Shot(0, 0.1, picture, lens, ("rgb", "depth"), np.array([1.0, 2.0, 0.0]), axes)
+    camera.keep(shot)
+    return camera
+
+
+def test_a_place_in_a_picture_is_one_in_the_world() -> None:
+    """The line of sight ends as high above the ground as the animal stands."""
+    metadata = {"pixel": 1.0, "threshold": 0.5}
+    lens, stance = Lens(width=SIZE, height=SIZE), 0.03
+    detector = DetectorNetwork(Peak(), metadata, stance)
+    camera = down_on(2.0, lens)
+    (found,) = detector.find([camera], None)  # type: ignore[arg-type]
+    x, y = (30.0 - 24.0) / lens.fx, (10.0 - 24.0) / lens.fy
+    place = np.array([1.0 - 1.97 * y, 2.0 - 1.97 * x, -1.97])
+    np.testing.assert_allclose(found.place, place, atol=1e-6)
+    across, ray = (1.97 / lens.fx) ** 2, np.array([y, x, 1.0])
+    wanted = np.diag([across, across, 0.0]) + UNEVEN**2 * np.outer(ray, ray)
     np.testing.assert_allclose(found.noise, wanted, atol=1e-12)
     # the label's projection is the inverse
-    seen = OPTICAL.T @ (found.place - position)
-    np.testing.assert_allclose(lens.project(seen), [30.0, 10.0], atol=1e-9)
+    shot = shot_of(camera)
+    seen = shot.axes.T @ (found.place - shot.position)
+    np.testing.assert_allclose(lens.project(seen), [30.0, 10.0], atol=1e-5)
+    # a hand above the middle of the window changes nothing
+    shot.picture.depth[8:14, 26:36] = 1.9
+    (again,) = detector.find([camera], None)  # type: ignore[arg-type]
+    np.testing.assert_allclose(again.place, place, atol=1e-6)
+
+
+def test_places_that_cannot_be_on_the_ground_are_not_taken() -> None:
+    """Lines of sight along the ground, nothing met, and what the network puts elsewhere."""
+    detector = DetectorNetwork(Peak(), {"pixel": 1.0, "threshold": 0.5}, 0.03)
+    lens = Lens(width=SIZE, height=SIZE)
+    level, far, high = down_on(2.0, lens), down_on(np.inf, lens), down_on(2.0, lens)
+    level.keep(shot_of(level)._replace(axes=OPTICAL))
+    shot_of(high).picture.depth[8:12, 28:32] = 1.5
+    for camera in (level, far, high):
+        assert detector.find([camera], None) == []  # type: ignore[arg-type]
+    black = down_on(0.0, lens)
+    assert detector.find([black], None) == []  # type: ignore[arg-type]
 
 
 def test_a_start_shows_no_animal_and_its_flight_is_labelled(tmp_path: Path) -> None:
@@ -160,4 +189,4 @@ def test_words_that_make_no_sense_are_refused(tmp_path: Path) -> None:
         accuracy(scene(4, 0), "parts")
     (tmp_path / "card.json").write_text('{"format": "seals-detector", "version": 1}')
     with pytest.raises(ConfigError, match=r"detector\.safetensors"):
-        load_detector(str(tmp_path), animal="crab")
+        load_detector(str(tmp_path), animal="crab", stance=0.0)

@@ -32,6 +32,16 @@ MOST = 4.0
 RELIEF = (4, 20.0)
 """Half of the width of the mean that is taken off the depth [pixel], and the gain of what is left
 [1/m]: an animal is some centimetres above the ground."""
+ABOUT = 20
+"""Half of the width of the window in which the ground is looked for [pixel]."""
+LOW = 0.25
+"""Share of its pixels that are taken to be ground or noise below it [1]."""
+UNEVEN = 0.004
+"""Standard deviation of the height of an animal above the ground that is found [m]."""
+STEEP = 0.2
+"""Least fall of a line of sight that tells a place on the ground [1]."""
+ODD = 0.15
+"""Largest distance between the network's depth and that on the ground [m]."""
 WIDTHS = (16, 32, 48)
 """Channels of the network."""
 _MOST_BYTES = 2**24
@@ -86,19 +96,21 @@ class DetectorNetwork:
     """Detector that reads colour and depth, and nothing else.
 
     The peak of the first map says where, and how surely; the other maps add the place within the
-    cell and what the animal's origin lies deeper than the mean depth in the cell.
+    cell and what the animal's origin lies deeper than the mean depth in the cell. A hand above the
+    animal hides how deep it is, but not the ground about it: the place is where the line of sight
+    is as high above that as the animal stands. What the network puts far from there is not taken.
 
     Args:
         network: from pictures to maps, see `network_of`.
-        metadata: what the folder says of it: ``pixel`` [pixel] and ``depth`` [m] are the standard
-            deviations of its places, ``threshold`` the least probability of a peak.
+        metadata: what the folder says of it: ``pixel`` [pixel] is the standard
+            deviation of its columns and rows, ``threshold`` the least probability of a peak.
+        stance: height of the animal's origin above the ground on which it stands [m].
     """
 
-    def __init__(self, network: Any, metadata: Mapping[str, Any]) -> None:
-        self.network, self.metadata = network.eval(), metadata
+    def __init__(self, network: Any, metadata: Mapping[str, Any], stance: float) -> None:
+        self.network, self.metadata, self.stance = network.eval(), metadata, stance
         where = "detector"
         self.pixel = entry(metadata, "pixel", float, where=where)
-        self.depth = entry(metadata, "depth", float, where=where)
         self.threshold = entry(metadata, "threshold", float, where=where)
 
     def find(self, cameras: Sequence[CameraView], now: Instant) -> list[Sighting]:
@@ -111,17 +123,45 @@ class DetectorNetwork:
         with torch.no_grad():
             seen = inputs_of(torch.as_tensor(colour), torch.as_tensor(depth))
             peaks = peaks_of(self.network(seen), seen).numpy()
-        found = zip(shots, peaks, strict=True)
-        return [self._sighting(shot, peak) for shot, peak in found if peak[0] > self.threshold]
+        sure = [(s, p) for s, p in zip(shots, peaks, strict=True) if p[0] > self.threshold]
+        found = [self._sighting(shot, peak) for shot, peak in sure]
+        return [each for each in found if each is not None]
 
-    def _sighting(self, shot: Shot, peak: Floats) -> Sighting:
+    def _sighting(self, shot: Shot, peak: Floats) -> Sighting | None:
         lens, axes = shot.lens, shot.axes
-        _, column, row, depth = (float(x) for x in peak)
-        ray = np.array([(column - lens.cx) / lens.fx, (row - lens.cy) / lens.fy, 1.0])
-        across = np.diag([self.pixel * depth / lens.fx, self.pixel * depth / lens.fy, 0.0])
-        along = self.depth * ray
-        noise = axes @ (across**2 + np.outer(along, along)) @ axes.T
-        return Sighting(shot.position + axes @ (depth * ray), noise)
+        _, column, row, guess = (float(x) for x in peak)
+        ray = axes @ [(column - lens.cx) / lens.fx, (row - lens.cy) / lens.fy, 1.0]
+        if ray[2] > -STEEP:
+            return None
+        ground = ground_height(shot, column, row)
+        depth = (ground + self.stance - float(shot.position[2])) / ray[2]
+        if not abs(depth - guess) < ODD:
+            return None
+        across = axes @ np.diag([self.pixel * depth / lens.fx, self.pixel * depth / lens.fy, 0.0])
+        along = UNEVEN / ray[2] * ray
+        return Sighting(shot.position + depth * ray, across @ across.T + np.outer(along, along))
+
+
+def ground_height(shot: Shot, column: float, row: float) -> float:
+    """Return the height of the ground about a pixel, world [m]: infinite where nothing is met.
+
+    Args:
+        shot: with depths.
+        column: of the pixel.
+        row: of the pixel.
+    """
+    depth, lens = np.asarray(shot.picture.depth), shot.lens
+    rows, columns = (
+        np.arange(max(0, int(at) - ABOUT), min(size, int(at) + ABOUT + 1))
+        for at, size in zip((row, column), depth.shape, strict=True)
+    )
+    near = depth[np.ix_(rows, columns)]
+    x, y = (columns + 0.5 - lens.cx) / lens.fx, (rows[:, None] + 0.5 - lens.cy) / lens.fy
+    down = shot.axes[2, 0] * x + shot.axes[2, 1] * y + shot.axes[2, 2]
+    met = np.isfinite(near) & (near > lens.near)
+    if not met.any():
+        return np.inf
+    return float(shot.position[2] + np.quantile((near * down)[met], LOW))
 
 
 def pixels_of(name: str, camera: CameraView) -> int:
@@ -222,12 +262,13 @@ def save_detector(folder: Path, network: Any, metadata: Mapping[str, Any]) -> Pa
     return folder
 
 
-def load_detector(name: str, *, animal: str) -> Detector:
+def load_detector(name: str, *, animal: str, stance: float) -> Detector:
     """Return a detector: from its folder, ``ROBOT/NAME`` of one that is shipped, or ``parts``.
 
     Args:
         name: of the detector.
         animal: name of the animal among the objects.
+        stance: height of its origin above the ground on which it stands [m].
 
     Raises:
         ConfigError: there is none, or its weights are not those of such a network.
@@ -246,4 +287,4 @@ def load_detector(name: str, *, animal: str) -> Detector:
             f"task.detector={name}: weights of another network: {words[:300]}\n"
             "Take the folder as the training wrote it."
         ) from cause
-    return DetectorNetwork(network, metadata)
+    return DetectorNetwork(network, metadata, stance)

@@ -50,9 +50,11 @@ class Watcher:
             if held and self._tool is not None:
                 self._track = carried(self._track, tool - self._tool, time - self._time)
         self._time, self._tool = time, tool
-        self._correct(self._fresh(cameras), now)
-        if held:
-            self._seen = max(self._seen, time) if self._track is not None else self._seen
+        fresh = self._fresh(cameras)
+        if held and self._track is not None:
+            self._seen = time
+        else:
+            self._correct(fresh, now)
         if self._track is not None and time - self._seen > PATIENCE:
             self._track = None
         return self._told(now)
