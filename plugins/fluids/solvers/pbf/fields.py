@@ -9,6 +9,8 @@ from seals.plugins.fluids.solvers.pbf.language import ti
 
 # particles that one thread sums
 CHUNK = 64
+# threads that run side by side on a CUDA device: their lists lie beside each other
+WARP = 32
 # entries of Globals.trouble
 NOT_FINITE, ESCAPED, CROWDED, LONGEST = 0, 1, 2, 3
 
@@ -41,6 +43,10 @@ class Fields:
     def _place(self, field: Any, shape: tuple[int, ...], turned: bool) -> None:
         axes = (ti.i, ti.j)
         node = self.builder
+        if turned and WARP:
+            groups = (max(shape[0], 1) + WARP - 1) // WARP
+            node.dense(ti.i, groups).dense(ti.j, max(shape[1], 1)).dense(ti.i, WARP).place(field)
+            return
         for axis in range(len(shape))[:: -1 if turned else 1]:
             node = node.dense(axes[axis], max(shape[axis], 1))
         node.place(field)

@@ -18,6 +18,7 @@ from seals.plugins.fluids.solvers.pbf.language import ti
 # be held by a single layer of samples [spacings]
 CONTACT = 0.72
 CONTACT_SHARE = 0.5
+AHEAD = False
 # densities between which water tears: a single layer on a wall has 0.85
 TORN, WHOLE = 0.86, 0.92
 
@@ -86,10 +87,17 @@ class Pressure:
         rho, square = self.kernel.own, 0.0
         slope = ti.Vector([0.0, 0.0, 0.0])
         if ti.static(self.listed):
-            for k in range(self.p.near[i]):
-                rho, slope, square = self.fluid_contribution(
-                    1, self.p.list[i, k], q, rho, slope, square
-                )
+            if ti.static(AHEAD):
+                j = self.p.list[i, 0]
+                for k in range(self.p.near[i]):
+                    following = self.p.list[i, k + 1]
+                    rho, slope, square = self.fluid_contribution(1, j, q, rho, slope, square)
+                    j = following
+            else:
+                for k in range(self.p.near[i]):
+                    rho, slope, square = self.fluid_contribution(
+                        1, self.p.list[i, k], q, rho, slope, square
+                    )
         else:
             for ox in range(-self.grid.span, self.grid.span + 1):
                 for oy in range(-self.grid.span, self.grid.span + 1):
@@ -245,9 +253,17 @@ class Pressure:
         s = ti.Vector([0.0, 0.0, 0.0])
         own = ti.Vector([0.0, 0.0, 0.0])
         if ti.static(self.listed):
-            for k in range(self.p.near[i]):
-                theirs, even = self.press(0, self.p.list[i, k], q)
-                s, own = s + theirs, own + even
+            if ti.static(AHEAD):
+                j = self.p.list[i, 0]
+                for k in range(self.p.near[i]):
+                    following = self.p.list[i, k + 1]
+                    theirs, even = self.press(0, j, q)
+                    s, own = s + theirs, own + even
+                    j = following
+            else:
+                for k in range(self.p.near[i]):
+                    theirs, even = self.press(0, self.p.list[i, k], q)
+                    s, own = s + theirs, own + even
         else:
             for ox in range(-self.grid.span, self.grid.span + 1):
                 for oy in range(-self.grid.span, self.grid.span + 1):
