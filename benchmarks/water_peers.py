@@ -2,10 +2,10 @@
 
 A block of n diameters holds one particle less a side in SPlisHSPlasH, and a lattice that fits
 between two walls is thrown apart there: both solvers get the column that stands, one row less a
-side in the tank of `seals validate water martin_moyce`. It holds a fifth less water than the measured
-one, so errors are those of one column beside each other, not the solvers' own. Prints one line of
-JSON. Needs ``pip install pysplishsplash`` (2.19.0; where its import crashes without a display, link
-the GL libraries that it bundles to those of the system).
+side in the tank of `seals validate water martin_moyce`. It holds a fifth less water than that which
+was measured, so errors are those of one column beside each other, not the solvers' own. Prints one
+line of JSON. Needs ``pip install pysplishsplash`` (2.19.0; where its import crashes without a
+display, link the GL libraries that it bundles to those of the system).
 
     python benchmarks/water_peers.py --solver pbf --across 8
     python benchmarks/water_peers.py --solver splish --case koshizuka_oka --threads 2
