@@ -1,32 +1,34 @@
-"""A detector of the crab in RGB-D pictures: recorded, trained, measured; see README.md."""
+"""A detector of the crab in RGB-D pictures: recorded, trained, measured, judged; see README.md."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 from seals.errors import ConfigError, suggestion
 from seals.experiments.command import CommandParser
 from seals.experiments.visual_catch.accuracy import accuracy, report
-from seals.experiments.visual_catch.pictures import load_pictures, record
+from seals.experiments.visual_catch.judged import HEAD, judge, lines
+from seals.experiments.visual_catch.pictures import Pictures, load_pictures, record
 from seals.experiments.visual_catch.strip import show
 from seals.experiments.visual_catch.training import Course, train
-
-STEPS = ("record", "train", "measure", "show")
+from seals.plugins.tasks.catch_seen import DETECTOR
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    """Run one step: ``record`` pictures, ``train`` a detector, ``measure`` it, ``show`` a flight.
+    """Run one step: ``record``, ``train``, ``measure``, ``judge`` or ``show``.
 
     Raises:
         ConfigError: there is no such step.
     """
     parser = CommandParser(prog="visual_catch", description=__doc__)
     parser.add_argument("step", help=", ".join(STEPS))
-    parser.add_argument("--out", type=Path, required=True, help="folder; of show: a picture")
+    parser.add_argument("--out", type=Path, required=True, help="folder; of judge, show: a file")
     parser.add_argument("--pictures", type=Path, help="folder that record wrote")
-    parser.add_argument("--detector", default="", help="of measure: folder that train wrote")
+    parser.add_argument("--detector", action="append", default=[], help="folder that train wrote")
     parser.add_argument("--flights", type=int, default=300)
+    parser.add_argument("--episodes", type=int, default=100, help="of judge: starts of each case")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--held-out", action="store_true", help="of record: flights that judge")
     parser.add_argument("--limit", type=float, default=1e9, help="begin no flight after so many s")
@@ -37,25 +39,45 @@ def main(words: Sequence[str] | None = None) -> int:
     given = parser.parse_intermixed_args(words)
     if given.step not in STEPS:
         raise ConfigError(f"there is no step '{given.step}'.\n{suggestion(given.step, STEPS)}")
-    if given.step == "record":
-        count = record(
-            given.out,
-            flights=given.flights,
-            processes=given.processes,
-            held_out=given.held_out,
-            limit=given.limit,
-        )
-        print(f"{given.out}: {count} pictures")
-        return 0
-    if given.step == "show":
-        print(show(given.more, given.out))
-        return 0
+    given.detector = given.detector or [DETECTOR]
+    STEPS[given.step](given)
+    return 0
+
+
+def _recorded(given: Any) -> None:
+    work = {name: getattr(given, name) for name in ("flights", "processes", "held_out", "limit")}
+    print(f"{given.out}: {record(given.out, **work)} pictures")
+
+
+def _pictures(given: Any) -> Pictures:
     if given.pictures is None:
         raise ConfigError("--pictures is not given.\nGive the folder that record wrote.")
-    pictures = load_pictures(given.pictures)
-    if given.step == "train":
-        course = Course(seed=given.seed, updates=given.updates, device=given.device)
-        print(train(pictures, given.out, course))
-        return 0
-    report(accuracy(pictures, given.detector), given.out)
-    return 0
+    return load_pictures(given.pictures)
+
+
+def _trained(given: Any) -> None:
+    course = Course(seed=given.seed, updates=given.updates, device=given.device)
+    print(train(_pictures(given), given.out, course))
+
+
+def _measured(given: Any) -> None:
+    report(accuracy(_pictures(given), given.detector[0]), given.out)
+
+
+def _judged(given: Any) -> None:
+    work = {name: getattr(given, name) for name in ("episodes", "processes", "limit")}
+    judge(given.detector, given.out, **work)
+    print("\n".join((HEAD, *lines(given.out))))
+
+
+def _shown(given: Any) -> None:
+    print(show(given.more, given.out))
+
+
+STEPS: dict[str, Callable[[Any], None]] = {
+    "record": _recorded,
+    "train": _trained,
+    "measure": _measured,
+    "judge": _judged,
+    "show": _shown,
+}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -66,10 +66,20 @@ def record(folder: Path, *, flights: int, processes: int, held_out: bool, limit:
     folder.mkdir(parents=True, exist_ok=True)
     seeds = held_out_seeds(flights) if held_out else list(range(flights))
     until = time.time() + limit
+    return sum(spread(_flown, [(folder, seed, until) for seed in seeds], processes))
+
+
+def spread(function: Callable[[Any], Any], jobs: Sequence[Any], processes: int) -> Iterator[Any]:
+    """Yield what a function makes of jobs in processes of one's own, as each is done.
+
+    Args:
+        function: of a module.
+        jobs: plain values.
+        processes: that share them, in order.
+    """
     context = multiprocessing.get_context("spawn")
     with context.Pool(processes) as pool:
-        jobs = [(folder, seed, until) for seed in seeds]
-        return sum(pool.imap_unordered(_flown, jobs, chunksize=1))
+        yield from pool.imap_unordered(function, jobs, chunksize=1)
 
 
 def _flown(job: tuple[Path, int, float]) -> int:
@@ -93,6 +103,7 @@ def words_of(rng: np.random.Generator) -> list[str]:
         f"env={env}",
         "backend=mujoco",
         "task.duration=30",
+        "task.detector=parts",
         *ARMS[int(rng.integers(2))],
         f"water_type={list(WATERS)[int(rng.integers(len(WATERS)))]}",
         f"optics.sun_zenith={rng.uniform(0.0, 1.2):.3f}",

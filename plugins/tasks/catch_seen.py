@@ -10,10 +10,12 @@ from seals.arrays import Array
 from seals.errors import ConfigError
 from seals.learn.task import Draw, Instant
 from seals.plugins.tasks.catch import TaskCatch
-from seals.plugins.tasks.sighting.detector import PARTS, load_detector
+from seals.plugins.tasks.sighting.detector import load_detector
 from seals.plugins.tasks.sighting.watcher import Watcher
 from seals.schema import setting
 
+DETECTOR = "aam/crab"
+"""Detector that ships with the manipulator."""
 _TRIES = 1000
 
 
@@ -40,10 +42,10 @@ class TaskCatchSeen(TaskCatch):
 
     Example:
         >>> TaskCatchSeen().detector
-        'parts'
+        'aam/crab'
     """
 
-    detector: str = PARTS
+    detector: str = DETECTOR
     black: bool = False
     stance: float = setting(0.029, "m", bounds=(0.0, 10.0), source="crab.urdf, stance")
     behind: float = setting(0.7, "m", bounds=(0.0, 100.0), source="views of conf/env/catch_seen")

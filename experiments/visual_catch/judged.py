@@ -1,0 +1,125 @@
+"""Table of who caught the crab from which held-out start, kept beside this file."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from seals.experiments.visual_catch.pictures import spread
+from seals.learn.starts import held_out_seeds
+from seals.learn.statistics.interval import wilson
+from seals.logs.atomic import write_table
+
+ROWS = Path(__file__).with_name("judged.parquet")
+"""One row an episode: ``case``, ``start``, ``success``, ``steps``."""
+RATE = 10.0
+"""Control steps a second [Hz]."""
+HEAD = """| prey | detector | caught within 45 s (95 %) | caught and held after, median |
+|---|---|---|---|"""
+CHUNK = 5
+"""Episodes of one job, which builds a world of its own."""
+SMALL = [
+    "task.black=true",
+    *(f"sensors.{c}.{s}=16" for c in ("front", "belly") for s in ("width", "height")),
+]
+"""Words of the control: black pictures are as black where they are small."""
+PREY = {"walking": "catch_seen", "fleeing": "catch_seen_fleeing"}
+
+
+def judge(
+    detectors: Sequence[str], path: Path, *, episodes: int, processes: int, limit: float
+) -> None:
+    """Fly from held-out starts by each detector and with black pictures; write all episodes.
+
+    Args:
+        detectors: folders.
+        path: of the table, written anew as jobs end.
+        episodes: starts of each case.
+        processes: that share them.
+        limit: after which no episode begins [s].
+    """
+    seeds, until = held_out_seeds(episodes), time.time() + limit
+    cases = [
+        (f"{prey}, seed {k}", [f"env={env}", f"task.detector={detector}"])
+        for prey, env in PREY.items()
+        for k, detector in enumerate(detectors)
+    ]
+    cases += [
+        (f"{prey}, black pictures", [f"env={env}", f"task.detector={detectors[0]}", *SMALL])
+        for prey, env in PREY.items()
+    ]
+    jobs = [
+        (case, words, seeds[k : k + CHUNK], until)
+        for case, words in cases
+        for k in range(0, episodes, CHUNK)
+    ]
+    rows: list[tuple[str, int, bool, int]] = []
+    for found in spread(_judged, jobs, processes):
+        rows += found
+        if rows:
+            keep(rows, path)
+
+
+def _judged(job: tuple[str, list[str], list[int], float]) -> list[tuple[str, int, bool, int]]:
+    """Return case, start, success and steps of the episodes of one job."""
+    import torch
+
+    from seals.config.compose import compose
+    from seals.learn.environments import batched_of
+    from seals.learn.evaluation.policies import policy_of
+    from seals.learn.training.scoring import score
+
+    case, words, seeds, until = job
+    if time.time() > until:
+        return []
+    torch.set_num_threads(1)
+    config = compose([*words, "backend=mujoco", "task.ends=true"], root="evaluate")
+    environment, rows = batched_of(config, count=1), []
+    try:
+        policy = policy_of("scripted", environment, device="cpu")
+        for seed in seeds:
+            if time.time() < until:
+                found = score(environment, policy, [seed])
+                rows.append((case, seed, bool(found.success[0]), int(found.length[0])))
+    finally:
+        environment.close()
+    return rows
+
+
+def keep(rows: Sequence[tuple[str, int, bool, int]], path: Path = ROWS) -> None:
+    """Write episodes as a table.
+
+    Args:
+        rows: case, start, success and control steps.
+        path: of the table.
+    """
+    names = ("case", "start", "success", "steps")
+    columns = dict(zip(names, zip(*sorted(rows), strict=True), strict=True))
+    write_table(path, {name: np.asarray(values) for name, values in columns.items()})
+
+
+def lines(path: Path = ROWS) -> list[str]:
+    """Return the lines of the page's table, one a case.
+
+    Args:
+        path: of the episodes.
+    """
+    import pyarrow.parquet
+
+    table: dict[str, Any] = pyarrow.parquet.read_table(path).to_pydict()
+    cases = list(dict.fromkeys(table["case"]))
+    return [_line(case, {k: np.array(v) for k, v in table.items()}) for case in cases]
+
+
+def _line(case: str, table: dict[str, Any]) -> str:
+    prey, _, detector = case.partition(", ")
+    chosen = table["case"] == case
+    won, steps = table["success"][chosen], table["steps"][chosen]
+    bounds = wilson(int(won.sum()), len(won))
+    took = f"{np.median(steps[won]) / RATE:.1f} s" if won.any() else ""
+    share = f"{100 * bounds.low:.0f} to {100 * bounds.high:.0f} %"
+    return f"| {prey} | {detector} | {won.sum()} of {len(won)} ({share}) | {took} |"
