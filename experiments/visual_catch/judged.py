@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,11 +15,12 @@ from seals.learn.statistics.interval import wilson
 from seals.logs.atomic import write_table
 
 ROWS = Path(__file__).with_name("judged.parquet")
-"""One row an episode: ``case``, ``start``, ``success``, ``steps``."""
+"""One row an episode."""
 RATE = 10.0
 """Control steps a second [Hz]."""
-HEAD = """| prey | detector | caught within 45 s (95 %) | caught and held after, median |
-|---|---|---|---|"""
+HEAD = """| prey | detector | caught within 45 s (95 %) | held after | seen after | error of place |
+|---|---|---|---|---|---|"""
+_NEVER = (float("nan"), float("nan"))
 CHUNK = 5
 """Episodes of one job, which builds a world of its own."""
 SMALL = [
@@ -28,6 +29,54 @@ SMALL = [
 ]
 """Words of the control: black pictures are as black where they are small."""
 PREY = {"walking": "catch_seen", "fleeing": "catch_seen_fleeing"}
+
+
+class Flight(NamedTuple):
+    """What an episode gave.
+
+    Args:
+        case: prey and detector.
+        start: seed of the start.
+        success: whether the animal was caught.
+        steps: control steps.
+        found: time at which it was seen first [s], NaN where it never was.
+        median_mm: of the distance between what the policy was told and the true place, while it
+            was seen and not yet held [mm].
+        most_mm: below which 95 % of these distances are [mm].
+    """
+
+    case: str
+    start: int
+    success: bool
+    steps: int
+    found: float
+    median_mm: float
+    most_mm: float
+
+
+class Observer:
+    """The scripted policy, with a record of what it is told.
+
+    Args:
+        environment: of one full world.
+    """
+
+    def __init__(self, environment: Any) -> None:
+        self.environment, self.world = environment, environment.worlds[0]
+        self.begin(())
+
+    def begin(self, seeds: Sequence[int]) -> None:
+        """Forget the record."""
+        self.found, self.away = float("nan"), [float("nan")]
+
+    def act(self, observation: Any) -> Any:
+        """Return the action of the script."""
+        now, told = self.world.now, self.world.perceived
+        if float(told.facts.get("seen", np.zeros((1, 1)))[0, 0]) > 0.5:
+            self.found = float(np.fmin(self.found, now.time[0, 0]))
+            if not np.any(now.facts["touch"] > self.environment.task.firm):
+                self.away.append(1e3 * float(np.linalg.norm(told.target - now.target)))
+        return self.environment.scripted_policy()
 
 
 def judge(
@@ -43,34 +92,29 @@ def judge(
         limit: after which no episode begins [s].
     """
     seeds, until = held_out_seeds(episodes), time.time() + limit
-    cases = [
-        (f"{prey}, seed {k}", [f"env={env}", f"task.detector={detector}"])
-        for prey, env in PREY.items()
-        for k, detector in enumerate(detectors)
-    ]
-    cases += [
-        (f"{prey}, black pictures", [f"env={env}", f"task.detector={detectors[0]}", *SMALL])
-        for prey, env in PREY.items()
-    ]
+    cases = []
+    for prey, env in PREY.items():
+        seen = [[f"env={env}", f"task.detector={detector}"] for detector in detectors]
+        cases += [(f"{prey}, seed {k}", words) for k, words in enumerate(seen)]
+        cases.append((f"{prey}, black pictures", seen[0] + SMALL))
     jobs = [
         (case, words, seeds[k : k + CHUNK], until)
         for case, words in cases
         for k in range(0, episodes, CHUNK)
     ]
-    rows: list[tuple[str, int, bool, int]] = []
+    rows: list[Flight] = []
     for found in spread(_judged, jobs, processes):
         rows += found
         if rows:
             keep(rows, path)
 
 
-def _judged(job: tuple[str, list[str], list[int], float]) -> list[tuple[str, int, bool, int]]:
+def _judged(job: tuple[str, list[str], list[int], float]) -> list[Flight]:
     """Return case, start, success and steps of the episodes of one job."""
     import torch
 
     from seals.config.compose import compose
     from seals.learn.environments import batched_of
-    from seals.learn.evaluation.policies import policy_of
     from seals.learn.training.scoring import score
 
     case, words, seeds, until = job
@@ -80,25 +124,26 @@ def _judged(job: tuple[str, list[str], list[int], float]) -> list[tuple[str, int
     config = compose([*words, "backend=mujoco", "task.ends=true"], root="evaluate")
     environment, rows = batched_of(config, count=1), []
     try:
-        policy = policy_of("scripted", environment, device="cpu")
+        policy = Observer(environment)
         for seed in seeds:
             if time.time() < until:
                 found = score(environment, policy, [seed])
-                rows.append((case, seed, bool(found.success[0]), int(found.length[0])))
+                errors = np.nanquantile(policy.away, [0.5, 0.95]) if policy.away[1:] else _NEVER
+                told = (policy.found, float(errors[0]), float(errors[1]))
+                rows.append(Flight(case, seed, bool(found.success[0]), int(found.length[0]), *told))
     finally:
         environment.close()
     return rows
 
 
-def keep(rows: Sequence[tuple[str, int, bool, int]], path: Path = ROWS) -> None:
+def keep(rows: Sequence[Flight], path: Path = ROWS) -> None:
     """Write episodes as a table.
 
     Args:
-        rows: case, start, success and control steps.
+        rows: of all cases.
         path: of the table.
     """
-    names = ("case", "start", "success", "steps")
-    columns = dict(zip(names, zip(*sorted(rows), strict=True), strict=True))
+    columns = dict(zip(Flight._fields, zip(*sorted(rows), strict=True), strict=True))
     write_table(path, {name: np.asarray(values) for name, values in columns.items()})
 
 
@@ -121,5 +166,11 @@ def _line(case: str, table: dict[str, Any]) -> str:
     won, steps = table["success"][chosen], table["steps"][chosen]
     bounds = wilson(int(won.sum()), len(won))
     took = f"{np.median(steps[won]) / RATE:.1f} s" if won.any() else ""
+    seen = table["found"][chosen]
+    first, error = "never", ""
+    if not np.isnan(seen).all():
+        first = f"{np.nanmedian(seen):.1f} s"
+        error = f"{np.nanmedian(table['median_mm'][chosen]):.0f} mm"
     share = f"{100 * bounds.low:.0f} to {100 * bounds.high:.0f} %"
-    return f"| {prey} | {detector} | {won.sum()} of {len(won)} ({share}) | {took} |"
+    count = f"{won.sum()} of {len(won)} ({share})"
+    return f"| {prey} | {detector} | {count} | {took} | {first} | {error} |"
