@@ -1,4 +1,4 @@
-"""Strip of what both cameras see in a flight, with the place that the policy is told."""
+"""Strip and film of what both cameras see in a flight, with the place that the policy is told."""
 
 from __future__ import annotations
 
@@ -17,6 +17,10 @@ from seals.report.pictures import figure_class
 
 INSTANTS = 8
 """Pairs of pictures in a strip."""
+ENLARGED = 2
+"""Pixels of the film along an edge of one of a camera."""
+RING = 12
+"""Radius of the ring about the place [pixel of the film]."""
 
 
 class Glance(NamedTuple):
@@ -35,11 +39,11 @@ class Glance(NamedTuple):
 
 
 def show(words: Sequence[str], path: Path) -> str:
-    """Fly from the first held-out start, and draw the strip; return how it ended, in words.
+    """Fly from the first held-out start, draw strip and film; return how it ended, in words.
 
     Args:
         words: of the environment.
-        path: of the picture, ``.png`` or ``.webp``.
+        path: of the strip, ``.webp``; the film lies beside it as ``NAME_film.webp``.
     """
     from seals.config.compose import compose
     from seals.learn.environments import batched_of
@@ -55,6 +59,7 @@ def show(words: Sequence[str], path: Path) -> str:
     finally:
         environment.close()
     _draw(glances, path)
+    _film(glances[::2], path.with_name(f"{path.stem}_film.webp"))
     won = "caught" if bool(verdict.success[0]) else "not caught"
     return f"{path}: {won} after {glances[-1].time:.1f} s"
 
@@ -88,3 +93,24 @@ def _draw(glances: Sequence[Glance], path: Path) -> None:
                 axes.set_title(f"{glance.time:.1f} s", fontsize=9, pad=2)
     figure.subplots_adjust(0.0, 0.0, 1.0, 0.93, 0.02, 0.02)
     figure.savefig(path)
+
+
+def _film(glances: Sequence[Glance], path: Path) -> None:
+    """Write an animated picture of both cameras side by side, as fast as it was."""
+    from PIL import Image, ImageDraw
+
+    frames = []
+    for glance in glances:
+        wide = np.concatenate(list(glance.pictures.values()), axis=1)
+        frame = Image.fromarray(wide.repeat(ENLARGED, axis=0).repeat(ENLARGED, axis=1))
+        pen, left = ImageDraw.Draw(frame), 0
+        for name, picture in glance.pictures.items():
+            spot, size = glance.spots[name], picture.shape[1::-1]
+            if spot is not None and np.all((spot > 0.0) & (spot < size)):
+                x, y = (float(v) for v in ENLARGED * np.add(spot, (left, 0)))
+                pen.ellipse((x - RING, y - RING, x + RING, y + RING), outline="white", width=2)
+            left += picture.shape[1]
+        pen.text((4, 2), f"{glance.time:.1f} s", fill="white")
+        frames.append(frame)
+    step = round(1e3 * (glances[1].time - glances[0].time))
+    frames[0].save(path, save_all=True, append_images=frames[1:], duration=step, loop=0, quality=50)
