@@ -51,11 +51,10 @@ def restore(table: Path, out: Path) -> Path:
         LogError: it is no such table.
     """
     columns = dict(read_parquet(table))
-    keys = [columns.pop(name) for name in ("arm", "seed") if name in columns]
-    if len(keys) < 2 or not 0 <= keys[0].min() <= keys[0].max() < len(ARMS):
-        raise LogError(f"{table} holds no arms and seeds.\nGive the looks of a study.")
     order = list(ARMS)
-    pairs = np.stack(keys, axis=1).astype(int)
+    if not {"arm", "seed"} <= columns.keys() or columns["arm"].max() >= len(order):
+        raise LogError(f"{table} holds no arms and seeds.\nGive the looks of a study.")
+    pairs = np.stack([columns.pop("arm"), columns.pop("seed")], axis=1).astype(int)
     for arm, seed in np.unique(pairs, axis=0):
         here = (pairs == (arm, seed)).all(axis=1)
         folder = out / order[arm] / str(seed)
