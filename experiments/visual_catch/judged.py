@@ -18,9 +18,8 @@ ROWS = Path(__file__).with_name("judged.parquet")
 """One row an episode."""
 RATE = 10.0
 """Control steps a second [Hz]."""
-HEAD = """| prey | detector | caught within 45 s (95 %) | held after | seen after | error of place |
-|---|---|---|---|---|---|"""
-_NEVER = (float("nan"), float("nan"))
+HEAD = """| prey | detector | caught within 45 s (95 %) | held after, median |
+|---|---|---|---|"""
 CHUNK = 5
 """Episodes of one job, which builds a world of its own."""
 SMALL = [
@@ -39,44 +38,12 @@ class Flight(NamedTuple):
         start: seed of the start.
         success: whether the animal was caught.
         steps: control steps.
-        found: time at which it was seen first [s], NaN where it never was.
-        median_mm: of the distance between what the policy was told and the true place, while it
-            was seen and not yet held [mm].
-        most_mm: below which 95 % of these distances are [mm].
     """
 
     case: str
     start: int
     success: bool
     steps: int
-    found: float
-    median_mm: float
-    most_mm: float
-
-
-class Observer:
-    """The scripted policy, with a record of what it is told.
-
-    Args:
-        environment: of one full world.
-    """
-
-    def __init__(self, environment: Any) -> None:
-        self.environment, self.world = environment, environment.worlds[0]
-        self.begin(())
-
-    def begin(self, seeds: Sequence[int]) -> None:
-        """Forget the record."""
-        self.found, self.away = float("nan"), [float("nan")]
-
-    def act(self, observation: Any) -> Any:
-        """Return the action of the script."""
-        now, told = self.world.now, self.world.perceived
-        if float(told.facts.get("seen", np.zeros((1, 1)))[0, 0]) > 0.5:
-            self.found = float(np.fmin(self.found, now.time[0, 0]))
-            if not np.any(now.facts["touch"] > self.environment.task.firm):
-                self.away.append(1e3 * float(np.linalg.norm(told.target - now.target)))
-        return self.environment.scripted_policy()
 
 
 def judge(
@@ -115,6 +82,7 @@ def _judged(job: tuple[str, list[str], list[int], float]) -> list[Flight]:
 
     from seals.config.compose import compose
     from seals.learn.environments import batched_of
+    from seals.learn.evaluation.policies import policy_of
     from seals.learn.training.scoring import score
 
     case, words, seeds, until = job
@@ -124,13 +92,11 @@ def _judged(job: tuple[str, list[str], list[int], float]) -> list[Flight]:
     config = compose([*words, "backend=mujoco", "task.ends=true"], root="evaluate")
     environment, rows = batched_of(config, count=1), []
     try:
-        policy = Observer(environment)
+        policy = policy_of("scripted", environment, device="cpu")
         for seed in seeds:
             if time.time() < until:
                 found = score(environment, policy, [seed])
-                errors = np.nanquantile(policy.away, [0.5, 0.95]) if policy.away[1:] else _NEVER
-                told = (policy.found, float(errors[0]), float(errors[1]))
-                rows.append(Flight(case, seed, bool(found.success[0]), int(found.length[0]), *told))
+                rows.append(Flight(case, seed, bool(found.success[0]), int(found.length[0])))
     finally:
         environment.close()
     return rows
@@ -166,11 +132,6 @@ def _line(case: str, table: dict[str, Any]) -> str:
     won, steps = table["success"][chosen], table["steps"][chosen]
     bounds = wilson(int(won.sum()), len(won))
     took = f"{np.median(steps[won]) / RATE:.1f} s" if won.any() else ""
-    seen = table["found"][chosen]
-    first, error = "never", ""
-    if not np.isnan(seen).all():
-        first = f"{np.nanmedian(seen):.1f} s"
-        error = f"{np.nanmedian(table['median_mm'][chosen]):.0f} mm"
     share = f"{100 * bounds.low:.0f} to {100 * bounds.high:.0f} %"
     count = f"{won.sum()} of {len(won)} ({share})"
-    return f"| {prey} | {detector} | {count} | {took} | {first} | {error} |"
+    return f"| {prey} | {detector} | {count} | {took} |"
