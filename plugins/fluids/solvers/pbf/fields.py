@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from seals.plugins.fluids.solvers.pbf.device.packing import Quads, Symmetrics, Triples
+from seals.plugins.fluids.solvers.pbf.device.vectors import Vectors
 from seals.plugins.fluids.solvers.pbf.language import ti
 
 # particles that one thread sums
@@ -84,16 +84,16 @@ class Particles:
         self.capacity = count
         self.isotropic = isotropic
         # isotropic stress correction, see ``device.isotropy``
-        self.correction = Symmetrics(fields, count if isotropic else 1, turned)
+        self.correction = Vectors(fields, 6, count if isotropic else 1)
         self.third = fields.scalar(ti.f32, count if isotropic else 1)
-        self.place = [Quads(fields, count, turned) for _ in range(2)]
-        self.velocity = [Triples(fields, count, turned) for _ in range(2)]
+        self.place = [Vectors(fields, 4, count) for _ in range(2)]
+        self.velocity = [Vectors(fields, 3, count) for _ in range(2)]
         self.number = [fields.scalar(ti.i32, count) for _ in range(2)]
         self.multiplier = fields.scalar(ti.f32, count)
         self.density = fields.scalar(ti.f32, count)
         self.wall = fields.vector(3, ti.f32, count)
         # discrete Laplacian of the velocity, see ``device.finish``
-        self.laplacian = Triples(fields, count if damped else 1, turned)
+        self.laplacian = Vectors(fields, 3, count if damped else 1)
         # displacement by the friction of bodies over the weight of their samples
         self.rubbed = fields.vector(3, ti.f32, count if rubbed else 1)
         self.cell = fields.scalar(ti.i32, count)
@@ -103,6 +103,8 @@ class Particles:
         self.beside = fields.scalar(ti.i32, count)
         listed = neighbours > 0
         self.longest = neighbours
+        # whether sweeps load an entry of a list while they sum the one before
+        self.ahead = turned
         self.list = fields.scalar(ti.i32, count if listed else 1, neighbours + 1, turned=turned)
 
 

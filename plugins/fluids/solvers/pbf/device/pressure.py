@@ -18,7 +18,6 @@ from seals.plugins.fluids.solvers.pbf.language import ti
 # be held by a single layer of samples [spacings]
 CONTACT = 0.72
 CONTACT_SHARE = 0.5
-AHEAD = False
 # densities between which water tears: a single layer on a wall has 0.85
 TORN, WHOLE = 0.86, 0.92
 
@@ -87,7 +86,7 @@ class Pressure:
         rho, square = self.kernel.own, 0.0
         slope = ti.Vector([0.0, 0.0, 0.0])
         if ti.static(self.listed):
-            if ti.static(AHEAD):
+            if ti.static(self.p.ahead):
                 j = self.p.list[i, 0]
                 for k in range(self.p.near[i]):
                     following = self.p.list[i, k + 1]
@@ -253,7 +252,7 @@ class Pressure:
         s = ti.Vector([0.0, 0.0, 0.0])
         own = ti.Vector([0.0, 0.0, 0.0])
         if ti.static(self.listed):
-            if ti.static(AHEAD):
+            if ti.static(self.p.ahead):
                 j = self.p.list[i, 0]
                 for k in range(self.p.near[i]):
                     following = self.p.list[i, k + 1]

@@ -1,23 +1,17 @@
-"""Vectors in words: what is read is what was written, and water moves as it does without them."""
+"""Water arranged for a CUDA device moves as it does on a processor."""
 
 from __future__ import annotations
-
-from collections.abc import Iterator
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from seals.plugins.fluids.solver import Domain
-from seals.plugins.fluids.solvers.pbf.device.packing import Quads, Symmetrics, Triples
 from seals.plugins.fluids.solvers.pbf.engine import Engine
-from seals.plugins.fluids.solvers.pbf.fields import Fields
-from seals.plugins.fluids.solvers.pbf.language import ti
 from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
 from seals.plugins.fluids.solvers.pbf.solver import SolverPbf
 
 SPACING = 0.02
-COUNT = 200
 
 
 class Arranged(Engine):
@@ -35,51 +29,6 @@ class Arranged(Engine):
         module = super().start(water)
         self.started = True
         return module
-
-
-class Holder:
-    """What the engine runs for where there is no water."""
-
-
-@pytest.fixture
-def fields() -> Iterator[Fields]:
-    """Group of fields, while the engine runs."""
-    holder = Holder()
-    Engine(device="cpu", threads=1).start(holder)
-    group = Fields()
-    yield group
-    group.free()
-    Engine.leave(holder)
-
-
-def test_words_hold_vectors_and_matrices(fields: Fields) -> None:
-    """Vectors come back as they were, the numbers of matrices within half a bit of 21."""
-    rng = np.random.default_rng(2)
-    quads, triples = Quads(fields, COUNT, True), Triples(fields, COUNT, True)
-    matrices, read = Symmetrics(fields, COUNT, True), fields.vector(6, ti.f32, COUNT)
-    given = fields.vector(6, ti.f32, COUNT)
-    fields.allocate()
-    four = rng.normal(0.0, 1e3, (COUNT, 4)).astype(np.float32)
-    three = rng.normal(0.0, 1e-3, (COUNT, 3)).astype(np.float32)
-    six = rng.uniform(-1.0, 0.999, (COUNT, 6)).astype(np.float32)
-    quads.from_numpy(four)
-    triples.from_numpy(three)
-    given.from_numpy(six)
-
-    @ti.kernel
-    def through():  # noqa: ANN202
-        for i in range(COUNT):
-            quads.set(i, quads.get(i))
-            quads.set_last(i, 2.0 * quads.get(i)[3])
-            triples.add(i, triples.get(i))
-            matrices.set(i, given[i])
-            read[i] = matrices.get(i)
-
-    through()
-    four[:, 3] *= 2.0
-    assert np.array_equal(quads.to_numpy(), four)
-    assert np.array_equal(triples.to_numpy(), 2.0 * three)
-    assert abs(read.to_numpy() - six).max() < 2.0**-21 * 1.3
 
 
 def splash(engine: Engine) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -127,10 +76,10 @@ def splash(engine: Engine) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 @pytest.mark.slow
-def test_water_moves_alike_in_words() -> None:
+def test_water_moves_alike_where_it_is_arranged_for_a_card() -> None:
     """Arranged for a CUDA device, with its one kernel a substep, water differs by rounding."""
     plain, push = splash(Engine(device="cpu", threads=1))
     packed, pushed = splash(Arranged(device="cpu", threads=1))
     assert np.linalg.norm(push[:3]) > 1e-2
-    assert abs(packed - plain).max() < 1e-5 * SPACING * 10
+    assert abs(packed - plain).max() < 1e-4 * SPACING
     assert np.allclose(pushed, push, atol=1e-4 * abs(push).max())
