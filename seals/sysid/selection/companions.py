@@ -32,6 +32,12 @@ def unnamed_companions(best: EvidenceHypothesis) -> list[int]:
     ]
 
 
+def counts(candidate: Candidate, model: EvidenceHypothesis) -> bool:
+    """Return true if one of a model's effects is large enough for it, as a companion always is."""
+    significant = is_significant(candidate, model.fit, model.fitter.candidate_set)
+    return significant or comes_with(candidate, model.candidates)
+
+
 def with_companion(
     nominal: EvidenceHypothesis,
     best: EvidenceHypothesis,
