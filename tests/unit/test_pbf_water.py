@@ -342,3 +342,11 @@ def test_inner_forces_conserve_momentum(make: Callable[..., SolverPbf]) -> None:
     gross = 216 * 1000 * SPACING**3 * 0.2
     assert water.momentum() == pytest.approx(before, abs=1e-6 * gross)
     assert water.kinetic_energy() < energy
+
+
+@pytest.mark.parametrize("name", ["wall_friction", "body_friction", "adhesion"])
+def test_what_needs_stored_lists_is_refused_without_them(name: str) -> None:
+    """It would be without effect, and nobody would know."""
+    with pytest.raises(ConfigError, match=f"stores no lists of neighbours, which {name} needs"):
+        PbfSettings(search=Search.cells, **{name: 0.01})
+    assert getattr(PbfSettings(**{name: 0.01}), name) == 0.01

@@ -91,7 +91,13 @@ class DeviceSettings(ABC):
     outflow: bool = False
 
     def __post_init__(self) -> None:
-        """Check the count."""
+        """Check the count, and that what needs stored lists has them."""
+        asked = [n for n in ("wall_friction", "body_friction", "adhesion") if getattr(self, n) > 0]
+        if asked and self.search is Search.cells:
+            raise ConfigError(
+                f"search=cells stores no lists of neighbours, which {', '.join(asked)} needs.\n"
+                "Say search=list, or leave it out."
+            )
         if not 32 <= self.neighbours <= 255:
             raise ConfigError(f"neighbours={self.neighbours} must be in 32..255.\nUse 80.")
 
