@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from seals.experiments.visual_catch.pictures import spread
 from seals.learn.starts import held_out_seeds
 from seals.learn.statistics.interval import wilson
 from seals.logs.atomic import write_table
+from seals.sysid.parallel import spread
 
 ROWS = Path(__file__).with_name("judged.parquet")
 """One row an episode."""
@@ -20,6 +20,8 @@ RATE = 10.0
 """Control steps a second [Hz]."""
 HEAD = """| prey | detector | caught within 45 s (95 %) | held after, median |
 |---|---|---|---|"""
+ROUNDS = 3
+"""Jobs of each process between two tables."""
 CHUNK = 5
 """Episodes of one job, which builds a world of its own."""
 SMALL = [
@@ -53,7 +55,7 @@ def judge(
 
     Args:
         detectors: folders.
-        path: of the table, written anew as jobs end.
+        path: of the table, written anew after every few jobs of a process.
         episodes: starts of each case.
         processes: that share them.
         limit: after which no episode begins [s].
@@ -70,8 +72,10 @@ def judge(
         for k in range(0, episodes, CHUNK)
     ]
     rows: list[Flight] = []
-    for found in spread(_judged, jobs, processes):
-        rows += found
+    at_once = ROUNDS * processes
+    for k in range(0, len(jobs), at_once):
+        for found in spread(_judged, jobs[k : k + at_once], processes):
+            rows += found
         if rows:
             keep(rows, path)
 

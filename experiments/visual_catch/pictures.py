@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,6 +18,7 @@ from seals.plugins.tasks.sighting.detector import LEAST, pixels_of, shot_of
 from seals.rendering.camera_view import CameraView
 from seals.rendering.optics import to_bytes
 from seals.rendering.optics.waters import WATERS
+from seals.sysid.parallel import spread
 
 EVERY = 3
 """Control steps from one pair of pictures to the next."""
@@ -67,19 +67,6 @@ def record(folder: Path, *, flights: int, processes: int, held_out: bool, limit:
     seeds = held_out_seeds(flights) if held_out else list(range(flights))
     until = time.time() + limit
     return sum(spread(_flown, [(folder, seed, until) for seed in seeds], processes))
-
-
-def spread(function: Callable[[Any], Any], jobs: Sequence[Any], processes: int) -> Iterator[Any]:
-    """Yield what a function makes of jobs in processes of one's own, as each is done.
-
-    Args:
-        function: of a module.
-        jobs: plain values.
-        processes: that share them, in order.
-    """
-    context = multiprocessing.get_context("spawn")
-    with context.Pool(processes) as pool:
-        yield from pool.imap_unordered(function, jobs, chunksize=1)
 
 
 def _flown(job: tuple[Path, int, float]) -> int:

@@ -20,7 +20,6 @@ WORDS = (*MODULES, *PIPES, "torch.load", "torch.save", "read_pickle", "np.load",
 WORDS += ("full_load", "allow_pickle")
 """A source without any of these is not looked at any closer."""
 ALLOWED = {
-    "experiments/visual_catch/pictures.py": "a pool of its own children, which write files",
     "seals/sysid/parallel.py": "a pool of children forked from this very process",
     "seals/view/live.py": "a pipe to a child of its own, read as bytes",
     "seals/view/live_child.py": "the other end of that pipe",

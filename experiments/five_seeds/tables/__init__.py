@@ -1,0 +1,1 @@
+"""Judged episodes of trainings with several seeds, and their curves."""
