@@ -22,6 +22,7 @@ VALUES: dict[str, dict[str, Any]] = {
     "visual_sac": {**OFF_POLICY, "channels": 4, "batch": 8},
     "bc": {"hidden": [16], "batch": 16, "updates": 40, "look": 10},
     "ppo": {"hidden": [16], "horizon": 8},
+    "dagger": {"hidden": [16, 16], "batch": 16, "ratio": 1, "capacity": 500, "led": 5},
 }
 
 
