@@ -52,7 +52,8 @@ def restore(table: Path, out: Path) -> Path:
     """
     columns = dict(read_parquet(table))
     order = list(ARMS)
-    if not {"arm", "seed"} <= columns.keys() or columns["arm"].max() >= len(order):
+    arms = columns.get("arm", np.array([-1.0]))
+    if "seed" not in columns or not 0 <= arms.min() <= arms.max() < len(order):
         raise LogError(f"{table} holds no arms and seeds.\nGive the looks of a study.")
     pairs = np.stack([columns.pop("arm"), columns.pop("seed")], axis=1).astype(int)
     for arm, seed in np.unique(pairs, axis=0):

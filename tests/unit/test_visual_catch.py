@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,8 +18,10 @@ from seals.plugins.tasks.sighting.detector import (
     DetectorNetwork,
     inputs_of,
     load_detector,
+    network_of,
     peaks_of,
     pixels_of,
+    save_detector,
     shot_of,
 )
 from seals.rendering.camera import OPTICAL, Lens
@@ -97,6 +100,10 @@ def test_the_loss_is_least_at_the_truth() -> None:
     assert float(loss_of(best, seen, torch.tensor([ABSENT]), place)) > 1.0
 
 
+UNREAD: Any = None
+"""State of the robot, which a network does not read."""
+
+
 class Peak(torch.nn.Module):
     """A network that always says the same."""
 
@@ -124,7 +131,7 @@ def test_a_place_in_a_picture_is_one_in_the_world() -> None:
     lens, stance = Lens(width=SIZE, height=SIZE), 0.03
     detector = DetectorNetwork(Peak(), metadata, stance)
     camera = down_on(2.0, lens)
-    (found,) = detector.find([camera], None)  # type: ignore[arg-type]
+    (found,) = detector.find([camera], UNREAD)
     x, y = (30.0 - 24.0) / lens.fx, (10.0 - 24.0) / lens.fy
     place = np.array([1.0 - 1.97 * y, 2.0 - 1.97 * x, -1.97])
     np.testing.assert_allclose(found.place, place, atol=1e-6)
@@ -137,7 +144,7 @@ def test_a_place_in_a_picture_is_one_in_the_world() -> None:
     np.testing.assert_allclose(lens.project(seen), [30.0, 10.0], atol=1e-5)
     # a hand above the middle of the window changes nothing
     shot.picture.depth[8:14, 26:36] = 1.9
-    (again,) = detector.find([camera], None)  # type: ignore[arg-type]
+    (again,) = detector.find([camera], UNREAD)
     np.testing.assert_allclose(again.place, place, atol=1e-6)
 
 
@@ -149,9 +156,9 @@ def test_places_that_cannot_be_on_the_ground_are_not_taken() -> None:
     level.keep(shot_of(level)._replace(axes=OPTICAL))
     shot_of(high).picture.depth[8:12, 28:32] = 1.5
     for camera in (level, far, high):
-        assert detector.find([camera], None) == []  # type: ignore[arg-type]
+        assert detector.find([camera], UNREAD) == []
     black = down_on(0.0, lens)
-    assert detector.find([black], None) == []  # type: ignore[arg-type]
+    assert detector.find([black], UNREAD) == []
 
 
 def test_a_start_shows_no_animal_and_its_flight_is_labelled(tmp_path: Path) -> None:
@@ -190,3 +197,24 @@ def test_words_that_make_no_sense_are_refused(tmp_path: Path) -> None:
     (tmp_path / "card.json").write_text('{"format": "seals-detector", "version": 1}')
     with pytest.raises(ConfigError, match=r"detector\.safetensors"):
         load_detector(str(tmp_path), animal="crab", stance=0.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("pixel", float("nan")), ("pixel", 1e30), ("pixel", -1.0), ("threshold", 2.0)],
+)
+def test_a_detector_with_senseless_metadata_is_refused(name: str, value: float) -> None:
+    """Its noise would be no covariance, and the flight would end in a traceback."""
+    metadata = {"pixel": 1.0, "threshold": 0.5, name: value}
+    with pytest.raises(ConfigError, match=f"'{name}' is"):
+        DetectorNetwork(Peak(), metadata, 0.03)
+
+
+def test_weights_that_are_not_finite_are_refused(tmp_path: Path) -> None:
+    """They would put the animal nowhere."""
+    network = network_of()
+    with torch.no_grad():
+        network[0].weight.fill_(float("inf"))
+    folder = save_detector(tmp_path / "odd", network, {"pixel": 1.0, "threshold": 0.5})
+    with pytest.raises(ConfigError, match="not finite"):
+        load_detector(str(folder), animal="crab", stance=0.0)

@@ -109,9 +109,8 @@ class DetectorNetwork:
 
     def __init__(self, network: Any, metadata: Mapping[str, Any], stance: float) -> None:
         self.network, self.metadata, self.stance = network.eval(), metadata, stance
-        where = "detector"
-        self.pixel = entry(metadata, "pixel", float, where=where)
-        self.threshold = entry(metadata, "threshold", float, where=where)
+        self.pixel = _within(metadata, "pixel", 1e-3, 100.0)
+        self.threshold = _within(metadata, "threshold", 0.0, 1.0)
 
     def find(self, cameras: Sequence[CameraView], now: Instant) -> list[Sighting]:
         """Return the places of the surest peaks."""
@@ -140,6 +139,18 @@ class DetectorNetwork:
         across = axes @ np.diag([self.pixel * depth / lens.fx, self.pixel * depth / lens.fy, 0.0])
         along = UNEVEN / ray[2] * ray
         return Sighting(shot.position + depth * ray, across @ across.T + np.outer(along, along))
+
+
+def _within(metadata: Mapping[str, Any], name: str, low: float, high: float) -> float:
+    """Return a number of a detector's metadata.
+
+    Raises:
+        ConfigError: it is missing, of another type, or out of its range.
+    """
+    value = entry(metadata, name, float, where="detector")
+    if not low <= value <= high:
+        raise ConfigError(f"detector: '{name}' is {value}.\nAllowed: from {low:g} to {high:g}")
+    return value
 
 
 def ground_height(shot: Shot, column: float, row: float) -> float:
@@ -279,6 +290,11 @@ def load_detector(name: str, *, animal: str, stance: float) -> Detector:
     metadata = read_metadata(folder, form=FORM, key="task.detector")
     network = network_of()
     tensors = read_tensors(folder / WEIGHTS, most=_MOST_BYTES, framework="torch")
+    if not all(bool(x.isfinite().all()) for x in tensors.values()):
+        raise ConfigError(
+            f"task.detector={name}: weights are not finite.\n"
+            "Take the folder as the training wrote it."
+        )
     try:
         network.load_state_dict(tensors)
     except RuntimeError as cause:
