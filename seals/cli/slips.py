@@ -42,7 +42,9 @@ def with_folder(root: str, words: Sequence[str], *, several: bool) -> list[str]:
     if root not in _RUNS:
         return list(words)
     key = _FOLDERS[several]
-    return [key + w.removeprefix("out=") if w.startswith("out=") else w for w in words]
+    return [
+        key + w.removeprefix("out=") if w.startswith("out=") and w != "out=" else w for w in words
+    ]
 
 
 def refuse_slips(root: str, words: Sequence[str]) -> None:
@@ -59,7 +61,7 @@ def refuse_slips(root: str, words: Sequence[str]) -> None:
     """
     before = ""
     for word in words:
-        if word in _FOLDERS:
+        if word in _FOLDERS or (word == "out=" and root in _RUNS):
             raise ConfigError(
                 f"{word} names no folder; the files here would be overwritten.\n"
                 f"Give one: {word}FOLDER, or leave it out: runs/DAY/TIME_NAME is new."
