@@ -281,7 +281,11 @@ RUN_FOLDERS: dict[str, Guard] = {
         "before_the_program",
     ),
     "run folders without a name": Guard(
-        "seals.cli.slips", "if word in _FOLDERS:", "if False:", REFUSALS, "run.dir"
+        "seals.cli.slips",
+        'if word in _FOLDERS or (word == "out=" and root in _RUNS):',
+        "if False:",
+        REFUSALS,
+        "run.dir",
     ),
     "prior of a calibration": Guard(
         "seals.sysid.calibration.application",
