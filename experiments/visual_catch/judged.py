@@ -5,10 +5,11 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from seals.errors import ConfigError
 from seals.learn.starts import held_out_seeds
 from seals.learn.statistics.interval import wilson
 from seals.logs.atomic import write_table
@@ -53,6 +54,8 @@ def judge(
 ) -> None:
     """Fly from held-out starts by each detector and with black pictures; write all episodes.
 
+    Episodes that the table holds are not flown again.
+
     Args:
         detectors: folders.
         path: of the table, written anew after every few jobs of a process.
@@ -66,12 +69,12 @@ def judge(
         seen = [[f"env={env}", f"task.detector={detector}"] for detector in detectors]
         cases += [(f"{prey}, seed {k}", words) for k, words in enumerate(seen)]
         cases.append((f"{prey}, black pictures", seen[0] + SMALL))
-    jobs = [
-        (case, words, seeds[k : k + CHUNK], until)
-        for case, words in cases
-        for k in range(0, episodes, CHUNK)
-    ]
-    rows: list[Flight] = []
+    rows = flown(path) if path.is_file() else []
+    done = {(row.case, row.start) for row in rows}
+    jobs = []
+    for case, words in cases:
+        left = [seed for seed in seeds if (case, seed) not in done]
+        jobs += [(case, words, left[k : k + CHUNK], until) for k in range(0, len(left), CHUNK)]
     at_once = ROUNDS * processes
     for k in range(0, len(jobs), at_once):
         for found in spread(_judged, jobs[k : k + at_once], processes):
@@ -106,6 +109,31 @@ def _judged(job: tuple[str, list[str], list[int], float]) -> list[Flight]:
     return rows
 
 
+def flown(path: Path = ROWS) -> list[Flight]:
+    """Return the episodes of a table.
+
+    Args:
+        path: of the table.
+
+    Raises:
+        ConfigError: it is no table of episodes.
+    """
+    import pyarrow
+    import pyarrow.parquet
+
+    try:
+        rows = pyarrow.parquet.read_table(path, columns=list(Flight._fields)).to_pylist()
+        return [
+            Flight(str(r["case"]), int(r["start"]), bool(r["success"]), int(r["steps"]))
+            for r in rows
+        ]
+    except (OSError, ValueError, TypeError, KeyError, pyarrow.ArrowException) as error:
+        raise ConfigError(
+            f"{path} is no table of episodes: {error}\n"
+            "Give the file of an earlier judge, or a new name."
+        ) from None
+
+
 def keep(rows: Sequence[Flight], path: Path = ROWS) -> None:
     """Write episodes as a table.
 
@@ -123,17 +151,14 @@ def lines(path: Path = ROWS) -> list[str]:
     Args:
         path: of the episodes.
     """
-    import pyarrow.parquet
-
-    table: dict[str, Any] = pyarrow.parquet.read_table(path).to_pydict()
-    cases = list(dict.fromkeys(table["case"]))
-    return [_line(case, {k: np.array(v) for k, v in table.items()}) for case in cases]
+    rows = flown(path)
+    return [_line(case, rows) for case in dict.fromkeys(row.case for row in rows)]
 
 
-def _line(case: str, table: dict[str, Any]) -> str:
+def _line(case: str, rows: Sequence[Flight]) -> str:
     prey, _, detector = case.partition(", ")
-    chosen = table["case"] == case
-    won, steps = table["success"][chosen], table["steps"][chosen]
+    chosen = [row for row in rows if row.case == case]
+    won, steps = (np.array([getattr(row, name) for row in chosen]) for name in ("success", "steps"))
     bounds = wilson(int(won.sum()), len(won))
     took = f"{np.median(steps[won]) / RATE:.1f} s" if won.any() else ""
     share = f"{100 * bounds.low:.0f} to {100 * bounds.high:.0f} %"

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from seals.experiments.visual_catch.judged import HEAD, Flight, keep, lines
+import pytest
+
+from seals.errors import ConfigError
+from seals.experiments.visual_catch.judged import HEAD, PREY, Flight, flown, judge, keep, lines
+from seals.learn.starts import held_out_seeds
 
 PAGE = Path(__file__).parents[2] / "docs" / "learning_results.md"
 
@@ -18,6 +22,23 @@ def test_counts_and_intervals_are_of_the_episodes(tmp_path: Path) -> None:
         "| crab | black pictures | 0 of 2 (0 to 66 %) |  |",
         "| crab | seed 0 | 3 of 4 (30 to 95 %) | 11.0 s |",
     ]
+
+
+def test_what_a_table_holds_is_not_flown_again(tmp_path: Path) -> None:
+    """Episodes stay as they were, whether all of a case are there or some."""
+    path, (first, _) = tmp_path / "rows.parquet", held_out_seeds(2)
+    cases = [f"{prey}, {what}" for prey in PREY for what in ("seed 0", "black pictures")]
+    rows = sorted(Flight(case, first, True, 123) for case in cases)
+    keep(rows, path)
+    # no detector is there: a flight would be refused
+    judge([str(tmp_path / "none")], path, episodes=1, processes=1, limit=60.0)
+    assert flown(path) == rows
+    with pytest.raises(ConfigError, match="none"):
+        judge([str(tmp_path / "none")], path, episodes=2, processes=1, limit=60.0)
+    assert flown(path) == rows
+    path.write_bytes(b"PAR1 no table")
+    with pytest.raises(ConfigError, match="no table of episodes"):
+        judge([str(tmp_path / "none")], path, episodes=1, processes=1, limit=60.0)
 
 
 def test_the_page_shows_the_table_that_ships() -> None:
