@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
 
 from seals.arrays import Array, Floats, namespace, some
 from seals.effects.drag_form import DragForm, HullAxis, drag_points, form_of_hull, speed_squares
 from seals.effects.effect import Effect, MediumKind, Parameters
-from seals.effects.identification import Addition, Comparison, Identification, Stage, Subject
+from seals.effects.identification import (
+    Addition,
+    Comparison,
+    Freed,
+    Identification,
+    Stage,
+    Subject,
+)
 from seals.effects.power_law import power_law_additions
 from seals.frames import cross_last
 from seals.motion import Inputs, Medium, Motion, Wrench
@@ -37,6 +46,9 @@ _EXTENT: dict[str, Any] = {
     "later": True,
 }
 _PLACE: dict[str, Any] = {**_EXTENT, "bounds": (-1e3, 1e3)}
+_SPREAD = tuple(f"spread_{axis}" for axis in "xyz")
+_OTHERS = 1.0 - np.eye(3)
+"""Sums the other two axes of each."""
 
 
 @dataclass(kw_only=True)
@@ -49,7 +61,9 @@ class DragQuadratic(Effect):
         the medium, c_i = rho C_d A_i / 2, and the weights w_k,i sum to one over the points. The
         form says which points there are and which speed V counts:
 
-        - ``per_axis``: the link origin, V_i = abs(v_i).
+        - ``per_axis``: the link origin, V_i = abs(v_i). Where the drag acts spread about it, at
+          places whose mean squares are s, it brakes the rotation, too, to first order in w:
+          T_i = -2 w_i (d_j s_k + d_k s_j), d = c V, j and k the other two axes.
         - ``isotropic``: the body's centre, V = abs(v). With one c for all axes, F = -c abs(v) v at
           any attitude: a sphere.
         - ``cross_flow``: strips along ``axis``, V = abs(v_n) across it and abs(v_a) along it, v_n
@@ -69,6 +83,9 @@ class DragQuadratic(Effect):
             drag of turning about the centre [m].
         size_y: along y [m].
         size_z: along z [m].
+        spread_x: s along body x, of ``per_axis`` [m^2].
+        spread_y: along y [m^2].
+        spread_z: along z [m^2].
         position_x: centre of the body in link axes, of all forms but ``per_axis`` [m].
         position_y: along y [m].
         position_z: along z [m].
@@ -111,6 +128,9 @@ class DragQuadratic(Effect):
     size_x: float = param(0.0, "m", **_EXTENT)
     size_y: float = param(0.0, "m", **_EXTENT)
     size_z: float = param(0.0, "m", **_EXTENT)
+    spread_x: float = param(0.0, "m^2", **_EXTENT)
+    spread_y: float = param(0.0, "m^2", **_EXTENT)
+    spread_z: float = param(0.0, "m^2", **_EXTENT)
     position_x: float = param(0.0, "m", **_PLACE)
     position_y: float = param(0.0, "m", **_PLACE)
     position_z: float = param(0.0, "m", **_PLACE)
@@ -137,10 +157,22 @@ class DragQuadratic(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return the candidates: drag in each medium; its exponent has a tolerance."""
-        return power_law_additions(
+        """Return the candidates: drag in each medium; its exponent has a tolerance.
+
+        Where nothing is known of the body's shape, the drag may act spread along the vehicle.
+        """
+        found = power_law_additions(
             cls, name, subject, power=2, share={MediumKind.water: 3.0, MediumKind.air: 0.01}
         )
+        place = Freed(scale=subject.length**2, bounds=(0.0, _EXTENT["bounds"][1]))
+        return [
+            replace(
+                a, parameters={**a.parameters, **dict.fromkeys(_SPREAD, place)}, nuisance=_SPREAD
+            )
+            if isinstance(a.effect, cls) and a.effect.form is DragForm.per_axis
+            else a
+            for a in found
+        ]
 
     @classmethod
     def options_on(
@@ -157,9 +189,13 @@ class DragQuadratic(Effect):
         return {name: getattr(held, name) for name in _SHAPE}
 
     def constants(self) -> dict[str, Floats]:
-        """Return the axes whose speeds count, and several points with their weights."""
+        """Return the axes whose speeds count, and several points with their weights.
+
+        Of ``per_axis``: the sum over other axes, if the drag acts spread or may.
+        """
         if self.form is DragForm.per_axis:
-            return {}
+            spread = self.correction or any(getattr(self, name) for name in _SPREAD)
+            return {"others": _OTHERS[None]} if spread else {}
         squares = {"squares": speed_squares(self.form, self.axis)[None]}
         points, weights = drag_points(self.form, self.axis)
         one = len(points) == 1
@@ -173,7 +209,10 @@ class DragQuadratic(Effect):
         v = motion.velocity - medium.velocity
         if "squares" not in params:
             force = abs(v) * v * params["coefficient"] * -medium.medium_fraction
-            return Wrench(force, None), memory
+            if "others" not in params:
+                return Wrench(force, None), memory
+            slope = abs(v) * params["coefficient"] * -medium.medium_fraction
+            return Wrench(force, _turning(slope, params) * motion.angular_velocity), memory
         c = params["coefficient"] * -medium.medium_fraction
         xp, rate, arm = namespace(v), motion.angular_velocity, params["position"]
         many = "points" in params
@@ -189,6 +228,13 @@ class DragQuadratic(Effect):
         if many:
             force, torque = xp.sum(force, axis=1), xp.sum(torque, axis=1)
         return Wrench(force, torque), memory
+
+
+def _turning(slope: Array, params: Parameters) -> Array:
+    """Torque over angular velocity of a drag that acts spread [N m s/rad]."""
+    xp, spread, others = namespace(slope), params["spread"], params["others"][0]
+    product = xp.matmul(slope, others) * xp.matmul(spread, others)
+    return 2.0 * (product - xp.matmul(slope * spread, others))
 
 
 def _pressed(v: Array, c: Array, squares: Array) -> Array:

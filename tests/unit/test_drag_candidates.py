@@ -70,6 +70,18 @@ def test_drag_per_axis_that_a_model_states_stays_per_axis(tmp_path: Path) -> Non
     assert change_of(ran(tmp_path / "run", *words), own_robot=True).form is DragForm.per_axis
 
 
+def test_a_drag_of_unknown_shape_may_act_spread(tmp_path: Path) -> None:
+    """Per axis, the mean squares of its places are fitted beside it; a form has its own size."""
+    for more, beside in (("effects.water_drag.form=per_axis",), 3), ((), 0):
+        meta = read_native(ran(tmp_path / f"run_{beside}", *BALL, *more)).meta
+        found = candidate_set_of(read_vehicle(meta, None), speeds=np.ones(3))
+        drag = next(
+            c for c in found.candidates if c.name == "quadratic_drag" and c.variant["medium"]
+        )
+        assert len(drag.nuisance) == beside
+        assert len(drag.keys) == 3
+
+
 def test_a_log_with_an_unknown_form_is_refused(tmp_path: Path) -> None:
     """The refusal names what there is."""
     meta = read_native(ran(tmp_path / "run", *BALL)).meta

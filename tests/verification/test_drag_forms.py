@@ -89,6 +89,27 @@ def test_the_speed_along_one_axis_is_the_same_in_every_form() -> None:
         assert_allclose(torque, 0.0, atol=1e-14)
 
 
+def test_a_drag_that_acts_spread_brakes_the_rotation() -> None:
+    """Torque of random twists is that of the corners of a box, while none of them turns back."""
+    rng = np.random.default_rng(6)
+    c, half = np.array([3.0, 5.0, 7.0]), np.array([0.4, 0.2, 0.1])
+    v = rng.choice([-1.0, 1.0], (50, 3)) * rng.uniform(1.0, 3.0, (50, 3))
+    w = rng.uniform(-1.0, 1.0, (50, 3))
+    given: Any = {f"coefficient_{axis}": value for axis, value in zip("xyz", c, strict=True)}
+    given |= {f"spread_{axis}": size**2 for axis, size in zip("xyz", half, strict=True)}
+    force, torque = wrench(DragQuadratic(**given), v, w)
+    corners = half * np.stack(np.meshgrid(*3 * [[-1.0, 1.0]]), axis=-1).reshape(-1, 3)
+    flow = v[:, None] + np.cross(w[:, None], corners)
+    assert np.all(np.sign(flow) == np.sign(v)[:, None])
+    each = -c / 8.0 * abs(flow) * flow
+    assert_allclose(torque, np.cross(corners, each).sum(axis=1), rtol=1e-12, atol=1e-14)
+    # the rotation adds to the force in second order
+    assert_allclose(force, -c * abs(v) * v, rtol=1e-13)
+    assert np.all((torque * w).sum(axis=1) < 0.0)
+    bare = {name: value for name, value in given.items() if name.startswith("c")}
+    assert np.all(wrench(DragQuadratic(**bare), v, w)[1] == 0.0)
+
+
 def strips(c: Floats, along: int, length: float, v: Floats, w: Floats) -> list[Floats]:
     """Cross-flow force and moment as a sum over 20,000 strips about the centre of the hull."""
     place = (np.arange(20000) + 0.5) / 20000 * length - 0.5 * length
