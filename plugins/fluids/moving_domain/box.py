@@ -69,9 +69,11 @@ class Box(NamedTuple):
 
     def holds(self, rest: Floats, *, slack: float = 0.0) -> Marks:
         """Return a mask of the rest positions inside the box, shape (n,)."""
-        plan = rest[:, :2]
-        low, high = self.lower[:2] - slack, self.upper[:2] + slack
-        found: Marks = np.all((plan >= low) & (plan < high), axis=1)
+        low, high = self.lower - slack, self.upper + slack
+        east, north = rest[:, 0], rest[:, 1]
+        found: Marks = (
+            (east >= low[0]) & (east < high[0]) & (north >= low[1]) & (north < high[1])
+        )
         return found
 
     def lattice(self) -> Floats:
@@ -87,8 +89,8 @@ class Box(NamedTuple):
 
     def weight(self, rest: Floats) -> Floats:
         """Return the weight of the outer sea at rest positions: 0 inside, 1 at the sides, (n,)."""
-        plan = rest[:, :2]
-        gap = np.minimum(plan - self.lower[:2], self.upper[:2] - plan).min(axis=1)
+        inner = [np.minimum(rest[:, k] - self.lower[k], self.upper[k] - rest[:, k]) for k in (0, 1)]
+        gap = np.minimum(*inner)
         s = np.clip(1.0 - gap / (self.ring * self.spacing), 0.0, 1.0)
         out: Floats = np.expm1(s**SOFT) / math.expm1(1.0)
         return out

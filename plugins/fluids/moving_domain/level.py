@@ -18,7 +18,7 @@ class Change(NamedTuple):
     """Particles to remove and to add.
 
     Args:
-        gone: rows of those to remove, shape (m,).
+        gone: rows of those to remove among those of the ring, shape (m,).
         come: places of rest of those to add [m], shape (m, 3).
     """
 
@@ -42,20 +42,20 @@ class LevelController:
     def __init__(self, lag: float) -> None:
         self.lag, self.owed = lag, 0.0
 
-    def change(self, box: Box, rest: Floats, taken: float, step: float) -> Change:
+    def change(self, box: Box, ring: Floats, over: float, step: float) -> Change:
         """Return the particles to add and remove after a step.
 
         Args:
             box: the window.
-            rest: places of rest of all particles [m], shape (n, 3).
-            taken: volume of the bodies below the surface [m^3].
+            ring: places of rest of the particles in the ring [m], shape (n, 3).
+            over: particles, and those that would fill the bodies below the surface, over those of
+                the box.
             step: [s].
         """
-        over = len(rest) + taken / box.spacing**3 - math.prod(box.counts)
         self.owed += -math.expm1(-step / self.lag) * over
         if abs(self.owed) < 1.0:
             return Change(np.zeros(0, dtype=int), np.zeros((0, 3)))
-        rows, columns, tops = _tops(box, rest)
+        rows, columns, tops = _tops(box, ring)
         count = min(int(abs(self.owed)), max(1, round(MOST * len(rows))))
         self.owed -= math.copysign(count, self.owed)
         order = np.argsort(tops)
@@ -66,19 +66,18 @@ class LevelController:
         return Change(np.zeros(0, dtype=int), np.column_stack([plan, tops[low] + box.spacing]))
 
 
-def _tops(box: Box, rest: Floats) -> tuple[Any, Any, Floats]:
+def _tops(box: Box, ring: Floats) -> tuple[Any, Any, Floats]:
     """Highest particle of every column of the ring, columns a spacing wide.
 
     Returns:
         Its row, shape (m,), its column, shape (m, 2), and its height at rest [m], shape (m,).
     """
-    rows = np.flatnonzero(box.weight(rest) > 0.0)
     most = np.array(box.counts[:2]) - 1
-    column = np.floor((rest[rows, :2] - box.lower[:2]) / box.spacing).astype(int)
+    column = np.floor((ring[:, :2] - box.lower[:2]) / box.spacing).astype(int)
     column = np.clip(column, 0, most)
-    order = np.lexsort((-rest[rows, 2], column[:, 1], column[:, 0]))
+    order = np.lexsort((-ring[:, 2], column[:, 0] * box.counts[1] + column[:, 1]))
     ordered = column[order]
     first = np.ones(len(order), dtype=bool)
     first[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
-    chosen = order[first]
-    return rows[chosen], column[chosen], rest[rows[chosen], 2]
+    rows = order[first]
+    return rows, column[rows], ring[rows, 2]

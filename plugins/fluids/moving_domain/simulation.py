@@ -76,7 +76,8 @@ class MovingDomain(Simulation):
         self.outer, self._first, self._sides = outer, box, box.sides()
         if bodies:
             refuse_large_robot(self.immersed.samples[0], box)
-        self._reach = self._room()
+        self._strain = self._strained()
+        self._reach = self._strain + (ROOM + 2.0) * box.spacing
         self._high = np.array([0.0, 0.0, box.freeboard])
         self._allocate(
             self._domain(),
@@ -100,7 +101,7 @@ class MovingDomain(Simulation):
         speed = self.outer.velocity(self.outer.rest(places, 0.0), 0.0)
         self.water.add_particles(places, speed, trusted=True)
 
-    def _room(self) -> Floats:
+    def _strained(self) -> Floats:
         """Return the largest displacement of the sides relative to the middle of the box [m]."""
         sides = zip(self._first.lower, self._first.upper, strict=True)
         corners = np.array(list(itertools.product(*sides)))
@@ -109,7 +110,7 @@ class MovingDomain(Simulation):
         for time in np.linspace(0.0, SPAN, LOOKS):
             moved = self.outer.displacement(points, time)
             far = np.maximum(far, np.abs(moved[:-1] - moved[-1]).max(axis=0))
-        return far * 1.2 + (ROOM + 2.0) * self._first.spacing
+        return far * 1.2
 
     def _domain(self) -> tuple[Floats, Floats]:
         """Corners of the room around the box at time zero [m]."""
@@ -171,7 +172,7 @@ class MovingDomain(Simulation):
         if not self.settings.relaxations:
             return
         velocities, places, still = self.water.velocities(), self.water.positions(), {}
-        near = self.box.weight(self.outer.rest(places, time)) > 0.0
+        near, _, _ = self._ring(places, time)
         if self.bodies:
             held = {"velocity", "spin", "inverse_mass", "inverse_inertia", "acceleration"}
             still = {k: 0.0 * v if k in held else v for k, v in states._asdict().items()}
@@ -193,19 +194,44 @@ class MovingDomain(Simulation):
     def _treat(self, states: BodyStates, time: float, step: float) -> None:
         """Relax the ring towards the outer sea, and control the level."""
         velocities = self.water.velocities()
-        rest = self.outer.rest(self.water.positions(), time)
-        weight = self.box.weight(rest)
-        near = weight > 0.0
-        share = -np.expm1(-self.settings.rate * step * weight[near])[:, None]
-        velocities[near] += share * (self.outer.velocity(rest[near], time) - velocities[near])
+        rows, rest, weight = self._ring(self.water.positions(), time)
+        share = -np.expm1(-self.settings.rate * step * weight)[:, None]
+        velocities[rows] += share * (self.outer.velocity(rest, time) - velocities[rows])
         self.water.set_particles(velocities=velocities)
         self._refuse_far(rest)
-        change = self.level.change(self.box, rest, self._taken(states, time), step)
+        over = self._over(states, time)
+        change = self.level.change(self.box, rest, over, step)
         if len(change.gone):
-            self.left += self.water.remove_particles(np.isin(np.arange(len(rest)), change.gone))
+            gone = np.zeros(self.water.count, dtype=bool)
+            gone[rows[change.gone]] = True
+            self.left += self.water.remove_particles(gone)
         come = change.come[: self.water.capacity - self.water.count]
         if len(come):
             self._add(come, time)
+
+    def _ring(self, places: Floats, time: float) -> tuple[Any, Floats, Floats]:
+        """Rows, places of rest [m] and weights of the particles in the ring.
+
+        Water far from the sides, by more than waves strain the box, is left out beforehand.
+        """
+        box = self.box
+        carried = self.outer.places(box.middle[None], time)[0] - box.middle
+        low, high = (
+            side + sign * (box.ring * box.spacing + self._strain)
+            for sign, side in ((1.0, box.lower + carried), (-1.0, box.upper + carried))
+        )
+        east, north = places[:, 0], places[:, 1]
+        inside = (east > low[0]) & (east < high[0]) & (north > low[1]) & (north < high[1])
+        rows = np.flatnonzero(~inside)
+        rest = self.outer.rest(places[rows], time)
+        weight = box.weight(rest)
+        near = weight > 0.0
+        return rows[near], rest[near], weight[near]
+
+    def _over(self, states: BodyStates, time: float) -> float:
+        """Particles, and those that would fill the bodies below the surface, over the box's."""
+        filled = self._taken(states, time) / self.box.spacing**3
+        return self.water.count + filled - math.prod(self.box.counts)
 
     def _taken(self, states: BodyStates, time: float) -> float:
         """Volume of the bodies below the surface of the outer sea [m^3]."""
@@ -234,7 +260,7 @@ class MovingDomain(Simulation):
         i, j = np.meshgrid(*(np.arange(n) + 0.5 for n in field.shape), indexing="ij")
         middles = field.lower + np.stack([i.ravel(), j.ravel()], -1) * field.edge
         seen = float((field.heights.ravel() - self.outer.elevation(middles, time)).mean())
-        over = self.water.count + self._taken(states, time) / box.spacing**3 - math.prod(box.counts)
+        over = self._over(states, time)
         depth = box.spacing * box.counts[2]
         by_volume = over * depth / math.prod(box.counts) - 0.5 * box.squeeze * depth**2
         return by_volume - seen

@@ -71,6 +71,8 @@ class DeviceSolver(ABC):
         self.time = 0.0
         self._depth = 0.0
         self._momentum: Array | None = np.zeros(3)
+        # whether particles were written since the last substep
+        self._written = False
         self._placed = not bodies
         self._bodies = np.zeros((bodies, 24))
 
@@ -90,7 +92,7 @@ class DeviceSolver(ABC):
         check_fill(
             new,
             speed,
-            have=self.positions(),
+            have=self.positions() if not trusted else np.empty((self.count, 3)),
             static=self.boundary.points.get(0, np.empty((0, 3))),
             lower=self.origin,
             size=self.size,
@@ -98,31 +100,46 @@ class DeviceSolver(ABC):
             capacity=self.capacity,
             trusted=trusted,
         )
-        self._load(
-            np.concatenate([self.positions(), new]), np.concatenate([self.velocities(), speed])
-        )
+        parts, first, last = self._memory(), self.count, self.count + len(new)
+        parts["place"][first:last] = np.column_stack([new - self.origin, np.zeros(len(new))])
+        parts["velocity"][first:last] = speed
+        parts["number"][first:last] = np.arange(first, last)
+        known = parts["place"][:first, 2].astype(float) + self.origin[2]
+        self._store(last, **parts)
+        self._deepen(np.concatenate([known, new[:, 2]]))
 
     def remove_particles(self, chosen: NDArray[np.bool_]) -> int:
         """Remove the particles marked in ``chosen`` (n,); return their number."""
-        keep = ~np.asarray(chosen, dtype=bool)
-        self._load(self.positions()[keep], self.velocities()[keep], self._multipliers()[keep])
-        return int((~keep).sum())
+        keep, before = ~np.asarray(chosen, dtype=bool), self.count
+        parts = self._memory()
+        held = keep[parts["number"][:before]]
+        last = int(held.sum())
+        for values in parts.values():
+            values[:last] = values[:before][held]
+        parts["number"][:last] = (np.cumsum(keep) - 1)[parts["number"][:last]]
+        self._store(last, **parts)
+        return before - last
 
     def set_particles(
         self, *, positions: Array | None = None, velocities: Array | None = None
     ) -> None:
         """Overwrite positions and/or velocities (n, 3) of all particles (relaxation zones)."""
-        self._load(
-            self.positions() if positions is None else np.asarray(positions, np.float64),
-            self.velocities() if velocities is None else np.asarray(velocities, np.float64),
-            self._multipliers(),
-        )
+        n, parts = self.count, self._memory()
+        rows = parts.pop("number")[:n]
+        if positions is not None:
+            parts["place"][:n, :3] = (np.asarray(positions, np.float64) - self.origin)[rows]
+        if velocities is not None:
+            parts["velocity"][:n] = np.asarray(velocities)[rows]
+        heights = parts["place"][:n, 2].astype(float) + self.origin[2]
+        given = {"place": positions is not None, "velocity": velocities is not None}
+        self._store(n, **{name: values for name, values in parts.items() if given[name]})
+        self._deepen(heights)
 
     def shift_domain(self, spacings: NDArray[np.int64]) -> None:
         """Move the domain by whole spacings (3,); particles and boundary stay in the world."""
-        where, speed, held = self.positions(), self.velocities(), self._multipliers()
+        where = self.positions()
         self.origin = self.origin + np.asarray(spacings) * self.spacing
-        self._load(where, speed, held)
+        self.set_particles(positions=where)
         self.boundary.stale = True
 
     def add_boundary(
@@ -223,7 +240,7 @@ class DeviceSolver(ABC):
         if fresh:
             self.boundary.upload(self.origin)
         self.pipeline.moving = self.boundary.moving > 0
-        before = self.momentum() if self._momentum is None else self._momentum
+        before = self.momentum()
         self.pipeline.prepare(step / substeps, self.sound_speed)
         done = 0
         for k in range(substeps):
@@ -258,7 +275,7 @@ class DeviceSolver(ABC):
         gravity = np.array([0.0, 0.0, -self.settings.gravity * step * mass * self.count])
         after = mass * sums.velocity
         external = after - before - gravity + walls + impulses[:, :3].sum(axis=0)
-        self._momentum = after
+        self._momentum, self._written = after, False
         count = max(self.count, 1)
         result = Exchange(
             impulses=impulses,
@@ -345,7 +362,9 @@ class DeviceSolver(ABC):
 
     def momentum(self) -> Array:
         """Momentum of the water [N s], shape (3,), summed in double precision."""
-        return np.asarray(self.pipeline.mass * self.pipeline.sums().velocity)
+        if self._momentum is None:
+            self._momentum = np.asarray(self.pipeline.mass * self.pipeline.sums().velocity)
+        return self._momentum.copy()
 
     def kinetic_energy(self) -> float:
         """Kinetic energy of the water [J]."""
@@ -353,9 +372,7 @@ class DeviceSolver(ABC):
 
     def snapshot(self) -> Snapshot:
         """Return everything needed to continue bit for bit (deterministic mode)."""
-        p = self.pipeline.particles
-        fields = {"place": p.place[0], "velocity": p.velocity[0], "number": p.number[0]}
-        arrays: dict[str, Any] = {name: f.to_numpy() for name, f in fields.items()}
+        p, arrays = self.pipeline.particles, self._memory()
         arrays |= {"density": p.density.to_numpy(), "third": p.third.to_numpy()}
         arrays |= {"origin": self.origin.copy()}
         arrays |= {"count": self.count, "time": self.time, "depth": self._depth}
@@ -374,26 +391,25 @@ class DeviceSolver(ABC):
         self.origin = arrays["origin"].copy()
         self.count, self.time, self._depth = arrays["count"], arrays["time"], arrays["depth"]
         self.pipeline.numbers.count[None] = self.count
-        self._momentum = None
+        self._momentum, self._written = None, True
 
-    def _load(self, where: Array, speed: Array, held: Array | None = None) -> None:
-        p, n = self.pipeline.particles, len(where)
-        place = np.zeros((self.capacity, 4), np.float32)
-        place[:n, :3] = where - self.origin
-        if held is not None:
-            place[:n, 3] = held
-        velocity = np.zeros((self.capacity, 3), np.float32)
-        velocity[:n] = speed
-        number = np.zeros(self.capacity, np.int32)
-        number[:n] = np.arange(n)
-        p.place[0].from_numpy(place)
-        p.velocity[0].from_numpy(velocity)
-        p.number[0].from_numpy(number)
-        self.count = n
-        self.pipeline.numbers.count[None] = n
-        if n:
-            self._depth = max(self._depth, float(np.ptp(where[:, 2])) + self.spacing)
-        self._momentum = None
+    def _memory(self) -> dict[str, Any]:
+        """Places, velocities and numbers of the particles in the order of the device's memory."""
+        p = self.pipeline.particles
+        fields = {"place": p.place[0], "velocity": p.velocity[0], "number": p.number[0]}
+        return {name: field.to_numpy() for name, field in fields.items()}
+
+    def _store(self, count: int, **parts: Any) -> None:
+        """Write parts of `_memory` back, and the number of particles."""
+        for name, values in parts.items():
+            getattr(self.pipeline.particles, name)[0].from_numpy(values)
+        self.count = self.pipeline.numbers.count[None] = count
+        self._momentum, self._written = None, True
+
+    def _deepen(self, heights: Array) -> None:
+        """Note how tall the water has been, from the heights of all particles [m]."""
+        if len(heights):
+            self._depth = max(self._depth, float(np.ptp(heights)) + self.spacing)
 
     def close(self) -> None:
         """Free the memory of the fields."""

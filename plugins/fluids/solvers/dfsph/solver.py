@@ -81,7 +81,10 @@ class SolverDfsph(DeviceSolver):
             pipeline.substep(static_changed=k == 0)
             compression = pipeline.sums().compression / max(self.count, 1)
             # without the pressure that did it, and as if nothing had been pushed
-            self._load(self.positions(), speeds)
+            self.set_particles(velocities=speeds)
+            place = self._memory()["place"]
+            place[:, 3] = 0.0
+            self._store(self.count, place=place)
             pipeline.bodies.receive()
             pipeline.collect()
             pipeline.wall_impulse()
@@ -103,7 +106,7 @@ class SolverDfsph(DeviceSolver):
         return self.settings.own.courant * self.spacing
 
     def _fastest(self) -> float:
-        if self._momentum is None and self.count:
+        if self._written and self.count:
             speeds = self.velocities()
             return max(self._swiftest, float(np.sqrt((speeds**2).sum(axis=1).max())))
         return max(self._swiftest, self.pipeline.fastest())
