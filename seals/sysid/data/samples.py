@@ -157,6 +157,7 @@ def read_samples(log: Log, vehicle: Vehicle) -> Samples:
             f"log '{log.name}' lacks {' and '.join(missing)}, and has no pose either.\n"
             "A diagnosis needs an inertial sensor or a measured pose."
         )
+    _refuse_partial_pose(log.name, channels, runs)
     joints = vehicle.robot.tree.joints
     if joints and vehicle.columns and "joint_position" in channels:
         channels["joint_position"] = channels["joint_position"][:, list(vehicle.columns)]
@@ -172,6 +173,29 @@ def read_samples(log: Log, vehicle: Vehicle) -> Samples:
         joint_command=np.concatenate([_joint_commands(one, vehicle) for one in each]),
         logs=spans,
     )
+
+
+def _refuse_partial_pose(
+    name: str, channels: Mapping[str, Floats], runs: Sequence[tuple[int, int]]
+) -> None:
+    """Refuse a pose of which a component has no sample in a run; the depth stands for z."""
+    if "position" not in channels or "orientation" not in channels:
+        return
+    place = np.isfinite(channels["position"])
+    if "depth" in channels:
+        place[:, 2] |= np.isfinite(channels["depth"][:, 0])
+    turned = np.isfinite(channels["orientation"]).all(axis=1)
+    for first, last in runs:
+        seen = zip("xyz", place[first:last].any(axis=0), strict=True)
+        missing = [f"position_{axis}" for axis, there in seen if not there]
+        if not turned[first:last].any():
+            missing.append("orientation")
+        if missing:
+            raise LogError(
+                f"log '{name}': no sample of {' and '.join(missing)} in rows {first} to {last}.\n"
+                "A diagnosis follows the measured pose: position and orientation in every run, the "
+                "depth in place of position_z. Leave position out of the log to do without a pose."
+            )
 
 
 def _drive_commands(log: Log, vehicle: Vehicle) -> Floats:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -90,26 +91,25 @@ def measured_trajectory(samples: Samples, vehicle: Vehicle) -> Trajectory:
 def _piece(samples: Samples, vehicle: Vehicle, first: int, last: int) -> Trajectory:
     step = samples.step
     seen = {name: values[first:last] for name, values in samples.channels.items()}
-    gaps = float(np.mean(np.isfinite(seen["position"][:, 0])))
+    place = _with_depth(seen, vehicle)
+    gaps = float(np.mean(np.isfinite(place[:, 0])))
     wide = max(0.06, 2.5 * step) if gaps > 0.5 else 0.15
     sigma = vehicle.sigma
-    position, ground = adaptive_polynomial(
-        seen["position"], step, bandwidth=wide, sigma=sigma["position"]
-    )
+    position, ground = adaptive_polynomial(place, step, bandwidth=wide, sigma=sigma["position"])
     # a component of the quaternion is half an angle
     turn, slope = adaptive_polynomial(
         seen["orientation"], step, bandwidth=max(0.03, 1.5 * step), sigma=0.5 * sigma["orientation"]
     )
     turn = turn / np.linalg.norm(turn, axis=1, keepdims=True)
     rotation = matrix_of(turn)
-    if "angular_velocity" in seen:
+    if "angular_velocity" in seen and _sampled(seen["angular_velocity"]).all():
         spin = local_polynomial(seen["angular_velocity"], step, bandwidth=max(0.02, 1.2 * step))[0]
         spin = spin @ vehicle.imu_turn
     else:
         spin = 2.0 * multiply(turn * np.array([-1.0, -1.0, -1.0, 1.0]), slope)[:, :3]
     velocity = np.einsum("tji,tj->ti", rotation, ground)
-    if "velocity" in seen and np.isfinite(seen["velocity"]).any():
-        velocity = local_polynomial(seen["velocity"], step, bandwidth=0.15)[0]
+    if "velocity" in seen and (there := _sampled(seen["velocity"])).any():
+        velocity[:, there] = local_polynomial(seen["velocity"][:, there], step, bandwidth=0.15)[0]
     joints = vehicle.robot.tree.joints
     angle, rate = np.zeros((last - first, joints)), np.zeros((last - first, joints))
     if joints:
@@ -122,3 +122,18 @@ def _piece(samples: Samples, vehicle: Vehicle, first: int, last: int) -> Traject
         joints=angle,
         joint_velocity=rate,
     )
+
+
+def _with_depth(seen: Mapping[str, Floats], vehicle: Vehicle) -> Floats:
+    """Measured positions [m], shape (T, 3); a height that was not measured is that of the depth."""
+    place = seen["position"]
+    if "depth" not in seen or _sampled(place)[2]:
+        return place
+    level = vehicle.environment.water_level or 0.0
+    return np.column_stack([place[:, :2], level - seen["depth"][:, 0]])
+
+
+def _sampled(values: Floats) -> NDArray[np.bool_]:
+    """Return which columns hold any sample, shape (k,)."""
+    there: NDArray[np.bool_] = np.isfinite(values).any(axis=0)
+    return there
