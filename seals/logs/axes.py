@@ -152,7 +152,13 @@ def _turned(log: Log, stems: Sequence[str], turn: Floats) -> Log:
                 sum(turn[i, k] * values[:, k] for k in range(3) if turn[i, k] != 0.0)
                 for i in range(3)
             ]
-            columns |= {f"{stem}_{axis}": parts[i] for i, axis in enumerate("xyz")}
+            named = {f"{stem}_{axis}": part for axis, part in zip("xyz", parts, strict=True)}
+            # a component that was not measured gets no column
+            columns |= {
+                name: part
+                for name, part in named.items()
+                if name in log.columns or np.isfinite(part).any()
+            }
     return log.with_columns(columns)
 
 

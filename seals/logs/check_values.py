@@ -17,6 +17,9 @@ _CLIPPED_RUN = 3
 _CLIPPED_JUMP = 20.0
 
 
+_EULER = " With roll and pitch it makes the attitude: axes.euler=ZYX, or another order."
+
+
 def check_values(log: Log) -> list[Finding]:
     """Return the findings about single columns and about missing channels."""
     found = _channels(log)
@@ -36,6 +39,7 @@ def _channels(log: Log) -> list[Finding]:
         if known is None:
             close = nearest(stem, CHANNELS)
             hint = f" Did you mean '{close}'?" if close else ""
+            hint = _EULER if stem == "yaw" else hint
             text = f"not a known channel; it is carried along and not used.{hint}"
             found.append(_about(stem, "unknown_channel", text, Severity.NOTE))
             continue

@@ -25,6 +25,9 @@ _LARGE = 5_000_000
 """Values above which the time that a table takes is said."""
 _PACE = 1e-6
 """Time to read and check one value, measured on seven columns of ten million rows [s]."""
+_DELIMITERS = ",;\t|"
+_FIRST_LINES = 100
+"""Lines among which a header is looked for."""
 _NUMBERS = ("int32", "int64", "float", "double", "float16", "unknown")
 _DATES = ("timestamp", "date")
 _DATE = re.compile(
@@ -113,7 +116,15 @@ def read_csv_columns(
     raw = read_bytes(path)
     names = header(path, raw, delimiter=delimiter, skip_lines=skip_lines)
     _check_size(Path(path), raw.count(b"\n"), len(names))
-    forced = _must_be_numbers(names) if wanted is None else _present(path, wanted, names)
+    if wanted is None:
+        layout = _layout_hint(raw, "", delimiter, skip_lines) if len(names) == 1 else ""
+        if layout:
+            raise LogError(f"'{path}' has one column only, '{names[0][:80]}'.\n{layout}")
+    elif missing := [name for name in wanted if name not in names]:
+        there = _layout_hint(raw, missing[0], delimiter, skip_lines)
+        there = there or suggestion(missing[0], names, label="Columns there")
+        raise LogError(f"'{path}' has no column '{missing[0]}'.\n{there}")
+    forced = _must_be_numbers(names) if wanted is None else list(wanted)
     picked = None if wanted is None else forced
     kinds = {name: pa.float64() for name in forced}
     if clock in kinds:
@@ -190,14 +201,25 @@ def _too_wide(file: str | Path, width: int) -> LogError:
     )
 
 
-def _present(path: str | Path, wanted: Collection[str], names: list[str]) -> list[str]:
-    missing = [name for name in wanted if name not in names]
-    if missing:
-        raise LogError(
-            f"'{path}' has no column '{missing[0]}'.\n"
-            + suggestion(missing[0], names, label="Columns there")
-        )
-    return list(wanted)
+def _layout_hint(raw: bytes, sought: str, delimiter: str, skip_lines: int) -> str:
+    """Say by which delimiter and in which line a header seems to stand; empty if as it is read.
+
+    Args:
+        raw: the file.
+        sought: a column of the header; empty takes the first line of most cells for the header.
+        delimiter: as it is read.
+        skip_lines: as they are read.
+    """
+    lines = [line.decode("utf-8", "replace") for line in raw[: 1 << 16].splitlines()[:_FIRST_LINES]]
+    cells = [max(map(line.count, _DELIMITERS)) * (sought in line) for line in lines]
+    if not any(cells):
+        return ""
+    first = cells.index(max(cells))
+    mark = max(_DELIMITERS, key=lines[first].count)
+    said = [f"delimiter={mark!r}"] if mark != delimiter else []
+    said += [f"skip_lines={first}"] if first != skip_lines else []
+    found = f"Line {first + 1} looks like the header: {lines[first][:80]}"
+    return f"{found}\nSay {', '.join(said)}" if said else ""
 
 
 def _must_be_numbers(names: list[str]) -> list[str]:

@@ -155,6 +155,17 @@ def test_euler_angles_and_world_velocity() -> None:
     assert len(said) == 2
 
 
+def test_a_component_that_was_not_measured_gets_no_column() -> None:
+    """North and east of a vehicle that measures its depth: no empty ``position_z``."""
+    columns = {"t": [0.0], "position_x": [1.0], "position_y": [2.0]}
+    log, _ = with_axes(Log(name="a", columns=columns), AxesSettings(world="ned"))  # type: ignore[arg-type]
+    assert {name: values.tolist() for name, values in log.columns.items()} == {
+        "t": [0.0],
+        "position_x": [2.0],
+        "position_y": [1.0],
+    }
+
+
 @pytest.mark.parametrize(
     ("axes", "words"),
     [

@@ -210,3 +210,11 @@ def test_misspelt_channel_is_noted_with_the_right_name() -> None:
     assert len(notes) == 1
     assert "battery_voltage" in notes[0].message
     assert str(notes[0]).startswith("[note] baterry_voltage")
+
+
+def test_euler_angles_are_pointed_at_the_option_that_reads_them() -> None:
+    """The nearest channel to ``yaw`` is a command, which no log of angles means."""
+    columns = {**_flight(), "yaw": _flight()["position_z"]}
+    (note,) = (f for f in check_log(Log(name="a", columns=columns)) if f.code == "unknown_channel")
+    assert "axes.euler=ZYX" in note.message
+    assert "aim_yaw" not in note.message

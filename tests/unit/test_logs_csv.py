@@ -126,3 +126,34 @@ def test_every_si_unit_is_itself_a_unit() -> None:
     for unit in {entry.si for entry in UNITS.values()}:
         assert UNITS[unit].scale == 1.0
         assert UNITS[unit].offset == 0.0
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"delimiter": ","}, "delimiter=';', skip_lines=2"),
+        ({"skip_lines": 0}, "Say skip_lines=2"),
+        ({"columns": {}, "units": {}, "skip_lines": 0, "delimiter": ","}, "skip_lines=2"),
+    ],
+)
+def test_a_header_elsewhere_is_pointed_at(
+    given: dict[str, object], said: str, tmp_path: Path
+) -> None:
+    """Lines of a recorder above the header, and semicolons: what to say is in the message."""
+    file = _file(tmp_path, f"# a recorder\n#\n{TEXT}")
+    with pytest.raises(LogError, match="Line 3 looks like the header: stamp;acc") as refused:
+        _reader(**given).read(file)
+    assert said in str(refused.value)
+    (log,) = _reader(skip_lines=2).read(file)
+    assert log.rows == 2
+    # a name that is nowhere is compared with the columns, as before
+    with pytest.raises(LogError, match="Did you mean 'stamp'"):
+        _reader(skip_lines=2, columns={"stmp": "t"}).read(file)
+
+
+def test_kilograms_force_are_newtons(tmp_path: Path) -> None:
+    """Makers of thrusters state their forces so."""
+    file = _file(tmp_path, "t,a,b\n0,1,500\n1,2,0\n")
+    names = {"t": "t", "a": "thruster_cmd_1", "b": "thruster_cmd_2"}
+    (log,) = ReaderCsv(columns=names, units={"a": "kgf", "b": "gf"}).read(file)
+    assert log.channel("thruster_cmd")[0].tolist() == [9.80665, 4.903325]
