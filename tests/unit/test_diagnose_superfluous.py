@@ -128,6 +128,30 @@ def test_an_effect_of_no_size_is_superfluous(monkeypatch: pytest.MonkeyPatch) ->
     assert made._without_superfluous(both, [])[0].candidates == (wind,)
 
 
+def test_a_smaller_model_is_judged_about_its_own_values(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A load taken up under water had a change of added mass beside it, of no use to the fit."""
+    both = model(["wind", "payload"], misfit=1.0, score=9000.0)
+    sizes = dict.fromkeys((k for c in both.candidates for k in c.keys), 5.0)
+    both = replace(both, fit=replace(both.fit, values={**both.fit.values, **sizes}))
+    scores = {"wind": 8900.0, "payload": 10.0}
+    smaller = [replace(both, candidates=(c,), score=scores[c.name]) for c in both.candidates]
+    made = family(0.2)
+    made._surface_error = None
+    made.processes, made.nominal = 1, both
+    made.problem.vehicle.servo = {}  # type: ignore[attr-defined]
+    repeated: list[str] = []
+
+    def about_own_values(problem: Any, nominal: Any, found: Any) -> EvidenceHypothesis:
+        repeated.append(found.label)
+        return replace(found, score=9010.0)  # type: ignore[no-any-return]
+
+    monkeypatch.setattr(WindowModels, "_bears_out", lambda *given: True)
+    monkeypatch.setattr(window_models, "fitted", lambda *given, **named: smaller)
+    monkeypatch.setattr(window_models, "refit_about_own_values", about_own_values)
+    assert [c.name for c in made._without_superfluous(both, [])[0].candidates] == ["wind"]
+    assert repeated == ["wind"]  # the other is too far behind
+
+
 @pytest.mark.parametrize("pair", [False, True])
 def test_a_load_is_tried_at_the_times_of_the_effect_that_was_found(
     monkeypatch: pytest.MonkeyPatch, *, pair: bool

@@ -184,10 +184,10 @@ def _refuse_partial_pose(
     place = np.isfinite(channels["position"])
     if "depth" in channels:
         place[:, 2] |= np.isfinite(channels["depth"][:, 0])
-    turned = np.isfinite(channels["orientation"]).all(axis=1)
+    turned = np.asarray(np.isfinite(channels["orientation"]).all(axis=1))
     for first, last in runs:
-        seen = zip("xyz", place[first:last].any(axis=0), strict=True)
-        missing = [f"position_{axis}" for axis, there in seen if not there]
+        rows = place[first:last]
+        missing = [f"position_{axis}" for k, axis in enumerate("xyz") if not rows[:, k].any()]
         if not turned[first:last].any():
             missing.append("orientation")
         if missing:

@@ -135,5 +135,4 @@ def _with_depth(seen: Mapping[str, Floats], vehicle: Vehicle) -> Floats:
 
 def _sampled(values: Floats) -> NDArray[np.bool_]:
     """Return which columns hold any sample, shape (k,)."""
-    there: NDArray[np.bool_] = np.isfinite(values).any(axis=0)
-    return there
+    return np.asarray(np.isfinite(values).any(axis=0))

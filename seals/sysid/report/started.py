@@ -51,7 +51,7 @@ class Track:
 
 
 def tracks(before: EvidenceHypothesis, after: EvidenceHypothesis) -> tuple[Track, ...]:
-    """Return all components, largest residual of the first model first."""
+    """Return all components that were read, largest residual of the first model first."""
     windows = before.fitter.windows
     first, spread = restarted(before)
     last = first
@@ -68,7 +68,7 @@ def tracks(before: EvidenceHypothesis, after: EvidenceHypothesis) -> tuple[Track
     out = []
     for i, channel in enumerate(windows.channel_of):
         values = measured_values(windows, channel)
-        if values is None:
+        if values is None or not np.isfinite(first[:, :, i]).any():
             continue
         axis = i - windows.channel_of.index(channel)
         sign = -1.0 if channel == "depth" else 1.0

@@ -115,7 +115,8 @@ def locate_residual_force(
     )
     words = signature(parts)
     law = None
-    if left.missing and not words.facts.get("sensor"):
+    # a signature without a ceiling blames no force
+    if left.missing and "ceiling" in words.facts:
         law = formula(found, around, left, (toward, near), lines)
     return Localisation(
         residual=left,

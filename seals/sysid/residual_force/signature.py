@@ -28,6 +28,7 @@ from seals.sysid.residual_force.spot import Spot
 
 _SENSOR = 0.5
 """Share that any force could explain below which a sensor is suspected."""
+_AT_THE_FLOOR = "The misfit is that of noise alone: no share of it can be assigned to a force."
 _PART = 0.15
 """Share from which on a dependence is worth a sentence."""
 _MORE = 0.05
@@ -95,6 +96,8 @@ def signature(given: Findings) -> Signature:
         )
         return Signature(sentences=(words,))
     first = [_size(given)]
+    if left.ceiling_sd >= 1.0:
+        return Signature(sentences=(first[0], _AT_THE_FLOOR))
     if left.ceiling < _SENSOR:
         return Signature(sentences=(first[0], _sensor(left, given.jointed)), facts={"sensor": True})
     frame, steady = _frame(given)

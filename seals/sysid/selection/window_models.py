@@ -32,7 +32,7 @@ from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significa
 from seals.sysid.selection.companions import counts, unnamed_companions, with_companion
 from seals.sysid.selection.initial_guesses import initial_guesses
 from seals.sysid.selection.onsets import in_place_of_timed, proposals, retimed
-from seals.sysid.selection.relinearised import relinearise
+from seals.sysid.selection.relinearised import refit_about_own_values, relinearise
 from seals.sysid.selection.search import Refinement, Search
 from seals.sysid.selection.shortlist import Job, better_known, fitted, refined
 
@@ -158,7 +158,7 @@ class WindowModels:
                 for rest in combinations(best.candidates, len(best.candidates) - 1)
             ]
             smaller = fitted(best.fitter, jobs, self.nominal, best, processes=self.processes)
-            smaller = [better_known(h, singles) for h in smaller]
+            smaller = [self._on_its_own(better_known(h, singles), best) for h in smaller]
             tried += smaller
             left = [next(c for c in best.candidates if c not in h.candidates) for h in smaller]
             spare = [
@@ -175,6 +175,17 @@ class WindowModels:
         if alone and not self._bears_out(self.nominal, best):
             best = self.nominal
         return best, tried
+
+    def _on_its_own(
+        self, smaller: EvidenceHypothesis, larger: EvidenceHypothesis
+    ) -> EvidenceHypothesis:
+        """Repeat a fit that is not far behind a larger model about its own values, as that was."""
+        added = next(c for c in larger.candidates if c not in smaller.candidates)
+        behind = larger.score - smaller.score - self._required(smaller, added)
+        if not 0.0 <= behind < self.problem.policy.behind:
+            return smaller
+        own = refit_about_own_values(self.problem, self.nominal, smaller)
+        return max(smaller, own, key=lambda h: h.score)
 
     def _bears_out(self, smaller: EvidenceHypothesis, larger: EvidenceHypothesis) -> bool:
         """Return false if held-out windows contradict the effect added in ``larger``.
