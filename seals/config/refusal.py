@@ -143,6 +143,9 @@ def _missing_option(path: str, options: list[str]) -> SealsError:
         return ConfigError(f"{group}= has no value.\n{suggestion(name, options, label=label)}")
     other = group_of(name, group)
     hint = f"Write {other}={name}.  " if other else ""
+    if name == "none":
+        # several groups have such an option, none of which is meant
+        hint = f"To leave the {group} out, use ~{group}.  "
     hint += suggestion(name, options, label=label)
     if group in registry.GROUPS:
         return UnknownPlugin(f"{group} '{name}' is not installed.\n{hint}")

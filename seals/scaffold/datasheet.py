@@ -39,6 +39,12 @@ _ASSUMED = {
     "sensor_misalignment": _Assumed(0.01, "rad, each axis", "half a degree of mounting"),
     "sensor_delay": _Assumed(0.003, "s", "filters of the sensor"),
 }
+_ASSUMED_IN_WATER = {
+    "displaced_volume": _Assumed(0.01, "relative", "trimmed to float, without trapped air"),
+    "centre_of_buoyancy": _Assumed(0.005, "m, each axis", "from a drawing"),
+    "added_mass": _Assumed(0.3, "relative, each axis", "of an ellipsoid as large"),
+}
+"""The same of hulls, where the log has a depth."""
 _LEAST = {"position": 0.005, "orientation": 0.005, "velocity": 0.02}
 """Error of a pose beside its noise [m, rad, m/s]: filters and cameras are smooth, not exact."""
 _ONBOARD = ("angular_velocity", "specific_force", "motor_pwm", "battery_voltage")
@@ -90,9 +96,10 @@ def _lines(log: Log, vehicle: Mapping[str, Any], facts: FlightFacts) -> Iterator
     for stem, sigma in facts.noise.items():
         yield f"    {_channel(stem, sigma, facts)}"
     yield "tolerance:"
-    for name, (sigma, meaning, why) in _tolerances(facts).items():
+    wet = log.has("depth")
+    for name, (sigma, meaning, why) in _tolerances(facts, wet).items():
         yield f"  {name}: {{sigma: {_figure(sigma)}, meaning: '{meaning}'}}  # {why}"
-    yield from _disturbance(facts, mass)
+    yield from _disturbance(facts, mass, "water" if wet else "air")
     yield from _motors(log)
 
 
@@ -106,8 +113,9 @@ def _channel(stem: str, sigma: float, facts: FlightFacts) -> str:
     return f"{stem}: {{{entry}}}  # {source}"
 
 
-def _tolerances(facts: FlightFacts) -> dict[str, _Assumed]:
-    found = {name: a._replace(why=f"assumed: {a.why}") for name, a in _ASSUMED.items()}
+def _tolerances(facts: FlightFacts, wet: bool) -> dict[str, _Assumed]:
+    table = _ASSUMED | (_ASSUMED_IN_WATER if wet else {})
+    found = {name: a._replace(why=f"assumed: {a.why}") for name, a in table.items()}
     for name, fact in (
         ("gyroscope_bias", facts.gyroscope_bias),
         ("accelerometer_bias", facts.accelerometer_bias),
@@ -119,12 +127,12 @@ def _tolerances(facts: FlightFacts) -> dict[str, _Assumed]:
     return found
 
 
-def _disturbance(facts: FlightFacts, mass: float) -> Iterator[str]:
+def _disturbance(facts: FlightFacts, mass: float, medium: str) -> Iterator[str]:
     gust = facts.gust
     level = max(gust.value, 0.005) if gust is not None else _GUST
     yield "disturbance:"
     yield f"  force_sigma: {_figure(level * mass)}  # " + (
-        f"measured: {gust.how}" if gust is not None else "assumed: still air"
+        f"measured: {gust.how}" if gust is not None else f"assumed: still {medium}"
     )
     yield from _disturbing_torque(facts, level * mass * _LEVER)
 
@@ -194,7 +202,8 @@ def _told(log: Log, vehicle: Mapping[str, Any], facts: FlightFacts) -> Iterator[
         yield f"measured: {words}"
     if facts.gyroscope_bias is None:
         yield "assumed: biases, for the vehicle never stood still"
-    guesses = [name for name, each in _tolerances(facts).items() if "assumed" in each.why]
+    table = _tolerances(facts, log.has("depth"))
+    guesses = [name for name, each in table.items() if "assumed" in each.why]
     yield f"assumed tolerances: {', '.join(guesses)}"
 
 

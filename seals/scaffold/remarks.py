@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from seals.scaffold.robot import NewRobot
 
 _TWO_TURNS = 4.0 * np.pi + 1e-6
+_AIR = 1.2
+"""Density of air [kg/m^3]."""
+_CARRIED = 0.1
+"""Share of the weight above which the lift of displaced air is named [1]."""
 _LATE = 0.1
 """Lag of the servos of legs by the time of the shortest step above which it is named [1]."""
 
@@ -52,6 +56,7 @@ def remarks_of(made: NewRobot, source: Takeover, *, chosen: bool) -> list[str]:
         out.append("no link has a shape: it displaces no water; write hulls: in robot.yaml")
     if made.limbs.others:
         out.append(f"joints left out of arms and grippers: {', '.join(made.limbs.others)}")
+    out += _beyond_the_model(made)
     for each in source.stated.hydrodynamics:
         if each.added is not None and not np.any(each.added):
             out.append(f"{each.source.split(' (')[0]}: its added mass is zero, and so it is here")
@@ -77,6 +82,21 @@ def _late_legs(made: NewRobot, source: Takeover) -> Iterator[str]:
             f"legs: servos of the file follow {lag:.2g} s late, {share:.0%} of a step: it may stop "
             f"short of its places; kp_each of {damping / DAMPED_ON_FOUR:.3g} N m/rad follows"
         )
+
+
+def _beyond_the_model(made: NewRobot) -> Iterator[str]:
+    """Name wheels, which no drive turns, and vehicles that air carries."""
+    robot = made.robot
+    free = [
+        name
+        for name, low, high in zip(robot.joints, robot.lower, robot.upper, strict=True)
+        if name in made.limbs.others and not np.isfinite([low, high]).any()
+    ]
+    if free:
+        yield f"joints without stops, such as wheels, are held at an angle: {', '.join(free)}"
+    carried = _AIR * sum(hull.volume for hull in made.hulls.values()) / robot.mass.sum()
+    if carried > _CARRIED:
+        yield f"air would carry {carried:.0%} of its weight: lift in air is neglected"
 
 
 def _in_degrees(source: Takeover) -> Iterator[str]:

@@ -68,6 +68,7 @@ WRONG = [
     ("run ROBOT time.step=0.1,0.2", "holds several values", "--multirun"),
     ("run ROBOT name=${nme}", "'nme' not found", "${key.below}"),
     ("run ROBOT backend=null", "null", "~GROUP"),
+    ("run ROBOT controller=none", "controller 'none'", "use ~controller.  Installed: autopilot"),
     ("run ROBOT seed=1.5", "seed=1.5", "a whole number"),
     ("run", "robot is not given", "Choose one: robot=NAME"),
     ("run robot=", "robot= has no value", "Installed: aam"),

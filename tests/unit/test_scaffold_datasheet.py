@@ -123,3 +123,18 @@ def test_a_flight_without_rest_leaves_biases_assumed(tmp_path: Path) -> None:
     assert any("never stood still" in line for line in told)
     line = next(x for x in place.read_text().splitlines() if "gyroscope_bias" in x)
     assert "# assumed" in line
+
+
+def test_a_dive_has_the_tolerances_of_a_hull(tmp_path: Path) -> None:
+    """Without them its displaced volume and added mass would count as exact."""
+    flight, sheets = _flight(), []
+    for log in (flight, flight.with_columns({"depth": np.full(ROWS, 2.0)})):
+        place = tmp_path / f"{len(sheets)}.yaml"
+        told = write_datasheet(log, VEHICLE, place, replace=False)
+        sheets.append(yaml.safe_load(place.read_text())["tolerance"])
+    assert set(sheets[1]) - set(sheets[0]) == {
+        "displaced_volume",
+        "centre_of_buoyancy",
+        "added_mass",
+    }
+    assert "added_mass" in told[-1]

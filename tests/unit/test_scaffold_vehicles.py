@@ -313,3 +313,20 @@ def test_the_medium_says_what_is_written(
     # 1.2 times the torque of full speed
     limit = data["effects"]["rotor_medium"]["torque_limit"]
     assert limit == pytest.approx(1.2 * 0.06 * 5.84e-6 * 1100.0**2, rel=5e-3)
+
+
+def test_wheels_and_airships_are_said_to_be_beyond_the_model(tmp_path: Path) -> None:
+    """No drive turns a wheel, and displaced air lifts nothing."""
+    inertia = '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
+    file = tmp_path / "rover.urdf"
+    for radius, carried in ((0.3, False), (0.7, True)):
+        file.write_text(
+            f'<robot name="rover"><link name="body"><inertial><mass value="2"/>{inertia}</inertial>'
+            f'<collision><geometry><sphere radius="{radius}"/></geometry></collision></link>'
+            f'<link name="disc"><inertial><mass value="0.1"/>{inertia}</inertial></link>'
+            '<joint name="axle" type="continuous"><parent link="body"/><child link="disc"/>'
+            '<axis xyz="0 1 0"/></joint></robot>'
+        )
+        remarks = scaffold_robot(f"rover_{carried}".lower(), file, parent=tmp_path).remarks
+        assert "joints without stops, such as wheels, are held at an angle: axle" in remarks
+        assert any("lift in air is neglected" in remark for remark in remarks) is carried
