@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from seals.arrays import Array
+from seals.arrays import Array, Floats
+from seals.effects.drag_spread import OTHERS, SPREAD, is_spread, turning_slope
 from seals.effects.effect import Effect, MediumKind, Parameters
 from seals.effects.identification import Addition, Comparison, Identification, Stage, Subject
 from seals.effects.power_law import power_law_additions
@@ -26,12 +27,17 @@ class DragLinear(Effect):
 
     Equation:
         F_i = -c_i v_r,i with v_r the velocity of the link origin relative to the medium; times the
-        share of the medium.
+        share of the medium. Where the drag acts spread about the origin, at places whose mean
+        squares are s, it brakes the rotation, too: T_i = -w_i (c_j s_k + c_k s_j), j and k the
+        other two axes.
 
     Args:
         coefficient_x: c along body x [N s/m].
         coefficient_y: c along body y [N s/m].
         coefficient_z: c along body z [N s/m].
+        spread_x: s along body x [m^2].
+        spread_y: along y [m^2].
+        spread_z: along z [m^2].
         medium: water, air or any.
 
     Assumptions:
@@ -54,6 +60,9 @@ class DragLinear(Effect):
     coefficient_x: float = param(0.0, "N s/m", **_LIMITS)
     coefficient_y: float = param(0.0, "N s/m", **_LIMITS)
     coefficient_z: float = param(0.0, "N s/m", **_LIMITS)
+    spread_x: float = param(0.0, "m^2", **SPREAD)
+    spread_y: float = param(0.0, "m^2", **SPREAD)
+    spread_z: float = param(0.0, "m^2", **SPREAD)
     medium: MediumKind = MediumKind.air
     accounts_for: ClassVar[tuple[str, ...]] = ("linear drag",)
     identification: ClassVar[Identification] = Identification(
@@ -82,10 +91,18 @@ class DragLinear(Effect):
             cls, name, subject, power=1, share={MediumKind.water: 2.0, MediumKind.air: 0.03}
         )
 
+    def constants(self) -> dict[str, Floats]:
+        """Return the sum over other axes, if the drag acts spread or may."""
+        return {"others": OTHERS} if is_spread(self) else {}
+
     @staticmethod
     def loads(
         motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
     ) -> tuple[Wrench, Array]:
         """Force against the relative velocity [N]."""
         relative = motion.velocity - medium.velocity
-        return Wrench(relative * params["coefficient"] * -medium.medium_fraction, None), memory
+        force = relative * params["coefficient"] * -medium.medium_fraction
+        if "others" not in params:
+            return Wrench(force, None), memory
+        slope = params["coefficient"] * -medium.medium_fraction
+        return Wrench(force, turning_slope(slope, params) * motion.angular_velocity), memory

@@ -3,22 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
-
-import numpy as np
 
 from seals.arrays import Array, Floats, namespace, some
 from seals.effects.drag_form import DragForm, HullAxis, drag_points, form_of_hull, speed_squares
+from seals.effects.drag_spread import OTHERS, SPREAD, is_spread, turning_slope
 from seals.effects.effect import Effect, MediumKind, Parameters
-from seals.effects.identification import (
-    Addition,
-    Comparison,
-    Freed,
-    Identification,
-    Stage,
-    Subject,
-)
+from seals.effects.identification import Addition, Comparison, Identification, Stage, Subject
 from seals.effects.power_law import power_law_additions
 from seals.frames import cross_last
 from seals.motion import Inputs, Medium, Motion, Wrench
@@ -46,9 +38,6 @@ _EXTENT: dict[str, Any] = {
     "later": True,
 }
 _PLACE: dict[str, Any] = {**_EXTENT, "bounds": (-1e3, 1e3)}
-_SPREAD = tuple(f"spread_{axis}" for axis in "xyz")
-_OTHERS = 1.0 - np.eye(3)
-"""Sums the other two axes of each."""
 
 
 @dataclass(kw_only=True)
@@ -128,9 +117,9 @@ class DragQuadratic(Effect):
     size_x: float = param(0.0, "m", **_EXTENT)
     size_y: float = param(0.0, "m", **_EXTENT)
     size_z: float = param(0.0, "m", **_EXTENT)
-    spread_x: float = param(0.0, "m^2", **_EXTENT)
-    spread_y: float = param(0.0, "m^2", **_EXTENT)
-    spread_z: float = param(0.0, "m^2", **_EXTENT)
+    spread_x: float = param(0.0, "m^2", **SPREAD)
+    spread_y: float = param(0.0, "m^2", **SPREAD)
+    spread_z: float = param(0.0, "m^2", **SPREAD)
     position_x: float = param(0.0, "m", **_PLACE)
     position_y: float = param(0.0, "m", **_PLACE)
     position_z: float = param(0.0, "m", **_PLACE)
@@ -157,22 +146,10 @@ class DragQuadratic(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return the candidates: drag in each medium; its exponent has a tolerance.
-
-        Where nothing is known of the body's shape, the drag may act spread along the vehicle.
-        """
-        found = power_law_additions(
+        """Return the candidates: drag in each medium; its exponent has a tolerance."""
+        return power_law_additions(
             cls, name, subject, power=2, share={MediumKind.water: 3.0, MediumKind.air: 0.01}
         )
-        place = Freed(scale=subject.length**2, bounds=(0.0, _EXTENT["bounds"][1]))
-        return [
-            replace(
-                a, parameters={**a.parameters, **dict.fromkeys(_SPREAD, place)}, nuisance=_SPREAD
-            )
-            if isinstance(a.effect, cls) and a.effect.form is DragForm.per_axis
-            else a
-            for a in found
-        ]
 
     @classmethod
     def options_on(
@@ -194,8 +171,7 @@ class DragQuadratic(Effect):
         Of ``per_axis``: the sum over other axes, if the drag acts spread or may.
         """
         if self.form is DragForm.per_axis:
-            spread = self.correction or any(getattr(self, name) for name in _SPREAD)
-            return {"others": _OTHERS[None]} if spread else {}
+            return {"others": OTHERS} if is_spread(self) else {}
         squares = {"squares": speed_squares(self.form, self.axis)[None]}
         points, weights = drag_points(self.form, self.axis)
         one = len(points) == 1
@@ -211,8 +187,8 @@ class DragQuadratic(Effect):
             force = abs(v) * v * params["coefficient"] * -medium.medium_fraction
             if "others" not in params:
                 return Wrench(force, None), memory
-            slope = abs(v) * params["coefficient"] * -medium.medium_fraction
-            return Wrench(force, _turning(slope, params) * motion.angular_velocity), memory
+            slope = abs(v) * params["coefficient"] * -2.0 * medium.medium_fraction
+            return Wrench(force, turning_slope(slope, params) * motion.angular_velocity), memory
         c = params["coefficient"] * -medium.medium_fraction
         xp, rate, arm = namespace(v), motion.angular_velocity, params["position"]
         many = "points" in params
@@ -228,13 +204,6 @@ class DragQuadratic(Effect):
         if many:
             force, torque = xp.sum(force, axis=1), xp.sum(torque, axis=1)
         return Wrench(force, torque), memory
-
-
-def _turning(slope: Array, params: Parameters) -> Array:
-    """Torque over angular velocity of a drag that acts spread [N m s/rad]."""
-    xp, spread, others = namespace(slope), params["spread"], params["others"][0]
-    product = xp.matmul(slope, others) * xp.matmul(spread, others)
-    return 2.0 * (product - xp.matmul(slope * spread, others))
 
 
 def _pressed(v: Array, c: Array, squares: Array) -> Array:

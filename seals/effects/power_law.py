@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from seals.effects.discrepancy import DragExponent
+from seals.effects.drag_spread import fitted_spread
 from seals.effects.effect import Effect, MediumKind
 from seals.effects.identification import Addition, Freed, Stage, Subject, along_axes
 
@@ -19,6 +20,8 @@ def power_law_additions(
     law: type[Effect], name: str, subject: Subject, *, power: int, share: Mapping[MediumKind, float]
 ) -> list[Addition]:
     """Return the candidates: drag in each medium; its exponent has a tolerance.
+
+    Where nothing is known of the body's shape, the drag may act spread along the vehicle.
 
     Args:
         law: class with ``coefficient_x``, ``coefficient_y``, ``coefficient_z`` and ``medium``.
@@ -38,11 +41,15 @@ def power_law_additions(
         drawn = subject.spread("drag_coefficient") * nominal
         order = (Stage.flow, index, power - 1)
         options = law.options_on(subject.robot, subject.effects, medium)
+        effect = made(medium=medium, **options)
+        squares = effect.constants().get("squares")
+        beside = fitted_spread(subject) if squares is None else {}
         found.append(
             Addition(
                 instance=f"{name}_{medium.value}_change",
-                effect=made(medium=medium, **options),
-                parameters=along_axes("coefficient", drawn, scale, low=-nominal),
+                effect=effect,
+                parameters={**along_axes("coefficient", drawn, scale, low=-nominal), **beside},
+                nuisance=tuple(beside),
                 variant={"medium": int(water)},
                 order=order,
             )
@@ -53,7 +60,7 @@ def power_law_additions(
                 coefficients=tuple(nominal),
                 speeds=tuple(subject.speeds),
                 medium=medium,
-                squares=made(**options).constants().get("squares"),
+                squares=squares,
             )
             found.append(
                 Addition(
