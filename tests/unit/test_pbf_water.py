@@ -94,10 +94,13 @@ def test_lists_equal_brute_force(make: Callable[..., SolverPbf]) -> None:
     b = samples.place.to_numpy()[: water.boundary.count, :3]
     lists = particles.list.to_numpy()
     near, beside = particles.near.to_numpy(), particles.beside.to_numpy()
+    filled = particles.filled.to_numpy()
     assert beside.max() > 0
     for i in range(water.count):
         fluid = lists[i, : near[i]]
-        solid = lists[i, near[i] : near[i] + beside[i]]
+        assert filled[i] % 8 == 0
+        assert (lists[i, near[i] : filled[i]] == i).all()
+        solid = lists[i, filled[i] : filled[i] + beside[i]]
         close = np.linalg.norm(x - x[i], axis=1) < 2 * SPACING
         close[i] = False
         assert sorted(fluid) == list(np.nonzero(close)[0])

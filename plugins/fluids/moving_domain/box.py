@@ -71,9 +71,7 @@ class Box(NamedTuple):
         """Return a mask of the rest positions inside the box, shape (n,)."""
         low, high = self.lower - slack, self.upper + slack
         east, north = rest[:, 0], rest[:, 1]
-        found: Marks = (
-            (east >= low[0]) & (east < high[0]) & (north >= low[1]) & (north < high[1])
-        )
+        found: Marks = (east >= low[0]) & (east < high[0]) & (north >= low[1]) & (north < high[1])
         return found
 
     def lattice(self) -> Floats:

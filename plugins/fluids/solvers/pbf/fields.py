@@ -11,6 +11,8 @@ from seals.plugins.fluids.solvers.pbf.language import ti
 CHUNK = 64
 # threads that run side by side on a CUDA device: their lists lie beside each other
 WARP = 32
+# neighbours that a processor core sums side by side: lists are filled up to a multiple of it
+LANES = 8
 # entries of Globals.trouble
 NOT_FINITE, ESCAPED, CROWDED, LONGEST = 0, 1, 2, 3
 
@@ -101,11 +103,16 @@ class Particles:
         self.order = fields.scalar(ti.i32, count)
         self.near = fields.scalar(ti.i32, count)
         self.beside = fields.scalar(ti.i32, count)
+        # length of a list up to its boundary samples: neighbours, and the particle itself as often
+        # as fills them up to whole lanes
+        self.filled = fields.scalar(ti.i32, count)
+        self.lanes = 1 if turned else LANES
         listed = neighbours > 0
         self.longest = neighbours
         # whether sweeps load an entry of a list while they sum the one before
         self.ahead = turned
-        self.list = fields.scalar(ti.i32, count if listed else 1, neighbours + 1, turned=turned)
+        width = neighbours + self.lanes + 1
+        self.list = fields.scalar(ti.i32, count if listed else 1, width, turned=turned)
 
 
 class Samples:

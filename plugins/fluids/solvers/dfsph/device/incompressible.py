@@ -64,10 +64,10 @@ class Incompressible:
             if i < self.g.count[None]:
                 at = self.p.place[1].get(i)
                 q = ti.Vector([at[0], at[1], at[2]])
-                rho, square = self.kernel.own, 0.0
+                rho, square = self.q.own(i), 0.0
                 slope = ti.Vector([0.0, 0.0, 0.0])
                 if ti.static(self.listed):
-                    for k in range(self.p.near[i]):
+                    for k in range(self.p.filled[i]):
                         rho, slope, square = self.q.fluid_contribution(
                             1, self.p.list[i, k], q, rho, slope, square
                         )
@@ -141,14 +141,14 @@ class Incompressible:
         q = ti.Vector([at[0], at[1], at[2]])
         rate = 0.0
         if ti.static(self.listed):
-            for k in range(self.p.near[i]):
+            for k in range(self.p.filled[i]):
                 j = self.p.list[i, k]
                 o = self.p.place[1].get(j)
                 e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
                 rate += self.kernel.gradient(e.norm_sqr()) * self.q.corrected(i, e).dot(
                     v - values.get(j)
                 )
-            for k in range(self.p.near[i], self.p.near[i] + self.p.beside[i]):
+            for k in range(self.p.filled[i], self.p.filled[i] + self.p.beside[i]):
                 rate += self.wall_rate(i, self.p.list[i, k], q, v)
         else:
             for ox in range(-self.grid.span, self.grid.span + 1):
@@ -191,7 +191,7 @@ class Incompressible:
         q = ti.Vector([at[0], at[1], at[2]])
         s, own = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
         if ti.static(self.listed):
-            for k in range(self.p.near[i]):
+            for k in range(self.p.filled[i]):
                 theirs, even = self.q.press(1, self.p.list[i, k], q)
                 s, own = s + theirs, own + even
         else:
@@ -225,7 +225,7 @@ class Incompressible:
                 q = ti.Vector([at[0], at[1], at[2]])
                 s, wall = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
                 if ti.static(self.listed):
-                    for k in range(self.p.near[i], self.p.near[i] + self.p.beside[i]):
+                    for k in range(self.p.filled[i], self.p.filled[i] + self.p.beside[i]):
                         part = self.touch(i, self.p.list[i, k], q)
                         s += part
                         wall += part if self.s.owner[self.p.list[i, k]] == 0 else 0.0 * part

@@ -99,7 +99,7 @@ class Adhesion:
             if i < self.g.count[None] and self.p.beside[i] > 0:
                 at = self.p.place[1].get(i)
                 total, still = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
-                for k in range(self.p.near[i], self.p.near[i] + self.p.beside[i]):
+                for k in range(self.p.filled[i], self.p.filled[i] + self.p.beside[i]):
                     t = self.p.list[i, k]
                     o = self.s.place[t]
                     e = ti.Vector([at[0] - o[0], at[1] - o[1], at[2] - o[2]])

@@ -111,7 +111,7 @@ class Finish:
         at = self.p.place[1].get(i)
         q = ti.Vector([at[0], at[1], at[2]])
         near, normal, v0 = 0.0, ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
-        for k in range(self.p.near[i], self.p.near[i] + self.p.beside[i]):
+        for k in range(self.p.filled[i], self.p.filled[i] + self.p.beside[i]):
             t = self.p.list[i, k]
             body = self.s.owner[t]
             if (body > 0) == moving:
@@ -152,7 +152,7 @@ class Finish:
         q = ti.Vector([at[0], at[1], at[2]])
         s = ti.Vector([0.0, 0.0, 0.0])
         if ti.static(self.listed):
-            for k in range(self.p.near[i]):
+            for k in range(self.p.filled[i]):
                 j = self.p.list[i, k]
                 o = self.p.place[1].get(j)
                 e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])

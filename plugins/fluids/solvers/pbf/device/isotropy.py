@@ -90,7 +90,7 @@ class Isotropy:
         # of boundary samples
         c, d = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
         if ti.static(self.listed):
-            for k in range(self.p.near[i]):
+            for k in range(self.p.filled[i]):
                 o = self.p.place[1].get(self.p.list[i, k])
                 e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
                 a, b = moment(a, b, e, -self.kernel.gradient(e.norm_sqr()))
@@ -114,7 +114,7 @@ class Isotropy:
     def beside(self, i, q) -> Any:
         """Sum the moments of the listed boundary samples."""
         c, d = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
-        for k in range(self.p.near[i], self.p.near[i] + self.p.beside[i]):
+        for k in range(self.p.filled[i], self.p.filled[i] + self.p.beside[i]):
             c, d = self.solid(c, d, self.p.list[i, k], q)
         return c, d
 

@@ -83,17 +83,17 @@ class Pressure:
         """Density, its gradients and the new multiplier of one particle."""
         at = self.p.place[1].get(i)
         q = ti.Vector([at[0], at[1], at[2]])
-        rho, square = self.kernel.own, 0.0
+        rho, square = self.own(i), 0.0
         slope = ti.Vector([0.0, 0.0, 0.0])
         if ti.static(self.listed):
             if ti.static(self.p.ahead):
                 j = self.p.list[i, 0]
-                for k in range(self.p.near[i]):
+                for k in range(self.p.filled[i]):
                     following = self.p.list[i, k + 1]
                     rho, slope, square = self.fluid_contribution(1, j, q, rho, slope, square)
                     j = following
             else:
-                for k in range(self.p.near[i]):
+                for k in range(self.p.filled[i]):
                     rho, slope, square = self.fluid_contribution(
                         1, self.p.list[i, k], q, rho, slope, square
                     )
@@ -123,10 +123,10 @@ class Pressure:
         """Correction and first multiplier of one particle."""
         at = self.p.place[1].get(i)
         q = ti.Vector([at[0], at[1], at[2]])
-        rho, square = self.kernel.own, 0.0
+        rho, square = self.own(i), 0.0
         slope = ti.Vector([0.0, 0.0, 0.0])
         a, b = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
-        for k in range(self.p.near[i]):
+        for k in range(self.p.filled[i]):
             o = self.p.place[1].get(self.p.list[i, k])
             e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
             r2 = e.norm_sqr()
@@ -138,6 +138,14 @@ class Pressure:
         c, d = self.isotropy.beside(i, q)
         self.isotropy.note(i, a, b, c, d)
         self.update(i, at, rho, slope, square, self.g.weights[0])
+
+    @ti.func
+    def own(self, i) -> Any:
+        """Density by a particle itself, less what it adds where it fills up its list."""
+        more = 0.0
+        if ti.static(self.listed and self.p.lanes > 1):
+            more = ti.cast(self.p.filled[i] - self.p.near[i], ti.f32)
+        return self.kernel.own * (1.0 - more)
 
     @ti.func
     def update(self, i, at, rho, slope, square, weights):
@@ -195,7 +203,7 @@ class Pressure:
         turned = ti.Vector([0.0, 0.0, 0.0])
         body = 0
         if ti.static(self.listed):
-            for k in range(self.p.near[i], self.p.near[i] + self.p.beside[i]):
+            for k in range(self.p.filled[i], self.p.filled[i] + self.p.beside[i]):
                 w, f, arm, owner = self.boundary_contribution(self.p.list[i, k], q)
                 rho += w
                 wall += f
@@ -254,13 +262,13 @@ class Pressure:
         if ti.static(self.listed):
             if ti.static(self.p.ahead):
                 j = self.p.list[i, 0]
-                for k in range(self.p.near[i]):
+                for k in range(self.p.filled[i]):
                     following = self.p.list[i, k + 1]
                     theirs, even = self.press(0, j, q)
                     s, own = s + theirs, own + even
                     j = following
             else:
-                for k in range(self.p.near[i]):
+                for k in range(self.p.filled[i]):
                     theirs, even = self.press(0, self.p.list[i, k], q)
                     s, own = s + theirs, own + even
         else:
@@ -300,7 +308,7 @@ class Pressure:
         s = ti.Vector([0.0, 0.0, 0.0])
         wall = ti.Vector([0.0, 0.0, 0.0])
         if ti.static(self.listed):
-            for k in range(self.p.near[i], self.p.near[i] + self.p.beside[i]):
+            for k in range(self.p.filled[i], self.p.filled[i] + self.p.beside[i]):
                 t = self.p.list[i, k]
                 part = self.push(i, t, q, mine)
                 s += part

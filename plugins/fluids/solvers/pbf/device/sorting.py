@@ -152,6 +152,10 @@ class Sorting:
                     e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
                     n = self.note(i, n, j, e.norm_sqr() < self.support2 and j != i)
         near = ti.min(n, self.p.longest)
+        filled = (near + self.p.lanes - 1) // self.p.lanes * self.p.lanes
+        for k in ti.static(range(self.p.lanes - 1)):
+            self.p.list[i, near + k] = i
+        m = filled
         if self.bounds.mark[self.bounds.cell_of(q)] > 0:
             for ox in range(-self.grid.span, self.grid.span + 1):
                 for oy in range(-self.grid.span, self.grid.span + 1):
@@ -159,8 +163,10 @@ class Sorting:
                     for t in range(first, last):
                         o = self.s.place[t]
                         e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
-                        n = self.note(i, n, t, e.norm_sqr() < self.support2)
+                        m = self.note(i, m, t, e.norm_sqr() < self.support2)
+        n += m - filled
         self.p.near[i] = near
+        self.p.filled[i] = filled
         self.p.beside[i] = ti.min(n, self.p.longest) - near
         if n > self.p.longest:
             ti.atomic_add(self.g.trouble[CROWDED], 1)
@@ -176,7 +182,7 @@ class Sorting:
                 n += 1
         else:
             # always written, counted only if close: no branch to mispredict
-            self.p.list[i, ti.min(n, self.p.longest)] = j
+            self.p.list[i, ti.min(n, self.p.longest + self.p.lanes)] = j
             n += ti.cast(close, ti.i32)
         return n
 
