@@ -14,6 +14,10 @@ MOST = 0.1
 """Share of the ring's columns that lose or gain a particle in one step, at most."""
 
 
+LEAST = 0.005
+"""Share of them that loses or gains one at once, at least: what is owed adds up until then."""
+
+
 class Change(NamedTuple):
     """Particles to remove and to add.
 
@@ -42,20 +46,22 @@ class LevelController:
     def __init__(self, lag: float) -> None:
         self.lag, self.owed = lag, 0.0
 
-    def change(self, box: Box, ring: Floats, over: float, step: float) -> Change:
+    def change(self, box: Box, rest: Floats, over: float, step: float) -> Change:
         """Return the particles to add and remove after a step.
 
         Args:
             box: the window.
-            ring: places of rest of the particles in the ring [m], shape (n, 3).
+            rest: places of rest of the particles in the ring [m], shape (n, 3).
             over: particles, and those that would fill the bodies below the surface, over those of
                 the box.
             step: [s].
         """
         self.owed += -math.expm1(-step / self.lag) * over
-        if abs(self.owed) < 1.0:
+        (length, width, _), ring = box.counts, 2 * box.ring
+        columns = length * width - max(length - ring, 0) * max(width - ring, 0)
+        if abs(self.owed) < max(1.0, LEAST * columns):
             return Change(np.zeros(0, dtype=int), np.zeros((0, 3)))
-        rows, columns, tops = _tops(box, ring)
+        rows, columns, tops = _tops(box, rest)
         count = min(int(abs(self.owed)), max(1, round(MOST * len(rows))))
         self.owed -= math.copysign(count, self.owed)
         order = np.argsort(tops)

@@ -21,6 +21,7 @@ from seals.plugins.fluids.solvers.pbf.device.grid import Grid
 from seals.plugins.fluids.solvers.pbf.device.isotropy import Isotropy
 from seals.plugins.fluids.solvers.pbf.device.kernels import Smoothing
 from seals.plugins.fluids.solvers.pbf.device.pressure import Pressure
+from seals.plugins.fluids.solvers.pbf.device.rows import Rows
 from seals.plugins.fluids.solvers.pbf.device.sorting import Sorting
 from seals.plugins.fluids.solvers.pbf.device.substep import Stages
 from seals.plugins.fluids.solvers.pbf.device.vorticity import Vorticity
@@ -32,8 +33,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 # cells per support along z: finer cells spare candidates, and cost more to sort (benchmarks/fluid)
 FINE_CPU, FINE_CUDA = 4, 2
-# the same along x and y
-SPAN_CPU, SPAN_CUDA = 1, 1
 
 
 class Sums(NamedTuple):
@@ -81,10 +80,9 @@ class DevicePipeline(ABC):
         self.samples = Samples(self.fields, domain.boundary_capacity, listed, accelerated)
         self.numbers = Globals(self.fields, capacity)
         fine = FINE_CUDA if accelerated else FINE_CPU
-        span = SPAN_CUDA if accelerated else SPAN_CPU
         reach = self.smoothing.support
-        self.grid = Grid(self.fields, size, reach, fine=fine, span=span)
-        self.bounds = Grid(self.fields, size, reach, fine=fine, span=span, marked=True)
+        self.grid = Grid(self.fields, size, reach, fine=fine)
+        self.bounds = Grid(self.fields, size, reach, fine=fine, marked=True)
         self.bodies = Bodies(
             self.fields, bodies, self.samples, self.numbers, self.mass, in_place=self.in_place
         )
@@ -92,6 +90,7 @@ class DevicePipeline(ABC):
         self._more_fields(capacity)
         self.fields.allocate()
         self._device(accelerated)
+        self.rows = Rows(self.particles, self.numbers)
         self.stages = self._stages()
         # whether any body has samples
         self.moving = False

@@ -100,13 +100,11 @@ class DeviceSolver(ABC):
             capacity=self.capacity,
             trusted=trusted,
         )
-        parts, first, last = self._memory(), self.count, self.count + len(new)
-        parts["place"][first:last] = np.column_stack([new - self.origin, np.zeros(len(new))])
-        parts["velocity"][first:last] = speed
-        parts["number"][first:last] = np.arange(first, last)
-        known = parts["place"][:first, 2].astype(float) + self.origin[2]
-        self._store(last, **parts)
-        self._deepen(np.concatenate([known, new[:, 2]]))
+        if len(new):
+            both = np.hstack([new - self.origin, speed])
+            self.pipeline.rows.append(np.ascontiguousarray(both, np.float32))
+        known = self.positions()[:, 2] if self._deepening else np.empty(0)
+        self._changed(self.count + len(new), np.concatenate([known, new[:, 2]]))
 
     def remove_particles(self, chosen: NDArray[np.bool_]) -> int:
         """Remove the particles marked in ``chosen`` (n,); return their number."""
@@ -117,23 +115,26 @@ class DeviceSolver(ABC):
         for values in parts.values():
             values[:last] = values[:before][held]
         parts["number"][:last] = (np.cumsum(keep) - 1)[parts["number"][:last]]
-        self._store(last, **parts)
+        for name, values in parts.items():
+            getattr(self.pipeline.particles, name)[0].from_numpy(values)
+        self._changed(last, np.empty(0))
         return before - last
 
     def set_particles(
         self, *, positions: Array | None = None, velocities: Array | None = None
     ) -> None:
         """Overwrite positions and/or velocities (n, 3) of all particles (relaxation zones)."""
-        n, parts = self.count, self._memory()
-        rows = parts.pop("number")[:n]
+        rows = self.pipeline.rows
         if positions is not None:
-            parts["place"][:n, :3] = (np.asarray(positions, np.float64) - self.origin)[rows]
+            rows.move(self._single(np.asarray(positions, np.float64) - self.origin))
         if velocities is not None:
-            parts["velocity"][:n] = np.asarray(velocities)[rows]
-        heights = parts["place"][:n, 2].astype(float) + self.origin[2]
-        given = {"place": positions is not None, "velocity": velocities is not None}
-        self._store(n, **{name: values for name, values in parts.items() if given[name]})
-        self._deepen(heights)
+            rows.drive(self._single(velocities))
+        heights = self.positions()[:, 2] if self._deepening else np.empty(0)
+        self._changed(self.count, heights)
+
+    def _single(self, values: Array) -> Any:
+        """Values of all particles in single precision, shape (n, 3)."""
+        return np.ascontiguousarray(np.reshape(values, (self.count, 3)), np.float32)
 
     def shift_domain(self, spacings: NDArray[np.int64]) -> None:
         """Move the domain by whole spacings (3,); particles and boundary stay in the world."""
@@ -304,11 +305,18 @@ class DeviceSolver(ABC):
 
     def positions(self) -> Array:
         """Positions [m], shape (n, 3)."""
-        return self._rows(self.pipeline.particles.place[0])[:, :3] + self.origin
+        return self._read(self.pipeline.rows.places) + self.origin
 
     def velocities(self) -> Array:
         """Velocities [m/s], shape (n, 3)."""
-        return self._rows(self.pipeline.particles.velocity[0])
+        return self._read(self.pipeline.rows.velocities)
+
+    def _read(self, rows: Any) -> Array:
+        """What a pass over the particles writes by row, shape (n, 3)."""
+        found = np.empty((self.count, 3), np.float32)
+        if self.count:
+            rows(found)
+        return found.astype(np.float64)
 
     def densities(self) -> Array:
         """Densities by summation, boundary included, of the last substep [kg/m^3], shape (n,)."""
@@ -399,17 +407,17 @@ class DeviceSolver(ABC):
         fields = {"place": p.place[0], "velocity": p.velocity[0], "number": p.number[0]}
         return {name: field.to_numpy() for name, field in fields.items()}
 
-    def _store(self, count: int, **parts: Any) -> None:
-        """Write parts of `_memory` back, and the number of particles."""
-        for name, values in parts.items():
-            getattr(self.pipeline.particles, name)[0].from_numpy(values)
-        self.count = self.pipeline.numbers.count[None] = count
-        self._momentum, self._written = None, True
+    @property
+    def _deepening(self) -> bool:
+        """Whether the speed of sound follows the height of the water."""
+        return self.settings.sound_speed <= 0.0
 
-    def _deepen(self, heights: Array) -> None:
-        """Note how tall the water has been, from the heights of all particles [m]."""
+    def _changed(self, count: int, heights: Array) -> None:
+        """Note the number of particles, and how tall the water has been by its heights [m]."""
+        self.count = self.pipeline.numbers.count[None] = count
         if len(heights):
             self._depth = max(self._depth, float(np.ptp(heights)) + self.spacing)
+        self._momentum, self._written = None, True
 
     def close(self) -> None:
         """Free the memory of the fields."""

@@ -82,9 +82,9 @@ class SolverDfsph(DeviceSolver):
             compression = pipeline.sums().compression / max(self.count, 1)
             # without the pressure that did it, and as if nothing had been pushed
             self.set_particles(velocities=speeds)
-            place = self._memory()["place"]
+            place = pipeline.particles.place[0].to_numpy()
             place[:, 3] = 0.0
-            self._store(self.count, place=place)
+            pipeline.particles.place[0].from_numpy(place)
             pipeline.bodies.receive()
             pipeline.collect()
             pipeline.wall_impulse()

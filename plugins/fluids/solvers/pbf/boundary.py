@@ -47,7 +47,8 @@ class Boundary:
         self.weights: dict[int, Array] = {}
         self.normals: dict[int, Array] = {}
         self.thin: dict[int, Array] = {}
-        self.stale = True
+        # whether samples have to be uploaded, and whether any came or went since
+        self.stale = self.other = True
 
     def add(
         self,
@@ -97,7 +98,7 @@ class Boundary:
             self.weights[body] = bulk * self.weights[body] + (1.0 - bulk) * own
             self.thin[body] = 1.0 - bulk
         self.weights[body] = scale * self.weights[body]
-        self.stale = True
+        self.stale = self.other = True
 
     def move(self, body: int, points: Array) -> None:
         """Move the samples of a body; their weights are kept."""
@@ -110,7 +111,7 @@ class Boundary:
         self.weights.pop(body, None)
         self.normals.pop(body, None)
         self.thin.pop(body, None)
-        self.stale = True
+        self.stale = self.other = True
 
     @property
     def count(self) -> int:
@@ -125,17 +126,25 @@ class Boundary:
     def upload(self, origin: Array) -> None:
         """Write samples ordered by body, static ones last, and the groups that sum them."""
         order = sorted(self.points, key=lambda body: (body == 0, body))
+        places = [self.points[body] - (origin if body == 0 else 0.0) for body in order]
+        point = np.zeros((self.samples.capacity, 3), np.float32)
+        point[: self.count] = np.concatenate([np.empty((0, 3)), *places])
+        _write(self.samples.point, point)
+        if self.other:
+            self._describe(order)
+        self.stale = self.other = False
+
+    def _describe(self, order: list[int]) -> None:
+        """Write weights and owners of all samples, and the groups that sum them."""
         capacity, bodies = self.samples.capacity, self.bodies
-        point = np.zeros((capacity, 3), np.float32)
         weight, owner = np.zeros(capacity, np.float32), np.zeros(capacity, np.int32)
         normal, thin = np.zeros((capacity, 3), np.float32), np.zeros(capacity, np.float32)
         group = np.zeros((bodies.most, 3), np.int32)
         spans = np.zeros((bodies.bodies + 1, 2), np.int32)
         at = groups = 0
         for body in order:
-            points = self.points[body] - (origin if body == 0 else 0.0)
-            end = at + len(points)
-            point[at:end], weight[at:end], owner[at:end] = points, self.weights[body], body
+            end = at + len(self.points[body])
+            weight[at:end], owner[at:end] = self.weights[body], body
             if body:
                 normal[at:end], thin[at:end] = self.normals[body], self.thin[body]
                 spans[body, 0] = groups
@@ -144,7 +153,6 @@ class Boundary:
                     groups += 1
                 spans[body, 1] = groups
             at = end
-        _write(self.samples.point, point)
         _write(self.samples.weight, weight)
         _write(self.samples.normal, normal)
         _write(self.samples.thin, thin)
@@ -153,7 +161,6 @@ class Boundary:
         _write(bodies.first, spans)
         bodies.groups[None] = groups
         self.numbers.samples[None], self.numbers.moving[None] = self.count, self.moving
-        self.stale = False
 
 
 def _write(field: Any, values: Any) -> None:

@@ -72,8 +72,8 @@ class Incompressible:
                             1, self.p.list[i, k], q, rho, slope, square
                         )
                 else:
-                    for ox in range(-self.grid.span, self.grid.span + 1):
-                        for oy in range(-self.grid.span, self.grid.span + 1):
+                    for ox in range(-1, 2):
+                        for oy in range(-1, 2):
                             first, last = self.grid.run(self.grid.start, q, ox, oy, self.reach)
                             for j in range(first, last):
                                 if j != i:
@@ -151,8 +151,8 @@ class Incompressible:
             for k in range(self.p.filled[i], self.p.filled[i] + self.p.beside[i]):
                 rate += self.wall_rate(i, self.p.list[i, k], q, v)
         else:
-            for ox in range(-self.grid.span, self.grid.span + 1):
-                for oy in range(-self.grid.span, self.grid.span + 1):
+            for ox in range(-1, 2):
+                for oy in range(-1, 2):
                     first, last = self.grid.run(self.grid.start, q, ox, oy, self.reach)
                     for j in range(first, last):
                         o = self.p.place[1].get(j)
@@ -195,8 +195,8 @@ class Incompressible:
                 theirs, even = self.q.press(1, self.p.list[i, k], q)
                 s, own = s + theirs, own + even
         else:
-            for ox in range(-self.grid.span, self.grid.span + 1):
-                for oy in range(-self.grid.span, self.grid.span + 1):
+            for ox in range(-1, 2):
+                for oy in range(-1, 2):
                     first, last = self.grid.run(self.grid.start, q, ox, oy, self.reach)
                     for j in range(first, last):
                         theirs, even = self.q.press(1, j, q)
@@ -230,8 +230,8 @@ class Incompressible:
                         s += part
                         wall += part if self.s.owner[self.p.list[i, k]] == 0 else 0.0 * part
                 else:
-                    for ox in range(-self.grid.span, self.grid.span + 1):
-                        for oy in range(-self.grid.span, self.grid.span + 1):
+                    for ox in range(-1, 2):
+                        for oy in range(-1, 2):
                             first, last = self.bounds.run(self.bounds.start, q, ox, oy, self.reach)
                             for t in range(first, last):
                                 part = self.touch(i, t, q)
@@ -264,8 +264,8 @@ class Incompressible:
                         for k in range(self.s.near[s]):
                             total -= self.touched(self.s.list[s, k], t)
                     else:
-                        for ox in range(-self.grid.span, self.grid.span + 1):
-                            for oy in range(-self.grid.span, self.grid.span + 1):
+                        for ox in range(-1, 2):
+                            for oy in range(-1, 2):
                                 first, last = self.grid.run(self.grid.start, x, ox, oy, self.reach)
                                 for j in range(first, last):
                                     total -= self.touched(j, t)

@@ -274,8 +274,8 @@ class BodyNeighbourCount:
                             force += f
                             total += f.norm()
                     else:
-                        for ox in range(-self.grid.span, self.grid.span + 1):
-                            for oy in range(-self.grid.span, self.grid.span + 1):
+                        for ox in range(-1, 2):
+                            for oy in range(-1, 2):
                                 first, last = self.grid.run(
                                     self.grid.start, x, ox, oy, self.grid.support
                                 )

@@ -97,8 +97,8 @@ class Cohesion:
             for k in range(self.p.near[i]):
                 s += self.pair(i, self.p.list[i, k], q, force)
         else:
-            for ox in range(-self.grid.span, self.grid.span + 1):
-                for oy in range(-self.grid.span, self.grid.span + 1):
+            for ox in range(-1, 2):
+                for oy in range(-1, 2):
                     first, last = self.grid.run(
                         self.grid.start, q, ox, oy, SLACK * self.grid.support
                     )

@@ -158,8 +158,8 @@ class Finish:
                 e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
                 s += self.kernel.value(e.norm_sqr()) * (values.get(j) - v)
         else:
-            for ox in range(-self.grid.span, self.grid.span + 1):
-                for oy in range(-self.grid.span, self.grid.span + 1):
+            for ox in range(-1, 2):
+                for oy in range(-1, 2):
                     first, last = self.grid.run(
                         self.grid.start, q, ox, oy, SLACK * self.grid.support
                     )

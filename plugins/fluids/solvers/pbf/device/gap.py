@@ -86,8 +86,8 @@ class Gap:
                         for k in range(self.s.near[s]):
                             total += self.head_of(self.s.list[s, k], x)
                     else:
-                        for ox in range(-self.grid.span, self.grid.span + 1):
-                            for oy in range(-self.grid.span, self.grid.span + 1):
+                        for ox in range(-1, 2):
+                            for oy in range(-1, 2):
                                 first, last = self.grid.run(
                                     self.grid.start, x, ox, oy, self.grid.support
                                 )
@@ -147,8 +147,8 @@ class Gap:
         Closeness is 1 up to ``near``, 0 from ``far`` on.
         """
         away, least = ti.Vector([0.0, 0.0, 0.0]), reach
-        for ox in range(-self.grid.span, self.grid.span + 1):
-            for oy in range(-self.grid.span, self.grid.span + 1):
+        for ox in range(-1, 2):
+            for oy in range(-1, 2):
                 first, last = self.bounds.run(self.bounds.start, x, ox, oy, reach)
                 for t in range(first, last):
                     if self.s.owner[t] == 0:
@@ -179,8 +179,8 @@ class Gap:
             for k in range(self.s.near[s]):
                 total += self.handed_on(self.s.list[s, k], x, away)
         else:
-            for ox in range(-self.grid.span, self.grid.span + 1):
-                for oy in range(-self.grid.span, self.grid.span + 1):
+            for ox in range(-1, 2):
+                for oy in range(-1, 2):
                     first, last = self.grid.run(self.grid.start, x, ox, oy, self.grid.support)
                     for j in range(first, last):
                         total += self.handed_on(j, x, away)

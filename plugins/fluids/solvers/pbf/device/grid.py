@@ -3,8 +3,7 @@
 Cells are a fraction of the kernel's support, along z smaller than along x and y; neighbouring cells
 along z are neighbours in memory. Around a point columns are searched, each only over the heights
 that a sphere of the support reaches there: of nine columns 115 candidates at a fraction of 1/4, not
-the 216 of 27 cubes. Narrow columns cost more cells; threads side by side on a CUDA device then
-gather what lies side by side.
+the 216 of 27 cubes.
 """
 
 from typing import Any
@@ -26,7 +25,6 @@ class Grid:
         size: extent of the domain [m], shape (3,).
         support: reach of the kernel [m].
         fine: cells per support along z.
-        span: cells per support along x and y.
         marked: whether cells in reach of a point can be marked.
     """
 
@@ -37,13 +35,11 @@ class Grid:
         support: float,
         *,
         fine: int,
-        span: int = 1,
         marked: bool = False,
     ) -> None:
         self.support, self.fine, self.pad = support, fine, fine + 1
-        self.span, self.width = span, support / span
         self.size = [float(s) for s in size]
-        self.nx, self.ny = (int(s / self.width) + 1 + 2 * span for s in self.size[:2])
+        self.nx, self.ny = (int(s / support) + 3 for s in self.size[:2])
         self.nz = int(self.size[2] * fine / support) + 1 + 2 * self.pad
         self.nowhere = self.nx * self.ny * self.nz
         cells = self.nowhere + 1
@@ -60,10 +56,9 @@ class Grid:
     @ti.func
     def column(self, p) -> Any:
         """Column of a point; points outside fall into the columns at the edge."""
-        cx = ti.cast(ti.floor(p[0] / self.width), ti.i32) + self.span
-        cy = ti.cast(ti.floor(p[1] / self.width), ti.i32) + self.span
-        last = (self.nx - 1 - self.span, self.ny - 1 - self.span)
-        return ti.min(ti.max(cx, self.span), last[0]), ti.min(ti.max(cy, self.span), last[1])
+        cx = ti.cast(ti.floor(p[0] / self.support), ti.i32) + 1
+        cy = ti.cast(ti.floor(p[1] / self.support), ti.i32) + 1
+        return ti.min(ti.max(cx, 1), self.nx - 2), ti.min(ti.max(cy, 1), self.ny - 2)
 
     @ti.func
     def level(self, z) -> Any:
@@ -103,15 +98,15 @@ class Grid:
     @ti.func
     def aside(self, c, o, x) -> Any:
         """Distance along an axis to the nearest side of a column, zero for the point's own."""
-        low = (c - self.span + o) * self.width - x
-        return ti.max(low, -low - self.width, 0.0) if o != 0 else 0.0
+        low = (c - 1 + o) * self.support - x
+        return ti.max(low, -low - self.support, 0.0) if o != 0 else 0.0
 
     @ti.func
     def mark_around(self, p) -> None:
         """Mark all cells that a point within reach may lie in."""
         cx, cy = self.column(p)
-        for ox in range(-self.span, self.span + 1):
-            for oy in range(-self.span, self.span + 1):
+        for ox in range(-1, 2):
+            for oy in range(-1, 2):
                 base = ((cx + ox) * self.ny + cy + oy) * self.nz
                 low = self.level(p[2] - SLACK * self.support)
                 for z in range(low, self.level(p[2] + SLACK * self.support) + 1):

@@ -96,8 +96,8 @@ class Isotropy:
                 a, b = moment(a, b, e, -self.kernel.gradient(e.norm_sqr()))
             c, d = self.beside(i, q)
         else:
-            for ox in range(-self.grid.span, self.grid.span + 1):
-                for oy in range(-self.grid.span, self.grid.span + 1):
+            for ox in range(-1, 2):
+                for oy in range(-1, 2):
                     first, last = self.grid.run(self.grid.start, q, ox, oy, self.reach)
                     for j in range(first, last):
                         o = self.p.place[1].get(j)

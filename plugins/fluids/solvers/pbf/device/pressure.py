@@ -98,8 +98,8 @@ class Pressure:
                         1, self.p.list[i, k], q, rho, slope, square
                     )
         else:
-            for ox in range(-self.grid.span, self.grid.span + 1):
-                for oy in range(-self.grid.span, self.grid.span + 1):
+            for ox in range(-1, 2):
+                for oy in range(-1, 2):
                     first, last = self.grid.run(self.grid.start, q, ox, oy, self.reach)
                     for j in range(first, last):
                         if j != i:
@@ -210,8 +210,8 @@ class Pressure:
                 if owner > 0:
                     body, moved, turned = owner, moved + f, turned + arm.cross(f)
         else:
-            for ox in range(-self.grid.span, self.grid.span + 1):
-                for oy in range(-self.grid.span, self.grid.span + 1):
+            for ox in range(-1, 2):
+                for oy in range(-1, 2):
                     first, last = self.bounds.run(self.bounds.start, q, ox, oy, self.reach)
                     for t in range(first, last):
                         w, f, arm, owner = self.boundary_contribution(t, q)
@@ -272,8 +272,8 @@ class Pressure:
                     theirs, even = self.press(0, self.p.list[i, k], q)
                     s, own = s + theirs, own + even
         else:
-            for ox in range(-self.grid.span, self.grid.span + 1):
-                for oy in range(-self.grid.span, self.grid.span + 1):
+            for ox in range(-1, 2):
+                for oy in range(-1, 2):
                     first, last = self.grid.run(self.grid.start, q, ox, oy, self.reach)
                     for j in range(first, last):
                         # a particle presses on itself with a zero distance: nothing
@@ -315,8 +315,8 @@ class Pressure:
                 if self.s.owner[t] == 0:
                     wall += part
         else:
-            for ox in range(-self.grid.span, self.grid.span + 1):
-                for oy in range(-self.grid.span, self.grid.span + 1):
+            for ox in range(-1, 2):
+                for oy in range(-1, 2):
                     first, last = self.bounds.run(self.bounds.start, q, ox, oy, self.reach)
                     for t in range(first, last):
                         part = self.push(i, t, q, mine)
@@ -367,8 +367,8 @@ class Pressure:
                             q = ti.Vector([at[0], at[1], at[2]])
                             total -= self.push(j, t, q, at[3])
                     else:
-                        for ox in range(-self.grid.span, self.grid.span + 1):
-                            for oy in range(-self.grid.span, self.grid.span + 1):
+                        for ox in range(-1, 2):
+                            for oy in range(-1, 2):
                                 first, last = self.grid.run(self.grid.start, x, ox, oy, self.reach)
                                 for j in range(first, last):
                                     at = self.p.place[self.changes].get(j)

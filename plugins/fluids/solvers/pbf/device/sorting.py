@@ -144,8 +144,8 @@ class Sorting:
         at = self.p.place[1].get(i)
         q = ti.Vector([at[0], at[1], at[2]])
         n = 0
-        for ox in range(-self.grid.span, self.grid.span + 1):
-            for oy in range(-self.grid.span, self.grid.span + 1):
+        for ox in range(-1, 2):
+            for oy in range(-1, 2):
                 first, last = self.grid.run(self.grid.start, q, ox, oy, self.grid.support)
                 for j in range(first, last):
                     o = self.p.place[1].get(j)
@@ -157,8 +157,8 @@ class Sorting:
             self.p.list[i, near + k] = i
         m = filled
         if self.bounds.mark[self.bounds.cell_of(q)] > 0:
-            for ox in range(-self.grid.span, self.grid.span + 1):
-                for oy in range(-self.grid.span, self.grid.span + 1):
+            for ox in range(-1, 2):
+                for oy in range(-1, 2):
                     first, last = self.bounds.run(self.bounds.start, q, ox, oy, self.grid.support)
                     for t in range(first, last):
                         o = self.s.place[t]
@@ -202,8 +202,8 @@ class Sorting:
                 x = ti.Vector([o[0], o[1], o[2]])
                 n = 0
                 if self.bounds.inside(x):
-                    for ox in range(-self.grid.span, self.grid.span + 1):
-                        for oy in range(-self.grid.span, self.grid.span + 1):
+                    for ox in range(-1, 2):
+                        for oy in range(-1, 2):
                             first, last = self.grid.run(
                                 self.grid.start, x, ox, oy, self.grid.support
                             )
