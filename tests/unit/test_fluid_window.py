@@ -174,11 +174,19 @@ def test_a_thin_ring_and_small_sides_are_refused() -> None:
 
 def test_the_window_ends_at_the_floor() -> None:
     """It is as deep as asked, or down to the floor; the spacing divides the depth."""
-    deep = FluidWindow().box(EnvironmentSettings(water_level=0.0))
+    deep = FluidWindow(size=[2.0, 1.6, 0.8]).box(EnvironmentSettings(water_level=0.0))
     assert deep.counts == (40, 32, 16)
     shallow = FluidWindow().box(EnvironmentSettings(water_level=0.2, tank_bottom=-0.31))
     assert shallow.spacing == pytest.approx(0.051)
     assert shallow.lower[2] == pytest.approx(-0.31)
+
+
+def test_a_window_without_a_size_is_twice_as_wide_as_its_robot() -> None:
+    """Inside of the ring, a cell to spare; never narrower there than deep."""
+    still = EnvironmentSettings(water_level=0.0)
+    assert FluidWindow(spacing=0.05).box(still, 0.4).counts == (44, 44, 16)
+    assert FluidWindow(spacing=0.05).box(still, 0.1).counts == (28, 28, 16)
+    assert FluidWindow(spacing=0.05, size=[0.0, 1.5, 0.4]).box(still, 0.2).counts == (28, 30, 8)
 
 
 def test_waves_that_particles_cannot_follow_are_refused() -> None:

@@ -18,10 +18,13 @@ from seals.plugins.fluids.moving_domain.box import Box
 from seals.plugins.fluids.moving_domain.outer_sea import OuterSea
 from seals.plugins.fluids.moving_domain.refusals import refuse_box, refuse_ground, refuse_sea
 from seals.plugins.fluids.moving_domain.simulation import MovingDomain
+from seals.plugins.fluids.sampling import reach_of
 from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
 from seals.schema import count, setting, vector
 
 _CHOSEN = "chosen"
+WIDE = 2.0
+"""Width of the water inside of the ring over that of the followed body, where none is set [1]."""
 MACH = 10.0
 """Speed of sound over that of the fastest long wave on water of the window's depth [1]."""
 
@@ -38,8 +41,9 @@ class FluidWindow(ParticleFluid):
 
     Args:
         spacing: of the particles at rest [m]; the nearest one that divides the depth is taken.
-        size: length (x), width (y) and depth of the window [m]; down to
-            ``environment.tank_bottom`` where that is less deep.
+        size: length (x), width (y) and depth of the window [m]; a length or width of 0 is twice
+            that of the body that the window follows, or the depth if that is more, and a ring and a
+            cell on both sides. Down to ``environment.tank_bottom`` where that is less deep.
         freeboard: height of the sides above the water [m].
         ring: width of the relaxation ring, in spacings.
         cell: by which the window moves, in spacings, once the robot has come so far.
@@ -72,9 +76,10 @@ class FluidWindow(ParticleFluid):
         The window moves with the orbits of its waves as a whole, so it must hold the robot also
         when waves carry the two apart by their height. What the robot radiates ends in the ring,
         so the window should be some times as wide as the robot: the water that it pushes aside has
-        to pass between it and the sides. A shift sends a small pulse of sound through the window,
-        see `experiments/open_sea`. An irregular sea of many components costs more than the
-        particles. No obstacles, no shore. The limits of `FluidParticles`.
+        to pass between it and the sides. The default size knows of the followed body alone, of no
+        arms and no depth of a dive. A shift sends a small pulse of sound through the window, see
+        `experiments/open_sea`. An irregular sea of many components costs more than the particles.
+        No obstacles, no shore. The limits of `FluidParticles`.
 
     References:
         Jacobsen, Fuhrman and Fredsoe 2012, doi:10.1002/fld.2726, for the weight of the ring;
@@ -85,7 +90,7 @@ class FluidWindow(ParticleFluid):
         'window'
     """
 
-    size: list[float] = vector((2.0, 1.6, 0.8), "m", bounds=(0.01, 1e3), source=_CHOSEN)
+    size: list[float] = vector((0.0, 0.0, 0.8), "m", bounds=(0.0, 1e3), source=_CHOSEN)
     freeboard: float = setting(0.3, "m", bounds=(0.0, 1e3), source=_CHOSEN)
     physics: PbfSettings = field(default_factory=PbfSettings)
     ring: int = count(5, bounds=(1, 1000))
@@ -107,8 +112,12 @@ class FluidWindow(ParticleFluid):
         """Return an empty list: an open sea has no walls."""
         return {}
 
-    def box(self, environment: EnvironmentSettings) -> Box:
+    def box(self, environment: EnvironmentSettings, reach: float = 0.0) -> Box:
         """Return the box of the domain in an environment.
+
+        Args:
+            environment: its level, floor and gravity.
+            reach: of the followed body about its reference point [m]; for sides that are not set.
 
         Raises:
             ConfigError: a side is too short for the ring, or the ring too thin.
@@ -116,9 +125,11 @@ class FluidWindow(ParticleFluid):
         level = float(environment.water_level or 0.0)
         bottom = environment.tank_bottom
         depth = self.size[2] if bottom is None else min(self.size[2], level - bottom)
-        refuse_box(self.spacing, (self.size[0], self.size[1], depth), self.ring)
+        ample = max(2.0 * WIDE * reach, depth) + 2 * (self.ring + self.cell) * self.spacing
+        length, width = (side or ample for side in self.size[:2])
+        refuse_box(self.spacing, (length, width, depth), self.ring)
         d = depth / round(depth / self.spacing)
-        counts = (round(self.size[0] / d), round(self.size[1] / d), round(depth / d))
+        counts = (round(length / d), round(width / d), round(depth / d))
         half = 0.5 * d * np.array(counts)
         lower = np.array([-half[0], -half[1], level - depth])
         squeeze = environment.gravity / self._sound(environment.gravity, depth) ** 2
@@ -131,7 +142,8 @@ class FluidWindow(ParticleFluid):
     def open(self, around: Surrounding, bodies: Sequence[FluidBody]) -> None:
         """Create the domain and its boundaries."""
         e = around.environment
-        box = self.box(e)
+        reach = reach_of(bodies[0].pieces, self.spacing, self.thin) if bodies else 0.0
+        box = self.box(e, reach)
         refuse_ground(e, around.solids)
         level = float(e.water_level or 0.0)
         outer = OuterSea(around.waves, level, (self.current[0], self.current[1]))

@@ -2,6 +2,7 @@
 
 from seals.plugins.fluids.sampling.faces import PITCH as PITCH
 from seals.plugins.fluids.sampling.pieces import Thin as Thin
+from seals.plugins.fluids.sampling.pieces import reach_of as reach_of
 from seals.plugins.fluids.sampling.pieces import refuse_coarse as refuse_coarse
 from seals.plugins.fluids.sampling.pieces import sample_pieces as sample_pieces
 from seals.plugins.fluids.sampling.pieces import thickness as thickness

@@ -85,6 +85,19 @@ def _sampled(piece: Piece, spacing: float, thin: Thin, layers: int) -> Samples:
     return found.placed(piece.position, piece.rotation)
 
 
+def reach_of(pieces: Sequence[Piece], spacing: float, thin: Thin) -> float:
+    """Return how far the surface of a body lies from its reference point, at most [m].
+
+    Args:
+        pieces: of the body.
+        spacing: of the fluid [m].
+        thin: treatment of pieces thinner than a spacing.
+    """
+    points = sample_pieces(pieces, spacing, thin=thin).points
+    far = np.linalg.norm(points, axis=1).max(initial=0.0)
+    return float(far) + 0.5 * spacing if len(points) else 0.0
+
+
 def own_volume(piece: Piece) -> float:
     """Return the volume of a piece's shape [m^3], zero for a sheet.
 

@@ -124,13 +124,16 @@ class DeviceSolver(ABC):
         self, *, positions: Array | None = None, velocities: Array | None = None
     ) -> None:
         """Overwrite positions and/or velocities (n, 3) of all particles (relaxation zones)."""
-        rows = self.pipeline.rows
+        rows, known = self.pipeline.rows, self._momentum
         if positions is not None:
             rows.move(self._single(np.asarray(positions, np.float64) - self.origin))
         if velocities is not None:
-            rows.drive(self._single(velocities))
+            single = self._single(velocities)
+            rows.drive(single)
+            known = self.pipeline.mass * single.sum(axis=0, dtype=np.float64)
         heights = self.positions()[:, 2] if self._deepening else np.empty(0)
         self._changed(self.count, heights)
+        self._momentum = known
 
     def _single(self, values: Array) -> Any:
         """Values of all particles in single precision, shape (n, 3)."""
