@@ -15,6 +15,7 @@ from seals.errors import ConfigError, optional_import, suggestion
 from seals.learn.environments.build import build_learning
 from seals.learn.environments.episodes import FARTHEST
 from seals.learn.environments.gym import Numbers, composed
+from seals.learn.task import Instant
 from seals.run.assembly import ROBOT
 
 with optional_import(
@@ -77,6 +78,11 @@ class SealsParallelEnv(ParallelEnv[str, Numbers, Numbers]):
             )
             for name in self.possible_agents
         }
+
+    @property
+    def now(self) -> Instant:
+        """True state of both: the target is the animal."""
+        return self._inner.now
 
     def observation_space(self, agent: str) -> Any:
         """Return the space of an agent's observations."""

@@ -1,0 +1,72 @@
+"""Self-play: hunter and prey learn in turns, with Elo over their checkpoints; see README.md."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from seals.errors import ConfigError, suggestion
+from seals.experiments.command import CommandParser, checked_folder
+from seals.experiments.self_play.elo import (
+    FULL_WORLD,
+    GAMES,
+    cross_table,
+    draw,
+    elo_table,
+    full_table,
+    tournament,
+)
+from seals.experiments.self_play.full_world import full_games
+from seals.experiments.self_play.league import TURN, play
+from seals.experiments.self_play.pursuit import HUNTER, PREY
+from seals.learn.learner import need_torch
+from seals.logs.atomic import write_table
+from seals.logs.table import read_parquet
+
+PICTURE = "elo.webp"
+STAGES = ("play", "table")
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Train and judge, or show the tables; the same command resumes an interrupted training.
+
+    Raises:
+        ConfigError: there is no such stage.
+    """
+    parser = CommandParser(prog="self_play", description=__doc__)
+    parser.add_argument("stage", help=", ".join(STAGES))
+    parser.add_argument("--out", type=Path, default=Path("runs/self_play"), help="folder")
+    parser.add_argument("--turns", type=int, default=6, help="of each role")
+    parser.add_argument("--steps", type=int, default=TURN, help="control steps of a turn")
+    parser.add_argument("--starts", type=int, default=64, help="held-out starts of each pair")
+    parser.add_argument("--full", type=int, default=20, help="of each pair in full worlds")
+    parser.add_argument("--seed", type=int, default=0, help="of both trainings")
+    given = parser.parse_args(words)
+    if given.stage not in STAGES:
+        raise ConfigError(f"there is no '{given.stage}'.\n{suggestion(given.stage, STAGES)}")
+    out = checked_folder(given.out)
+    paths = [out / path.name for path in (GAMES, FULL_WORLD)]
+    if given.stage == "play":
+        _play(given, *paths)
+    elif not all(path.is_file() for path in paths):
+        paths = [GAMES, FULL_WORLD]
+    games, full = (read_parquet(path) for path in paths)
+    print("\n".join((elo_table(games), cross_table(games), full_table(full))))
+    if given.stage == "play":
+        print(draw(games, out / PICTURE, steps=given.steps))
+    return 0
+
+
+def _play(given: Any, games: Path, full: Path) -> None:
+    """Train both, and write the tables of their games."""
+    need_torch()
+    import torch
+
+    torch.set_num_threads(1)
+    players = play(given.out, turns=given.turns, steps=given.steps, seed=given.seed)
+    sides = [players[role].policies(given.turns) for role in (HUNTER, PREY)]
+    write_table(games, tournament(*sides, starts=given.starts))
+    last = given.turns
+    pairs = [(0, 0), (0, last), (last, 0), (last, last)]
+    write_table(full, full_games(pairs, *sides, starts=given.full))
