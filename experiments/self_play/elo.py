@@ -63,7 +63,7 @@ def tournament(
         starts: of each pair.
     """
     pairs = len(hunters) * len(prey)
-    row = np.arange(pairs * starts)
+    row = np.arange(pairs * starts, dtype=np.int64)
     hunter, runner = row % pairs // len(prey), row % len(prey)
     seeds = np.repeat(held_out_seeds(starts), pairs)
     pursuit = Pursuit(HUNTER, count=len(row))
@@ -185,5 +185,10 @@ def draw(games: Games, path: Path, *, steps: int) -> Path:
         series.append(Series(name=role, x=x[1:], y=found.elo[1:], band=band))
         level = np.full(2, found.elo[0])
         series.append(Series(name=f"{role}, script", x=x[[1, -1]], y=level, dashed=True))
-    labels = {"y_label": "Elo [1]", "x_label": "control steps of each role [thousand]"}
-    return write_picture(path, Chart(title="Both learn", series=tuple(series), **labels))
+    chart = Chart(
+        title="Both learn",
+        y_label="Elo [1]",
+        x_label="control steps of each role [thousand]",
+        series=tuple(series),
+    )
+    return write_picture(path, chart)

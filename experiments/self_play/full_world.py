@@ -36,7 +36,7 @@ def full_games(
 
     from seals.envs import parallel_env
 
-    task = Pursuit(HUNTER, count=1).task
+    task = Pursuit(HUNTER, count=1).game
     words = [f"task.{k}={list(getattr(task, k))}" for k in ("start_low", "start_high", "arm")]
     words += [f"task.duration={task.duration}", "initial.drives=rest", "backend.compiled=true"]
     world = parallel_env("catch_fleeing", backend="mujoco", overrides=words, speed=task.pace)

@@ -63,9 +63,9 @@ class Player:
         """Begin, or take up where an earlier process was stopped."""
         self.folder, self.turn = folder, turn
         self.pursuit = Pursuit(role, count=COUNT, seed=seed)
-        self.script = Scripted(role, self.pursuit.task)
+        self.script = Scripted(role, self.pursuit.game)
         spaces = Spaces(observation_size=SEEN[role], action_size=SAYS[role], count=COUNT)
-        agent = SAC(**LEARNER).start(spaces, device="cpu", seed=seed)
+        agent: Any = SAC(**LEARNER).start(spaces, device="cpu", seed=seed)
         self.training = Training(
             self.pursuit,
             agent,

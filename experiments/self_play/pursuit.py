@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seals.arrays import Array, Floats, namespace
 from seals.learn.batched import StepResult
@@ -31,8 +32,9 @@ SEEN = {HUNTER: 19, PREY: 13}
 """Numbers that each observes."""
 SAYS = {HUNTER: 3, PREY: 2}
 """Numbers of an action of each."""
+Integers = NDArray[np.int64]
 _BOX = (-1e4, 1e4)
-_TIPS = 1e-9
+_NEAR = 1e-9
 """Horizontal distance below which a scripted prey has no direction to flee in [m]."""
 
 
@@ -132,13 +134,14 @@ class Scripted:
     def begin(self, seeds: Sequence[int]) -> None:
         """Do nothing: they have no memory."""
 
-    def act(self, observation: Array) -> Tensor:
+    def act(self, observation: Tensor) -> Tensor:
         """Return actions, shape (N, a)."""
         if self.role == HUNTER:
             wanted = (EXPERT_GAIN * observation[:, :3] + observation[:, 3:6]) / self.speed
             return wanted.clamp(-1.0, 1.0)
         way = observation[:, 3:5]
-        return way / way.norm(dim=1, keepdim=True).clamp(min=_TIPS)
+        ran: Tensor = way / way.norm(dim=1, keepdim=True).clamp(min=_NEAR)
+        return ran
 
 
 class Squad:
@@ -149,7 +152,7 @@ class Squad:
         rows: number of the policy in each environment, shape (N,).
     """
 
-    def __init__(self, policies: Sequence[Policy], rows: Sequence[int]) -> None:
+    def __init__(self, policies: Sequence[Policy], rows: Sequence[int] | Integers) -> None:
         self.policies, at = policies, np.asarray(rows)
         self._rows = [np.flatnonzero(at == k) for k in range(len(policies))]
 
@@ -176,6 +179,7 @@ class Pursuit(TwinEnvironments):
         seed: of the starts that are not asked for by seed.
 
     Attributes:
+        game: its task.
         opponent: plays the other role; the script, until it is set.
     """
 
@@ -186,7 +190,7 @@ class Pursuit(TwinEnvironments):
         task = TaskPursuit()
         task.bind(build_robot(settings.robot))
         super().__init__(settings, task, count=count, device="cpu", seed=seed)
-        self.role = role
+        self.role, self.game = role, task
         self.opponent: Policy = Scripted(PREY if role == HUNTER else HUNTER, task)
         self.observation_size, self.action_size = SEEN[role], SAYS[role]
 
@@ -194,15 +198,13 @@ class Pursuit(TwinEnvironments):
         self, scene: Scene, asked: Array, chance: Array | None
     ) -> tuple[Scene, tuple[StepResult, Instant]]:
         other = PREY if self.role == HUNTER else HUNTER
-        task: Any = self.task
-        seen = self._as_tensor(seen_by(other, task, scene.now))
+        seen = self._as_tensor(seen_by(other, self.game, scene.now))
         said: Floats = self._as_action(self.opponent.act(seen))
         hand, legs = (asked, said) if self.role == HUNTER else (said, asked)
-        return super()._law(scene._replace(goal=task.run(scene.goal, legs)), hand, chance)
+        return super()._law(scene._replace(goal=self.game.run(scene.goal, legs)), hand, chance)
 
     def _observation(self, now: Instant) -> Tensor:
-        task: Any = self.task
-        return self._as_tensor(seen_by(self.role, task, now))
+        return self._as_tensor(seen_by(self.role, self.game, now))
 
     def _result(self, verdict: Any, final: Tensor, observation: Tensor) -> StepResult:
         if self.role == PREY:

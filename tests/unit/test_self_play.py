@@ -34,7 +34,7 @@ def test_two_roles_see_one_game_with_opposite_rewards() -> None:
         turn = {}
         for role, game in games.items():
             assert seen[role].shape == (3, SEEN[role])
-            action = Scripted(role, game.task).act(seen[role])
+            action = Scripted(role, game.game).act(seen[role])
             assert action.shape == (3, SAYS[role])
             turn[role] = game.step(action)
             seen[role] = turn[role].observation
