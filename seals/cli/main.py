@@ -254,12 +254,12 @@ VERBS = {
     ),
     "new": Verb(
         target="seals.cli.new:new",
-        summary="create a robot folder from a URDF, or a package for an effect or a sensor",
+        summary="create a robot folder from a URDF, or a package for a plug-in",
         usage="robot NAME --urdf FILE [--package NAME=FOLDER] [--density KG_PER_M3]\n"
         "      [--medium air|water|both] [--missing-meshes boxes] [--forward=-x],\n"
         "   or: seals new datasheet log=FLIGHT robot=FOLDER\n"
         "   or: seals new hydrodynamics robot=FOLDER [method=bem|ellipsoid] [replace=true]\n"
-        "   or: seals new effect NAME, or: seals new sensor NAME\n"
+        "   or: seals new effect|sensor|controller|guide|task NAME\n"
         "  seals new robot my_hexa --urdf downloads/hexa.urdf\n"
         "  seals new robot my_arm --urdf arm.urdf --package arm_description=../arm_description\n"
         "  seals new effect whirl\n\n"

@@ -142,6 +142,8 @@ def _missing_option(path: str, options: list[str]) -> SealsError:
     if name == "":
         return ConfigError(f"{group}= has no value.\n{suggestion(name, options, label=label)}")
     other = group_of(name, group)
+    if group == "env" and name in registry.names("task"):
+        other = "task"
     hint = f"Write {other}={name}.  " if other else ""
     if name == "none":
         # several groups have such an option, none of which is meant

@@ -23,6 +23,15 @@ _PROMISE = {
     "guide": "Equal answers, memory left alone, finite references",
     "task": "One seed one start, pure laws, one finite row an episode",
 }
+_UNDER_WATER = "robot=auv water=fossen initial.position=[0,0,-2]"
+_FIRST_USE = {
+    "effect": "seals run robot=ball +effect@effects.{0}={0}",
+    "sensor": f"seals run {_UNDER_WATER} +sensor@sensors.{{0}}={{0}}",
+    "controller": f"seals run {_UNDER_WATER} guide=hover controller={{0}}",
+    "guide": f"seals run {_UNDER_WATER} guide={{0}} controller=station",
+    "task": "seals train env=hover task={0}",
+}
+"""Command that uses a new plug-in, by kind, with a place for its name."""
 PLUGINS = tuple(_CLASS)
 """Kinds of plug-ins that can be generated."""
 
@@ -121,7 +130,8 @@ def scaffold_plugin(kind: str, name: str, *, parent: Path) -> Iterator[str]:
     folder = free_name(kind, name, parent, folder=f"seals-{title}")
     cls = _CLASS[kind] + "".join(word.capitalize() for word in name.split("_"))
     facts = {"kind": kind, "name": name, "title": title, "package": package, "class": cls}
-    facts |= {"robot": _ROBOT.get(kind, ""), "promise": _PROMISE[kind]}
+    use = _FIRST_USE[kind].format(name)
+    facts |= {"robot": _ROBOT.get(kind, ""), "promise": _PROMISE[kind], "use": use}
     files = {
         "pyproject.toml": "pyproject.toml.jinja",
         "README.md": "plugin.md.jinja",
@@ -143,3 +153,4 @@ def scaffold_plugin(kind: str, name: str, *, parent: Path) -> Iterator[str]:
     yield f"  pip install -e ./{folder}"
     yield f"  seals describe {kind} {name}"
     yield f"  pytest {folder}"
+    yield f"  {use}"

@@ -18,6 +18,18 @@ from seals.testing.contract import call_twice, require
 from seals.testing.declaration import build_declared
 
 COUNT = 5
+_LAWS = (
+    "bind",
+    "draw",
+    "target",
+    "observation",
+    "reward",
+    "distance",
+    "ended",
+    "effort",
+    "scripted_policy",
+)
+"""Methods that a field of the same name would hide."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,6 +70,9 @@ def check_task(
     """
     made: Task
     name, made = build_declared("task", task, values, headings=False)
+    for law in _LAWS:
+        good = callable(getattr(made, law, None))
+        require(good, name, f"has a value in place of the law {law}", "Name the field otherwise.")
     model = build_robot(build_run(compose([f"robot={robot}"])).robot)
     made.bind(model)
     actions, seen = len(made.action_names), len(made.observation_names)
@@ -88,6 +103,8 @@ def check_task(
     }
     if not hasattr(made, "aim"):
         laws["command"] = (made.command, (now.action, now), [(COUNT, 3), (COUNT, 1)])
+    if made.effort(now) is not None:
+        laws["effort"] = (made.effort, (now,), [(COUNT,)])
     for law, (call, given, shapes) in laws.items():
         found = _arrays(call_twice(name, law, call, *given))
         _require_shapes(name, law, found, shapes)

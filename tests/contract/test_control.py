@@ -14,6 +14,7 @@ from seals.learn.task import Instant
 from seals.plugins.controllers.station import Station
 from seals.plugins.guides.hover import Hover
 from seals.plugins.tasks.hover import TaskHover
+from seals.schema import param
 from seals.testing import ContractError, check_controller, check_guide, check_task
 
 ROBOTS = {"station": "auv", "autopilot": "torpedo", "gait": "crab", "cpg": "crab"}
@@ -96,8 +97,20 @@ class TaskLong(TaskHover):
         return now.position * 0.0 + 2.0
 
 
+@dataclass(kw_only=True)
+class TaskHiding(TaskHover):
+    """A task with a number in the place of a law."""
+
+    effort: float = param(0.1, "1", bounds=(0.0, 1.0), tolerance=0.0, source="chosen", fit=False)  # type: ignore[assignment]
+
+
 @pytest.mark.parametrize(
-    ("task", "words"), [(TaskCounting, "reward gives two answers"), (TaskLong, "acts by 2")]
+    ("task", "words"),
+    [
+        (TaskCounting, "reward gives two answers"),
+        (TaskLong, "acts by 2"),
+        (TaskHiding, "a value in place of the law effort"),
+    ],
 )
 def test_a_task_that_breaks_its_contract_is_refused(task: type, words: str) -> None:
     """State of its own, and actions beyond their range, are named."""

@@ -87,6 +87,16 @@ def test_a_new_plugin_of_control_flies(packaged: Install, kind: str, words: list
     assert result.distance < 0.1, str(result)
 
 
+def test_a_new_task_is_trained(
+    packaged: Install, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """By the command that was printed: a field of the task hid one of its laws."""
+    packaged("task", "my_own", {})
+    line = next(text for text in capsys.readouterr().out.splitlines() if "seals train" in text)
+    few = ["course.steps=300", "learner.random_steps=100", "course.episodes=2", f"out={tmp_path}/trained"]
+    assert main([*line.split()[1:], *few]) == 0
+
+
 @pytest.mark.parametrize("kind", ["effect", "sensor", "controller", "guide", "task"])
 def test_every_file_of_a_new_package_is_sound(packaged: Install, kind: str) -> None:
     """All Python parses and has docstrings; nothing of the template is left."""

@@ -69,6 +69,7 @@ WRONG = [
     ("run ROBOT name=${nme}", "'nme' not found", "${key.below}"),
     ("run ROBOT backend=null", "null", "~GROUP"),
     ("run ROBOT controller=none", "controller 'none'", "use ~controller.  Installed: autopilot"),
+    ("train env=walk", "env=walk does not exist", "Write task=walk."),
     ("run ROBOT seed=1.5", "seed=1.5", "a whole number"),
     ("run", "robot is not given", "Choose one: robot=NAME"),
     ("run robot=", "robot= has no value", "Installed: aam"),
