@@ -67,7 +67,6 @@ class DragLinear(Effect):
     accounts_for: ClassVar[tuple[str, ...]] = ("linear drag",)
     identification: ClassVar[Identification] = Identification(
         confounders=("rotor_drag", "quadratic_drag"),
-        companions=("angular_drag",),
         resists=True,
         may_begin=True,
         may_end=True,

@@ -128,7 +128,6 @@ class DragQuadratic(Effect):
     zero_when_dry: ClassVar[bool] = True
     identification: ClassVar[Identification] = Identification(
         confounders=("linear_drag",),
-        companions=("angular_drag",),
         resists=True,
         may_begin=True,
         may_end=True,

@@ -103,8 +103,6 @@ class Identification:
             zero is not typical of it.
         confounders: names of effects that a log may be unable to tell from it; either of two may
             name the other. They are compared first where an effect is one of several.
-        companions: names of effects that come along with it in small size: fitted beside it where
-            something is left over, and not named while they are small.
         data_sheet: two sides of one proportion of a vehicle, such as thrust and mass, share a
             name here: a data sheet that is wrong about one looks like an effect of the other. The
             effect whose unnamed addition is the vehicle's own value stands for the data sheet.
@@ -136,7 +134,6 @@ class Identification:
     in_arm: bool | None = None
     always_fitted: bool = False
     confounders: tuple[str, ...] = ()
-    companions: tuple[str, ...] = ()
     data_sheet: str = ""
     may_begin: bool = False
     may_end: bool = False

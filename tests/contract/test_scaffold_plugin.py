@@ -93,7 +93,12 @@ def test_a_new_task_is_trained(
     """By the command that was printed: a field of the task hid one of its laws."""
     packaged("task", "my_own", {})
     line = next(text for text in capsys.readouterr().out.splitlines() if "seals train" in text)
-    few = ["course.steps=300", "learner.random_steps=100", "course.episodes=2", f"out={tmp_path}/trained"]
+    few = [
+        "course.steps=300",
+        "learner.random_steps=100",
+        "course.episodes=2",
+        f"out={tmp_path}/trained",
+    ]
     assert main([*line.split()[1:], *few]) == 0
 
 

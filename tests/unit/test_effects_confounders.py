@@ -82,10 +82,3 @@ def test_either_of_two_confounders_names_the_other() -> None:
     assert first.resembles(second)
     assert second.resembles(first)
     assert not first.resembles(third)
-
-
-@pytest.mark.parametrize("name", registry.names("effect"))
-def test_companions_are_installed(name: str) -> None:
-    """A companion is the name of another installed effect."""
-    known = registry.get("effect", name).load().identification.companions
-    assert set(known) <= set(registry.names("effect")) - {name}

@@ -21,7 +21,6 @@ from seals.sysid.scores.excitation import expected_gains
 from seals.sysid.scores.held_out import explained_by_log
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 from seals.sysid.scores.self_check import self_check
-from seals.sysid.selection.companions import unnamed_companions
 from seals.sysid.selection.search import Search
 from seals.sysid.selection.window_models import rivals_of
 
@@ -67,15 +66,13 @@ def decide(
             explained=share,
             reasons=(refusal,),
         )
-    unnamed = {*lost, *unnamed_companions(best)}
     temperature = evidence_temperature(problem)
     claims = [_claim(search, best, k, temperature, processes) for k in range(len(best.candidates))]
     if best.misfit > policy.misfit_trusted:
         claims = [replace(c, confidence=c.confidence * share) for c in claims]
     least = _least_share(problem, search)
     claims = [
-        replace(c, confidence=0.0 if c.index in unnamed else min(c.confidence, least))
-        for c in claims
+        replace(c, confidence=0.0 if c.index in lost else min(c.confidence, least)) for c in claims
     ]
     check = self_check(best)
     if check is not None:

@@ -29,7 +29,6 @@ from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.scores.disturbance_level import disturbance_level
 from seals.sysid.scores.held_out import held_out_fall, held_out_misfit
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant, scored
-from seals.sysid.selection.companions import counts, unnamed_companions, with_companion
 from seals.sysid.selection.initial_guesses import initial_guesses
 from seals.sysid.selection.onsets import in_place_of_timed, proposals, retimed
 from seals.sysid.selection.relinearised import refit_about_own_values, relinearise
@@ -127,9 +126,7 @@ class WindowModels:
         tried = fitted(fitter, jobs, self.nominal, best, processes=self.processes)
         before = best
         for rival in tried:
-            # a companion comes along, it takes no other effect's place
-            alone = not unnamed_companions(rival)
-            if alone and rival.score > best.score + self.problem.policy.exchange_gain:
+            if rival.score > best.score + self.problem.policy.exchange_gain:
                 best = rival
         self._release(best, (before,))
         return best if best is before else self._retimed(best), tried
@@ -146,7 +143,6 @@ class WindowModels:
         A single one for a time is compared with others at its times first. Nor does one pay that
         has no size: beside it the fit got stuck elsewhere.
         """
-        best = with_companion(self.nominal, best, self._required, processes=self.processes)
         jobs = in_place_of_timed(self.problem, best) if len(best.candidates) == 1 else []
         tried = list(fitted(best.fitter, jobs, self.nominal, best, processes=self.processes))
         rival = max(tried, key=lambda h: h.score, default=best)
@@ -165,7 +161,7 @@ class WindowModels:
                 h
                 for h, added in zip(smaller, left, strict=True)
                 if best.score - h.score < self._required(h, added)
-                or not counts(added, best)
+                or not is_significant(added, best.fit, best.fitter.candidate_set)
                 or not self._bears_out(h, best)
             ]
             if not spare:
