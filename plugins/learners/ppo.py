@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from seals.learn import networks
+from seals.learn.devices import of_all_processes, shared_gradients
 from seals.learn.learner import MOST, Spaces, need_torch, one_of
 from seals.learn.observations import vector
 from seals.learn.scaling import FORMS, RunningNormaliser, transform_reward
@@ -35,7 +36,9 @@ class PPO:
 
     Loss, advantages and distribution are TorchRL's. Sums stop where an episode ends; one that was
     cut off goes on with the value of the state it reached. Actions are drawn from a normal
-    distribution and cut off at -1 and 1.
+    distribution and cut off at -1 and 1. Processes that ``torchrun`` begins learn one policy: each
+    brings steps of its own, gradients are their means (PyTorch's `DistributedDataParallel`), and
+    each normalises the advantages of its own minibatch.
 
     Args:
         hidden: widths of the hidden layers of actor and critic.
@@ -125,7 +128,7 @@ class PpoAgent(Stateful):
             in_keys=keys,
             distribution_class=IndependentNormal,
         )
-        self.loss = ClipPPOLoss(
+        loss = ClipPPOLoss(
             self.law,
             ValueOperator(self.critic),
             clip_epsilon=learner.clip,
@@ -135,6 +138,7 @@ class PpoAgent(Stateful):
             normalize_advantage=True,
             functional=False,
         )
+        self.loss = shared_gradients(loss, device)
         self.learned = [*self.actor.parameters(), *self.critic.parameters()]
         self.optimiser = torch.optim.Adam(self.learned, lr=learner.learning_rate)
         self.drawn: Tensor | None = None
@@ -261,7 +265,8 @@ class PpoAgent(Stateful):
         """End a round, and update the observation normaliser with its observations."""
         import torch
 
-        self.norm.update(torch.cat([step["observation"] for step in self.rollout]))
+        seen = torch.cat([step["observation"] for step in self.rollout])
+        self.norm.update(of_all_processes(seen))
         self.rollout, self.round, self.order, self.made = [], {}, None, 0
 
     def _normalised(self, observation: Tensor) -> Tensor:

@@ -1,8 +1,14 @@
-"""Devices of networks and batches: CPU or NVIDIA GPU."""
+"""Devices of networks and batches: CPU or NVIDIA GPU, of one process or several of ``torchrun``."""
 
 from __future__ import annotations
 
+import os
+from typing import TYPE_CHECKING, Any
+
 from seals.errors import ConfigError, suggestion
+
+if TYPE_CHECKING:
+    from torch import Tensor
 
 DEVICES = ("cpu", "cuda")
 
@@ -31,4 +37,40 @@ def usable_device(name: str) -> str:
         raise ConfigError(
             "device=cuda: torch finds no CUDA device on this machine.\nWrite device=cpu"
         )
+    if name == "cuda" and processes() > 1:
+        torch.cuda.set_device(int(os.environ["LOCAL_RANK"]))
     return name
+
+
+def processes() -> int:
+    """Return how many processes learn together: those that ``torchrun`` began, else 1."""
+    return int(os.environ.get("WORLD_SIZE", "1"))
+
+
+def shared_gradients(loss: Any, device: str) -> Any:
+    """Return a loss whose gradients are means over all processes, from the weights of the first.
+
+    Args:
+        loss: module that holds what is learned.
+        device: where it lies.
+    """
+    if processes() == 1:
+        return loss
+    from torch import distributed
+    from torch.nn.parallel import DistributedDataParallel
+
+    if not distributed.is_initialized():
+        distributed.init_process_group("nccl" if device == "cuda" else "gloo")
+    return DistributedDataParallel(loss)
+
+
+def of_all_processes(rows: Tensor) -> Tensor:
+    """Return the rows of all processes, as many of each, in the order of their ranks."""
+    if processes() == 1:
+        return rows
+    import torch
+    from torch import distributed
+
+    found = [torch.empty_like(rows) for _ in range(processes())]
+    distributed.all_gather(found, rows.contiguous())
+    return torch.cat(found)

@@ -215,3 +215,44 @@ def test_two_processes_collect_each_at_its_own_pace() -> None:
     assert [batch.batch_size for batch in batches] == [(4, 10)] * 4
     for batch in batches:
         goes_on(batch)
+
+
+@pytest.mark.slow
+@collecting
+def test_a_process_collects_with_the_weights_that_it_was_sent() -> None:
+    """All actions are those of the first weights or of those sent after the first batch."""
+    from tensordict.nn import TensorDictModule
+    from torchrl.collectors import AsyncCollector
+
+    words = list(SHORT)
+
+    def flock() -> Any:
+        from seals.envs import torchrl_env
+
+        return torchrl_env("SEALS/Hover-v0", 4, overrides=words)
+
+    size = flock().observation_spec["observation"].shape[-1]
+    network = torch.nn.Linear(size, 3)
+    torch.nn.init.zeros_(network.weight)
+    torch.nn.init.constant_(network.bias, 0.25)
+    collector = AsyncCollector(
+        flock,
+        TensorDictModule(network, ["observation"], ["action"]),
+        frames_per_batch=40,
+        total_frames=400,
+        auto_register_policy_transforms=False,
+    )
+    actions = []
+    try:
+        for batch in collector:
+            goes_on(batch)
+            actions.append(batch["action"].clone())
+            torch.nn.init.constant_(network.bias, -0.5)
+            collector.update_policy_weights_()
+    finally:
+        collector.shutdown()
+    assert len(actions) == 10
+    assert (actions[0] == 0.25).all()
+    assert (actions[-1] == -0.5).all()
+    every = torch.stack(actions)
+    assert ((every == 0.25) | (every == -0.5)).all()

@@ -1,0 +1,68 @@
+"""Two processes of torchrun learn as one: their gradients are those of all rows together."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+torch = pytest.importorskip("torch", reason="learning needs torch: pip install 'aam-seals[learn]'")
+pytest.importorskip("torchrl", reason="learning needs torchrl: pip install 'aam-seals[learn]'")
+
+UPDATE = """
+import os, sys, torch
+from seals.learn.batched import StepResult
+from seals.learn.learner import Spaces
+from seals.plugins.learners.ppo import PPO
+
+rank, processes = int(os.environ.get("RANK", 0)), int(os.environ.get("WORLD_SIZE", 1))
+count = 8 // processes
+mine = slice(rank * count, (rank + 1) * count)
+learner = PPO(hidden=[16], horizon=4, epochs=1, minibatches=1, entropy=0.01, steepest=1e3)
+agent = learner.start(
+    Spaces(observation_size=5, action_size=2, count=count), device="cpu", seed=7 * rank
+)
+getattr(agent.loss, "module", agent.loss).normalize_advantage = False
+rows = torch.Generator().manual_seed(1)
+seen, action, reward = (torch.randn(5, 8, k, generator=rows) for k in (5, 2, 1))
+ends = torch.zeros(count, dtype=torch.bool)
+for k in range(4):
+    result = StepResult(
+        observation=seen[k + 1, mine], reward=reward[k, mine, 0], terminated=ends, truncated=ends,
+        final=seen[k + 1, mine], success=ends, facts={},
+    )
+    agent.observe(seen[k, mine], action[k, mine], result)
+agent.update()
+torch.save(
+    {
+        "gradients": [p.grad for p in agent.learned],
+        "weights": [p.detach() for p in agent.learned],
+        "norm": list(agent.norm.layer.buffers()),
+    },
+    f"{sys.argv[1]}/{processes}_{rank}.pt",
+)
+"""
+
+
+def updated(folder: Path, *launcher: str) -> None:
+    """One update of PPO in a process, or in those of a launcher, which leave what they have."""
+    script = folder / "update.py"
+    script.write_text(UPDATE, encoding="utf-8")
+    words = [sys.executable, "-P", *launcher, str(script), str(folder)]
+    subprocess.run(words, check=True, cwd=folder, env={**os.environ, "OMP_NUM_THREADS": "1"})
+
+
+@pytest.mark.slow
+def test_two_processes_have_the_gradients_of_one(tmp_path: Path) -> None:
+    """Four rows of eight in each: means of gradients, weights and normaliser are those of all."""
+    updated(tmp_path)
+    updated(tmp_path, "-m", "torch.distributed.run", "--standalone", "--nproc-per-node=2")
+    one, first, second = (torch.load(tmp_path / f"{name}.pt") for name in ("1_0", "2_0", "2_1"))
+    for name in one:
+        for alone, a, b in zip(one[name], first[name], second[name], strict=True):
+            assert torch.equal(a, b)
+            assert torch.allclose(a, alone, rtol=1e-5, atol=1e-7)
+    assert max(float(x.abs().max()) for x in one["gradients"]) > 1e-3
