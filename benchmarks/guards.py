@@ -29,6 +29,7 @@ from benchmarks.guards_page import PAGE
 from benchmarks.guards_peers import NETWORK
 from benchmarks.guards_reading import ROBOTS_AND_TABLES
 from benchmarks.guards_runs import RUN_FOLDERS
+from benchmarks.guards_sight import SIGHT
 from benchmarks.guards_states import STORED_STATES
 
 DEMOS, POLICY = "tests/unit/test_learn_demonstrations.py", "tests/unit/test_learn_policy.py"
@@ -58,6 +59,7 @@ GUARDS: dict[str, Guard] = {
     **RUN_FOLDERS,
     **STORED_STATES,
     **DESCRIPTIONS,
+    **SIGHT,
     "form of a training": Guard(
         "seals.learn.training.application",
         "        conform(stored(state), stored(training.state()))\n",

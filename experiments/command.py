@@ -5,12 +5,16 @@ from __future__ import annotations
 import argparse
 import datetime
 import importlib
+import math
+import os
+import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import NoReturn
 
 from seals.cli.main import two_lines
+from seals.cli.of_system import explained
 from seals.errors import ConfigError, SealsError
 
 
@@ -24,6 +28,47 @@ class CommandParser(argparse.ArgumentParser):
             ConfigError: always.
         """
         raise ConfigError(f"{message}.\nSee: {self.prog} --help")
+
+
+def whole(low: int, high: int) -> Callable[[str], int]:
+    """Return the type of an argument that is a whole number.
+
+    Args:
+        low: least.
+        high: largest.
+
+    Example:
+        >>> whole(1, 9)("3")
+        3
+    """
+
+    def number(text: str) -> int:
+        if not re.fullmatch(r"[+-]?\d{1,18}", text) or not low <= int(text) <= high:
+            raise argparse.ArgumentTypeError(
+                f"'{text}' is not allowed.\nAllowed: a whole number from {low} to {high}"
+            )
+        return int(text)
+
+    return number
+
+
+def seconds(text: str) -> float:
+    """Return a time given as an argument [s].
+
+    Raises:
+        argparse.ArgumentTypeError: it is no positive number.
+
+    Example:
+        >>> seconds("2.5")
+        2.5
+    """
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0.0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"'{text}' is not allowed.\nAllowed: seconds above 0")
+    return value
 
 
 def run_main(package: str) -> None:
@@ -49,6 +94,12 @@ def ended(main: Callable[[Sequence[str] | None], int]) -> int:
     except KeyboardInterrupt:
         print("Interrupted.", file=sys.stderr)
         return 130
+    except OSError as fault:
+        refused = explained(fault)
+        if refused is None:
+            raise
+        print(two_lines(refused), file=sys.stderr)
+        return refused.exit_code
 
 
 def parser_of(
@@ -72,12 +123,40 @@ def checked_folder(folder: Path) -> Path:
     """Return the folder of ``--out``, which may still have to be made.
 
     Raises:
-        ConfigError: there is a file in its place.
+        ConfigError: there is a file in its place, or nothing may be written there.
     """
     there = next(place for place in (folder, *folder.resolve().parents) if place.exists())
     if not there.is_dir():
         raise ConfigError(f"--out {folder}: '{there}' is a file.\nGive a folder: --out FOLDER")
-    return folder
+    return _writable(folder, there)
+
+
+def checked_file(file: Path, suffixes: Sequence[str]) -> Path:
+    """Return the file of ``--out``, whose folder is made, before any work is done for it.
+
+    Args:
+        file: to be written.
+        suffixes: that its name may end with.
+
+    Raises:
+        ConfigError: its name ends otherwise, it is a folder, or its folder cannot be written.
+    """
+    if file.suffix not in suffixes:
+        named = f"a file whose name ends with {' or '.join(suffixes)}"
+        raise ConfigError(f"--out {file} is not allowed.\nGive {named}: --out FILE")
+    if file.is_dir():
+        raise ConfigError(f"--out {file} is a folder.\nGive a file: --out FILE{suffixes[0]}")
+    checked_folder(file.parent).mkdir(parents=True, exist_ok=True)
+    return file if not file.exists() else _writable(file, file)
+
+
+def _writable(asked: Path, there: Path) -> Path:
+    if not os.access(there, os.W_OK):
+        raise ConfigError(
+            f"--out {asked}: '{there}' may not be written.\n"
+            "Choose another place, or give yourself the right."
+        )
+    return asked
 
 
 def folder_of(given: argparse.Namespace, name: str) -> Path:

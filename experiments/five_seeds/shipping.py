@@ -10,8 +10,8 @@ from typing import Any
 
 from seals.errors import ConfigError
 from seals.learn.evaluation.result import QUANTILES
-from seals.learn.metadata import CARD
-from seals.learn.policy import WEIGHTS, read_policy_metadata
+from seals.learn.metadata import CARD, refuse_other
+from seals.learn.policy import FORM, WEIGHTS, read_policy_metadata
 from seals.logs.atomic import atomic_folder, write_json
 
 LOOKED = ("step", "seconds", "success", "return")
@@ -30,8 +30,9 @@ def ship(folders: Sequence[Path], target: Path, *, command: str) -> Path:
         command: that made the trainings.
 
     Raises:
-        ConfigError: one of them has no curve, judgement or policy.
+        ConfigError: one of them has no curve, judgement or policy, or the target holds none.
     """
+    refuse_other(target, form=FORM, key="policy")
     best = max(folders, key=lambda folder: _last(curve_of(folder)))
     metadata = read_policy_metadata(best / "policy")
     with atomic_folder(target, replace=True) as beside:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+import zipfile
+import zlib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,14 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
-from seals.errors import ConfigError
-from seals.learn.starts import held_out_seeds
+from seals.errors import ConfigError, SealsError
+from seals.learn.starts import TRAINING_END, held_out_seeds
 from seals.learn.task import Instant
-from seals.plugins.tasks.sighting.detector import LEAST, pixels_of, shot_of
+from seals.logs.atomic import atomic_path
+from seals.plugins.tasks.sighting.detector import LEAST, STRIDE, pixels_of, shot_of
 from seals.rendering.camera_view import CameraView
 from seals.rendering.optics import to_bytes
 from seals.rendering.optics.waters import WATERS
 from seals.sysid.parallel import spread
+from seals.untrusted_io import regular_file
 
 EVERY = 3
 """Control steps from one pair of pictures to the next."""
@@ -31,6 +35,18 @@ HELD = 0.9
 """Share of it that stays from step to step [1]."""
 ARMS = (("task.arm=[0,0,0]",), ("task.arm=[-0.35,0,0.25]", "task.squeeze=0.26"))
 """Postures that the environments have: straight down, and ahead."""
+
+_MOST_BYTES = 2**28
+"""Of the pictures of one flight; those of 30 s are 17 MB."""
+_DAMAGED = (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError)
+_KINDS = {
+    "colour": "uint8",
+    "depth": "uint16",
+    "label": "int8",
+    "place": "float64",
+    "water": "int8",
+    "focus": "float64",
+}
 
 
 class Pictures(NamedTuple):
@@ -56,14 +72,26 @@ class Pictures(NamedTuple):
 def record(folder: Path, *, flights: int, processes: int, held_out: bool, limit: float) -> int:
     """Fly, and write one file a flight; return the number of pictures.
 
+    Flights that the folder holds are not flown again.
+
     Args:
         folder: to be written.
         flights: how many.
         processes: that share them.
         held_out: whether the starts are those that judge.
         limit: after which no flight begins [s].
+
+    Raises:
+        ConfigError: the folder holds flights of the other kind, or a damaged one.
     """
     folder.mkdir(parents=True, exist_ok=True)
+    strange = [p for p in _paths(folder) if (int(p.stem) >= TRAINING_END) is not held_out]
+    if strange:
+        what, flag = ("to learn from", "without") if held_out else ("that judge", "with")
+        raise ConfigError(
+            f"--out {folder} holds flights {what}: {strange[0].name}\n"
+            f"Give another folder, or go on with it {flag} --held-out."
+        )
     seeds = held_out_seeds(flights) if held_out else list(range(flights))
     until = time.time() + limit
     return sum(spread(_flown, [(folder, seed, until) for seed in seeds], processes))
@@ -74,12 +102,16 @@ def _flown(job: tuple[Path, int, float]) -> int:
     import torch
 
     folder, seed, until = job
+    path = folder / f"{seed}.npz"
+    if path.exists():
+        return len(_read(path).label)
     if time.time() > until:
         return 0
     torch.set_num_threads(1)
     rng = np.random.default_rng((seed, 28))
     found = flight(seed, words_of(rng), sway=SWAY * (seed % 2), rng=rng)
-    np.savez(folder / f"{seed}.npz", **found._asdict())
+    with atomic_path(path) as beside:
+        np.savez(beside, **found._asdict())
     return len(found.label)
 
 
@@ -159,18 +191,73 @@ def load_pictures(folder: Path) -> Pictures:
     """Return the pictures of all flights of a folder.
 
     Raises:
-        ConfigError: there are none.
+        ConfigError: there are none, or a file is not one that `record` wrote.
     """
-    rows = list(_files(folder))
+    rows = [_read(path) for path in _paths(folder)]
     if not rows:
         raise ConfigError(f"{folder} holds no pictures.\nMake them: visual_catch record --out ...")
+    sizes = {row.depth.shape[1:] for row in rows}
+    if len(sizes) > 1:
+        raise ConfigError(
+            f"{folder} holds pictures of several sizes: {', '.join(map(str, sorted(sizes)))}\n"
+            "Record them anew, all with the same cameras."
+        )
     return Pictures(*(np.concatenate(column) for column in zip(*rows, strict=True)))
 
 
-def _files(folder: Path) -> Iterator[Pictures]:
-    for path in sorted(folder.glob("*.npz")):
+def _paths(folder: Path) -> list[Path]:
+    """Files of flights, named by the seeds of their starts."""
+    return sorted(path for path in folder.glob("*.npz") if path.stem.isdecimal())
+
+
+def _read(path: Path) -> Pictures:
+    """Return the pictures of one flight; nothing in the file is executed.
+
+    Raises:
+        ConfigError: it is not one that `record` wrote.
+    """
+    try:
+        with zipfile.ZipFile(regular_file(path, most=_MOST_BYTES)) as packed:
+            unpacked = sum(part.file_size for part in packed.infolist())
+        if unpacked > _MOST_BYTES:
+            raise ValueError(f"{unpacked} bytes are unpacked, allowed are {_MOST_BYTES}")
         with np.load(path, allow_pickle=False) as kept:
-            yield Pictures(*(kept[name] for name in Pictures._fields))
+            found = Pictures(*(kept[name] for name in Pictures._fields))
+        _check(found)
+    except (OSError, ValueError, KeyError, EOFError, MemoryError, SealsError, *_DAMAGED) as error:
+        words = str(error).partition("\n")[0].rstrip(".")
+        raise ConfigError(
+            f"{path} holds no pictures of a flight: {words}.\n"
+            "Remove it, or record its folder again."
+        ) from None
+    return found
+
+
+def _check(found: Pictures) -> None:
+    """Refuse arrays whose kinds, shapes or values are not those of pictures.
+
+    Raises:
+        ValueError: one of them is not.
+    """
+    count, *size = found.depth.shape
+    shapes = {"colour": (count, *size, 3), "depth": (count, *size), "place": (count, 3)}
+    for name, values in found._asdict().items():
+        kind = np.dtype(_KINDS[name])
+        if values.dtype.kind != kind.kind or values.dtype.itemsize > kind.itemsize:
+            raise ValueError(f"{name} is of type {values.dtype}, not {kind}")
+        if values.shape != shapes.get(name, (count,)):
+            raise ValueError(f"{name} is of shape {values.shape}")
+        if not np.isfinite(values).all():
+            raise ValueError(f"{name} is not finite")
+    if len(size) != 2 or min(size) < STRIDE or size[0] % STRIDE or size[1] % STRIDE:
+        raise ValueError(f"pictures of {size} pixels, whose edges are no multiples of {STRIDE}")
+    bounds = {"label": (UNSURE, PRESENT), "water": (0, len(WATERS) - 1)}
+    for name, (low, high) in bounds.items():
+        values = getattr(found, name)
+        if len(values) and not low <= values.min() <= values.max() <= high:
+            raise ValueError(f"{name} is not from {low} to {high}")
+    if not (found.focus > 0.0).all():
+        raise ValueError("focus is not above 0")
 
 
 def metres(depth: Any) -> Any:

@@ -10,11 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
+from seals.errors import ConfigError
 from seals.learn.starts import held_out_seeds
+from seals.learn.task import SeeingTask
 from seals.plugins.tasks.sighting.detector import shot_of
 from seals.rendering.optics import to_bytes
 from seals.report.pictures import figure_class
 
+USUAL = {"env": "catch_seen", "backend": "mujoco"}
+"""Words of the environment where none are given."""
 INSTANTS = 8
 """Pairs of pictures in a strip."""
 ENLARGED = 2
@@ -44,13 +48,19 @@ def show(words: Sequence[str], path: Path) -> str:
     Args:
         words: of the environment.
         path: of the strip, ``.webp``; the film lies beside it as ``NAME_film.webp``.
+
+    Raises:
+        ConfigError: the environment shows nothing to cameras.
     """
     from seals.config.compose import compose
     from seals.learn.environments import batched_of
 
-    environment: Any = batched_of(compose([*words, "task.ends=true"], root="evaluate"), count=1)
-    world, glances, over = environment.worlds[0], [], False
+    keys = {word.partition("=")[0] for word in words}
+    own = [f"{key}={value}" for key, value in USUAL.items() if key not in keys]
+    config = compose([*own, *words, "task.ends=true"], root="evaluate")
+    environment: Any = batched_of(config, count=1)
     try:
+        world, glances, over = _seeing(environment), [], False
         environment.reset(held_out_seeds(1))
         while not over:
             verdict = world.step(environment.scripted_policy().numpy()[0]).verdict
@@ -62,6 +72,23 @@ def show(words: Sequence[str], path: Path) -> str:
     _film(glances[::2], path.with_name(f"{path.stem}_film.webp"))
     won = "caught" if bool(verdict.success[0]) else "not caught"
     return f"{path}: {won} after {glances[-1].time:.1f} s"
+
+
+def _seeing(environment: Any) -> Any:
+    """Return the world of an environment whose policies are told what cameras see.
+
+    Raises:
+        ConfigError: they are not.
+    """
+    world = next(iter(getattr(environment, "worlds", ())), None)
+    if world is None or not (
+        isinstance(world.task, SeeingTask) and world.actor.sensor_suite.cameras
+    ):
+        raise ConfigError(
+            "nothing is seen by cameras in this environment.\n"
+            "Give one with cameras in full worlds: env=catch_seen backend=mujoco"
+        )
+    return world
 
 
 def _glance(world: Any) -> Glance:
@@ -112,5 +139,5 @@ def _film(glances: Sequence[Glance], path: Path) -> None:
             left += picture.shape[1]
         pen.text((4, 2), f"{glance.time:.1f} s", fill="white")
         frames.append(frame)
-    step = round(1e3 * (glances[1].time - glances[0].time))
+    step = round(1e3 * (glances[-1].time - glances[0].time) / max(1, len(glances) - 1))
     frames[0].save(path, save_all=True, append_images=frames[1:], duration=step, loop=0, quality=50)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from seals.errors import ConfigError
 from seals.experiments.visual_catch.pictures import PRESENT, UNSURE, Pictures, metres
 from seals.learn.seeding import first_weights, generator_of
 from seals.plugins.tasks.sighting.detector import (
@@ -28,6 +29,8 @@ SPREAD = 0.95
 """Share of the validation's places whose deviations make the noise that the filter is told [1]."""
 SCALE = 10.0
 """Weight of a metre of depth against a cell of place [1/m]."""
+FEWEST = 20
+"""Pictures that can be learned from and validated."""
 KEPT = 0.1
 """Share of the flights' pictures, the last ones, that validate [1]."""
 
@@ -60,8 +63,16 @@ def train(pictures: Pictures, folder: Path, course: Course) -> str:
         pictures: with labels; the last tenth validates and is not learned from.
         folder: to be written.
         course: of the training.
+
+    Raises:
+        ConfigError: there are too few pictures.
     """
     import torch
+
+    if len(pictures.label) < FEWEST:
+        raise ConfigError(
+            f"{len(pictures.label)} pictures are too few.\nAllowed: {FEWEST} or more."
+        )
 
     began = time.perf_counter()
     chance = generator_of(course.seed, course.device)

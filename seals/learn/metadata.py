@@ -49,6 +49,28 @@ def read_metadata(folder: Path, *, form: str, key: str) -> dict[str, Any]:
     return check_metadata(metadata, form=form, where=str(path))
 
 
+def refuse_other(folder: Path, *, form: str, key: str) -> None:
+    """Refuse to replace a folder that is not of a kind; one that is empty or absent may be.
+
+    Args:
+        folder: that would be replaced.
+        form: what its metadata must say that it is.
+        key: of the command line that names such folders.
+
+    Raises:
+        ConfigError: the path is a file, or a folder that holds anything else.
+    """
+    if not folder.exists() or (folder.is_dir() and not any(folder.iterdir())):
+        return
+    try:
+        read_metadata(folder, form=form, key=key)
+    except ConfigError:
+        raise ConfigError(
+            f"'{folder}' is not a folder of the format {form}, so it is kept.\n"
+            "Choose another name."
+        ) from None
+
+
 def check_metadata(metadata: Any, *, form: str, where: str) -> dict[str, Any]:
     """Return metadata checked against its format.
 

@@ -11,7 +11,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import ConfigError
 from seals.learn.learner import need_torch
-from seals.learn.metadata import CARD, entry, read_metadata
+from seals.learn.metadata import CARD, entry, read_metadata, refuse_other
 from seals.learn.shipped import detector_folder
 from seals.learn.task import Instant
 from seals.learn.tensor_file import read_tensors, write_tensors
@@ -262,10 +262,14 @@ def save_detector(folder: Path, network: Any, metadata: Mapping[str, Any]) -> Pa
     """Write a detector as a folder of metadata and weights, atomically.
 
     Args:
-        folder: to be made, or replaced.
+        folder: to be made; an empty one, or that of a detector, is replaced.
         network: of `network_of`.
         metadata: see `DetectorNetwork`, and who made it of what.
+
+    Raises:
+        ConfigError: something else is there.
     """
+    refuse_other(folder, form=FORM, key="task.detector")
     whole = {k: v.detach().cpu().contiguous().clone() for k, v in network.state_dict().items()}
     with atomic_folder(folder, replace=True) as beside:
         write_tensors(beside / WEIGHTS, whole, framework="torch")
