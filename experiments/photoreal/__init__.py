@@ -70,6 +70,9 @@ FILMS = {
             "exposure=2.0",
             "camera=[1.1,-1.2,-0.45]",
             "look_at=[0.0,0.0,-0.7]",
+            # before and after it the picture is empty
+            "start=4.5",
+            "end=20.0",
         ),
     ),
     "target": Film(
