@@ -373,9 +373,10 @@ class DeviceSolver(ABC):
 
     def momentum(self) -> Array:
         """Momentum of the water [N s], shape (3,), summed in double precision."""
-        if self._momentum is None:
-            self._momentum = np.asarray(self.pipeline.mass * self.pipeline.sums().velocity)
-        return self._momentum.copy()
+        found = self._momentum
+        if found is None:
+            found = self._momentum = self.pipeline.mass * self.pipeline.sums().velocity
+        return np.array(found)
 
     def kinetic_energy(self) -> float:
         """Kinetic energy of the water [J]."""
