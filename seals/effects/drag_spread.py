@@ -29,8 +29,8 @@ SPREAD: dict[str, Any] = {
 OTHERS = 1.0 - np.eye(3)[None]
 """Sums over the other two axes of each."""
 _NAMES = tuple(f"spread_{axis}" for axis in "xyz")
-_PLAUSIBLE = 0.25
-"""Spread of a drag of which nothing is known, of the vehicle's length squared."""
+_PLAUSIBLE = 0.1
+"""Spread of a drag of which nothing is known, of the vehicle's length squared: a rod has 1/12."""
 
 
 def is_spread(drag: Effect) -> bool:
