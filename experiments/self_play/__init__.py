@@ -49,12 +49,13 @@ def main(words: Sequence[str] | None = None) -> int:
     paths = [out / path.name for path in (GAMES, FULL_WORLD)]
     if given.stage == "play":
         _play(given, *paths)
-    elif not all(path.is_file() for path in paths):
+    elif not paths[0].is_file():
         paths = [GAMES, FULL_WORLD]
-    games, full = (read_parquet(path) for path in paths)
-    print("\n".join((elo_table(games), cross_table(games), full_table(full))))
+    print(elo_table(read_parquet(paths[0])), cross_table(read_parquet(paths[0])), sep="\n")
+    if paths[1].is_file():
+        print(full_table(read_parquet(paths[1])))
     if given.stage == "play":
-        print(draw(games, out / PICTURE, steps=given.steps))
+        print(draw(read_parquet(paths[0]), out / PICTURE, steps=given.steps))
     return 0
 
 

@@ -10,6 +10,7 @@ from scipy.optimize import brentq
 
 pytest.importorskip("torch", reason="learning needs torch: pip install 'aam-seals[learn]'")
 
+from seals.experiments.self_play import main
 from seals.experiments.self_play.elo import DRAWN, SCALE, elo, rated, tournament
 from seals.experiments.self_play.league import COUNT, LEARNER, play
 from seals.experiments.self_play.pursuit import (
@@ -130,6 +131,15 @@ def test_turns_go_on_where_they_stopped(tmp_path: Path) -> None:
     # whoever has hardly learned does not catch what flees; the script does
     first = (games[HUNTER] == 0) & (games[PREY] == 0)
     assert games["caught"][first].any()
+
+
+def test_the_page_shows_the_games_that_ship(capsys: pytest.CaptureFixture[str]) -> None:
+    """No figure of its tables is typed."""
+    page = (Path(__file__).parents[2] / "docs" / "learning_results.md").read_text("utf-8")
+    assert main(["table"]) == 0
+    told = [line for line in capsys.readouterr().out.splitlines() if line.startswith("|")]
+    assert len(told) > 4
+    assert set(told) <= set(page.splitlines())
 
 
 class Still:
