@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from seals.errors import ConfigError
-from seals.experiments import command
+from seals.experiments import command, visual_catch
 from seals.experiments.visual_catch import main, pictures
 from seals.experiments.visual_catch.pictures import Pictures, load_pictures, record
 from seals.learn.starts import held_out_seeds
@@ -46,6 +46,18 @@ def flight(count: int = 30, *, size: int = 8) -> Pictures:
     )
 
 
+@pytest.fixture
+def idle(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No step does any work."""
+
+    def begun(*words: Any, **more: Any) -> None:
+        raise AssertionError("work has begun")
+
+    for name in ("record", "load_pictures", "train", "accuracy", "judge", "show"):
+        monkeypatch.setattr(visual_catch, name, begun)
+
+
+@pytest.mark.usefixtures("idle")
 @pytest.mark.parametrize(("line", "wrong", "advice"), WORDS)
 def test_senseless_words_are_refused_before_any_work(
     line: str, wrong: str, advice: str, tmp_path: Path
@@ -60,6 +72,7 @@ def test_senseless_words_are_refused_before_any_work(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.usefixtures("idle")
 @pytest.mark.parametrize("step", ["record", "train", "measure", "judge", "show"])
 def test_a_file_in_the_way_of_the_output_is_kept(step: str, tmp_path: Path) -> None:
     """A training put its folder in the place of it, after all its work."""
