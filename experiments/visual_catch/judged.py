@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import hashlib
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from seals.errors import ConfigError
+from seals.learn.shipped import detector_folder
 from seals.learn.starts import held_out_seeds
 from seals.learn.statistics.interval import wilson
 from seals.logs.atomic import write_table
+from seals.plugins.tasks.sighting.detector import PARTS, WEIGHTS
 from seals.sysid.parallel import spread
 
 ROWS = Path(__file__).with_name("judged.parquet")
@@ -41,12 +44,17 @@ class Flight(NamedTuple):
         start: seed of the start.
         success: whether the animal was caught.
         steps: control steps.
+        weights: first digits of the SHA-256 of the detector's weights.
     """
 
     case: str
     start: int
     success: bool
     steps: int
+    weights: str
+
+
+_KINDS: dict[str, Any] = dict(zip(Flight._fields, (str, int, bool, int, str), strict=True))
 
 
 def judge(
@@ -62,19 +70,25 @@ def judge(
         episodes: starts of each case.
         processes: that share them.
         limit: after which no episode begins [s].
+
+    Raises:
+        ConfigError: the file holds no such table, or that of other detectors.
     """
     seeds, until = held_out_seeds(episodes), time.time() + limit
-    cases = []
+    cases, weights = [], [digits_of(detector) for detector in detectors]
     for prey, env in PREY.items():
         seen = [[f"env={env}", f"task.detector={detector}"] for detector in detectors]
-        cases += [(f"{prey}, seed {k}", words) for k, words in enumerate(seen)]
-        cases.append((f"{prey}, black pictures", seen[0] + SMALL))
+        named = zip(seen, weights, strict=True)
+        cases += [(f"{prey}, seed {k}", *each) for k, each in enumerate(named)]
+        cases.append((f"{prey}, black pictures", seen[0] + SMALL, weights[0]))
     rows = flown(path) if path.is_file() else []
+    _refuse_others(path, rows, {case: digits for case, _, digits in cases})
     done = {(row.case, row.start) for row in rows}
     jobs = []
-    for case, words in cases:
+    for case, words, digits in cases:
         left = [seed for seed in seeds if (case, seed) not in done]
-        jobs += [(case, words, left[k : k + CHUNK], until) for k in range(0, len(left), CHUNK)]
+        cuts = [left[k : k + CHUNK] for k in range(0, len(left), CHUNK)]
+        jobs += [((case, digits), words, cut, until) for cut in cuts]
     at_once = ROUNDS * processes
     for k in range(0, len(jobs), at_once):
         for found in spread(_judged, jobs[k : k + at_once], processes):
@@ -83,7 +97,28 @@ def judge(
             keep(rows, path)
 
 
-def _judged(job: tuple[str, list[str], list[int], float]) -> list[Flight]:
+def digits_of(detector: str) -> str:
+    """Return the first digits of the SHA-256 of a detector's weights; empty without weights.
+
+    Raises:
+        ConfigError: there is no such detector.
+    """
+    if detector == PARTS:
+        return ""
+    weights = (detector_folder(detector, besides=(PARTS,)) / WEIGHTS).read_bytes()
+    return hashlib.sha256(weights).hexdigest()[:16]
+
+
+def _refuse_others(path: Path, rows: Sequence[Flight], known: Mapping[str, str]) -> None:
+    for row in rows:
+        if known.get(row.case, row.weights) != row.weights:
+            raise ConfigError(
+                f"{path} holds '{row.case}' of another detector ({row.weights}, now "
+                f"{known[row.case]}).\nGive --out another file, or the detectors that it is of."
+            )
+
+
+def _judged(job: tuple[tuple[str, str], list[str], list[int], float]) -> list[Flight]:
     """Return case, start, success and steps of the episodes of one job."""
     import torch
 
@@ -92,7 +127,7 @@ def _judged(job: tuple[str, list[str], list[int], float]) -> list[Flight]:
     from seals.learn.evaluation.policies import policy_of
     from seals.learn.training.scoring import score
 
-    case, words, seeds, until = job
+    (case, digits), words, seeds, until = job
     if time.time() > until:
         return []
     torch.set_num_threads(1)
@@ -103,7 +138,8 @@ def _judged(job: tuple[str, list[str], list[int], float]) -> list[Flight]:
         for seed in seeds:
             if time.time() < until:
                 found = score(environment, policy, [seed])
-                rows.append(Flight(case, seed, bool(found.success[0]), int(found.length[0])))
+                ended = bool(found.success[0]), int(found.length[0])
+                rows.append(Flight(case, seed, *ended, digits))
     finally:
         environment.close()
     return rows
@@ -123,10 +159,7 @@ def flown(path: Path = ROWS) -> list[Flight]:
 
     try:
         rows = pyarrow.parquet.read_table(path, columns=list(Flight._fields)).to_pylist()
-        return [
-            Flight(str(r["case"]), int(r["start"]), bool(r["success"]), int(r["steps"]))
-            for r in rows
-        ]
+        return [Flight(*(kind(row[name]) for name, kind in _KINDS.items())) for row in rows]
     except (OSError, ValueError, TypeError, KeyError, pyarrow.ArrowException) as error:
         raise ConfigError(
             f"{path} is no table of episodes: {error}\n"
