@@ -37,43 +37,24 @@ def fused(
     Raises:
         ConfigError: the number of joint values is wrong, or a kept link does not exist.
     """
-    unknown = sorted(set(keep) - set(robot.links))
-    if unknown or len(joints) != robot.tree.joints:
-        raise ConfigError(
-            f"robot '{robot.name}' cannot be held: {unknown or list(joints)} do not fit.\n"
-            f"Allowed: {robot.tree.joints} joint values and links of {list(robot.links)}."
-        )
+    _refuse_unfit(robot, joints, keep)
     held = np.array([joints], dtype=float)
     free = [j for j, name in enumerate(robot.joints) if name in moving]
     held[:, free] = 0.0
     origins, turns = (x[0] for x in forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], held))
-    above = [robot.tree.joint[k] for k in range(len(robot.links))]
+    above = robot.tree.joint
     kept = [k for k, name in enumerate(robot.links) if k == 0 or name in keep or above[k] in free]
     owner = _owners(robot.tree, kept)
-    members = [[k for k in range(len(robot.links)) if owner[k] == top] for top in kept]
+    members = [[k for k, its in enumerate(owner) if its == top] for top in kept]
     groups = [
         _Group(robot, top, own, origins, turns) for top, own in zip(kept, members, strict=True)
     ]
-    parents = [-1] + [kept.index(owner[robot.tree.parent[k]]) for k in kept[1:]]
-    hangs = [(k, kept[p]) for k, p in zip(kept, parents, strict=True)]
-    places = [turns[a].T @ (origins[k] - origins[a]) for k, a in hangs]
-    drives = robot.tree.drive_inertia
-    tree = Tree(
-        parent=tuple(parents),
-        joint=tuple(free.index(above[k]) if above[k] in free else -1 for k in kept),
-        prismatic=tuple(robot.tree.prismatic[j] for j in free),
-        axis=robot.tree.axis[free].reshape(-1, 3),
-        origin=np.array([np.zeros(3), *places[1:]]),
-        rotation=np.array([turns[a].T @ turns[k] for k, a in hangs]),
-        fixed_base=robot.tree.fixed_base,
-        drive_inertia=tuple(drives[j] for j in free) if drives else (),
-    )
     return RobotModel(
         name=robot.name,
         urdf=robot.urdf,
         links=tuple(robot.links[k] for k in kept),
         joints=tuple(robot.joints[j] for j in free),
-        tree=tree,
+        tree=_tree_of(robot.tree, kept, free, origins, turns),
         mass=np.array([g.mass for g in groups]),
         centre=np.array([g.centre for g in groups]),
         inertia=np.array([g.inertia for g in groups]),
@@ -82,6 +63,43 @@ def fused(
         hulls=tuple(g.hull for g in groups),
         has_collision=(False,) * len(kept),
         held=not free,
+    )
+
+
+def _refuse_unfit(robot: RobotModel, joints: Sequence[float], keep: Collection[str]) -> None:
+    """Refuse a wrong number of joint values, and links that the robot lacks."""
+    unknown = sorted(set(keep) - set(robot.links))
+    if unknown or len(joints) != robot.tree.joints:
+        raise ConfigError(
+            f"robot '{robot.name}' cannot be held: {unknown or list(joints)} do not fit.\n"
+            f"Allowed: {robot.tree.joints} joint values and links of {list(robot.links)}."
+        )
+
+
+def _tree_of(tree: Tree, kept: list[int], free: list[int], origins: Floats, turns: Floats) -> Tree:
+    """Return the tree of the links that are kept and the joints that move.
+
+    Args:
+        tree: of the whole robot.
+        kept: links that stay links, the base first.
+        free: joints that are not held.
+        origins: of the links in the held posture [m], shape (L, 3).
+        turns: link to base, shape (L, 3, 3).
+    """
+    owner = _owners(tree, kept)
+    parents = [-1] + [kept.index(owner[tree.parent[k]]) for k in kept[1:]]
+    hangs = [(k, kept[p]) for k, p in zip(kept, parents, strict=True)]
+    places = [turns[a].T @ (origins[k] - origins[a]) for k, a in hangs]
+    drives = tree.drive_inertia
+    return Tree(
+        parent=tuple(parents),
+        joint=tuple(free.index(tree.joint[k]) if tree.joint[k] in free else -1 for k in kept),
+        prismatic=tuple(tree.prismatic[j] for j in free),
+        axis=tree.axis[free].reshape(-1, 3),
+        origin=np.array([np.zeros(3), *places[1:]]),
+        rotation=np.array([turns[a].T @ turns[k] for k, a in hangs]),
+        fixed_base=tree.fixed_base,
+        drive_inertia=tuple(drives[j] for j in free) if drives else (),
     )
 
 

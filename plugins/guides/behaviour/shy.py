@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from seals.control import Reference, RobotState
 from seals.plugins.guides.behaviour.flee import Flee, FleeState
 from seals.plugins.guides.behaviour.over_batch import BatchFlee, BatchShy, BatchWander
-from seals.plugins.guides.behaviour.wander import Wander, WanderState
+from seals.plugins.guides.behaviour.wander import Wander, WanderSettings, WanderState
 from seals.schema import setting
 from seals.state_records import state_record
 
@@ -31,7 +31,7 @@ class ShyFlee(Flee):
 
 
 @dataclass(kw_only=True)
-class Shy(Wander):
+class Shy(WanderSettings):
     """Behaviour that wanders in some individuals and flees in the others, by the seed.
 
     Args:
@@ -59,6 +59,10 @@ class Shy(Wander):
         """Refuse a distance of calm below the distance of alarm."""
         self.fleeing()
 
+    def wandering(self) -> Wander:
+        """Return the behaviour of the others."""
+        return Wander(**{each.name: getattr(self, each.name) for each in fields(WanderSettings)})
+
     def fleeing(self) -> Flee:
         """Return the behaviour of those that flee."""
         return ShyFlee(
@@ -69,26 +73,26 @@ class Shy(Wander):
             calm=self.calm,
         )
 
-    def over_batch(self) -> BatchShy:  # type: ignore[override]
+    def over_batch(self) -> BatchShy:
         """Return the behaviour over a batch of animals, with another random stream."""
-        return BatchShy(self.share, BatchWander(self), BatchFlee(self.fleeing()))
+        return BatchShy(self.share, BatchWander(self.wandering()), BatchFlee(self.fleeing()))
 
-    def start(self, situation: RobotState) -> ShyState:  # type: ignore[override]
+    def start(self, situation: RobotState) -> ShyState:
         """Return the initial state: the seed says whether it is one that flees."""
         drawn = float(np.random.default_rng([self.seed, 0]).random())
-        wander = super().start(situation)
+        wander = self.wandering().start(situation)
         return ShyState(drawn < self.share, wander, self.fleeing().start(situation))
 
-    def aim(self, situation: RobotState, memory: ShyState) -> tuple[Reference, ShyState]:  # type: ignore[override]
+    def aim(self, situation: RobotState, memory: ShyState) -> tuple[Reference, ShyState]:
         """Return the velocity of wandering, or away from the enemy."""
         if memory.flees:
             aim, flee = self.fleeing().aim(situation, memory.flee)
             return aim, memory._replace(flee=flee)
-        aim, wander = super().aim(situation, memory.wander)
+        aim, wander = self.wandering().aim(situation, memory.wander)
         return aim, memory._replace(wander=wander)
 
-    def stage(self, memory: ShyState) -> str:  # type: ignore[override]
+    def stage(self, memory: ShyState) -> str:
         """Return the present activity in a word."""
         if memory.flees:
             return self.fleeing().stage(memory.flee)
-        return super().stage(memory.wander)
+        return self.wandering().stage(memory.wander)

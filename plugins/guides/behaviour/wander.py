@@ -27,7 +27,19 @@ class WanderState(NamedTuple):
 
 
 @dataclass(kw_only=True)
-class Wander(Behaviour):
+class WanderSettings(Behaviour):
+    """Settings of `Wander`, for it and for behaviours of which it is a part."""
+
+    rate: float = setting(5.0, "Hz", bounds=(0.1, 1e4), source="chosen")
+    speed: float = setting(0.08, "m/s", bounds=(0.0, 50.0), source="Weinstein 1995")
+    walk: float = setting(11.2, "s", bounds=(0.1, 1e4), source="Weinstein 1995")
+    pause: float = setting(23.4, "s", bounds=(0.0, 1e4), source="Weinstein 1995")
+    radius: float = setting(1.0, "m", bounds=(0.0, 1e4), source="chosen")
+    seed: int = count(0, bounds=(0, 2**63 - 1))
+
+
+@dataclass(kw_only=True)
+class Wander(WanderSettings):
     """Behaviour that walks in random bouts with pauses and stays near its start.
 
     Equation:
@@ -50,13 +62,6 @@ class Wander(Behaviour):
         >>> Wander().walk
         11.2
     """
-
-    rate: float = setting(5.0, "Hz", bounds=(0.1, 1e4), source="chosen")
-    speed: float = setting(0.08, "m/s", bounds=(0.0, 50.0), source="Weinstein 1995")
-    walk: float = setting(11.2, "s", bounds=(0.1, 1e4), source="Weinstein 1995")
-    pause: float = setting(23.4, "s", bounds=(0.0, 1e4), source="Weinstein 1995")
-    radius: float = setting(1.0, "m", bounds=(0.0, 1e4), source="chosen")
-    seed: int = count(0, bounds=(0, 2**63 - 1))
 
     def over_batch(self) -> BatchWander:
         """Return the behaviour over a batch of animals, with bouts of another random stream."""
