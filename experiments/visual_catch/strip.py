@@ -80,10 +80,11 @@ def _seeing(environment: Any) -> Any:
     Raises:
         ConfigError: they are not.
     """
-    world = next(iter(getattr(environment, "worlds", ())), None)
-    if world is None or not (
-        isinstance(world.task, SeeingTask) and world.actor.sensor_suite.cameras
-    ):
+    from seals.learn.environments.sequential import SequentialEnvironments
+
+    full = isinstance(environment, SequentialEnvironments)
+    world: Any = environment.worlds[0] if full else None
+    if not (full and isinstance(world.task, SeeingTask) and world.actor.sensor_suite.cameras):
         raise ConfigError(
             "nothing is seen by cameras in this environment.\n"
             "Give one with cameras in full worlds: env=catch_seen backend=mujoco"

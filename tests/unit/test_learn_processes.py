@@ -7,13 +7,15 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-torch = pytest.importorskip("torch", reason="learning needs torch: pip install 'aam-seals[learn]'")
+pytest.importorskip("torch", reason="learning needs torch: pip install 'aam-seals[learn]'")
 pytest.importorskip("torchrl", reason="learning needs torchrl: pip install 'aam-seals[learn]'")
 
 UPDATE = """
 import os, sys, torch
+import numpy as np
 from seals.learn.batched import StepResult
 from seals.learn.learner import Spaces
 from seals.plugins.learners.ppo import PPO
@@ -36,14 +38,13 @@ for k in range(4):
     )
     agent.observe(seen[k, mine], action[k, mine], result)
 agent.update()
-torch.save(
-    {
-        "gradients": [p.grad for p in agent.learned],
-        "weights": [p.detach() for p in agent.learned],
-        "norm": list(agent.norm.layer.buffers()),
-    },
-    f"{sys.argv[1]}/{processes}_{rank}.pt",
-)
+kept = {
+    "gradients": [p.grad for p in agent.learned],
+    "weights": [p.detach() for p in agent.learned],
+    "norm": list(agent.norm.layer.buffers()),
+}
+arrays = {f"{name}_{k}": x.numpy() for name, rows in kept.items() for k, x in enumerate(rows)}
+np.savez(f"{sys.argv[1]}/{processes}_{rank}.npz", **arrays)
 """
 
 
@@ -60,9 +61,10 @@ def test_two_processes_have_the_gradients_of_one(tmp_path: Path) -> None:
     """Four rows of eight in each: means of gradients, weights and normaliser are those of all."""
     updated(tmp_path)
     updated(tmp_path, "-m", "torch.distributed.run", "--standalone", "--nproc-per-node=2")
-    one, first, second = (torch.load(tmp_path / f"{name}.pt") for name in ("1_0", "2_0", "2_1"))
+    one, first, second = (
+        np.load(tmp_path / f"{name}.npz", allow_pickle=False) for name in ("1_0", "2_0", "2_1")
+    )
     for name in one:
-        for alone, a, b in zip(one[name], first[name], second[name], strict=True):
-            assert torch.equal(a, b)
-            assert torch.allclose(a, alone, rtol=1e-5, atol=1e-7)
-    assert max(float(x.abs().max()) for x in one["gradients"]) > 1e-3
+        np.testing.assert_array_equal(first[name], second[name])
+        np.testing.assert_allclose(first[name], one[name], rtol=1e-5, atol=1e-7)
+    assert max(abs(one[name]).max() for name in one if name.startswith("gradients")) > 1e-3
