@@ -7,6 +7,7 @@ import json
 import sqlite3
 import subprocess
 import sys
+import time
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -58,7 +59,10 @@ def test_wandb_stays_offline(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     folders = list((tmp_path / "run" / "wandb").glob("offline-run-*"))
     assert len(folders) == 1
     (file,) = folders[0].glob("*.wandb")
-    content = file.read_bytes()
+    # a process of wandb's own writes it
+    until = time.monotonic() + 60.0
+    while b"evaluation/return" not in (content := file.read_bytes()) and time.monotonic() < until:
+        time.sleep(0.1)
     assert b"evaluation/return" in content
     assert b"config_hash" in content
 
