@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from seals.arrays import Array, Floats, namespace, some
 from seals.effects.drag_form import DragForm, HullAxis, drag_points, form_of_hull, speed_squares
-from seals.effects.drag_spread import OTHERS, SPREAD, is_spread, turning_slope
+from seals.effects.drag_spread import OTHERS, SPREAD, is_spread, states_spread, turning_slope
 from seals.effects.effect import Effect, MediumKind, Parameters
 from seals.effects.identification import Addition, Comparison, Identification, Stage, Subject
 from seals.effects.power_law import power_law_additions
+from seals.errors import ConfigError
 from seals.frames import cross_last
 from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.schema import LATER, param
@@ -142,6 +143,18 @@ class DragQuadratic(Effect):
             scales={"coefficient": lambda s: 0.2 * s.weight / s.speed**2},
         ),
     )
+
+    def __post_init__(self) -> None:
+        """Refuse a spread beside a form that says where the drag acts.
+
+        Raises:
+            ConfigError: with what to leave out.
+        """
+        if self.form is not DragForm.per_axis and states_spread(self):
+            raise ConfigError(
+                f"a spread is of form=per_axis, not of form={self.form.value}, which says itself "
+                "where the drag acts.\nLeave spread_x to spread_z out, or give form=per_axis."
+            )
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:

@@ -33,9 +33,14 @@ _PLAUSIBLE = 0.1
 """Spread of a drag of which nothing is known, of the vehicle's length squared: a rod has 1/12."""
 
 
+def states_spread(drag: Effect) -> bool:
+    """Return whether a drag states a spread."""
+    return any(getattr(drag, name) for name in _NAMES)
+
+
 def is_spread(drag: Effect) -> bool:
     """Return whether a drag acts spread, or may: as a candidate or a found correction."""
-    return drag.correction or any(getattr(drag, name) for name in _NAMES)
+    return drag.correction or states_spread(drag)
 
 
 def turning_slope(slope: Array, params: Parameters) -> Array:

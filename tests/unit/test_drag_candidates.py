@@ -82,6 +82,13 @@ def test_a_drag_of_unknown_shape_may_act_spread(tmp_path: Path) -> None:
         assert len(drag.keys) == 3
 
 
+def test_a_spread_beside_a_form_is_refused() -> None:
+    """A form says where the drag acts; what would be passed over in silence is refused."""
+    assert DragQuadratic(spread_x=0.01).constants()
+    with pytest.raises(ConfigError, match="form=per_axis"):
+        DragQuadratic(form=DragForm.faces, spread_x=0.01)
+
+
 def test_a_log_with_an_unknown_form_is_refused(tmp_path: Path) -> None:
     """The refusal names what there is."""
     meta = read_native(ran(tmp_path / "run", *BALL)).meta
