@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from seals.errors import ConfigError, suggestion
-from seals.experiments.command import CommandParser, checked_folder
+from seals.experiments.command import CommandParser, checked_folder, whole
 from seals.experiments.self_play.elo import (
     FULL_WORLD,
     GAMES,
@@ -18,7 +18,7 @@ from seals.experiments.self_play.elo import (
     tournament,
 )
 from seals.experiments.self_play.full_world import full_games
-from seals.experiments.self_play.league import TURN, play
+from seals.experiments.self_play.league import COUNT, TURN, play
 from seals.experiments.self_play.pursuit import HUNTER, PREY
 from seals.learn.learner import need_torch
 from seals.logs.atomic import write_table
@@ -26,25 +26,37 @@ from seals.logs.table import read_parquet
 
 PICTURE = "elo.webp"
 STAGES = ("play", "table")
+MOST = 10**9
+NUMBERS = (
+    ("turns", 1, 6, "of each role"),
+    ("steps", COUNT, TURN, "control steps of a turn"),
+    ("starts", 1, 64, "held-out starts of each pair"),
+    ("full", 1, 20, "of each pair in full worlds"),
+    ("seed", 0, 0, "of both trainings"),
+)
+"""Name, least, default and meaning of each number of the command line."""
 
 
 def main(words: Sequence[str] | None = None) -> int:
     """Train and judge, or show the tables; the same command resumes an interrupted training.
 
     Raises:
-        ConfigError: there is no such stage.
+        ConfigError: there is no such stage, or the steps are no multiple of the pursuits.
     """
     parser = CommandParser(prog="self_play", description=__doc__)
     parser.add_argument("stage", help=", ".join(STAGES))
     parser.add_argument("--out", type=Path, default=Path("runs/self_play"), help="folder")
-    parser.add_argument("--turns", type=int, default=6, help="of each role")
-    parser.add_argument("--steps", type=int, default=TURN, help="control steps of a turn")
-    parser.add_argument("--starts", type=int, default=64, help="held-out starts of each pair")
-    parser.add_argument("--full", type=int, default=20, help="of each pair in full worlds")
-    parser.add_argument("--seed", type=int, default=0, help="of both trainings")
+    for name, least, usual, what in NUMBERS:
+        kind = whole(least, MOST)
+        parser.add_argument(f"--{name}", type=kind, default=usual, help=what)
     given = parser.parse_args(words)
     if given.stage not in STAGES:
         raise ConfigError(f"there is no '{given.stage}'.\n{suggestion(given.stage, STAGES)}")
+    if given.steps % COUNT:
+        raise ConfigError(
+            f"--steps={given.steps} is not allowed.\n"
+            f"Allowed: a multiple of {COUNT}, the pursuits at once"
+        )
     out = checked_folder(given.out)
     paths = [out / path.name for path in (GAMES, FULL_WORLD)]
     if given.stage == "play":

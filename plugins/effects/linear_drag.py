@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from seals.arrays import Array, Floats
-from seals.effects.drag_spread import OTHERS, SPREAD, is_spread, turning_slope
+from seals.effects.drag_spread import DRAWING, OTHERS, is_spread, turning_slope
 from seals.effects.effect import Effect, MediumKind, Parameters
 from seals.effects.identification import Addition, Comparison, Identification, Stage, Subject
 from seals.effects.power_law import power_law_additions
@@ -60,9 +60,9 @@ class DragLinear(Effect):
     coefficient_x: float = param(0.0, "N s/m", **_LIMITS)
     coefficient_y: float = param(0.0, "N s/m", **_LIMITS)
     coefficient_z: float = param(0.0, "N s/m", **_LIMITS)
-    spread_x: float = param(0.0, "m^2", **SPREAD)
-    spread_y: float = param(0.0, "m^2", **SPREAD)
-    spread_z: float = param(0.0, "m^2", **SPREAD)
+    spread_x: float = param(0.0, "m^2", **DRAWING)
+    spread_y: float = param(0.0, "m^2", **DRAWING)
+    spread_z: float = param(0.0, "m^2", **DRAWING)
     medium: MediumKind = MediumKind.air
     accounts_for: ClassVar[tuple[str, ...]] = ("linear drag",)
     identification: ClassVar[Identification] = Identification(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from seals.arrays import Array, Floats, namespace, some
 from seals.effects.drag_form import DragForm, HullAxis, drag_points, form_of_hull, speed_squares
-from seals.effects.drag_spread import OTHERS, SPREAD, is_spread, states_spread, turning_slope
+from seals.effects.drag_spread import DRAWING, OTHERS, is_spread, states_spread, turning_slope
 from seals.effects.effect import Effect, MediumKind, Parameters
 from seals.effects.identification import Addition, Comparison, Identification, Stage, Subject
 from seals.effects.power_law import power_law_additions
@@ -31,14 +31,7 @@ _LIMITS: dict[str, Any] = {
     "relative": True,
     "source": "zero unless the vehicle states it",
 }
-_EXTENT: dict[str, Any] = {
-    "bounds": (0.0, 1e3),
-    "tolerance": 0.0,
-    "source": "the body's drawing",
-    "fit": False,
-    "later": True,
-}
-_PLACE: dict[str, Any] = {**_EXTENT, "bounds": (-1e3, 1e3)}
+_PLACE: dict[str, Any] = {**DRAWING, "bounds": (-1e3, 1e3)}
 
 
 @dataclass(kw_only=True)
@@ -115,12 +108,12 @@ class DragQuadratic(Effect):
     coefficient_z: float = param(0.0, "N s^2/m^2", **_LIMITS)
     form: DragForm = field(default=DragForm.per_axis, metadata=LATER)
     axis: HullAxis = field(default=HullAxis.x, metadata=LATER)
-    size_x: float = param(0.0, "m", **_EXTENT)
-    size_y: float = param(0.0, "m", **_EXTENT)
-    size_z: float = param(0.0, "m", **_EXTENT)
-    spread_x: float = param(0.0, "m^2", **SPREAD)
-    spread_y: float = param(0.0, "m^2", **SPREAD)
-    spread_z: float = param(0.0, "m^2", **SPREAD)
+    size_x: float = param(0.0, "m", **DRAWING)
+    size_y: float = param(0.0, "m", **DRAWING)
+    size_z: float = param(0.0, "m", **DRAWING)
+    spread_x: float = param(0.0, "m^2", **DRAWING)
+    spread_y: float = param(0.0, "m^2", **DRAWING)
+    spread_z: float = param(0.0, "m^2", **DRAWING)
     position_x: float = param(0.0, "m", **_PLACE)
     position_y: float = param(0.0, "m", **_PLACE)
     position_z: float = param(0.0, "m", **_PLACE)

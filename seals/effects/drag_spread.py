@@ -18,14 +18,14 @@ from seals.arrays import Array, namespace
 from seals.effects.effect import Effect, Parameters
 from seals.effects.identification import Freed, Subject
 
-SPREAD: dict[str, Any] = {
+DRAWING: dict[str, Any] = {
     "bounds": (0.0, 1e3),
     "tolerance": 0.0,
     "source": "the body's drawing",
     "fit": False,
     "later": True,
 }
-"""Declaration of ``spread_x``, ``spread_y`` and ``spread_z`` [m^2]."""
+"""Declaration of a size of the body that no fit moves by itself: spread, extent."""
 OTHERS = 1.0 - np.eye(3)[None]
 """Sums over the other two axes of each."""
 _NAMES = tuple(f"spread_{axis}" for axis in "xyz")
@@ -57,5 +57,5 @@ def turning_slope(slope: Array, params: Parameters) -> Array:
 
 def fitted_spread(subject: Subject) -> dict[str, Freed]:
     """Return the parameters of a drag of unknown shape that are fitted beside its coefficients."""
-    place = Freed(scale=_PLAUSIBLE * subject.length**2, bounds=SPREAD["bounds"])
+    place = Freed(scale=_PLAUSIBLE * subject.length**2, bounds=DRAWING["bounds"])
     return dict.fromkeys(_NAMES, place)

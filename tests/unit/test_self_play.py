@@ -10,6 +10,7 @@ from scipy.optimize import brentq
 
 pytest.importorskip("torch", reason="learning needs torch: pip install 'aam-seals[learn]'")
 
+from seals.errors import ConfigError
 from seals.experiments.self_play import main
 from seals.experiments.self_play.elo import DRAWN, SCALE, elo, rated, tournament
 from seals.experiments.self_play.league import COUNT, LEARNER, play
@@ -24,6 +25,14 @@ from seals.experiments.self_play.pursuit import (
     Squad,
     TaskPursuit,
 )
+
+
+@pytest.mark.parametrize("word", ["--turns=0", "--steps=100", "--steps=300", "--seed=x"])
+def test_senseless_numbers_are_refused(word: str, tmp_path: Path) -> None:
+    """Before any folder is made."""
+    with pytest.raises((ConfigError, SystemExit)):
+        main(["play", "--out", str(tmp_path / "out"), word])
+    assert not (tmp_path / "out").exists()
 
 
 def test_two_roles_see_one_game_with_opposite_rewards() -> None:
