@@ -215,6 +215,11 @@ def _endings(sweep: Any, kind: str) -> Iterator[None]:
         # those have words of their own
         if told_full(error) or (isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG):
             raise
+        if isinstance(error, FileExistsError | NotADirectoryError) and sweep.folder is None:
+            raise ConfigError(
+                f"the {kind} folder cannot be made: '{error.filename}' is a file or below one.\n"
+                f"Give another name: hydra.{kind}.dir=FOLDER"
+            ) from error
         if isinstance(error, OSError) and (sweep.folder is None or error.errno in _DENIED):
             raise ConfigError(
                 f"the {kind} folder cannot be made: {error}.\n"

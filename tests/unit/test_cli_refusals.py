@@ -419,6 +419,7 @@ def test_a_folder_that_cannot_be_made_is_said_in_words(
     assert main(["run", *words, "experiment=drop_test"]) == 2
     said = capsys.readouterr().err
     assert "cannot be made" in said
+    assert "Errno" not in said
     assert place in said
 
 
