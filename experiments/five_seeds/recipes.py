@@ -48,10 +48,30 @@ _SIGHTED = (
 )
 _ON_CARD = ("device=cuda",)
 """Of judgements with pictures, which take a processor minutes."""
-_FINE = tuple(f"sensors.{name}.{side}=128" for name in ("front", "belly")
-              for side in ("width", "height"))  # fmt: skip
 _NO_EYES = "learner.use_pixels=false"
+# pictures that nobody looks at
+_SMALL = tuple(
+    f"sensors.{one}.{side}=16" for one in ("front", "belly") for side in ("width", "height")
+)
 _NO_TARGET = "learner.withheld=[target,drift]"
+_PLACES = ("learner.pool=places", "learner.shift=1")
+_CRITICS = (_NO_TARGET, "learner.critics_see=same", "learner.encoders=two")
+_PROGRESS = ("task.reward_form=progress",)
+# four times the pixels, so one picture in place of three: memory holds as many
+_SEEN_FINE = (
+    *_SEEN,
+    *(f"sensors.{one}.{side}=128" for one in ("front", "belly") for side in ("width", "height")),
+    "frames=1",
+)
+_SIGHTED_FINE = (
+    *(word for word in _SIGHTED if not word.startswith(("count=", "course.look_every="))),
+    "count=512",
+    "course.look_every=50000",
+    "course.best=true",
+    *_PLACES,
+    "learner.strides=[2,2,2,1]",
+    "learner.capacity=150000",
+)
 _SHORT = ("learner=sac_reach", "course.steps=100000", "course.look_every=50000")
 RECIPES = {
     "reach": Recipe(
@@ -80,41 +100,34 @@ RECIPES = {
     "sight_image": Recipe(
         _SEEN, (*_SIGHTED, "learner.use_state=false"), 3, judged=_ON_CARD, enough=0.6
     ),
-    # four times the pixels, so one picture in place of three: memory holds as many
     "sight_fine": Recipe(
-        (*_SEEN, *_FINE, "frames=1"),
-        (
-            *(word for word in _SIGHTED if not word.startswith("count=")),
-            "count=512",
-            "learner.use_state=false",
-            "learner.pool=places",
-            "learner.strides=[2,2,2,1]",
-            "learner.shift=1",
-            "learner.capacity=150000",
-        ),
-        3,
-        judged=_ON_CARD,
+        _SEEN_FINE, (*_SIGHTED_FINE, "learner.use_state=false"), 3, judged=_ON_CARD
+    ),
+    "sight_fine_both": Recipe(
+        _SEEN_FINE, (*_SIGHTED_FINE, _NO_TARGET), 3, lessons=_PROGRESS, judged=_ON_CARD
     ),
     # nobody sees the target but in pictures, critics included; all feel their own motion
+    "sight_fine_critics": Recipe(
+        _SEEN_FINE,
+        (*_SIGHTED_FINE, *_CRITICS),
+        3,
+        lessons=_PROGRESS,
+        judged=_ON_CARD,
+        enough=0.6,
+    ),
     "sight_critics": Recipe(
         (*_SEEN, "frames=1"),
-        (
-            *_SIGHTED,
-            _NO_TARGET,
-            "learner.critics_see=same",
-            "learner.encoders=two",
-            "learner.pool=places",
-            "learner.shift=1",
-            "learner.capacity=200000",
-        ),
+        (*_SIGHTED, *_PLACES, *_CRITICS, "learner.capacity=200000"),
         3,
-        lessons=("task.reward_form=progress",),
+        lessons=_PROGRESS,
         judged=_ON_CARD,
         enough=0.6,
     ),
     "sight_both": Recipe(_SEEN, (*_SIGHTED, _NO_TARGET), 3, judged=_ON_CARD, enough=0.6),
-    "sight_pose": Recipe(_SEEN, (*_SIGHTED, _NO_EYES), 3, judged=_ON_CARD, enough=0.6),
-    "sight_blind": Recipe(_SEEN, (*_SIGHTED, _NO_EYES, _NO_TARGET), 3, judged=_ON_CARD, enough=0.6),
+    "sight_pose": Recipe((*_SEEN, *_SMALL), (*_SIGHTED, _NO_EYES), 3, judged=_ON_CARD, enough=0.6),
+    "sight_blind": Recipe(
+        (*_SEEN, *_SMALL), (*_SIGHTED, _NO_EYES, _NO_TARGET), 3, judged=_ON_CARD, enough=0.6
+    ),
     "crab_walk": Recipe(
         ("env=crab_walk",),
         (

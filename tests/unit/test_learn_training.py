@@ -254,6 +254,30 @@ def test_policies_of_all_evaluations_stay_where_it_is_said(tmp_path: Path) -> No
     assert [p.name for p in (tmp_path / "b").glob("policy*")] == ["policy"]
 
 
+def test_the_best_policy_of_all_evaluations_is_left(tmp_path: Path) -> None:
+    """It is the one with the most successes and the greatest return, across a resumption too."""
+    last = 0
+    for seed in range(4):
+        course = TrainingSchedule(steps=200, look_every=40, episodes=4, keep=True, best=True)
+        folder = tmp_path / str(seed)
+        first = training_of(SAC(**SMALL), folder, course=course, seed=seed)
+        first.run()
+        first.write()
+        course.steps = 400
+        second = training_of(SAC(**SMALL), folder, course=course, seed=seed)
+        second.resume(read_checkpoint(folder, device="cpu"))
+        outcome = second.run()
+        rows = table(folder / "evaluation.csv")
+        best = max(rows, key=lambda row: (float(row["success"]), float(row["return"])))
+        left = [
+            folder / name / "policy.safetensors" for name in ("policy", f"policy_{best['step']}")
+        ]
+        assert left[0].read_bytes() == left[1].read_bytes()
+        assert outcome.success == float(best["success"])
+        last += best is rows[-1]
+    assert last < 4
+
+
 def test_cloning_looks_before_and_after(tmp_path: Path) -> None:
     """Without steps of its own a learner makes all its updates and stands at the budget."""
     outcome = training_of(BC(hidden=[16], batch=32, updates=120, look=20), tmp_path).run()

@@ -37,7 +37,8 @@ class Outcome(NamedTuple):
         step: control steps made.
         updates: updates made.
         seconds: wall time, of all lives of the training together.
-        success: share of successes in the last evaluation, or None without one.
+        success: share of successes of the policy in the folder ``policy``, or None without an
+            evaluation.
         early: whether it ended because it was good enough.
     """
 
@@ -85,7 +86,7 @@ class Training:
         self._tell, self._heard = tell, heard
         self.step = self.updates = 0
         self.success: float | None = None
-        self._good = 0
+        self._good, self._best = 0, list[float]()
         self._seconds, self._since = 0.0, time.perf_counter()
         self._kept = time.perf_counter()
         self._next = {"log": course.log_every, "look": course.look_every}
@@ -166,7 +167,7 @@ class Training:
         if self._looked != [self.step, self.updates]:
             self._evaluate()
         if self.eval_env is None:
-            self._save()
+            self._save(POLICY)
         remove_checkpoint(self.folder)
         return Outcome(self.step, self.updates, self.seconds, self.success, early)
 
@@ -188,7 +189,10 @@ class Training:
     def _evaluate(self) -> None:
         """Evaluate the present policy on the validation seeds, and save it."""
         self._looked = [self.step, self.updates]
-        self._save()
+        if self.eval_env is None or not self.course.best:
+            self._save(POLICY)
+        if self.course.keep:
+            self._save(f"{POLICY}_{self.step}")
         if self.eval_env is None:
             return
         found = self._scores(self.eval_env)
@@ -203,9 +207,13 @@ class Training:
         finals = tuple(f"final_{name}" for name in sorted(found.facts))
         self._table("evaluation", (*TRAINED, *finals)).append(figures)
         self._chart("evaluation", figures)
-        self.success = figures["success"]
         self._heard(figures["success"])
-        self._good = self._good + 1 if self.success >= self.course.stop_at else 0
+        self._good = self._good + 1 if figures["success"] >= self.course.stop_at else 0
+        scored = [figures["success"], figures["return"]]
+        if self.course.best and scored > self._best:
+            self._save(POLICY)
+            self._best = scored
+        self.success = self._best[0] if self.course.best else scored[0]
 
     def _scores(self, eval_env: Batched) -> Scores:
         network, tensors = self.agent.policy()
@@ -215,11 +223,10 @@ class Training:
         seeds = validation_seeds(self.course.episodes)
         return score(eval_env, NetworkPolicy(actor, self.metadata), seeds)
 
-    def _save(self) -> None:
+    def _save(self, name: str) -> None:
         network, tensors = self.agent.policy()
         metadata = {**self.metadata, "step": self.step, "updates": self.updates}
-        for name in (POLICY, f"{POLICY}_{self.step}") if self.course.keep else (POLICY,):
-            save_policy(self.folder / name, network=network, tensors=tensors, metadata=metadata)
+        save_policy(self.folder / name, network=network, tensors=tensors, metadata=metadata)
 
     def _table(self, name: str, columns: tuple[str, ...]) -> Rows:
         if name not in self._rows:
@@ -272,6 +279,7 @@ class Training:
                 "seconds": self.seconds,
                 "success": self.success,
                 "good": self._good,
+                "best": list(self._best),
                 "looked": list(self._looked),
                 "told": {
                     **self._row_counts,
@@ -300,6 +308,7 @@ class Training:
             place["good"],
             list(place["looked"]),
         )
+        self._best = list(place.get("best", self._best))
         self._seconds, self._since = place["seconds"], time.perf_counter()
         self._next, self._row_counts, self._begun = dict(place["next"]), dict(place["told"]), True
         torch.set_rng_state(state["random"].cpu())

@@ -21,6 +21,8 @@ class TrainingSchedule:
         in_a_row: evaluations in a row that must reach it.
         checkpoint: wall time between two checkpoints; 0 for none [s].
         keep: whether the policy of every evaluation stays, as ``policy_STEP``.
+        best: whether the folder ``policy`` holds that of the evaluation with the most successes,
+            among equals with the greatest return, in place of that of the last one.
     """
 
     steps: int = count(50_000, bounds=(0, MOST))
@@ -31,3 +33,4 @@ class TrainingSchedule:
     in_a_row: int = count(2, bounds=(1, MOST))
     checkpoint: float = setting(60.0, "s", bounds=(0.0, 1e6), source="chosen")
     keep: bool = False
+    best: bool = False
