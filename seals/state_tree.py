@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
@@ -182,11 +182,25 @@ def _all_of(kind: type, value: Any) -> Any:
     return value
 
 
-def conform(found: Any, like: Any, where: str = "state") -> None:
+def conform(
+    found: Any,
+    like: Any,
+    where: str = "state",
+    *,
+    tables: Collection[str] = (),
+    table: bool = False,
+) -> None:
     """Refuse a state whose structure differs from that of the same simulation.
 
     What is None in the other may be anything; lists, sets and plain tuples of another length and
     further entries of a mapping are let pass, because they come and go.
+
+    Args:
+        found: state to check.
+        like: state of the simulation at hand.
+        where: path of ``found``, for the message.
+        tables: names of entries below which arrays grow: their first lengths may differ.
+        table: whether this is below such an entry.
 
     Raises:
         ValueError: says where kind, shape or entries differ.
@@ -199,27 +213,28 @@ def conform(found: Any, like: Any, where: str = "state") -> None:
     """
     if like is None:
         return
-    if _form(found) != _form(like):
+    if _form(found, table=table) != _form(like, table=table):
         raise ValueError(f"{where} is an {_form(found)}; this simulation has {_form(like)}")
     if isinstance(like, Mapping) or is_record(like):
         mine, other = _entries(like), _entries(found)
         for name, part in mine.items():
             if name not in other:
                 raise ValueError(f"{where} has no entry '{name}'")
-            conform(other[name], part, f"{where}.{name}")
+            below = table or name in tables
+            conform(other[name], part, f"{where}.{name}", tables=tables, table=below)
     elif isinstance(like, list | tuple) and len(like) == len(found):
         for k, (part, other_part) in enumerate(zip(like, found, strict=True)):
-            conform(other_part, part, f"{where}[{k}]")
+            conform(other_part, part, f"{where}[{k}]", tables=tables, table=table)
 
 
 def _entries(value: Any) -> Mapping[Any, Any]:
     return value if isinstance(value, Mapping) else fields_of(value)
 
 
-def _form(value: Any) -> str:
+def _form(value: Any, *, table: bool = False) -> str:
     """Describe the type of a part; parts of equal structure have equal descriptions."""
     if isinstance(value, np.ndarray):
-        return f"array {value.dtype} {value.shape}"
+        return f"array {value.dtype} {value.shape[1:] if table else value.shape}"
     if is_record(value):
         return f"entry {name_of(type(value))}"
     if isinstance(value, bool | np.bool_):

@@ -15,7 +15,7 @@ from seals.cli.main import main
 from seals.config.build import build
 from seals.config.compose import compose
 from seals.errors import ConfigError, SealsError
-from seals.learn.training.checkpoint import FILE
+from seals.learn.training.checkpoint import FILE, read_checkpoint, write_checkpoint
 from seals.registry import names
 
 TINY = [
@@ -116,25 +116,50 @@ def test_a_device_that_is_none_is_refused_by_every_verb(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_training_from_the_command_line(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Curves, policy and run.json are written; one that was cut off goes on, another is refused."""
-    pytest.importorskip("torchrl")
+def cut_off(monkeypatch: pytest.MonkeyPatch, words: list[str]) -> None:
+    """Begin a training in the folder ``run`` and end it by SIGTERM after eight steps."""
     from seals.learn.training.loop import Training
 
-    monkeypatch.chdir(tmp_path)
-    kill = 8
     step = Training._log_evaluate_save
 
     def cut(self: Training) -> None:
-        if self.step >= kill:
+        if self.step >= 8:
             os.kill(os.getpid(), signal.SIGTERM)
         step(self)
 
     with monkeypatch.context() as patch:
         patch.setattr(Training, "_log_evaluate_save", cut)
-        assert main(["train", *TINY, "hydra.run.dir=run"]) == 130
+        assert main(["train", *words, "hydra.run.dir=run"]) == 130
+
+
+def test_a_training_with_demonstrations_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its memory holds more than the demonstrations by then; one of other columns is refused."""
+    pytest.importorskip("torchrl")
+    monkeypatch.chdir(tmp_path)
+    shown = ["learner=sacfd", "demonstrations=aam/reach", "shown=2", "learner.pretrain=2"]
+    cut_off(monkeypatch, [*TINY, *shown])
+    path = tmp_path / "run" / FILE
+    state = read_checkpoint(path.parent, device="cpu")
+    action = state["agent"]["memory"]["rows"]["action"]
+    kept = path.read_bytes()
+    state["agent"]["memory"]["rows"]["action"] = action[:, :-1].contiguous()
+    write_checkpoint(path.parent, state)
+    assert main(["train", "resume=run"]) == 2
+    assert "rows.action" in capsys.readouterr().err
+    path.write_bytes(kept)
+    assert main(["train", "resume=run"]) == 0
+    assert json.loads((tmp_path / "run" / "run.json").read_text())["step"] == 12
+
+
+def test_a_training_from_the_command_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Curves, policy and run.json are written; one that was cut off goes on, another is refused."""
+    pytest.importorskip("torchrl")
+    monkeypatch.chdir(tmp_path)
+    cut_off(monkeypatch, TINY)
     run = tmp_path / "run"
     assert json.loads((run / "run.json").read_text())["state"] == "interrupted"
     assert (run / FILE).is_file()

@@ -352,3 +352,12 @@ def test_a_state_of_another_form_is_refused(found: Any, words: str) -> None:
     """Shapes, kinds and entries are those of the simulation at hand."""
     with pytest.raises(ValueError, match=words):
         conform(found, {"a": np.ones(3), "b": Level(2.0)})
+
+
+def test_tables_may_have_grown() -> None:
+    """Below the entries named so, first lengths of arrays are free and the others are not."""
+    like = {"rows": {"a": np.ones((2, 3))}, "b": np.ones(2)}
+    conform({"rows": {"a": np.ones((5, 3))}, "b": np.ones(2)}, like, tables=("rows",))
+    for a, b in (((5, 4), 2), ((5, 3), 3)):
+        with pytest.raises(ValueError, match="this simulation has array"):
+            conform({"rows": {"a": np.ones(a)}, "b": np.ones(b)}, like, tables=("rows",))

@@ -196,7 +196,7 @@ def _resume(training: Training, folder: Path, config: Any) -> list[str]:
             "robot and environment.\nBegin it anew, in a folder of its own."
         )
     try:
-        conform(stored(state), stored(training.state()))
+        conform(stored(state), stored(training.state()), tables=("rows",))
         return training.resume(state)
     except SealsError:
         raise
