@@ -12,13 +12,14 @@ a finger that spins between two steps of the robot stirs. What is bolted down do
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from seals.arrays import Floats
 from seals.backend import Dynamics, LinkPoses
 from seals.fluid import BodyStates, FluidBody
+from seals.frames import cross_last
 from seals.multibody.equations import Assembly
 from seals.multibody.servo import driven
 from seals.robot.model import RobotModel
@@ -61,20 +62,24 @@ class Immersion:
         self.groups = _groups(robot)
         held = bool(robot.tree.joints)
         bolted = [robot.tree.fixed_base and group.root == 0 for group in self.groups]
-        self._ease = [
+        ease = [
             (0.0, np.zeros((3, 3))) if still else _ease(group, held=held)
             for group, still in zip(self.groups, bolted, strict=True)
         ]
+        self._roots = np.array([group.root for group in self.groups], dtype=np.int64)
+        self._centres = _rows([group.centre for group in self.groups], 3)
+        self._inverse_mass = np.array([mass for mass, _ in ease])
+        self._inverse_inertia = _rows([inertia for _, inertia in ease], 3, 3)
 
     def placed(self, poses: LinkPoses) -> BodyStates:
         """Return the initial poses of the bodies, at rest."""
-        rows = []
-        for group in self.groups:
-            turn = poses.rotations[0, group.root]
-            place = poses.origins[0, group.root] + turn @ group.centre
-            still = np.zeros(3)
-            rows.append((place, turn, still, still, 0.0, np.zeros((3, 3)), still))
-        return _table(rows)
+        turns = poses.rotations[0, self._roots]
+        places = poses.origins[0, self._roots] + _turned(turns, self._centres)
+        still = np.zeros_like(places)
+        return BodyStates(
+            *(places, turns, still, still),
+            *(np.zeros(len(places)), np.zeros_like(turns), still),
+        )
 
     def states(
         self,
@@ -100,12 +105,22 @@ class Immersion:
         rates = kinematics.jacobian[0] @ change + kinematics.bias(moving)[0]
         if middle is not None:
             moving = kinematics.move(middle)
-        rows = []
-        for group, ease in zip(self.groups, self._ease, strict=True):
-            k, turn = group.root, kinematics.rotations[0, group.root]
-            speeds = moving.linear[0, k], moving.angular[0, k]
-            rows.append(_state(group, ease, kinematics.origins[0, k], turn, speeds, rates[k]))
-        return _table(rows)
+        roots, turns = self._roots, kinematics.rotations[0, self._roots]
+        linear, spin = moving.linear[0, roots], moving.angular[0, roots]
+        arms = _turned(turns, self._centres)
+        # the rate of the twist in link axes leaves out the turning of these axes
+        rise = _turned(turns, rates[roots, :3]) + cross_last(spin, linear)
+        bent = cross_last(_turned(turns, rates[roots, 3:]), arms)
+        bent += cross_last(spin, cross_last(spin, arms))
+        return BodyStates(
+            kinematics.origins[0, roots] + arms,
+            turns,
+            linear + cross_last(spin, arms),
+            spin,
+            self._inverse_mass.copy(),
+            turns @ self._inverse_inertia @ turns.transpose(0, 2, 1),
+            rise + bent,
+        )
 
     def wrenches(self, impulses: Floats, dynamics: Dynamics, step: float) -> Floats:
         """Return the fluid's impulses as constant wrenches over a step.
@@ -119,11 +134,11 @@ class Immersion:
             About the link origins, link axes [N, N m], shape (L, 6).
         """
         out = np.zeros((len(self.robot.links), 6))
-        for group, impulse in zip(self.groups, impulses, strict=True):
-            turn = dynamics.kinematics.rotations[0, group.root]
-            force, torque = impulse[:3] @ turn / step, impulse[3:] @ turn / step
-            out[group.root, :3] = force
-            out[group.root, 3:] = torque + np.cross(group.centre, force)
+        turns = dynamics.kinematics.rotations[0, self._roots].transpose(0, 2, 1)
+        forces = _turned(turns, impulses[:, :3]) / step
+        out[self._roots, :3] = forces
+        out[self._roots, 3:] = _turned(turns, impulses[:, 3:]) / step
+        out[self._roots, 3:] += cross_last(self._centres, forces)
         return out
 
 
@@ -138,11 +153,15 @@ def joined(parts: Sequence[BodyStates]) -> BodyStates:
     return BodyStates(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
-def _table(rows: Sequence[tuple[Any, ...]]) -> BodyStates:
-    """Convert body states from rows to columns."""
-    if not rows:
-        return joined([])
-    return BodyStates(*(np.array(column) for column in zip(*rows, strict=True)))
+def _rows(parts: Sequence[Floats], *shape: int) -> Floats:
+    """Return arrays as the rows of one; none make one of no rows."""
+    return np.array(parts).reshape(-1, *shape)
+
+
+def _turned(turns: Floats, vectors: Floats) -> Floats:
+    """Return vectors (K, 3) turned by matrices (K, 3, 3)."""
+    found: Floats = (turns @ vectors[:, :, None])[:, :, 0]
+    return found
 
 
 def _groups(robot: RobotModel) -> tuple[Group, ...]:
@@ -214,28 +233,3 @@ def _ease(group: Group, *, held: bool) -> tuple[float, Floats]:
     # a point mass turns at any push: the fluid need not know
     least = max(ROUND * moments[-1] if held else 0.0, 1e-9 * moments[-1], 1e-30)
     return 1.0 / group.mass, (axes / np.maximum(moments, least)) @ axes.T
-
-
-def _state(  # noqa: PLR0917  one body
-    group: Group,
-    ease: tuple[float, Floats],
-    origin: Floats,
-    turn: Floats,
-    velocity: tuple[Floats, Floats],
-    rate: Floats,
-) -> tuple[Any, ...]:
-    """Fields of `BodyStates` for one body."""
-    arm = turn @ group.centre
-    linear, spin = velocity
-    # the rate of the twist in link axes leaves out the turning of these axes
-    rise = turn @ rate[:3] + np.cross(spin, linear)
-    bent = np.cross(turn @ rate[3:], arm) + np.cross(spin, np.cross(spin, arm))
-    return (
-        origin + arm,
-        turn,
-        linear + np.cross(spin, arm),
-        spin,
-        ease[0],
-        turn @ ease[1] @ turn.T,
-        rise + bent,
-    )
