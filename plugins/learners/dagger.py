@@ -109,7 +109,7 @@ class DaggerAgent(Stateful):
     def state(self) -> dict[str, Any]:
         """Return the complete state; of the memory the part that is filled."""
         kept = {key: rows[: self.stored].clone() for key, rows in self.memory.items()}
-        return {**super().state(), "memory": kept}
+        return {**super().state(), "rows": kept}
 
     def load(self, state: Mapping[str, Any]) -> None:
         """Restore what `state` returned.
@@ -119,7 +119,7 @@ class DaggerAgent(Stateful):
         """
         super().load(state)
         for key, rows in self.memory.items():
-            kept = state["memory"][key]
+            kept = state["rows"][key]
             if len(kept) != self.stored or kept.shape[1:] != rows.shape[1:]:
                 raise ValueError(f"the memory holds {list(kept.shape)} numbers of {key}")
             rows[: self.stored] = kept

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from seals.errors import ConfigError
 from seals.learn import networks
 from seals.learn.devices import of_all_processes, shared_gradients
 from seals.learn.learner import MOST, Spaces, need_torch, one_of
@@ -80,8 +81,20 @@ class PPO:
         one_of("reward_form", self.reward_form, FORMS)
 
     def start(self, spaces: Spaces, *, device: str, seed: int) -> PpoAgent:
-        """Return a fresh agent."""
+        """Return a fresh agent.
+
+        Raises:
+            ConfigError: a round has too few steps for its minibatches.
+        """
         need_torch()
+        rows = spaces.count * self.horizon
+        # advantages are divided by their deviation, which one step has not
+        if rows < 2 * self.minibatches:
+            raise ConfigError(
+                f"learner.minibatches={self.minibatches}: {self.horizon} steps (learner.horizon) "
+                f"of {spaces.count} environments (count) are {rows}.\n"
+                "Allowed: two steps or more in each minibatch."
+            )
         return PpoAgent(self, spaces, device, seed)
 
 
@@ -259,7 +272,7 @@ class PpoAgent(Stateful):
         part, count = self.made % self.learner.minibatches, len(self.round["advantage"])
         if part == 0 or self.order is None:
             self.order = torch.randperm(count, generator=self.generator, device=self.device)
-        return self.order.chunk(self.learner.minibatches)[part]
+        return self.order.tensor_split(self.learner.minibatches)[part]
 
     def _end_round(self) -> None:
         """End a round, and update the observation normaliser with its observations."""

@@ -78,7 +78,10 @@ class Agent(Protocol):
         """Run one update; return its statistics as numbers."""
 
     def state(self) -> dict[str, Any]:
-        """Return the complete state, as nested plain data and tensors."""
+        """Return the complete state, as nested plain data and tensors.
+
+        Shapes are those of a fresh agent, but below entries ``rows``, where first lengths may grow.
+        """
 
     def load(self, state: Mapping[str, Any]) -> None:
         """Restore what `state` returned."""

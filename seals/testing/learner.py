@@ -12,6 +12,7 @@ from typing import Any
 from seals.learn.learner import Spaces, need_torch
 from seals.learn.networks import actor_of
 from seals.learn.training.checkpoint import read_checkpoint, write_checkpoint
+from seals.learn.training.resumption import GROWN, refuse_other_form
 from seals.testing.contract import require
 from seals.testing.declaration import build_declared
 from seals.testing.reaching import PointReach, demonstrations
@@ -167,7 +168,9 @@ class _LearnerCheck:
         other = self._start(pixels=self.environment.pixels)
         with tempfile.TemporaryDirectory() as folder:
             write_checkpoint(Path(folder), {"agent": agent.state()})
-            other.load(read_checkpoint(Path(folder), device="cpu")["agent"])
+            kept = read_checkpoint(Path(folder), device="cpu")["agent"]
+        self._fits(kept, other.state())
+        other.load(kept)
         scene = copy.deepcopy(self.environment.snapshot())
         courses = []
         for each in (agent, other):
@@ -184,6 +187,18 @@ class _LearnerCheck:
             "does not go on as before from its state",
             "Return everything that changes: weights, optimisers, memory, counts, generators.",
         )
+
+    def _fits(self, kept: Mapping[str, Any], fresh: Mapping[str, Any]) -> None:
+        """Check that a state is taken up by ``seals train resume=``."""
+        try:
+            refuse_other_form(kept, fresh)
+        except ValueError as cause:
+            require(
+                False,
+                self.name,
+                f"would not be taken up after a stop: {cause}",
+                f"Keep arrays that grow below an entry '{GROWN[0]}' of the state.",
+            )
 
     def hands_out(self, agent: Any) -> None:
         """Build the policy from its description and compare it with the agent."""

@@ -112,11 +112,32 @@ class Excited(SAC):
         return agent
 
 
+@dataclass(kw_only=True)
+class Diarist(SAC):
+    """A learner whose agent keeps arrays that grow where the command line expects none."""
+
+    def start(self, spaces: Any, *, device: str, seed: int) -> Any:
+        """Return the agent."""
+        return DiaristAgent(self, spaces, device, seed)
+
+
+class DiaristAgent(SacAgent):
+    """Keeps a number for each update."""
+
+    def state(self) -> dict[str, Any]:
+        """Return the state with them."""
+        return {**super().state(), "diary": torch.zeros(self.updates)}
+
+
 @pytest.mark.parametrize(
     ("cls", "words"),
-    [(Forgetful, "does not go on as before"), (Excited, "acts with shape")],
+    [
+        (Forgetful, "does not go on as before"),
+        (Excited, "acts with shape"),
+        (Diarist, r"would not be taken up after a stop: state\.diary.*\n.*entry 'rows'"),
+    ],
 )
 def test_a_breach_of_the_contract_is_found(cls: type, words: str) -> None:
-    """A forgotten generator and actions out of bounds are refused by name."""
+    """A forgotten generator, actions out of bounds and arrays that grow are refused by name."""
     with pytest.raises(ContractError, match=words):
         check_learner(cls, values=OFF_POLICY)

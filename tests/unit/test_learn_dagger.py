@@ -47,7 +47,7 @@ def test_the_state_holds_the_filled_part_of_the_memory(tmp_path: Path) -> None:
     training.run()
     agent: Any = training.agent
     state = agent.state()
-    kept = state["memory"]["action"]
+    kept = state["rows"]["action"]
     assert len(kept) == agent.stored < len(agent.memory["action"])
     agent.memory["action"][0] += 1.0
     assert not torch.equal(kept[0], agent.memory["action"][0])
@@ -55,6 +55,6 @@ def test_the_state_holds_the_filled_part_of_the_memory(tmp_path: Path) -> None:
     other: Any = learner.start(spaces, device="cpu", seed=9)
     other.load(state)
     assert torch.equal(other.memory["action"][: other.stored], kept)
-    state["memory"]["action"] = kept[:-1]
+    state["rows"]["action"] = kept[:-1]
     with pytest.raises(ValueError, match="numbers of action"):
         other.load(state)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -14,8 +13,8 @@ torch = pytest.importorskip("torch")
 pytest.importorskip("torchrl")
 
 from seals.errors import ConfigError  # noqa: E402  only where there is PyTorch
-from seals.learn.training import application  # noqa: E402
 from seals.learn.training.checkpoint import FILE, write_checkpoint  # noqa: E402
+from seals.learn.training.resumption import take_up  # noqa: E402
 
 sys.path.insert(0, str(Path(__file__).parent))
 from test_learn_training import LEARNERS, losses, training_of  # noqa: E402
@@ -113,22 +112,18 @@ def trained(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 
 @pytest.mark.parametrize("name", ["as it was", *FORGERIES])
-def test_forged_trainings_are_refused(
-    trained: Any, tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_forged_trainings_are_refused(trained: Any, tmp_path: Path, name: str) -> None:
     """The digest is right in each; the training at hand says what can be."""
     state = {**trained.state(), "config": "0"}
-    config: Any = SimpleNamespace(device="cpu")
-    monkeypatch.setattr(application, "_hash", lambda config: "0")
-    fresh = training_of(LEARNERS["sac"], tmp_path / "fresh")
+    fresh = training_of(LEARNERS["sac"], tmp_path)
     if name == "as it was":
         write_checkpoint(tmp_path, state)
-        assert application._resume(fresh, tmp_path, config) == []
+        assert take_up(fresh, device="cpu") == []
         assert fresh.step == trained.step
         return
     change, words = FORGERIES[name]
     change(state)
     write_checkpoint(tmp_path, state)
     with pytest.raises(ConfigError, match=words) as refusal:
-        application._resume(fresh, tmp_path, config)
+        take_up(fresh, device="cpu")
     assert f"{FILE} cannot be taken up" in str(refusal.value)

@@ -76,6 +76,7 @@ def test_values_that_types_let_through_are_refused(override: str, words: str) ->
         (["learner=sacfd"], "wants demonstrations"),
         (["learner=ppo", "demonstrations=x"], "would not look at them"),
         (["learner=visual_sac"], "needs pictures"),
+        (["learner=ppo", "count=1", "learner.horizon=7"], "two steps or more in each minibatch"),
         (["course.steps=-1"], "course.steps=-1"),
         (["count=0"], "count=0"),
         (["device=gpu"], "Did you mean 'cuda'"),
@@ -151,6 +152,31 @@ def test_a_training_with_demonstrations_goes_on(
     path.write_bytes(kept)
     assert main(["train", "resume=run"]) == 0
     assert json.loads((tmp_path / "run" / "run.json").read_text())["step"] == 12
+
+
+SHOWN = ["demonstrations=aam/reach", "shown=2"]
+SHORT = [word for word in TINY if not word.startswith("learner.")]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["learner=ppo", "learner.hidden=[8]", "learner.horizon=3", "learner.minibatches=2"],
+        ["learner=dagger", "learner.hidden=[8]", "learner.batch=4", "learner.led=2"],
+        ["learner=rlpd", *(word for word in TINY if word.startswith("learner.")), *SHOWN],
+    ],
+    ids=lambda words: words[0],
+)
+def test_what_other_learners_remember_has_grown_when_they_go_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: list[str]
+) -> None:
+    """The command line checks the form of a state that was written between two steps."""
+    pytest.importorskip("torchrl")
+    monkeypatch.chdir(tmp_path)
+    cut_off(monkeypatch, [*SHORT, *words])
+    assert main(["train", "resume=run"]) == 0
+    facts = json.loads((tmp_path / "run" / "run.json").read_text())
+    assert (facts["state"], facts["step"]) == ("done", 12)
 
 
 def test_a_training_from_the_command_line(

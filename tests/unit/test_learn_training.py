@@ -458,3 +458,22 @@ def test_the_learning_rate_settles(tmp_path: Path) -> None:
     assert wanted.max() > 7e-4
     assert wanted.min() == pytest.approx(1e-4)
     assert np.allclose(rates["settled"][:, 1:], np.broadcast_to(wanted, (len(steps), 3)))
+
+
+@pytest.mark.parametrize(("count", "horizon"), [(3, 3), (4, 2), (1, 13)])
+def test_every_minibatch_of_a_round_has_steps(tmp_path: Path, count: int, horizon: int) -> None:
+    """Steps that four minibatches do not divide evenly are dealt out, each of them once."""
+    learner = PPO(hidden=[8], horizon=horizon, epochs=1)
+    training = training_of(learner, tmp_path, count=count)
+    agent: Any = training.agent
+    drawn, minibatch = [], agent._minibatch
+
+    def counted() -> Any:
+        drawn.append(minibatch())
+        return drawn[-1]
+
+    agent._minibatch = counted
+    training.course = TrainingSchedule(steps=count * horizon, episodes=4)
+    assert training.run().updates == 4
+    assert [len(rows) >= 2 for rows in drawn] == [True] * 4
+    assert sorted(torch.cat(drawn).tolist()) == list(range(count * horizon))

@@ -11,11 +11,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from seals.errors import ConfigError, SealsError
+from seals.errors import SealsError
 from seals.learn.learner import need_torch
 from seals.learn.metadata import config_hash
 from seals.learn.training.checkpoint import FILE
 from seals.learn.training.loop import POLICY, Outcome, Training
+from seals.learn.training.resumption import take_up
 from seals.learn.training.schedule import TrainingSchedule
 from seals.learn.training.settings import OWN
 from seals.learn.training.setup import agent_of, environments
@@ -23,7 +24,6 @@ from seals.learn.training.tracking import tracker_of
 from seals.learn.world_hash import world_hash
 from seals.logs.atomic import write_json
 from seals.run.stopping import ending
-from seals.state_tree import conform
 
 FREE = ("course", "resume", "threads", "name", "film", "track")
 """Keys that do not make another training."""
@@ -104,7 +104,7 @@ def train_into(
                 tracker=tracker,
             )
             if resume:
-                remarks += _resume(training, folder, config)
+                remarks += take_up(training, device=str(config.device))
             outcome = _run(training, folder, facts, remarks)
         if config.film:
             _film(folder, eval_env, config)
@@ -183,29 +183,6 @@ def _schedule(config: Any) -> TrainingSchedule:
     course = TrainingSchedule(**values)
     check_tree(course, where="course")
     return course
-
-
-def _resume(training: Training, folder: Path, config: Any) -> list[str]:
-    from seals.learn.training.checkpoint import read_checkpoint
-    from seals.learn.training.tensor_state import stored
-
-    state = read_checkpoint(folder, device=str(config.device))
-    if state.get("config") != _hash(config):
-        raise ConfigError(
-            f"resume={folder}: the training was begun with other settings, or another version of "
-            "robot and environment.\nBegin it anew, in a folder of its own."
-        )
-    try:
-        conform(stored(state), stored(training.state()), tables=("rows",))
-        return training.resume(state)
-    except SealsError:
-        raise
-    except Exception as cause:  # parts restore themselves, and say in their own ways what is amiss
-        text = " ".join(str(cause).split())[:300] or type(cause).__name__
-        raise ConfigError(
-            f"{folder / FILE} cannot be taken up: {text}.\n"
-            "It is damaged, or was not written by seals train; begin anew without resume."
-        ) from cause
 
 
 def _hash(config: Any) -> str:

@@ -1,0 +1,60 @@
+"""Resumption of a training from the checkpoint in its folder."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from seals.errors import ConfigError, SealsError
+from seals.learn.training.checkpoint import FILE, read_checkpoint
+from seals.learn.training.tensor_state import stored
+from seals.state_tree import conform
+
+if TYPE_CHECKING:
+    from seals.learn.training.loop import Training
+
+GROWN = ("rows",)
+"""Entries of a state below which arrays grow from step to step."""
+
+
+def refuse_other_form(state: Mapping[str, Any], fresh: Mapping[str, Any]) -> None:
+    """Refuse a state whose entries, kinds and shapes are not those of a fresh one.
+
+    Args:
+        state: that is to be restored.
+        fresh: of the same settings, before the first step.
+
+    Raises:
+        ValueError: says where they differ.
+    """
+    conform(stored(state), stored(fresh), tables=GROWN)
+
+
+def take_up(training: Training, *, device: str) -> list[str]:
+    """Restore a training from the checkpoint in its folder, and return remarks.
+
+    Args:
+        training: of the settings that it was begun with, before its first step.
+        device: of its tensors.
+
+    Raises:
+        ConfigError: there is none, it is of other settings, or it is damaged.
+    """
+    folder = training.folder
+    state = read_checkpoint(folder, device=device)
+    if state.get("config") != training.metadata.get("config_hash"):
+        raise ConfigError(
+            f"resume={folder}: the training was begun with other settings, or another version of "
+            "robot and environment.\nBegin it anew, in a folder of its own."
+        )
+    try:
+        refuse_other_form(state, training.state())
+        return training.resume(state)
+    except SealsError:
+        raise
+    except Exception as cause:  # parts restore themselves, and say in their own ways what is amiss
+        text = " ".join(str(cause).split())[:300] or type(cause).__name__
+        raise ConfigError(
+            f"{folder / FILE} cannot be taken up: {text}.\n"
+            "It is damaged, or was not written by seals train; begin anew without resume."
+        ) from cause
