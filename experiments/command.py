@@ -16,6 +16,7 @@ from typing import NoReturn
 from seals.cli.main import two_lines
 from seals.cli.of_system import explained
 from seals.errors import ConfigError, SealsError
+from seals.run.stopping import stoppable
 
 
 class CommandParser(argparse.ArgumentParser):
@@ -83,11 +84,14 @@ def run_main(package: str) -> None:
 def ended(main: Callable[[Sequence[str] | None], int]) -> int:
     """Return the exit code of an experiment; a refusal is printed in two lines, not raised.
 
+    SIGTERM and SIGHUP end it as Ctrl-C does.
+
     Args:
         main: of the experiment; takes its arguments, None for those of the command line.
     """
     try:
-        return main(None)
+        with stoppable():
+            return main(None)
     except SealsError as refusal:
         print(two_lines(refusal), file=sys.stderr)
         return refusal.exit_code

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from seals.errors import ConfigError, suggestion
-from seals.experiments.command import CommandParser, show_table
+from seals.experiments.command import CommandParser, show_table, whole
 from seals.experiments.five_seeds.episode_tables import OWN, gather, shipped, write
 from seals.experiments.five_seeds.outcome import table_of, write_curves
 from seals.experiments.five_seeds.recipes import RECIPES, Recipe
 from seals.experiments.five_seeds.shipping import ship
-from seals.experiments.learning_study.arms import Training
-from seals.experiments.learning_study.running import run_all, run_verb
+from seals.experiments.learning_study.arms import MOST_SEEDS, Training
+from seals.experiments.learning_study.running import add_processes, run_all, run_verb
 
 FIRST = 1_000_000
 """Seed of the first start of a round of labels, for each round before it and itself."""
@@ -71,9 +71,9 @@ def _given(words: Sequence[str] | None) -> Namespace:
     parser = CommandParser(prog="five_seeds", description=__doc__)
     parser.add_argument("recipe", help=", ".join(RECIPES))
     parser.add_argument("--out", default="", help="folder; runs/five_seeds/RECIPE when left out")
-    parser.add_argument("--jobs", type=int, default=1, help="trainings at once, one core each")
-    parser.add_argument("--seeds", type=int, default=0, help="0: as the recipe has it")
-    parser.add_argument("--limit", type=float, default=0.0, help="stop politely after so many s")
+    add_processes(parser, at_once=1)
+    seeds = whole(0, MOST_SEEDS)
+    parser.add_argument("--seeds", type=seeds, default=0, help="0: as the recipe has it")
     parser.add_argument("--table", action="store_true", help="only show the table that ships")
     parser.add_argument("--ship", default="", help="folder to copy the best policy to, when judged")
     parser.add_argument("more", nargs="*", help="further overrides, as course.steps=1000")

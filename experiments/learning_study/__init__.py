@@ -5,21 +5,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from seals.experiments.command import CommandParser
-from seals.experiments.learning_study.arms import ARMS, trainings
+from seals.experiments.command import CommandParser, whole
+from seals.experiments.learning_study.arms import ARMS, MOST_SEEDS, trainings
 from seals.experiments.learning_study.looks import keep, restore
-from seals.experiments.learning_study.running import compare, record, run_all
+from seals.experiments.learning_study.running import add_processes, compare, record, run_all
+from seals.learn.learner import MOST
 
 
 def main(words: Sequence[str] | None = None) -> int:
     """Train every arm with every seed, resuming an interrupted call; compare them."""
     parser = CommandParser(prog="learning_study", description=__doc__)
     parser.add_argument("--out", default="runs/learning_study", help="folder of the study")
-    parser.add_argument("--jobs", type=int, default=2, help="trainings at once, one core each")
-    parser.add_argument("--steps", type=int, default=50_000, help="control steps of a training")
-    parser.add_argument("--arms", nargs="*", default=sorted(ARMS), help="arms to train")
-    parser.add_argument("--seeds", type=int, default=0, help="seeds of each arm; 0: as declared")
-    parser.add_argument("--limit", type=float, default=0.0, help="stop politely after so many s")
+    add_processes(parser, at_once=2)
+    steps = "control steps of a training"
+    parser.add_argument("--steps", type=whole(1, MOST), default=50_000, help=steps)
+    parser.add_argument("--arms", nargs="+", default=sorted(ARMS), help="arms to train")
+    seeds = "seeds of each arm; 0: as declared"
+    parser.add_argument("--seeds", type=whole(0, MOST_SEEDS), default=0, help=seeds)
     parser.add_argument("--looks", type=Path, help="table of a study: compare it, train nothing")
     given = parser.parse_args(words)
     out = Path(given.out)

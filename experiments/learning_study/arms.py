@@ -14,6 +14,7 @@ RANDOM = 1000
 """Control steps with random actions at first."""
 PRETRAIN = 1000
 """Updates on demonstrations before the first step, of the arms that have them."""
+MOST_SEEDS = 100_000
 COMMON = (
     "env=reach",
     "count=16",

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import seals
 from seals.child_process import command, environment
+from seals.errors import SealsError
+from seals.experiments.command import CommandParser, seconds, whole
 from seals.experiments.learning_study.arms import COMPARISONS, Training
 from seals.learn.evaluation.page import NUMBERS
 from seals.run.progress import progress
@@ -21,8 +24,37 @@ EPISODES = 10
 SEALS = tuple(command(Path(seals.__file__).parent / "cli" / "__main__.py"))
 LABELS = {"train": "training", "evaluate": "judging"}
 """What the progress display says of the processes of a verb."""
+MOST_JOBS = 4096
 PATIENCE = 60.0
 """Time in which a training writes its checkpoint when it is asked to stop [s]."""
+
+
+def add_processes(parser: CommandParser, *, at_once: int) -> None:
+    """Add the options ``--jobs`` and ``--limit`` of `run_all` to a command line."""
+    help_jobs = "processes at once, one core each"
+    parser.add_argument("--jobs", type=whole(1, MOST_JOBS), default=at_once, help=help_jobs)
+    help_limit = "stop politely after so many s; 0 for never"
+    parser.add_argument("--limit", type=_limit, default=0.0, help=help_limit)
+
+
+def _limit(text: str) -> float:
+    return 0.0 if text in ("0", "0.0") else seconds(text)
+
+
+class VerbFailed(SealsError):
+    """End of a verb with another exit code than 0.
+
+    Args:
+        verb: its name.
+        code: with which it ended, negative by a signal.
+    """
+
+    def __init__(self, verb: str, code: int) -> None:
+        super().__init__(
+            f"seals {verb} ended with exit code {code}; the reason is told above.\n"
+            "When it is mended, the same command goes on."
+        )
+        self.code = code
 
 
 def record(folder: Path) -> Path:
@@ -36,9 +68,11 @@ def run_verb(*words: str) -> None:
     """Run a verb of ``seals`` to its end, on one core.
 
     Raises:
-        CalledProcessError: it was refused.
+        VerbFailed: it was refused, in words of its own.
     """
-    subprocess.run([*SEALS, *words], check=True, env=_alone())
+    code = subprocess.run([*SEALS, *words], check=False, env=_alone()).returncode
+    if code:
+        raise VerbFailed(words[0], code)
 
 
 def run_all(jobs: Sequence[Training], *, at_once: int, limit: float) -> int:
@@ -50,15 +84,16 @@ def run_all(jobs: Sequence[Training], *, at_once: int, limit: float) -> int:
         limit: time after which all are asked to stop [s]; 0 for none.
     """
     waiting = [job for job in jobs if _state(job.folder) != "done"]
-    running: list[tuple[Training, subprocess.Popen[bytes]]] = []
     begin = time.monotonic()
     done = len(jobs) - len(waiting)
-    with progress(LABELS.get(jobs[0].words[0], "") if jobs else "", len(jobs)) as tell:
+    with (
+        _stopped_together() as running,
+        progress(LABELS.get(jobs[0].words[0], "") if jobs else "", len(jobs)) as tell,
+    ):
         while waiting or running:
             tell(done)
             over = limit > 0.0 and time.monotonic() - begin > limit
             if over:
-                _stop([process for _, process in running])
                 break
             while waiting and len(running) < at_once:
                 job = waiting.pop(0)
@@ -67,7 +102,7 @@ def run_all(jobs: Sequence[Training], *, at_once: int, limit: float) -> int:
             ended = [pair for pair in running if pair[1].poll() is not None]
             for job, process in ended:
                 _tell_failure(job, process)
-            running = [pair for pair in running if pair[1].poll() is None]
+            running[:] = [pair for pair in running if pair not in ended]
             done += len(ended)
     return sum(_state(job.folder) != "done" for job in jobs)
 
@@ -97,7 +132,20 @@ def _started(job: Training) -> subprocess.Popen[bytes]:
     words = ("train", f"resume={job.folder}") if cut_off else job.words
     job.folder.mkdir(parents=True, exist_ok=True)
     with (job.folder / "log.txt").open("ab") as log:
-        return subprocess.Popen([*SEALS, *words], stdout=log, stderr=log, env=_alone())
+        # a second Ctrl-C would cut off the checkpoint that the first one asks for
+        return subprocess.Popen(
+            [*SEALS, *words], stdout=log, stderr=log, env=_alone(), start_new_session=True
+        )
+
+
+@contextlib.contextmanager
+def _stopped_together() -> Iterator[list[tuple[Training, subprocess.Popen[bytes]]]]:
+    """Yield the list of processes to be; those that are left at its end are asked to stop."""
+    running: list[tuple[Training, subprocess.Popen[bytes]]] = []
+    try:
+        yield running
+    finally:
+        _stop([process for _, process in running])
 
 
 def _stop(processes: Sequence[subprocess.Popen[bytes]]) -> None:

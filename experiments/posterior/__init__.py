@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
-from subprocess import CalledProcessError
 
 from seals.arrays import Floats
 from seals.errors import ConfigError, suggestion
-from seals.experiments.command import CommandParser, show_table
-from seals.experiments.learning_study.arms import Training
-from seals.experiments.learning_study.running import run_all, run_verb
+from seals.experiments.command import CommandParser, show_table, whole
+from seals.experiments.learning_study.arms import MOST_SEEDS, Training
+from seals.experiments.learning_study.running import VerbFailed, add_processes, run_all, run_verb
 from seals.experiments.posterior.outcome import EPISODES, gather, kept, tell
 from seals.experiments.posterior.tasks import (
     ARMS,
@@ -21,6 +20,7 @@ from seals.experiments.posterior.tasks import (
     trainings,
     write_stated,
 )
+from seals.learn.learner import MOST
 
 NAMED = 10
 """Exit code of a diagnosis that names what is missing."""
@@ -38,11 +38,12 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("stage", help=", ".join(STAGES))
     parser.add_argument("--out", type=Path, help="folder; runs/posterior/TASK when left out")
     parser.add_argument("--answers", type=Path, help="what the arms know; that which comes along")
-    parser.add_argument("--seeds", type=int, default=5, help="trainings of an arm")
-    parser.add_argument("--jobs", type=int, default=2, help="processes at once, one core each")
-    parser.add_argument("--limit", type=float, default=0.0, help="stop politely after so many s")
+    seeds = whole(1, MOST_SEEDS)
+    parser.add_argument("--seeds", type=seeds, default=5, help="trainings of an arm")
+    add_processes(parser, at_once=2)
     parser.add_argument("--part", default="1/1", help="which share of the trainings, such as 2/4")
-    parser.add_argument("--episodes", type=int, default=100, help="held-out starts of a judgement")
+    starts = "held-out starts of a judgement"
+    parser.add_argument("--episodes", type=whole(1, MOST), default=100, help=starts)
     parser.add_argument("--device", default="cpu", help="of the trainings: cpu or cuda")
     parser.add_argument("more", nargs="*", help="further overrides of a training")
     given = parser.parse_intermixed_args(words)
@@ -118,8 +119,8 @@ def fly(task: RealTask, out: Path) -> int:
     run_verb("run", *task.flight, *task.real, hidden, f"hydra.run.dir={out / 'log'}")
     try:
         run_verb("diagnose", f"log={out / 'log'}", f"out={answers / 'posterior'}")
-    except CalledProcessError as ended:
-        if ended.returncode != NAMED:
+    except VerbFailed as ended:
+        if ended.code != NAMED:
             raise
     for arm, values in stated_of(task).items():
         write_stated(task, values, answers / arm)

@@ -20,10 +20,13 @@ from seals.experiments.self_play.pursuit import (
 from seals.learn.demonstrations.episode import Demonstrations, Origin, Who
 from seals.learn.demonstrations.recording import record
 from seals.learn.learner import Spaces
+from seals.learn.metadata import config_hash
 from seals.learn.policy import Policy, load_policy
-from seals.learn.training.checkpoint import has_checkpoint, read_checkpoint
+from seals.learn.training.checkpoint import has_checkpoint
 from seals.learn.training.loop import POLICY, Training
+from seals.learn.training.resumption import stopping, take_up
 from seals.learn.training.schedule import TrainingSchedule
+from seals.logs.run_folder import held
 from seals.plugins.learners.sac import SAC
 
 TURN = 65_536
@@ -57,6 +60,9 @@ class Player:
         folder: of its training.
         seed: of weights, noise and starts.
         turn: control steps of a turn.
+
+    Raises:
+        ConfigError: in the folder is a training of another seed or length of turns.
     """
 
     def __init__(self, role: str, folder: Path, *, seed: int, turn: int) -> None:
@@ -66,16 +72,17 @@ class Player:
         self.script = Scripted(role, self.pursuit.game)
         spaces = Spaces(observation_size=SEEN[role], action_size=SAYS[role], count=COUNT)
         agent: Any = SAC(**LEARNER).start(spaces, device="cpu", seed=seed)
+        facts = {"env": "pursuit", "role": role, "learner": "sac", "seed": seed}
         self.training = Training(
             self.pursuit,
             agent,
             course=TrainingSchedule(steps=0, look_every=turn, log_every=turn // 5, keep=True),
             folder=folder,
-            metadata={"env": "pursuit", "role": role, "learner": "sac", "seed": seed},
+            metadata={**facts, "config_hash": config_hash({**facts, **LEARNER, "turn": turn})},
             seed=seed,
         )
         if has_checkpoint(folder):
-            self.training.resume(read_checkpoint(folder, device="cpu"))
+            take_up(self.training, device="cpu")
         else:
             agent.add_demonstrations(self._shown())
 
@@ -107,8 +114,9 @@ class Player:
         rows = [newest if k % 2 else (k // 2) % len(opponents) for k in range(COUNT)]
         self.pursuit.opponent = Squad(opponents, rows)
         self.training.course = replace(self.training.course, steps=number * self.turn)
-        self.training.run()
-        # the end of a turn is not that of the training
+        with stopping(self.training):
+            # the end of a turn is not that of the training
+            self.training.run(over=False)
         self.training.write()
 
 
@@ -125,7 +133,15 @@ def play(folder: Path, *, turns: int, steps: int, seed: int) -> dict[str, Player
         turns: of each.
         steps: control steps of a turn, a multiple of `COUNT`.
         seed: of both.
+
+    Raises:
+        ConfigError: the folder holds other trainings, or is in use.
     """
+    with held(folder):
+        return _played(folder, turns=turns, steps=steps, seed=seed)
+
+
+def _played(folder: Path, *, turns: int, steps: int, seed: int) -> dict[str, Player]:
     players = {role: Player(role, folder / role, seed=seed, turn=steps) for role in ROLES}
     hunter, prey = players[HUNTER], players[PREY]
     for number in turns_of(turns):

@@ -477,3 +477,13 @@ def test_every_minibatch_of_a_round_has_steps(tmp_path: Path, count: int, horizo
     assert training.run().updates == 4
     assert [len(rows) >= 2 for rows in drawn] == [True] * 4
     assert sorted(torch.cat(drawn).tolist()) == list(range(count * horizon))
+
+
+def test_a_training_that_is_not_over_keeps_its_checkpoint(tmp_path: Path) -> None:
+    """What comes after a part of it, and is cut off, begins there and not from nothing."""
+    training = training_of(LEARNERS["sac"], tmp_path)
+    training.write()
+    training.run(over=False)
+    assert (tmp_path / FILE).is_file()
+    training.run()
+    assert not (tmp_path / FILE).exists()

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
 import sys
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -190,3 +193,59 @@ def test_a_wrong_task_is_refused() -> None:
     """The nearest name is told."""
     with pytest.raises(ConfigError, match="Did you mean 'current'"):
         main(["curent", "tell"])
+
+
+WAITS = """
+import pathlib, signal, sys, time
+
+def stop(number, frame):
+    pathlib.Path("stopped").touch()
+    sys.exit(130)
+
+signal.signal(signal.SIGTERM, stop)
+pathlib.Path("began").touch()
+time.sleep(60)
+"""
+
+
+def test_processes_end_with_what_began_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They are asked to stop when it is interrupted, and write what they have by then."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(running, "SEALS", (sys.executable, "-c", WAITS))
+
+    def pause(_: float) -> None:
+        time.sleep(0.02)
+        if (tmp_path / "began").exists():
+            raise KeyboardInterrupt
+
+    clock = SimpleNamespace(sleep=pause, monotonic=time.monotonic)
+    monkeypatch.setattr(running, "time", clock)
+    with pytest.raises(KeyboardInterrupt):
+        running.run_all([Training(tmp_path / "one", ("train",))], at_once=1, limit=0.0)
+    assert (tmp_path / "stopped").exists()
+
+
+def test_a_verb_that_is_refused_ends_the_experiment_in_words(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Its own words stand above; the diagnosis of a flight may end with the code of a finding."""
+    monkeypatch.setattr(running, "SEALS", (sys.executable, "-c", "import sys; sys.exit(7)"))
+    with pytest.raises(running.VerbFailed, match="seals record ended with exit code 7") as refusal:
+        running.run_verb("record")
+    assert refusal.value.code == 7
+
+
+@pytest.mark.parametrize(
+    "words",
+    [("--jobs=0",), ("--limit=nan",), ("--limit=-1",), ("--seeds=-1",), ("--seeds=1e9",)],
+)
+@pytest.mark.parametrize("name", ["posterior", "five_seeds", "learning_study"])
+def test_senseless_numbers_are_refused(name: str, words: tuple[str, ...], tmp_path: Path) -> None:
+    """No process at a time would wait for ever; nothing is written."""
+    task = {"posterior": ["wind", "train"], "five_seeds": ["reach"], "learning_study": []}[name]
+    experiment = importlib.import_module(f"seals.experiments.{name}")
+    with pytest.raises(ConfigError, match="Allowed"):
+        experiment.main([*task, "--out", str(tmp_path / "out"), *words])
+    assert list(tmp_path.iterdir()) == []

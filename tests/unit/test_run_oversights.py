@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import signal
+import time
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -103,6 +106,22 @@ def test_an_experiment_refuses_in_two_lines(capsys: pytest.CaptureFixture[str]) 
     assert ended(refused) == 2
     expected = "ConfigError: guide.frquency is wrong.\nDid you mean 'frequency'?\n"
     assert capsys.readouterr().err == expected
+
+
+def test_an_experiment_that_is_told_to_end_cleans_up(capsys: pytest.CaptureFixture[str]) -> None:
+    """SIGTERM ends it as Ctrl-C does: what it began is ended by those who began it."""
+    cleaned = []
+
+    def ordered(_: Sequence[str] | None) -> int:
+        try:
+            os.kill(os.getpid(), signal.SIGTERM)
+            time.sleep(5.0)
+        finally:
+            cleaned.append(True)
+        return 0
+
+    assert (ended(ordered), cleaned) == (130, [True])
+    assert capsys.readouterr().err == "Interrupted.\n"
 
 
 def test_multirun_may_stand_anywhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -135,6 +135,9 @@ def test_turns_go_on_where_they_stopped(tmp_path: Path) -> None:
             for part in ("halves", "whole")
         )
         assert all((one[name] == two[name]).all() for name in two)
+    for other in ({"steps": 2 * steps, "seed": 3}, {"steps": steps, "seed": 4}):
+        with pytest.raises(ConfigError, match="begun with other settings"):
+            play(tmp_path / "halves", turns=2, **other)
     games = tournament(*(players[role].policies(2) for role in ROLES), starts=2)
     assert len(games["caught"]) == 3 * 3 * 2
     # whoever has hardly learned does not catch what flees; the script does

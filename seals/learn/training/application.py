@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import datetime
-import signal
 import sys
-import threading
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,14 +14,13 @@ from seals.learn.learner import need_torch
 from seals.learn.metadata import config_hash
 from seals.learn.training.checkpoint import FILE
 from seals.learn.training.loop import POLICY, Outcome, Training
-from seals.learn.training.resumption import take_up
+from seals.learn.training.resumption import stopping, take_up
 from seals.learn.training.schedule import TrainingSchedule
 from seals.learn.training.settings import OWN
 from seals.learn.training.setup import agent_of, environments
 from seals.learn.training.tracking import tracker_of
 from seals.learn.world_hash import world_hash
 from seals.logs.atomic import write_json
-from seals.run.stopping import ending
 
 FREE = ("course", "resume", "threads", "name", "film", "track")
 """Keys that do not make another training."""
@@ -140,7 +137,7 @@ def _run(training: Training, folder: Path, facts: Mapping[str, Any], remarks: li
         print(f"note: {remark}", file=sys.stderr)
     note("running", remarks=remarks)
     try:
-        with _stopping(training):
+        with stopping(training):
             outcome = training.run()
     except KeyboardInterrupt:
         note("interrupted", remarks=remarks)
@@ -150,27 +147,6 @@ def _run(training: Training, folder: Path, facts: Mapping[str, Any], remarks: li
         raise
     note("done", remarks=remarks, early=outcome.early)
     return outcome
-
-
-@contextlib.contextmanager
-def _stopping(training: Training) -> Iterator[None]:
-    """Let Ctrl-C, or a cluster's stop signal, end the training between two updates.
-
-    The second signal stops at once; the checkpoint is then an older one.
-    """
-
-    def stop(number: int, frame: object) -> None:
-        if training.stop:
-            raise KeyboardInterrupt
-        training.stop = True
-
-    main = threading.current_thread() is threading.main_thread()
-    before = {s: signal.signal(s, stop) for s in (signal.SIGINT, *ending()) if main}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def _schedule(config: Any) -> TrainingSchedule:

@@ -98,8 +98,12 @@ class Training:
         self._rows: dict[str, Rows] = {}
         self._tracker = tracker
 
-    def run(self) -> Outcome:
-        """Train until the step budget or the target score is reached."""
+    def run(self, *, over: bool = True) -> Outcome:
+        """Train until the step budget or the target score is reached.
+
+        Args:
+            over: whether nothing comes after that, so that the checkpoint is removed.
+        """
         if not self._begun:
             self._begin()
         # a training taken up may stand between two updates
@@ -116,7 +120,7 @@ class Training:
             self.step += self.environment.count
             self._update()
             self._log_evaluate_save()
-        return self._end()
+        return self._end(over)
 
     def _begin(self) -> None:
         self._begun = True
@@ -159,7 +163,7 @@ class Training:
     def _enough(self) -> bool:
         return self.course.stop_at > 0.0 and self._good >= self.course.in_a_row
 
-    def _end(self) -> Outcome:
+    def _end(self, over: bool) -> Outcome:
         early = self._enough() and self.step < self.course.steps
         if not self.agent.interactive:
             # without steps of its own, it stands where the others stand at the end
@@ -168,7 +172,8 @@ class Training:
             self._evaluate()
         if self.eval_env is None:
             self._save(POLICY)
-        remove_checkpoint(self.folder)
+        if over:
+            remove_checkpoint(self.folder)
         return Outcome(self.step, self.updates, self.seconds, self.success, early)
 
     @property

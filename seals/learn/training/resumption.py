@@ -1,13 +1,17 @@
-"""Resumption of a training from the checkpoint in its folder."""
+"""Stop of a training between two updates, and its resumption from the checkpoint."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import contextlib
+import signal
+import threading
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from seals.errors import ConfigError, SealsError
 from seals.learn.training.checkpoint import FILE, read_checkpoint
 from seals.learn.training.tensor_state import stored
+from seals.run.stopping import ending
 from seals.state_tree import conform
 
 if TYPE_CHECKING:
@@ -58,3 +62,24 @@ def take_up(training: Training, *, device: str) -> list[str]:
             f"{folder / FILE} cannot be taken up: {text}.\n"
             "It is damaged, or was not written by seals train; begin anew without resume."
         ) from cause
+
+
+@contextlib.contextmanager
+def stopping(training: Training) -> Iterator[None]:
+    """Let Ctrl-C, or a cluster's stop signal, end the training between two updates.
+
+    The second signal stops at once; the checkpoint is then an older one.
+    """
+
+    def stop(number: int, frame: object) -> None:
+        if training.stop:
+            raise KeyboardInterrupt
+        training.stop = True
+
+    main = threading.current_thread() is threading.main_thread()
+    before = {s: signal.signal(s, stop) for s in (signal.SIGINT, *ending()) if main}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
