@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from seals.errors import ConfigError, suggestion
@@ -74,3 +75,26 @@ def of_all_processes(rows: Tensor) -> Tensor:
     found = [torch.empty_like(rows) for _ in range(processes())]
     distributed.all_gather(found, rows.contiguous())
     return torch.cat(found)
+
+
+def largest_of_all(number: int) -> int:
+    """Return the largest number that a process of those that learn one policy has."""
+    return number if processes() == 1 else int(_gathered([number]).max())
+
+
+def alike_in_all(numbers: Sequence[int]) -> bool:
+    """Return whether all processes that learn one policy have the same numbers."""
+    rows = _gathered(numbers) if processes() > 1 else None
+    return rows is None or bool((rows == rows[0]).all())
+
+
+def _gathered(numbers: Sequence[int]) -> Tensor:
+    """Return a row of each process that learns the policy of this one, shape (processes, k)."""
+    import torch
+    from torch import distributed
+
+    row = torch.tensor([list(numbers)])
+    # other learners than those that share gradients learn a policy in each process
+    if not distributed.is_initialized():
+        return row
+    return of_all_processes(row.cuda() if distributed.get_backend() == "nccl" else row)

@@ -40,6 +40,8 @@ PRODUCTS = (
     *(FACTS, NOTES),
 )
 """Names that runs and trainings write into their folder; ``run.json`` moves last but one."""
+KEPT = re.compile(r"policy_\d+")
+"""Names of the policies that a training keeps from each of its evaluations."""
 _TRIES, _PAUSE = 20, 0.05
 """How often, and after which pause [s], a lock is tried that somebody else may only be looking at.
 """
@@ -173,7 +175,7 @@ def _refuse_links(folder: Path) -> None:
     Raises:
         ConfigError: what is written there would be written elsewhere.
     """
-    for path in (folder / name for name in (*PRODUCTS, MOVING)):
+    for path in (folder / name for name in (*_names(folder), MOVING)):
         inside = os.scandir(path) if path.is_dir() and not path.is_symlink() else ()
         linked = [path] if path.is_symlink() else [one.path for one in inside if one.is_symlink()]
         if linked:
@@ -247,6 +249,12 @@ class Claim:
         self._held.close()
 
 
+def _names(folder: Path) -> tuple[str, ...]:
+    """Return `PRODUCTS` behind the names of the policies that are kept in a folder."""
+    return (*sorted(path.name for path in folder.glob("policy_*") if KEPT.fullmatch(path.name)),
+            *PRODUCTS)  # fmt: skip
+
+
 def _begun(folder: Path) -> bool:
     """Return whether a folder holds more of a run than Hydra's configuration."""
     return any((folder / name).exists() for name in PRODUCTS if name != NOTES)
@@ -264,7 +272,7 @@ def set_aside(folder: Path, *, notes: bool = True) -> Path | None:
     Returns:
         The folder that holds it now; None where there was nothing.
     """
-    names = PRODUCTS if notes else PRODUCTS[:-1]
+    names = _names(folder) if notes else _names(folder)[:-1]
     if not any((folder / name).exists() for name in names):
         return None
     moving = folder / MOVING
@@ -293,7 +301,7 @@ def clear(folder: Path, *, notes: bool = True) -> None:
         folder: of a run; its lock is held.
         notes: whether its configuration goes, too.
     """
-    for name in reversed(PRODUCTS if notes else PRODUCTS[:-1]):
+    for name in reversed(_names(folder) if notes else _names(folder)[:-1]):
         path = folder / name
         if path.is_dir() and not path.is_symlink():
             shutil.rmtree(path, ignore_errors=True)
@@ -306,7 +314,8 @@ def _roll_back(folder: Path) -> None:
     moving = folder / MOVING
     if not moving.is_dir():
         return
-    _move(moving, folder, [name for name in reversed(PRODUCTS) if not (folder / name).exists()])
+    names = reversed(_names(moving))
+    _move(moving, folder, [name for name in names if not (folder / name).exists()])
     with contextlib.suppress(OSError):  # it stays where it holds more than products
         moving.rmdir()
 

@@ -27,7 +27,7 @@ from seals.learn.training.checkpoint import FILE, read_checkpoint, write_checkpo
 from seals.learn.training.loop import Training
 from seals.learn.training.rows import Rows
 from seals.learn.training.schedule import TrainingSchedule
-from seals.learn.training.scoring import score
+from seals.learn.training.scoring import Scores, score
 from seals.plugins.learners.bc import BC
 from seals.plugins.learners.dagger import Dagger
 from seals.plugins.learners.ppo import PPO
@@ -276,6 +276,31 @@ def test_the_best_policy_of_all_evaluations_is_left(tmp_path: Path) -> None:
         assert outcome.success == float(best["success"])
         last += best is rows[-1]
     assert last < 4
+
+
+@pytest.mark.parametrize(("begun", "left"), [(False, "policy_80"), (True, "policy_40")])
+def test_the_best_may_be_asked_for_later(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, begun: bool, left: str
+) -> None:
+    """What stands in the folder then has to be surpassed, too; a return that is no number loses."""
+    wins = iter(((0, -9.0), (3, -1.0), (2, -1.0), (1, -1.0), (2, float("nan")), (2, -2.0)))
+
+    def scored(*_: Any) -> Scores:
+        won, gain = next(wins)
+        success, rows = np.arange(4) < won, np.arange(4)
+        return Scores(rows, success, np.full(4, gain), np.ones(4, dtype=np.int64), {})
+
+    monkeypatch.setattr(Training, "_scores", scored)
+    course = TrainingSchedule(steps=80, look_every=40, episodes=4, keep=True, best=begun)
+    first = training_of(SAC(**SMALL), tmp_path, course=course)
+    first.run(over=False)
+    first.write()
+    course.steps, course.best = 200, True
+    second = training_of(SAC(**SMALL), tmp_path, course=course)
+    second.resume(read_checkpoint(tmp_path, device="cpu"))
+    assert second.run().success == {"policy_40": 0.75, "policy_80": 0.5}[left]
+    one, other = (tmp_path / name / "policy.safetensors" for name in ("policy", left))
+    assert one.read_bytes() == other.read_bytes()
 
 
 def test_cloning_looks_before_and_after(tmp_path: Path) -> None:

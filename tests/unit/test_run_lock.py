@@ -262,3 +262,17 @@ def test_a_run_without_room_for_its_notes_never_began(elsewhere: Path) -> None:
 def test_products_are_names_in_the_folder() -> None:
     """Nothing outside of a folder is ever moved or removed."""
     assert all(set(name).isdisjoint("/\\") and name not in ("", ".", "..") for name in PRODUCTS)
+
+
+def test_policies_that_were_kept_are_of_the_earlier_training(tmp_path: Path) -> None:
+    """They move aside with it and come back with it; what the user called alike stays."""
+    for name in ("policy_0", "policy_800", "policy_best"):
+        (tmp_path / name).mkdir()
+    aside = set_aside(tmp_path)
+    assert aside is not None
+    assert sorted(path.name for path in aside.iterdir()) == ["policy_0", "policy_800"]
+    assert (tmp_path / "policy_best").is_dir()
+    (tmp_path / "policy_400").mkdir()
+    bring_back(aside)
+    names = sorted(path.name for path in tmp_path.glob("policy*"))
+    assert names == ["policy_0", "policy_800", "policy_best"]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from seals.learn.devices import largest_of_all
 from seals.learn.learner import Advised
 from seals.learn.networks import actor_of
 from seals.learn.policy import NetworkPolicy, save_policy
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
     from seals.learn.batched import Batched
     from seals.learn.learner import Agent
 
+STOP = 2
+"""What a process tells the others when it is asked to stop; 1 for a checkpoint that is due."""
 POLICY = "policy"
 """Folder of the policy in that of the training."""
 TRAINED = ("step", "seconds", "updates", "episodes", "success", "return", "length")
@@ -215,10 +218,13 @@ class Training:
         self._heard(figures["success"])
         self._good = self._good + 1 if figures["success"] >= self.course.stop_at else 0
         scored = [figures["success"], figures["return"]]
-        if self.course.best and scored > self._best:
+        better = scored > self._best
+        if self.course.best and better:
             self._save(POLICY)
+        # without that option it is the last one that stands in the folder
+        if better or not self.course.best:
             self._best = scored
-        self.success = self._best[0] if self.course.best else scored[0]
+        self.success = self._best[0]
 
     def _scores(self, eval_env: Batched) -> Scores:
         network, tensors = self.agent.policy()
@@ -254,7 +260,11 @@ class Training:
             KeyboardInterrupt: ``stop`` was set; here, between two updates, nothing is half done.
         """
         every = self.course.checkpoint
-        if every > 0.0 and (self.stop or time.perf_counter() - self._kept >= every):
+        due = every > 0.0 and time.perf_counter() - self._kept >= every
+        # processes that learn one policy are kept, and stop, at the same place
+        asked = largest_of_all(STOP if self.stop else int(due))
+        self.stop = self.stop or asked == STOP
+        if every > 0.0 and asked:
             self.write()
         if self.stop:
             raise KeyboardInterrupt

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from seals.errors import ConfigError, SealsError
+from seals.learn.devices import alike_in_all
 from seals.learn.training.checkpoint import FILE, read_checkpoint
 from seals.learn.training.tensor_state import stored
 from seals.run.stopping import ending
@@ -53,7 +54,7 @@ def take_up(training: Training, *, device: str) -> list[str]:
         )
     try:
         refuse_other_form(state, training.state())
-        return training.resume(state)
+        remarks = training.resume(state)
     except SealsError:
         raise
     except Exception as cause:  # parts restore themselves, and say in their own ways what is amiss
@@ -62,6 +63,12 @@ def take_up(training: Training, *, device: str) -> list[str]:
             f"{folder / FILE} cannot be taken up: {text}.\n"
             "It is damaged, or was not written by seals train; begin anew without resume."
         ) from cause
+    if not alike_in_all((training.step, training.updates)):
+        raise ConfigError(
+            f"resume={folder}: its processes were cut off at different steps, this one at "
+            f"{training.step}.\nBegin it anew, in folders of their own."
+        )
+    return remarks
 
 
 @contextlib.contextmanager
