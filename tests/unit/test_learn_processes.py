@@ -17,6 +17,7 @@ UPDATE = """
 import os, sys, torch
 import numpy as np
 from seals.learn.batched import StepResult
+from seals.learn.devices import alike_in_all, largest_of_all
 from seals.learn.learner import Spaces
 from seals.plugins.learners.ppo import PPO
 
@@ -42,6 +43,7 @@ kept = {
     "gradients": [p.grad for p in agent.learned],
     "weights": [p.detach() for p in agent.learned],
     "norm": list(agent.norm.layer.buffers()),
+    "agreed": [torch.tensor([largest_of_all(rank), alike_in_all([5, 7]), alike_in_all([5, rank])])],
 }
 arrays = {f"{name}_{k}": x.numpy() for name, rows in kept.items() for k, x in enumerate(rows)}
 np.savez(f"{sys.argv[1]}/{processes}_{rank}.npz", **arrays)
@@ -64,7 +66,9 @@ def test_two_processes_have_the_gradients_of_one(tmp_path: Path) -> None:
     one, first, second = (
         np.load(tmp_path / f"{name}.npz", allow_pickle=False) for name in ("1_0", "2_0", "2_1")
     )
-    for name in one:
+    assert first["agreed_0"].tolist() == second["agreed_0"].tolist() == [1, 1, 0]
+    assert one["agreed_0"].tolist() == [0, 1, 1]
+    for name in (name for name in one if name != "agreed_0"):
         np.testing.assert_array_equal(first[name], second[name])
         np.testing.assert_allclose(first[name], one[name], rtol=1e-5, atol=1e-7)
     assert max(abs(one[name]).max() for name in one if name.startswith("gradients")) > 1e-3

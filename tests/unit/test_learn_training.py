@@ -24,7 +24,8 @@ from seals.learn.networks import description
 from seals.learn.policy import load_policy
 from seals.learn.starts import validation_seeds
 from seals.learn.training.checkpoint import FILE, read_checkpoint, write_checkpoint
-from seals.learn.training.loop import Training
+from seals.learn.training.loop import STOP, Training
+from seals.learn.training.resumption import take_up
 from seals.learn.training.rows import Rows
 from seals.learn.training.schedule import TrainingSchedule
 from seals.learn.training.scoring import Scores, score
@@ -124,7 +125,8 @@ torch.set_num_threads(1)
 from seals.learn.learner import Spaces
 from seals.learn.training.checkpoint import read_checkpoint
 from seals.learn.training.schedule import TrainingSchedule
-from seals.learn.training.loop import Training
+from seals.learn.training.loop import STOP, Training
+from seals.learn.training.resumption import take_up
 from seals.plugins.learners.sac import SAC
 from seals.testing.reaching import PointReach
 
@@ -512,3 +514,27 @@ def test_a_training_that_is_not_over_keeps_its_checkpoint(tmp_path: Path) -> Non
     assert (tmp_path / FILE).is_file()
     training.run()
     assert not (tmp_path / FILE).exists()
+
+
+def test_processes_of_one_policy_stop_together(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Another's wish to stop is one's own; a signal that comes while they agree counts later."""
+    training, told = training_of(LEARNERS["sac"], tmp_path), []
+
+    def agreed(number: int) -> int:
+        told.append(number)
+        # the signal comes in the third call, when this process has already said that it goes on
+        training.stop = len(told) >= 3
+        return STOP if len(told) == 5 else number if number < STOP else 0
+
+    monkeypatch.setattr("seals.learn.training.loop.largest_of_all", agreed)
+    training.course.checkpoint = 1e6
+    with pytest.raises(KeyboardInterrupt):
+        training.run()
+    assert told == [0, 0, 0, STOP, STOP]
+    state = read_checkpoint(tmp_path, device="cpu")
+    assert state["place"]["step"] == training.step
+    monkeypatch.setattr("seals.learn.training.resumption.alike_in_all", lambda _: False)
+    with pytest.raises(ConfigError, match=r"cut off at different steps, this one at \d+\.\n"):
+        take_up(training_of(LEARNERS["sac"], tmp_path), device="cpu")

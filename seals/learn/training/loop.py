@@ -261,12 +261,12 @@ class Training:
         """
         every = self.course.checkpoint
         due = every > 0.0 and time.perf_counter() - self._kept >= every
-        # processes that learn one policy are kept, and stop, at the same place
+        # processes that learn one policy are kept, and stop, at the same place: a signal that comes
+        # while they agree counts at the next one
         asked = largest_of_all(STOP if self.stop else int(due))
-        self.stop = self.stop or asked == STOP
         if every > 0.0 and asked:
             self.write()
-        if self.stop:
+        if asked == STOP:
             raise KeyboardInterrupt
 
     def write(self) -> None:
