@@ -26,7 +26,11 @@ def rayleigh(radius: float) -> float:
 def droplet(places: np.ndarray, half: float, spacing: float) -> SolverPbf:
     """Water at places in a box of a half width [m], without gravity."""
     drop = PbfSettings(
-        gravity=0.0, sound_speed=8.0, cohesion=TENSION, artificial_viscosity=20.0, deterministic=True
+        gravity=0.0,
+        sound_speed=8.0,
+        cohesion=TENSION,
+        artificial_viscosity=20.0,
+        deterministic=True,
     ).build(
         Domain(
             spacing=spacing,
