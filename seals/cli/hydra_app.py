@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from seals.cli.slips import refuse_cut, refuse_slips, refuse_unknown_flags, with_folder
+from seals.cli.slips import folder_key, refuse_cut, refuse_slips, refuse_unknown_flags, with_folder
 from seals.cli.sweep import MULTIRUN, RESUME, begun, own_words, with_objective
 from seals.config import roots
 from seals.config.overrides import joined
@@ -183,7 +183,7 @@ def launch(root: str, arguments: list[str], task: Task) -> int:
     application = hydra.main(version_base="1.3", config_path="pkg://seals.conf", config_name=root)
     overrides = [word for word in arguments if not word.startswith("-")]
     with (
-        _endings(sweep, "sweep" if sweeping else "run"),
+        _endings(sweep, "sweep" if sweeping else "run", folder_key(root, several=sweeping)),
         _hydra_process(root, arguments),
         stoppable(),
         refusals(overrides, root=root),
@@ -198,7 +198,7 @@ def launch(root: str, arguments: list[str], task: Task) -> int:
 
 
 @contextlib.contextmanager
-def _endings(sweep: Any, kind: str) -> Iterator[None]:
+def _endings(sweep: Any, kind: str, place: str) -> Iterator[None]:
     """Explain an error of Hydra or a launcher; remove the folder of a refused sweep."""
     try:
         yield
@@ -218,12 +218,12 @@ def _endings(sweep: Any, kind: str) -> Iterator[None]:
         if isinstance(error, FileExistsError | NotADirectoryError) and sweep.folder is None:
             raise ConfigError(
                 f"the {kind} folder cannot be made: '{error.filename}' is a file or below one.\n"
-                f"Give another name: hydra.{kind}.dir=FOLDER"
+                f"Give another name: {place}=FOLDER"
             ) from error
         if isinstance(error, OSError) and (sweep.folder is None or error.errno in _DENIED):
             raise ConfigError(
                 f"the {kind} folder cannot be made: {error}.\n"
-                f"Go to a folder in which you may write, or say hydra.{kind}.dir=FOLDER."
+                f"Go to a folder in which you may write, or say {place}=FOLDER."
             ) from error
         if sweep.folder is None:
             raise

@@ -47,6 +47,16 @@ def with_folder(root: str, words: Sequence[str], *, several: bool) -> list[str]:
     ]
 
 
+def folder_key(root: str, *, several: bool) -> str:
+    """Return the key of the folder of a run, or of a sweep, as its user says it.
+
+    Example:
+        >>> folder_key("run", several=False), folder_key("evaluate", several=True)
+        ('out', 'hydra.sweep.dir')
+    """
+    return "out" if root in _RUNS else _FOLDERS[several].removesuffix("=")
+
+
 def refuse_slips(root: str, words: Sequence[str]) -> None:
     """Refuse a name without its key, and a run that would overwrite the one it repeats.
 

@@ -190,6 +190,8 @@ def _keyed(cause: BaseException, outer: str, overrides: Sequence[str]) -> SealsE
 def _belongs(key: str, parent: Any, allowed: Sequence[str]) -> str:
     """Say where a key belongs that its section does not have; empty if nowhere."""
     if parent is not None and not len(parent):
+        if parent._get_full_key(None) == "fluid":
+            return "The water of particles has such keys: water=particles"
         return "This mapping is empty: put a + in front of the key to add it."
     slip = difflib.get_close_matches(key, allowed, n=1, cutoff=_SLIP)
     home = None if parent is None or slip else home_of(key, parent._get_root())
