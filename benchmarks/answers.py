@@ -138,7 +138,8 @@ def _curved(problem: Problem) -> dict[str, dict[str, float]]:
     """Starting values of effects that have no response about zero: a tether, waves."""
     fitter = problem.fitter
     base = EvidenceHypothesis(candidates=(), fit=fitter.start(()), fitter=fitter, score=0.0)
-    return {name: starts[0] for name, starts in initial_guesses(problem, base).items() if starts}
+    found = initial_guesses(problem, base, problem.plant.candidate_set.candidates)
+    return {candidate.name: start for candidate, start in reversed(found)}
 
 
 Sparsifier = Callable[[Floats, Floats, float], Floats]

@@ -83,7 +83,7 @@ def _fitted(problem: Problem, candidate: Candidate) -> tuple[Fit, float]:
     starts += [dict(zip(keys, s, strict=False)) for s in candidate.starts[:1]]
     if candidate.identification.guessed:
         base = EvidenceHypothesis(candidates=(), fit=nominal, fitter=fitter, score=0.0)
-        starts = list(initial_guesses(problem, base).get(candidate.name, starts))
+        starts = [s for _, s in initial_guesses(problem, base, [candidate])] or starts
     fits = [fitter.fit(keys, start=s, iterations=3) for s in starts]
     best = min(fits, key=lambda f: f.cost)
     return best, nominal.cost - best.cost

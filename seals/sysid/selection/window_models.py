@@ -30,7 +30,12 @@ from seals.sysid.scores.disturbance_level import disturbance_level
 from seals.sysid.scores.held_out import held_out_fall, held_out_misfit
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant, scored
 from seals.sysid.selection.initial_guesses import initial_guesses
-from seals.sysid.selection.onsets import in_place_of_timed, proposals, retimed
+from seals.sysid.selection.onsets import (
+    in_place_of_timed,
+    may_act_for_a_time,
+    proposals,
+    retimed,
+)
 from seals.sysid.selection.relinearised import refit_about_own_values, relinearise
 from seals.sysid.selection.search import Refinement, Search
 from seals.sysid.selection.shortlist import Job, better_known, fitted, refined
@@ -322,18 +327,17 @@ def extensions(
     ]
     noisy = disturbance_level(base)
     missing = noisy.level > 1.0 and noisy.gain > problem.policy.disturbance_search
-    starts = initial_guesses(problem, base) if missing else {}
     regular = [c for c in candidates if not c.identification.guessed]
     uncertain = [c.name for c in regular if c.identification.always_fitted]
     table, first = linear_screen(base, regular, always=uncertain if missing else ())
-    first += proposals(problem, base, regular, table, processes=processes)
+    first += (timed := proposals(problem, base, regular, table, processes=processes))
     jobs = [(c, begin) for c, values in first for begin in (values, *_starts_of(c, base))]
-    jobs += [
-        (c, begin)
-        for c in candidates
-        if c.identification.guessed
-        for begin in starts.get(c.name, ())
-    ]
+    if missing:
+        jobs += initial_guesses(problem, base, candidates)
+        # the strongest of those for a time may stand for one that needs a guess
+        for activity in [c.activity for c, _ in timed[:1]]:
+            changing = [c for c in candidates if may_act_for_a_time(problem, c)]
+            jobs += initial_guesses(problem, base, changing, activity)
 
     late = candidate_set.sensor_delay
     plain = _shifted(base.fitter, 0.0)
