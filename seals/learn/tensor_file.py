@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib
+import os
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -43,6 +45,9 @@ def write_tensors(path: Path, tensors: Mapping[str, Any], *, framework: str = "n
         place.save_file(dict(tensors), str(path))
     except SafetensorError as cause:
         # the library tells of a full disk or a failed write in a class of its own
+        number = re.search(r"\(os error (\d+)\)", str(cause))
+        if number:
+            raise OSError(int(number[1]), os.strerror(int(number[1])), str(path)) from cause
         raise OSError(f"{path} cannot be written: {cause}") from cause
 
 

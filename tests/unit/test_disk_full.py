@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from seals.cli.main import main
@@ -139,6 +140,23 @@ def test_the_command_says_it_in_two_lines(
     said = capsys.readouterr().err.strip().splitlines()
     assert said[-2] == "DiskFull: there is no room left on the disk for some/file."
     assert "Make room" in said[-1]
+
+
+def test_the_library_of_policies_tells_of_it_in_words_of_its_own(tmp_path: Path) -> None:
+    """Its error holds the system's number as text alone; here a file is larger than allowed."""
+    pytest.importorskip("safetensors")
+    resource = pytest.importorskip("resource")
+    from seals.learn.tensor_file import write_tensors
+
+    target, limit = tmp_path / "folder", resource.RLIMIT_FSIZE
+    least, most = resource.getrlimit(limit)
+    resource.setrlimit(limit, (20_000, most))
+    try:
+        with pytest.raises(DiskFull, match="no room left"), atomic_folder(target) as beside:
+            write_tensors(beside / "weights.safetensors", {"w": np.zeros(10_000)})
+    finally:
+        resource.setrlimit(limit, (least, most))
+    assert list(tmp_path.glob("*folder*")) == []
 
 
 _MAPPED = "a.so: failed to map segment from shared object: Cannot allocate memory"
