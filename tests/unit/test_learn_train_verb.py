@@ -164,6 +164,11 @@ SHORT = [word for word in TINY if not word.startswith("learner.")]
         ["learner=ppo", "learner.hidden=[8]", "learner.horizon=3", "learner.minibatches=2"],
         ["learner=dagger", "learner.hidden=[8]", "learner.batch=4", "learner.led=2"],
         ["learner=rlpd", *(word for word in TINY if word.startswith("learner.")), *SHOWN],
+        [
+            *("learner=visual_sac", "env=reach_seen", "frames=1", "learner.channels=4"),
+            *(f"sensors.{x}.{side}=24" for x in ("front", "belly") for side in ("width", "height")),
+            *(word for word in TINY if word.startswith("learner.")),
+        ],
     ],
     ids=lambda words: words[0],
 )

@@ -53,6 +53,9 @@ def take_up(training: Training, *, device: str) -> list[str]:
             "robot and environment.\nBegin it anew, in a folder of its own."
         )
     try:
+        if state.get("environment") is not None:
+            # one that never began has nothing to compare with
+            training.environment.reset()
         refuse_other_form(state, training.state())
         remarks = training.resume(state)
     except SealsError:
