@@ -89,7 +89,8 @@ def refuse_widths(hidden: Sequence[int]) -> None:
     Raises:
         ConfigError: says which are allowed.
     """
-    if len(hidden) > _MOST_LAYERS or not all(1 <= width <= _WIDEST for width in hidden):
+    sound = all(isinstance(width, int) and 1 <= width <= _WIDEST for width in hidden)
+    if len(hidden) > _MOST_LAYERS or not sound:
         given = f"{list(hidden)!r:.60}" + (f", {len(hidden)} layers" if len(hidden) > 9 else "")
         raise ConfigError(
             f"hidden={given} is not allowed.\n"
