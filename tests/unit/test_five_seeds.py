@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from seals.experiments.five_seeds.episode_tables import gather, shipped, write
 from seals.experiments.five_seeds.outcome import table_of, write_curves
 from seals.experiments.five_seeds.recipes import RECIPES, Recipe
 from seals.experiments.five_seeds.shipping import ship
+from seals.experiments.learning_study.arms import Training
 from seals.learn.evaluation.page import write_results
 from seals.learn.evaluation.result import EvaluationResult
 from seals.plugins.learners.dagger import Dagger
@@ -150,12 +152,14 @@ def test_the_paper_s_own_arm_learns_for_a_moment(
 ) -> None:
     """Recorded, pretrained by the table of its appendix, trained and judged: but for shorter."""
     pytest.importorskip("torchrl", reason="the extra learn is not installed")
-    plain = five_seeds.run_verb
+    plain = five_seeds.judgements
 
-    def run(*words: str) -> None:
-        plain(*("episodes=2" if word == "episodes=100" else word for word in words))
+    def judgements(*given: Any) -> list[Training]:
+        fewer = {"episodes=100": "episodes=2"}
+        jobs = plain(*given)
+        return [Training(j.folder, tuple(fewer.get(w, w) for w in j.words)) for j in jobs]
 
-    monkeypatch.setattr(five_seeds, "run_verb", run)
+    monkeypatch.setattr(five_seeds, "judgements", judgements)
     monkeypatch.setitem(RECIPES, "reach_paper", RECIPES["reach_paper"]._replace(shown=2))
     short = ("learner.pretrain=5", "learner.random_steps=40", "learner.batch=64", "count=4")
     course = ("course.steps=120", "course.look_every=80", "course.episodes=2")

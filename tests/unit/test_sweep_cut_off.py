@@ -279,14 +279,14 @@ def test_a_killed_training_of_a_sweep_goes_on_at_its_checkpoint(
             seen |= {file.stat().st_mtime_ns for file in folder.glob("0/checkpoint.bin")}
             time.sleep(0.02)
         os.kill(first.pid, signal.SIGKILL)
-    steps, before = [], trainings._take_up
+    steps, before = [], trainings.take_up
 
-    def take_up(training: Any, *others: Any) -> list[str]:
-        remarks = before(training, *others)
+    def take_up(training: Any, **others: Any) -> list[str]:
+        remarks = before(training, **others)
         steps.append(training.step)
         return remarks
 
-    monkeypatch.setattr(trainings, "_take_up", take_up)
+    monkeypatch.setattr(trainings, "take_up", take_up)
     assert main(["train", f"resume={folder}"]) == 0
     assert len(steps) == 1
     assert steps[0] > 0
