@@ -125,10 +125,12 @@ def test_the_best_choice_is_found() -> None:
     assert value.detach().mean().item() == pytest.approx(1.0, abs=0.1)
 
 
-def trained(learner: Any, folder: Path, *, steps: int, count: int, shown: int = 0) -> Outcome:
+def trained(
+    learner: Any, folder: Path, *, steps: int, count: int, shown: int = 0, seed: int = 0
+) -> Outcome:
     """Train among points that are to reach others, and judge by 50 starts."""
     spaces = Spaces(observation_size=6, action_size=3, count=count)
-    agent = learner.start(spaces, device="cpu", seed=0)
+    agent = learner.start(spaces, device="cpu", seed=seed)
     if shown:
         agent.add_demonstrations(demonstrations(shown))
     every = max(steps, 1)
@@ -165,9 +167,13 @@ def test_cloning_learns_from_many_demonstrations(tmp_path: Path) -> None:
 def test_a_small_task_is_learned(
     learner: Any, steps: int, count: int, shown: int, tmp_path: Path
 ) -> None:
-    """At least 45 of 50 new targets are reached; the untrained policy reaches almost none."""
-    outcome = trained(learner, tmp_path, steps=steps, count=count, shown=shown)
-    first = (tmp_path / "evaluation.csv").read_text().splitlines()[1]
-    assert float(first.split(",")[4]) <= 0.1
-    assert outcome.success is not None
-    assert outcome.success >= 0.9
+    """At least 45 of 50 new targets by the middle of three seeds; untrained almost none."""
+    found = []
+    for seed in range(3):
+        folder = tmp_path / str(seed)
+        outcome = trained(learner, folder, steps=steps, count=count, shown=shown, seed=seed)
+        first = (folder / "evaluation.csv").read_text().splitlines()[1]
+        assert float(first.split(",")[4]) <= 0.1
+        assert outcome.success is not None
+        found.append(outcome.success)
+    assert sorted(found)[1] >= 0.9
