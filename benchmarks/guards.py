@@ -61,15 +61,15 @@ GUARDS: dict[str, Guard] = {
     **DESCRIPTIONS,
     **SIGHT,
     "form of a training": Guard(
-        "seals.learn.training.application",
-        "        conform(stored(state), stored(training.state()))\n",
+        "seals.learn.training.resumption",
+        "    conform(stored(state), stored(fresh), tables=GROWN)\n",
         "",
         FORGED,
         "forged",
         "torchrl",
     ),
     "faults of a training": Guard(
-        "seals.learn.training.application",
+        "seals.learn.training.resumption",
         "    except Exception as cause:  # parts restore",
         "    except ZeroDivisionError as cause:  # parts restore",
         FORGED,

@@ -78,7 +78,7 @@ def network(**change: Any) -> Callable[[Path], None]:
         (network(hidden=[65_536, 65_536]), "do not belong together"),
         (network(observation=float("inf")), "description of a policy cannot be used"),
         (network(action=-1), "description of a policy cannot be used"),
-        (network(hidden="a"), "description of a policy cannot be used"),
+        (network(hidden="a"), r"hidden=\['a'\] is not allowed"),
         (lambda f: (f / "policy.safetensors").unlink(), "is missing"),
         (lambda f: (f / "policy.safetensors").write_bytes(b"\x80\x04N."), "format safetensors"),
         (

@@ -208,11 +208,11 @@ def test_every_verb_is_interrupted(
 def test_a_training_ends_between_two_updates(number: int) -> None:
     """The first signal asks, the second one ends at once."""
     pytest.importorskip("torch", reason="PyTorch is not installed")
-    from seals.learn.training.application import _stopping
+    from seals.learn.training.resumption import stopping
 
     training: Any = SimpleNamespace(stop=False)
     before = [signal.getsignal(one) for one in SIGNALS]
-    with _stopping(training):
+    with stopping(training):
         os.kill(os.getpid(), number)
         assert training.stop
         with pytest.raises(KeyboardInterrupt):
