@@ -2,13 +2,16 @@
 # make test   build the wheel, install it into .venv-test, lint, type-check and test it
 # make test-kernels   the tests of numbers once more with the arithmetic of an older processor
 # make docs   build this documentation into build/site; a warning is an error
+# make pages  run every command of every page, the slow ones too, and compare what it prints
 # make validate   the long comparisons with measurements and the slow verifications
 # make killed   kill every long command at random moments; fill a disk; fail every write of it; take out every guard
 # make fuzz     damaged files for every reader and loader, 3 minutes each
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-kernels types examples docs browser validate killed fuzz lint clean
+# pages that make pages follows at a time
+PAGES_JOBS ?= 2
+.PHONY: help demo test test-kernels types examples docs pages browser validate killed fuzz lint clean
 
 # The jobs of the demonstration, one a line, in order.
 # A job behind '?' needs a measurement: without an offline folder it may fail for want of a network,
@@ -29,7 +32,7 @@ OFFLINE = $(wildcard $(CURDIR)/../shared/data)
 export SEALS_DATA ?= $(OFFLINE)
 
 # many small matrices: threads inside the linear algebra only get into each other's way
-test test-kernels validate killed fuzz: export OPENBLAS_NUM_THREADS = 1
+test test-kernels validate pages killed fuzz: export OPENBLAS_NUM_THREADS = 1
 
 # PyBullet has wheels for Python 3.10 and 3.11, so those come first; an interpreter without venv does not count.
 FIND_PYTHON = for candidate in $${PYTHON:-python3.11 python3.10 python3 python3.12 python3.13}; do \
@@ -46,7 +49,7 @@ LISTS = $(wildcard constraints/py*.txt)
 SOURCES = $(shell find seals plugins robots animals conf experiments -type f -not -path '*/__pycache__/*' 2>/dev/null)
 
 help:
-	@sed -n '1,7s/^# //p' Makefile
+	@sed -n '1,8s/^# //p' Makefile
 
 demo: .venv/installed
 	@while IFS= read -r job; do \
@@ -94,9 +97,10 @@ KERNEL_TESTS = $(filter-out \
 test-kernels: .venv-test/installed
 	@$(KERNELS) .venv-test/bin/pytest -q -n 2 --dist worksteal $(KERNEL_TESTS)
 
-# its pages are read from what is installed; pytest follows their commands
+# its pages are read from what is installed; make test and make pages follow their commands.
+# With --quiet, MkDocs counts no warnings, and --strict lets all of them pass
 docs: .venv-test/installed
-	@NO_MKDOCS_2_WARNING=1 .venv-test/bin/mkdocs --quiet build --strict
+	@NO_MKDOCS_2_WARNING=1 .venv-test/bin/mkdocs build --strict
 	@echo "build/site/index.html: the documentation; to search in it: python3 -m http.server -d build/site"
 
 # SEALS_BROWSER=required, as the check of a change has it, is not content with leaving the browser's test out
@@ -105,6 +109,10 @@ browser:
 		apt="$$([ "$$(id -u)" = 0 ] || echo sudo) apt-get -qq -o Dpkg::Use-Pty=0"; export DEBIAN_FRONTEND=noninteractive; \
 		echo "Installing chromium for the test of the page"; \
 		$$apt install -y chromium >/dev/null 2>&1 || { $$apt update; $$apt install -y chromium >/dev/null; }; }
+
+# render draws the films; the measurements are those of OFFLINE, or are fetched
+pages: .venv-test/pages
+	@nice .venv-test/bin/python -m tests.docs.follow --slow --jobs $(PAGES_JOBS)
 
 validate: .venv-test/installed
 	@.venv-test/bin/pytest -m "slow or validation"
@@ -131,6 +139,10 @@ lint: .venv-test/installed
 	$$venv/$(PIP) $(CONSTRAINED) --no-deps --retries 1 --timeout 20 --index-url $(TORCH_INDEX) torch 2>/dev/null || \
 		echo 'No torch for the processor at $(TORCH_INDEX): taking the plain one, which may bring gigabytes of CUDA' >&2; \
 	$$venv/$(PIP) $(CONSTRAINED) '.[dev,learn,agents,export,track,docs,sweep]'; touch $@
+
+# pictures and films of the gallery; the rest of what pages need is there for the tests
+.venv-test/pages: .venv-test/installed
+	@venv=.venv-test; $$venv/$(PIP) $(CONSTRAINED) 'aam-seals[render]'; touch $@
 
 clean:
 	rm -rf build dist .venv .venv-test *.egg-info .mypy_cache .ruff_cache .pytest_cache

@@ -150,7 +150,7 @@ def scaffold_plugin(kind: str, name: str, *, parent: Path) -> Iterator[str]:
         shutil.rmtree(beside, ignore_errors=True)
     yield f"{folder}/{package}/{name}.py: {kind} '{name}', class {cls}"
     yield "Next:"
-    yield f"  pip install -e ./{folder}"
+    yield f"  pip install -e './{folder}[test]'"
     yield f"  seals describe {kind} {name}"
     yield f"  pytest {folder}"
     yield f"  {use}"

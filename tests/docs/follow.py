@@ -1,61 +1,155 @@
 """Follow pages as they are printed, each in an empty folder: ``python -m tests.docs.follow PAGES``.
 
-``--slow`` runs the slow blocks too. Exit code: 0 when all is as printed, 1 when not.
+Without names, all pages. ``--slow`` runs the slow blocks, too; ``--jobs N`` follows N pages at a
+time; ``--upto SECONDS`` leaves out pages whose blocks take longer. Exit code: 0 when all is as
+printed, 1 when not.
 """
 
 from __future__ import annotations
 
+import argparse
+import signal
 import sys
 import tempfile
+import threading
 import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import NamedTuple
 
-from tests.docs.pages import blocks
-from tests.docs.session import Session
+from tests.docs.pages import Block, blocks, pages
+from tests.docs.session import ROOT, Session
 
 
-def follow(page: Path, folder: Path, *, slow: bool = False, loud: bool = False) -> int:
-    """Run the blocks of a page in order; return how many there were.
+class Tally(NamedTuple):
+    """What was done on pages: blocks followed, commands run, figures compared, faults found."""
+
+    blocks: int
+    commands: int
+    figures: int
+    faults: list[str]
+
+
+def follow(page: Path, folder: Path, *, slow: bool = False) -> Tally:
+    """Run the blocks of a page in order.
 
     Args:
         page: the page in Markdown.
         folder: empty folder to work in.
         slow: whether slow blocks are run, too.
-        loud: whether each block is told, with its seconds.
 
     Raises:
         AssertionError: a command ended or printed otherwise than the page says.
     """
-    session = Session(folder)
-    due = [b for b in blocks(page.read_text(encoding="utf-8")) if b.when in _whens(slow=slow)]
-    for block in due:
+    tally = walk(page, folder, slow=slow)
+    assert not tally.faults, "\n\n".join(tally.faults)
+    return tally
+
+
+def walk(
+    page: Path,
+    folder: Path,
+    *,
+    slow: bool = False,
+    tell: Callable[[Block, float], None] = lambda block, seconds: None,
+) -> Tally:
+    """Run the blocks of a page in order, on beyond what is wrong.
+
+    Args:
+        page: the page in Markdown.
+        folder: empty folder to work in.
+        slow: whether slow blocks are run, too.
+        tell: called with each block that was followed and the seconds that it took.
+    """
+    session, done = Session(folder), 0
+    for block in blocks(page.read_text(encoding="utf-8")):
+        if not due(block, slow=slow):
+            if block.steps:
+                session.pass_by()
+            continue
         start = time.perf_counter()
         session.follow(block)
-        if loud:
-            told = block.text.partition("\n")[0][:70]
+        done += block.language != "printed"
+        tell(block, time.perf_counter() - start)
+    faults = [f"{page.name}:{fault}" for fault in session.faults]
+    return Tally(done, session.commands, session.figures, faults)
+
+
+def due(block: Block, *, slow: bool) -> bool:
+    """Whether a block is followed."""
+    return block.when == "always" or (slow and block.when == "slow")
+
+
+class Progress:
+    """Prints each block that was followed, and the time left by what the pages say they take."""
+
+    def __init__(self, names: list[Path], *, slow: bool, jobs: int) -> None:
+        due_blocks = {
+            p: [b for b in blocks(p.read_text("utf-8")) if due(b, slow=slow)] for p in names
+        }
+        self.cost = {p: sum(b.seconds for b in found) for p, found in due_blocks.items()}
+        self.total = sum(len(b.steps) for found in due_blocks.values() for b in found)
+        self.left = sum(self.cost.values())
+        self.jobs = jobs
+        self.done = 0
+        self.lock = threading.Lock()
+
+    def tell(self, page: Path, block: Block, seconds: float) -> None:
+        """Say that a block was followed."""
+        if not block.steps:
+            return
+        with self.lock:
+            self.done += len(block.steps)
+            self.left -= block.seconds
+            first = block.steps[0].command if block.language == "console" else "a program"
             print(
-                f"{page.name}:{block.line}  {time.perf_counter() - start:.1f} s  {told}", flush=True
+                f"[{self.done}/{self.total}] {page.name}:{block.line}  {seconds:.1f} s  "
+                f"{first.partition(chr(10))[0][:60]}  (about {clock(self.left / self.jobs)} left)",
+                flush=True,
             )
-    return len(due)
 
 
-def _whens(*, slow: bool) -> tuple[str, ...]:
-    return ("always", "slow") if slow else ("always",)
+def clock(seconds: float) -> str:
+    """A time in words: seconds below two minutes, else minutes."""
+    return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} min"
 
 
 def main(words: list[str]) -> int:
     """Follow the pages named on the command line."""
-    wrong = 0
-    for name in (word for word in words if word != "--slow"):
+    parser = argparse.ArgumentParser(prog="python -m tests.docs.follow", description=__doc__)
+    parser.add_argument("pages", nargs="*", type=Path, default=pages(ROOT))
+    parser.add_argument("--slow", action="store_true")
+    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--upto", type=float, default=float("inf"))
+    told = parser.parse_args(words)
+    # a shell ignores Ctrl-C for what it starts in the background, and so would every command
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    progress = Progress(told.pages, slow=told.slow, jobs=told.jobs)
+    cheap = sorted(told.pages, key=lambda page: progress.cost[page])
+    names = [page for page in cheap if progress.cost[page] <= told.upto]
+    start = time.perf_counter()
+    done: list[Tally] = []
+
+    def one(page: Path) -> None:
         with tempfile.TemporaryDirectory() as place:
             folder = Path(place) / "bare"
             folder.mkdir()
-            try:
-                follow(Path(name), folder, slow="--slow" in words, loud=True)
-            except AssertionError as failed:
-                wrong += 1
-                print(f"{name}: {failed}", file=sys.stderr)
-    return int(wrong > 0)
+            tell = lambda block, seconds: progress.tell(page, block, seconds)  # noqa: E731
+            done.append(walk(page, folder, slow=told.slow, tell=tell))
+        for fault in done[-1].faults:
+            print(f"\n{fault}\n", file=sys.stderr, flush=True)
+
+    with ThreadPoolExecutor(told.jobs) as pool:
+        for result in [pool.submit(one, page) for page in names]:
+            result.result()
+    faults = sum(len(tally.faults) for tally in done)
+    print(
+        f"{len(names)} pages: {sum(t.commands for t in done)} commands run, "
+        f"{sum(t.figures for t in done)} figures compared, {faults} wrong, "
+        f"in {clock(time.perf_counter() - start)}"
+    )
+    return int(faults > 0)
 
 
 if __name__ == "__main__":

@@ -87,7 +87,8 @@ def test_nothing_heavy_at_module_level() -> None:
 
 def layers(page: str) -> list[list[str]]:
     """Read the layers of the core from the page on architecture, the highest first."""
-    block = page.partition("```text layers\n")[2].partition("```")[0]
+    listed = page.partition("compares this list with the sources:\n\n```text\n")[2]
+    block = listed.partition("```")[0]
     return [line.split() for line in block.splitlines()]
 
 
