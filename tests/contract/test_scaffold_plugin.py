@@ -49,6 +49,20 @@ def test_a_new_effect_keeps_its_contract(packaged: Install, pebble: Path) -> Non
     assert build_run(compose([f"robot={pebble}", *added])).effects["mine"].strength == 2.0
 
 
+def test_the_printed_steps_install_what_they_call(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """SEALS itself needs no pytest: the printed installation brings it before it is called."""
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "effect", "whirl"]) == 0
+    steps = [line.strip() for line in capsys.readouterr().out.splitlines()]
+    install = steps.index("pip install -e './seals-whirl[test]'")
+    assert install < steps.index("pytest seals-whirl")
+    made = (tmp_path / "seals-whirl" / "pyproject.toml").read_text(encoding="utf-8")
+    extra = made.partition("[project.optional-dependencies]\n")[2].partition("\n\n")[0]
+    assert ast.literal_eval(extra.removeprefix("test = ")) == ["pytest>=8"]
+
+
 def test_a_new_sensor_keeps_its_contract(packaged: Install) -> None:
     """It reads when due, repeats itself under one seed, and declares what it reads."""
     packaged("sensor", "speed_log", {})
