@@ -37,7 +37,7 @@ TAIL = """
 
 ![A drop at 4 m/s: measured and simulated acceleration over time](images/drop_overlay.webp)
 
-<!-- run: slow, some minutes, and measurements that are downloaded -->
+<!-- run: slow, 2 min: measurements, downloaded where SEALS_DATA names no folder -->
 ```console
 $ seals compare experiment=impack_entry
 ```

@@ -1,7 +1,8 @@
 """Follow pages as they are printed, each in an empty folder: ``python -m tests.docs.follow PAGES``.
 
 Without names, all pages. ``--slow`` runs the slow blocks, too; ``--jobs N`` follows N pages at a
-time; ``--upto SECONDS`` leaves out pages whose blocks take longer. Exit code: 0 when all is as
+time; ``--upto SECONDS`` leaves out pages whose blocks take longer; ``--show`` shows all that the
+commands print. Exit code: 0 when all is as
 printed, 1 when not.
 """
 
@@ -15,6 +16,7 @@ import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -52,7 +54,7 @@ def walk(
     folder: Path,
     *,
     slow: bool = False,
-    tell: Callable[[Block, float], None] = lambda block, seconds: None,
+    tell: Callable[[Block, float, str], None] = lambda block, seconds, printed: None,
 ) -> Tally:
     """Run the blocks of a page in order, on beyond what is wrong.
 
@@ -60,7 +62,7 @@ def walk(
         page: the page in Markdown.
         folder: empty folder to work in.
         slow: whether slow blocks are run, too.
-        tell: called with each block that was followed and the seconds that it took.
+        tell: called with each block that was followed, the seconds it took, and what it printed.
     """
     session, done = Session(folder), 0
     for block in blocks(page.read_text(encoding="utf-8")):
@@ -68,10 +70,10 @@ def walk(
             if block.steps:
                 session.pass_by()
             continue
-        start = time.perf_counter()
+        start, before = time.perf_counter(), len(session.printed)
         session.follow(block)
         done += block.language != "printed"
-        tell(block, time.perf_counter() - start)
+        tell(block, time.perf_counter() - start, "\n".join(session.printed[before:]))
     faults = [f"{page.name}:{fault}" for fault in session.faults]
     return Tally(done, session.commands, session.figures, faults)
 
@@ -82,32 +84,38 @@ def due(block: Block, *, slow: bool) -> bool:
 
 
 class Progress:
-    """Prints each block that was followed, and the time left by what the pages say they take."""
+    """Prints each block that was followed, and the time left.
 
-    def __init__(self, names: list[Path], *, slow: bool, jobs: int) -> None:
-        due_blocks = {
-            p: [b for b in blocks(p.read_text("utf-8")) if due(b, slow=slow)] for p in names
-        }
-        self.cost = {p: sum(b.seconds for b in found) for p, found in due_blocks.items()}
-        self.total = sum(len(b.steps) for found in due_blocks.values() for b in found)
-        self.left = sum(self.cost.values())
-        self.jobs = jobs
+    The time left is what the pages say, times how much longer than they say it took so far.
+    """
+
+    def __init__(self, work: dict[Path, list[Block]], *, jobs: int, show: bool) -> None:
+        found = [block for page in work.values() for block in page]
+        self.total = sum(len(block.steps) for block in found)
+        self.left = sum(block.seconds for block in found)
+        self.jobs, self.show = jobs, show
         self.done = 0
+        self.said = self.spent = 10.0
         self.lock = threading.Lock()
 
-    def tell(self, page: Path, block: Block, seconds: float) -> None:
+    def tell(self, page: Path, block: Block, seconds: float, printed: str) -> None:
         """Say that a block was followed."""
         if not block.steps:
             return
         with self.lock:
             self.done += len(block.steps)
             self.left -= block.seconds
+            self.said += block.seconds
+            self.spent += seconds
+            left = clock(self.left / self.jobs * self.spent / self.said)
             first = block.steps[0].command if block.language == "console" else "a program"
             print(
                 f"[{self.done}/{self.total}] {page.name}:{block.line}  {seconds:.1f} s  "
-                f"{first.partition(chr(10))[0][:60]}  (about {clock(self.left / self.jobs)} left)",
+                f"{first.partition(chr(10))[0][:60]}  (about {left} left)",
                 flush=True,
             )
+            if self.show:
+                print(printed, flush=True)
 
 
 def clock(seconds: float) -> str:
@@ -120,14 +128,19 @@ def main(words: list[str]) -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.docs.follow", description=__doc__)
     parser.add_argument("pages", nargs="*", type=Path, default=pages(ROOT))
     parser.add_argument("--slow", action="store_true")
+    parser.add_argument("--show", action="store_true")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--upto", type=float, default=float("inf"))
     told = parser.parse_args(words)
     # a shell ignores Ctrl-C for what it starts in the background, and so would every command
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    progress = Progress(told.pages, slow=told.slow, jobs=told.jobs)
-    cheap = sorted(told.pages, key=lambda page: progress.cost[page])
-    names = [page for page in cheap if progress.cost[page] <= told.upto]
+    work = {
+        page: [b for b in blocks(page.read_text(encoding="utf-8")) if due(b, slow=told.slow)]
+        for page in told.pages
+    }
+    cost = {page: sum(block.seconds for block in found) for page, found in work.items()}
+    names = sorted((page for page in work if cost[page] <= told.upto), key=lambda page: cost[page])
+    progress = Progress({page: work[page] for page in names}, jobs=told.jobs, show=told.show)
     start = time.perf_counter()
     done: list[Tally] = []
 
@@ -135,8 +148,7 @@ def main(words: list[str]) -> int:
         with tempfile.TemporaryDirectory() as place:
             folder = Path(place) / "bare"
             folder.mkdir()
-            tell = lambda block, seconds: progress.tell(page, block, seconds)  # noqa: E731
-            done.append(walk(page, folder, slow=told.slow, tell=tell))
+            done.append(walk(page, folder, slow=told.slow, tell=partial(progress.tell, page)))
         for fault in done[-1].faults:
             print(f"\n{fault}\n", file=sys.stderr, flush=True)
 

@@ -45,6 +45,7 @@ class Session:
         faults: what was otherwise than printed: line of the page, expected, and got.
         commands: how many commands were run.
         figures: how many figures of the page were compared with what was printed.
+        printed: what each command printed.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -54,7 +55,7 @@ class Session:
         self.faults: list[str] = []
         self.commands = 0
         self.figures = 0
-        self._printed: list[str] = []
+        self.printed: list[str] = []
         self._whole = True
         venv.create(self.environment, with_pip=False, symlinks=True)
         self._see_installed()
@@ -82,7 +83,7 @@ class Session:
             output.seek(0)
             printed = output.read().decode("utf-8", errors="replace")
         self.commands += 1
-        self._printed.append(printed)
+        self.printed.append(printed)
         wrong = []
         if code != step.code:
             wrong.append(f"  expected: exit code {step.code}\n  got:      exit code {code}")
@@ -103,7 +104,7 @@ class Session:
                 f"{block.line}: figures {', '.join(missing)} of a printed line\n"
                 f"  expected: in the paragraph before\n  got:      {paragraph}"
             )
-        everything = "\n".join(self._printed)
+        everything = "\n".join(self.printed)
         for line in block.ties:
             if told(line, everything):
                 self.figures += len(figures(line))
