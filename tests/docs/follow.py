@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tests.docs.pages import Block, blocks, pages
-from tests.docs.session import ROOT, Session
+from tests.docs.session import ROOT, Session, stop
 
 
 class Tally(NamedTuple):
@@ -153,8 +153,14 @@ def main(words: list[str]) -> int:
             print(f"\n{fault}\n", file=sys.stderr, flush=True)
 
     with ThreadPoolExecutor(told.jobs) as pool:
-        for result in [pool.submit(one, page) for page in names]:
-            result.result()
+        results = [pool.submit(one, page) for page in names]
+        try:
+            for result in results:
+                result.result()
+        except KeyboardInterrupt:
+            pool.shutdown(wait=False, cancel_futures=True)
+            stop()
+            return 130
     faults = sum(len(tally.faults) for tally in done)
     print(
         f"{len(names)} pages: {sum(t.commands for t in done)} commands run, "

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import sysconfig
 import tempfile
+import threading
 import time
 import venv
 from pathlib import Path
@@ -27,8 +28,18 @@ _PROGRAMS = {
     "pytest": "from pytest import main; raise SystemExit(main())",
     "pip": "from pip._internal.cli.main import main; raise SystemExit(main())",
 }
+_running: set[int] = set()
+_stopped = threading.Event()
 # what is made in a clone is no part of one
 _MADE = re.compile(r"\.git|\.venv.*|build|dist|runs|models|.*\.egg-info|.*_cache")
+
+
+def stop() -> None:
+    """End the commands of all sessions, and let no other begin."""
+    _stopped.set()
+    for group in list(_running):
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(group, signal.SIGKILL)
 
 
 class Session:
@@ -77,7 +88,13 @@ class Session:
             self.run(step, place)
 
     def run(self, step: Step, place: Path) -> None:
-        """Run one command in the shell; note what it ended with or printed otherwise."""
+        """Run one command in the shell; note what it ended with or printed otherwise.
+
+        Raises:
+            InterruptedError: all sessions were stopped.
+        """
+        if _stopped.is_set():
+            raise InterruptedError
         with tempfile.TemporaryFile() as output:
             code = self._code(step, place, output.fileno())
             output.seek(0)
@@ -125,13 +142,26 @@ class Session:
             stderr=subprocess.STDOUT,
             start_new_session=True,
         )
-        if not step.interrupted:
-            try:
-                return process.wait(LONGEST)
-            except BaseException:
-                with contextlib.suppress(ProcessLookupError):
+        _running.add(process.pid)
+        try:
+            if step.interrupted:
+                self._interrupt(step, process, output)
+            code = process.wait(60 if step.interrupted else LONGEST)
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)
+            code = process.wait()
+        finally:
+            with contextlib.suppress(ProcessLookupError):
+                if process.poll() is None:
                     os.killpg(process.pid, signal.SIGKILL)
-                raise
+            _running.discard(process.pid)
+        # a shell shows no exit code behind ^C: the usual ones are one
+        usual = step.interrupted and code in (0, 130, -signal.SIGINT)
+        return step.code if usual else code
+
+    @staticmethod
+    def _interrupt(step: Step, process: subprocess.Popen[bytes], output: int) -> None:
+        """Press Ctrl-C once all lines were seen."""
         end = time.monotonic() + LONGEST
         while process.poll() is None and time.monotonic() < end:
             seen = os.pread(output, 10**7, 0).decode("utf-8", errors="replace")
@@ -140,13 +170,6 @@ class Session:
             time.sleep(0.2)
         with contextlib.suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGINT)
-        try:
-            code = process.wait(60)
-        except subprocess.TimeoutExpired:
-            os.killpg(process.pid, signal.SIGKILL)
-            return -process.wait()
-        # a shell shows no exit code behind ^C: the usual ones are one
-        return step.code if code in (0, 130, -signal.SIGINT) else code
 
     def _cloned(self) -> Path:
         """The top of a clone: links to the sources, and to what lies beside them."""
