@@ -39,24 +39,10 @@ def name_of(page: Path) -> str:
 
 @pytest.mark.parametrize("page", [p for p in PAGES if p.name not in TUTORIALS], ids=name_of)
 def test_a_page_runs_as_printed(page: Path, tmp_path: Path) -> None:
-    """Its commands and programs end and print as it says."""
+    """Its commands and programs end and print as it says; ``make pages`` runs the slow ones."""
     folder = tmp_path / "bare"
     folder.mkdir()
     follow(page, folder)
-
-
-def slow_pages() -> list[Path]:
-    """The pages with blocks that take long."""
-    return [p for p in PAGES if any(b.when == "slow" for b in blocks(p.read_text("utf-8")))]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("page", slow_pages(), ids=name_of)
-def test_a_page_runs_as_printed_with_what_takes_long(page: Path, tmp_path: Path) -> None:
-    """The whole page, in order."""
-    folder = tmp_path / "bare"
-    folder.mkdir()
-    follow(page, folder, slow=True)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name_of)
