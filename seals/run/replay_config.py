@@ -48,6 +48,8 @@ def recalled(folder: Path, *, key: str = "repeat") -> Any:
             }
         config = OmegaConf.merge(OmegaConf.structured(RunSettings), OmegaConf.create(raw))
         config.repeat = config.resume = None
+        # whom a run talked to is no part of it, and not for its folder to say
+        config.live = None
     noted = _facts(folder).get("compiled")
     if isinstance(noted, bool) and "compiled" in (raw.get("backend") or {}):
         # what a run of another length would decide for itself
