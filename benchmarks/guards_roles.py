@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from benchmarks.guard import Guard
 
-ROLES = "tests/unit/test_field_roles.py"
+ROLES, READERS = "tests/unit/test_field_roles.py", "tests/unit/test_one_reader.py"
+DRAWN = "tests/unit/test_drawn_text.py"
 
 ROLES_AND_READERS: dict[str, Guard] = {
     "roles of values": Guard(
@@ -37,6 +38,82 @@ ROLES_AND_READERS: dict[str, Guard] = {
     ),
     "names as paths": Guard(
         "seals.file_names", "        or _REFUSED & set(text)\n", "", ROLES, "no_path"
+    ),
+    "decoder of a picture": Guard(
+        "seals.picture_files", ", formats=FORMATS", "", READERS, "picture_starts"
+    ),
+    "pixels of a picture": Guard(
+        "seals.picture_files", "if width * height > MOST_PIXELS:", "if False:", READERS, "pictures"
+    ),
+    "textures of a mesh": Guard(
+        "seals.hydrostatics.meshes",
+        """ if kind == "glb" else None,
+        force="mesh",
+        process=process,
+        skip_materials=True,
+""",
+        """,
+        force="mesh",
+        process=process,
+""",
+        READERS,
+        "texture",
+    ),
+    "size of a mesh": Guard(
+        "seals.hydrostatics.meshes",
+        "    raw = read_bytes(path, most=most)\n",
+        "    raw = path.read_bytes()\n",
+        READERS,
+        "meshes_are_bounded",
+    ),
+    "files that a run names": Guard(
+        "seals.run.provenance",
+        "    if not near or Path(name).is_absolute():\n",
+        "    if False:\n",
+        READERS,
+        "checksums or names_files",
+    ),
+    "size of a checksum": Guard(
+        "seals.run.provenance",
+        "most=MOST_BYTES, packed=True",
+        "most=1 << 60, packed=True",
+        READERS,
+        "checksums",
+    ),
+    "places of particles": Guard(
+        "seals.view.instants",
+        "found = read_npy(path)",
+        "found = np.asarray(np.load(path, allow_pickle=False), dtype=float)",
+        READERS,
+        "places",
+    ),
+    "text of a script": Guard(
+        "seals.control.key_events",
+        "text = read_text(path)",
+        "text = path.read_text()",
+        READERS,
+        "scripts_and_curves",
+    ),
+    "formulas in charts": Guard(
+        "seals.report.pictures",
+        'matplotlib.rcParams["text.parse_math"] = False',
+        "pass",
+        DRAWN,
+        "charts or formulas_runs",
+    ),
+    "formulas in tables": Guard(
+        "seals.drawn_text",
+        """return f"'{text}" if formula else text""",
+        "return text",
+        DRAWN,
+        "tables or jobs",
+    ),
+    "programs in Markdown": Guard(
+        "seals.plugins.viewers.browser.panel",
+        "{in_markdown(self._session.note)}",
+        "{self._session.note}",
+        DRAWN,
+        "note",
     ),
     "names of instances": Guard(
         "seals.run.build", "if not _NAME.fullmatch(str(name)):", "if False:", ROLES, "instances"
