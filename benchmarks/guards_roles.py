@@ -115,6 +115,13 @@ ROLES_AND_READERS: dict[str, Guard] = {
         DRAWN,
         "note",
     ),
+    "files of the installation": Guard(
+        "seals.cli.installed_files",
+        'elif path.hash.mode == "sha256" and _code(file) != path.hash.value:',
+        "elif False:",
+        "tests/unit/test_installed_files.py",
+        "overwrote or edited",
+    ),
     "names of instances": Guard(
         "seals.run.build", "if not _NAME.fullmatch(str(name)):", "if False:", ROLES, "instances"
     ),

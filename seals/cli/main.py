@@ -13,6 +13,7 @@ from typing import Any
 
 import seals
 from seals.child_process import protect_children
+from seals.cli.installed_files import overwritten_by_other
 from seals.cli.of_system import explained
 from seals.cli.slips import repeated_keys
 from seals.errors import ConfigError, SealsError, printable, suggestion
@@ -391,6 +392,9 @@ def _dispatch(words: list[str]) -> int:
         if VERBS[name].more:
             print(f"\n{_named(VERBS[name].more)()}")
         return 0
+    remark = overwritten_by_other()
+    if remark:
+        print(f"note: {remark}", file=sys.stderr)
     run: Callable[[list[str]], int] = _named(VERBS[name].target)
     code = run(rest)
     for remark in repeated_keys(rest):
