@@ -5,6 +5,7 @@ from __future__ import annotations
 from benchmarks.guard import Guard
 
 ROLES, READERS = "tests/unit/test_field_roles.py", "tests/unit/test_one_reader.py"
+NUMBERS = "tests/unit/test_sound_numbers.py"
 DRAWN = "tests/unit/test_drawn_text.py"
 
 ROLES_AND_READERS: dict[str, Guard] = {
@@ -114,6 +115,35 @@ ROLES_AND_READERS: dict[str, Guard] = {
         "{self._session.note}",
         DRAWN,
         "note",
+    ),
+    "numbers as a system": Guard(
+        "seals.cli.main",
+        "named = named or _of_numbers(fault)",
+        "pass",
+        NUMBERS,
+        "gravity or solution or proportion",
+    ),
+    "numbers of a diagnosis": Guard(
+        "seals.sysid.report.application",
+        'with sound_numbers("a diagnosis", _ADVICE):',
+        "if True:",
+        NUMBERS,
+        "short_logs",
+    ),
+    "end of a planned drop": Guard(
+        "seals.sysid.experiment_design.experiment",
+        '    length += sum(float(r["seconds"]) for r in falling)\n',
+        "",
+        NUMBERS,
+        "have_an_end",
+    ),
+    "most links of PyBullet": Guard(
+        "seals.plugins.backends.pybullet.loading",
+        "if len(robot.links) > MOST_LINKS:",
+        "if False:",
+        NUMBERS,
+        "most_of_links",
+        "pybullet",
     ),
     "files of the installation": Guard(
         "seals.cli.installed_files",
