@@ -5,6 +5,7 @@ from __future__ import annotations
 from benchmarks.guard import Guard
 
 ROLES, READERS = "tests/unit/test_field_roles.py", "tests/unit/test_one_reader.py"
+SMALL = "tests/unit/test_small_holes.py"
 NUMBERS = "tests/unit/test_sound_numbers.py"
 DRAWN = "tests/unit/test_drawn_text.py"
 
@@ -144,6 +145,48 @@ ROLES_AND_READERS: dict[str, Guard] = {
         NUMBERS,
         "most_of_links",
         "pybullet",
+    ),
+    "length of words of files": Guard(
+        "seals.config.overrides",
+        "if sum(map(len, words)) > MOST_SIGNS:",
+        "if False:",
+        SMALL,
+        "long_words",
+    ),
+    "closed streams": Guard(
+        "seals.terminal",
+        "PlainStream(stream or nowhere)",
+        "PlainStream(stream)",
+        SMALL,
+        "ascii_and_closed",
+    ),
+    "signs of a terminal": Guard(
+        "seals.terminal", "except UnicodeEncodeError:", "except KeyError:", SMALL, "few_signs"
+    ),
+    "whom a repeated run talks to": Guard(
+        "seals.run.replay_config", "        config.live = None\n", "", SMALL, "in_silence"
+    ),
+    "places where folders are prepared": Guard(
+        "seals.scaffold.writing",
+        'f".{name}.{secrets.token_hex(8)}.part"',
+        'f".{name}.part"',
+        SMALL,
+        "nobody_knows",
+    ),
+    "folder of a flag": Guard(
+        "seals.cli.hydra_app",
+        "else f\"replay='{w}'\" for w in joined(arguments)]",
+        "else f\"replay='{w}'\" for w in arguments]",
+        SMALL,
+        "flag_before",
+    ),
+    "silent routers": Guard(
+        "seals.plugins.live.zenoh_node",
+        '        "transport/unicast/open_timeout": PATIENCE,\n',
+        "",
+        SMALL,
+        "silent_router",
+        "zenoh",
     ),
     "files of the installation": Guard(
         "seals.cli.installed_files",
