@@ -28,6 +28,7 @@ from benchmarks.guards_imports import IMPORTS
 from benchmarks.guards_page import PAGE
 from benchmarks.guards_peers import NETWORK
 from benchmarks.guards_reading import ROBOTS_AND_TABLES
+from benchmarks.guards_roles import ROLES_AND_READERS
 from benchmarks.guards_runs import RUN_FOLDERS
 from benchmarks.guards_sight import SIGHT
 from benchmarks.guards_states import STORED_STATES
@@ -60,6 +61,7 @@ GUARDS: dict[str, Guard] = {
     **STORED_STATES,
     **DESCRIPTIONS,
     **SIGHT,
+    **ROLES_AND_READERS,
     "form of a training": Guard(
         "seals.learn.training.resumption",
         "    conform(stored(state), stored(fresh), tables=GROWN)\n",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import sys
 from collections.abc import Iterator
 from typing import Any, TextIO
@@ -37,7 +38,13 @@ class PlainStream:
 
     def write(self, text: str) -> int:
         """Write a text; return its length."""
-        self.below.write(self.cleaned(text))
+        plain = self.cleaned(text)
+        try:
+            self.below.write(plain)
+        except UnicodeEncodeError:
+            # a terminal of few signs shows a mark in place of each other one
+            code = self.below.encoding
+            self.below.write(plain.encode(code, "replace").decode(code))
         return len(text)
 
     def writelines(self, lines: Any) -> None:
@@ -52,15 +59,18 @@ class PlainStream:
 
 @contextlib.contextmanager
 def plain_streams() -> Iterator[None]:
-    """Replace the standard streams for a while."""
+    """Replace the standard streams for a while; one that is closed swallows what is written."""
     before = sys.stdout, sys.stderr
-    sys.stdout, sys.stderr = (
-        stream if isinstance(stream, PlainStream) else PlainStream(stream) for stream in before
-    )
-    try:
-        yield
-    finally:
-        sys.stdout, sys.stderr = before
+    with open(os.devnull, "w", encoding="utf-8") as nowhere:
+        sys.stdout, sys.stderr = (
+            # a stream that was closed before the start is None
+            stream if isinstance(stream, PlainStream) else PlainStream(stream or nowhere)
+            for stream in before
+        )
+        try:
+            yield
+        finally:
+            sys.stdout, sys.stderr = before
 
 
 def drawing(stream: TextIO) -> TextIO:

@@ -86,8 +86,13 @@ def _content(file: Path, most: int) -> bytes:
     return raw
 
 
-def read_bytes(path: str | Path, *, most: int = MOST_BYTES) -> bytes:
+def read_bytes(path: str | Path, *, most: int = MOST_BYTES, packed: bool = False) -> bytes:
     """Return the content of a file; a ``.gz`` file is unpacked up to ``most`` bytes.
+
+    Args:
+        path: the file.
+        most: largest size [byte].
+        packed: whether a ``.gz`` file stays as it is.
 
     Raises:
         LogError: the file cannot be read, or is larger than allowed.
@@ -97,7 +102,7 @@ def read_bytes(path: str | Path, *, most: int = MOST_BYTES) -> bytes:
         raw = _content(file, most)
     except OSError as error:
         raise LogError(f"'{file}' cannot be read: {error}") from error
-    return _gunzip(file, raw, most) if file.suffix == ".gz" else raw
+    return _gunzip(file, raw, most) if file.suffix == ".gz" and not packed else raw
 
 
 def read_text(path: str | Path, *, most: int = MOST_TEXT_BYTES) -> str:

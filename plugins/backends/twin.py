@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from seals.field_roles import roles
 from seals.plugins.backends.free import BackendFree
 from seals.schema import param
 
 
+@roles(data="double fused")
 @dataclass(kw_only=True)
 class BackendTwin(BackendFree):
     """Backend ``free`` in a run; in learning thousands of robots in one PyTorch batch, joints held.

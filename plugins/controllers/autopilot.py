@@ -27,6 +27,7 @@ from seals.control.fins import fins_of, with_fins
 from seals.control.limbs import joint_targets, stowed
 from seals.control.mass_properties import MassPropertyEstimator
 from seals.control.plant import Layout
+from seals.field_roles import roles
 from seals.frames import cross3
 from seals.plugins.controllers.vehicle import VehicleController
 from seals.schema import setting
@@ -58,6 +59,7 @@ class AutopilotState(NamedTuple):
     joints: Floats
 
 
+@roles(data="sense priority")
 @dataclass(kw_only=True)
 class Autopilot(VehicleController):
     """Autopilots of speed, heading and depth for a vehicle that goes where its nose points.

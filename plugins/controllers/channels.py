@@ -15,6 +15,7 @@ from seals.control import ActuatorCommand, Plant, Reference, RobotState
 from seals.control.limbs import stowed
 from seals.control.protocols import ControllerOptions
 from seals.errors import ConfigError
+from seals.field_roles import roles
 from seals.motion import MediumKind
 from seals.schema import param, vector
 from seals.state_records import state_record
@@ -41,6 +42,7 @@ class ChannelsState(NamedTuple):
     joints: Floats
 
 
+@roles(data="reverse", read="script")
 @dataclass(kw_only=True)
 class Channels(ControllerOptions):
     """Passes servo channels of an external autopilot to drives and joints, for `seals autopilot`.

@@ -16,6 +16,7 @@ from seals.control.axes import HEAVE, STATION_ORDER, SURGE, YAW
 from seals.control.filters import summed
 from seals.control.limbs import joint_targets
 from seals.control.plant import Layout
+from seals.field_roles import roles
 from seals.plugins.controllers.vehicle import VehicleController
 from seals.schema import setting
 from seals.state_records import state_record
@@ -41,6 +42,7 @@ class StationState(NamedTuple):
     joints: Floats
 
 
+@roles(data="sense priority")
 @dataclass(kw_only=True)
 class Station(VehicleController):
     """Velocity and attitude control with forces in every direction; the vehicle stays level.

@@ -10,12 +10,14 @@ from seals.arrays import Array
 from seals.effects import Addition, Comparison, Freed, Identification, Property, Stage, Subject
 from seals.effects.effect import Effect, MediumKind, Parameters
 from seals.environment.settings import EnvironmentSettings
+from seals.field_roles import roles
 from seals.frames import cross
 from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.robot.model import RobotModel
 from seals.schema import param
 
 
+@roles(data="links")
 @dataclass(kw_only=True)
 class Buoyancy(Effect):
     """Buoyancy: weight of the displaced water, at the centroid of the submerged volume.

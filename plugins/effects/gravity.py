@@ -10,11 +10,13 @@ from seals.arrays import Array
 from seals.effects.effect import Effect, Parameters
 from seals.effects.identification import Identification
 from seals.environment.settings import EnvironmentSettings
+from seals.field_roles import roles
 from seals.frames import cross
 from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.robot.model import RobotModel
 
 
+@roles(data="links")
 @dataclass(kw_only=True)
 class Gravity(Effect):
     """Uniform gravity on the mass of every link.

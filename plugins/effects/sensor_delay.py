@@ -7,10 +7,12 @@ from typing import ClassVar
 
 from seals.effects.effect import Effect, Parameters
 from seals.effects.identification import Addition, Freed, Identification, Stage, Subject
+from seals.field_roles import roles
 from seals.motion import Timing
 from seals.schema import param
 
 
+@roles(data="sensors")
 @dataclass(kw_only=True)
 class SensorDelay(Effect):
     """Delay of sensors against the log's time base; by default of gyroscope and accelerometer.

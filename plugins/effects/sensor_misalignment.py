@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 from seals.arrays import Array
 from seals.effects import Addition, Comparison, Identification, Stage, Subject, along_axes
 from seals.effects.effect import Effect, Parameters
+from seals.field_roles import roles
 from seals.frames import exponential, matrix_of, unrotate
 from seals.motion import Reading
 from seals.schema import param
@@ -19,6 +20,7 @@ _LIMITS: dict[str, Any] = {
 }
 
 
+@roles(data="sensors")
 @dataclass(kw_only=True)
 class SensorMisalignment(Effect):
     """Misalignment of sensor axes by a rotation vector; by default of inertial sensors.

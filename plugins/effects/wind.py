@@ -8,10 +8,12 @@ from typing import ClassVar
 from seals.arrays import Array
 from seals.effects import Addition, Comparison, Identification, Stage, Subject, along_axes
 from seals.effects.effect import Effect, MediumKind, Parameters
+from seals.field_roles import roles
 from seals.motion import Inputs, Medium, Motion
 from seals.schema import param
 
 
+@roles(data="links")
 @dataclass(kw_only=True)
 class Wind(Effect):
     """Steady wind: the velocity of the air over ground.

@@ -10,6 +10,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.control import Plant, Reference, RobotState
 from seals.errors import ConfigError
+from seals.field_roles import roles
 from seals.learn.task import Instant, WorldTask
 from seals.plugins.guides.behaviour.over_ground import place_of
 from seals.state_records import state_record
@@ -28,6 +29,7 @@ class LearnedGuideState(NamedTuple):
     there: bool
 
 
+@roles(data="target", read="policy")
 @dataclass(kw_only=True)
 class Learned:
     """Guide that follows a trained walking policy to a target, at the policy's rate.

@@ -13,6 +13,7 @@ from seals.control import Plant, Reference, RobotState
 from seals.control.line_of_sight import integral_rate, leg_position, los_angle
 from seals.control.protocols import Goal
 from seals.control.tracking import refuse_strange_places
+from seals.field_roles import roles
 from seals.schema import setting
 from seals.state_records import state_record
 
@@ -39,6 +40,7 @@ class LosState(NamedTuple):
     done: bool
 
 
+@roles(data="repeat")
 @dataclass(kw_only=True)
 class Los:
     """Guide along straight legs by line of sight: it steers to a point ahead on the leg.

@@ -15,6 +15,7 @@ from seals.control import Plant, Reference, RobotState
 from seals.control.key_events import held_after, read_track
 from seals.control.keymap import NEXT_ARM, stick_of
 from seals.control.tracking import Place, pursued
+from seals.field_roles import roles
 from seals.schema import setting
 from seals.state_records import state_record
 from seals.teleop.device import Device, Script
@@ -49,6 +50,7 @@ class StickState(NamedTuple):
     ended: bool
 
 
+@roles(read="script")
 @dataclass(kw_only=True)
 class Stick:
     """Guide that integrates stick input to target position, heading, arm angles and grip.

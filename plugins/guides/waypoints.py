@@ -13,6 +13,7 @@ from seals.arrays import Floats
 from seals.control import Plant, Reference, RobotState
 from seals.control.protocols import Goal
 from seals.control.tracking import Place, minimum_jerk, pursued, refuse_strange_places
+from seals.field_roles import roles
 from seals.schema import setting
 from seals.state_records import state_record
 
@@ -36,6 +37,7 @@ class Leg(NamedTuple):
     b: Floats
 
 
+@roles(data="repeat face_ahead")
 @dataclass(kw_only=True)
 class Waypoints:
     """Guide through waypoints along straight minimum-jerk paths, with a rest at each.

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from seals.errors import ConfigError
+from seals.field_roles import roles
 from seals.learn import networks
 from seals.learn.learner import MOST, Spaces, need_torch
 from seals.learn.observations import tensors, vector
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from seals.learn.batched import StepResult
 
 
+@roles(data="normalise")
 @dataclass(kw_only=True)
 class BC:
     """Behaviour cloning by least squares.

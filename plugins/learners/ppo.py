@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from seals.errors import ConfigError
+from seals.field_roles import roles
 from seals.learn import networks
 from seals.learn.devices import of_all_processes, shared_gradients
 from seals.learn.learner import MOST, Spaces, need_torch, one_of
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 PROXIMAL = "Schulman et al. 2017, arXiv 1707.06347, table 3"
 
 
+@roles(data="reward_form")
 @dataclass(kw_only=True)
 class PPO:
     """Proximal policy optimisation (PPO) with clipped ratios.

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from seals.errors import ConfigError
+from seals.field_roles import roles
 from seals.learn import networks
 from seals.learn.actor_critic import ActorCriticNetworks
 from seals.learn.learner import MOST, Spaces, need_torch, one_of
@@ -35,6 +36,7 @@ SETTLED = 0.1
 """Share of the learning rate that is left when a learner has settled."""
 
 
+@roles(data="layer_norm demonstrations reward_form normalise")
 @dataclass(kw_only=True)
 class SAC:
     """Soft actor-critic with two critics and a learned temperature.

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from seals.errors import ConfigError, suggestion
+from seals.field_roles import roles
 from seals.learn import networks
 from seals.learn.augmentation import random_shift
 from seals.learn.learner import MOST, Spaces, need_torch, one_of
@@ -22,6 +23,7 @@ ENCODERS = ("one", "two")
 SEEN = "Yarats et al. 2021, arXiv 2107.09645"
 
 
+@roles(data="pool use_pixels use_state critics_see encoders withheld")
 @dataclass(kw_only=True)
 class VisualSAC(SAC):
     """Soft actor-critic on images, the cameras stacked as channels.

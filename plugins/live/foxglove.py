@@ -12,6 +12,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import ConfigError, optional_import
+from seals.field_roles import roles
 from seals.frames import quaternion_of
 from seals.plugins.live.foxglove_shapes import arrows, solids
 from seals.plugins.live.gate import Gate, private_addresses
@@ -38,6 +39,7 @@ def sdk() -> Any:
     return foxglove
 
 
+@roles(address="host port origins")
 @dataclass(kw_only=True)
 class LiveFoxglove:
     """Serves a run to Foxglove: poses, shapes, forces, readings, plots, parameters.

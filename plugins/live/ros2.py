@@ -14,6 +14,7 @@ import numpy as np
 
 from seals.control import Reference
 from seals.errors import ConfigError
+from seals.field_roles import roles
 from seals.plugins.live.mcap import FILE, Recording
 from seals.plugins.live.ros_messages import ROBOT, Messages
 from seals.plugins.live.zenoh_node import ZenohNode, session_of, topic_key
@@ -29,6 +30,7 @@ FASTEST = 1e3
 _NAME = re.compile(r"[A-Za-z_]\w*")
 
 
+@roles(data="node namespace record", address="connect listen")
 @dataclass(kw_only=True)
 class LiveRos2:
     """Publishes a run as a node of ROS 2 that rmw_zenoh nodes see, and takes commands.

@@ -18,6 +18,8 @@ QOS = "::,10:,:,:,,"
 PUBLISHER, SUBSCRIBER, NODE = "MP", "MS", "NN"
 MOST = 1 << 16
 """Longest command that is read [bytes]."""
+PATIENCE = 1000
+"""Time for a session to be opened with another program [ms]; 10,000 is usual."""
 MOST_SESSIONS = 32
 """Programs that are connected at a time."""
 
@@ -88,6 +90,9 @@ def session_of(
         "access_control": access(taken, published),
         "transport/link/rx/max_message_size": 16 * MOST,
         "transport/unicast/max_sessions": MOST_SESSIONS,
+        # an end waits for whoever was called and says nothing
+        "transport/unicast/open_timeout": PATIENCE,
+        "transport/unicast/accept_timeout": PATIENCE,
     }
     try:
         for key, value in values.items():

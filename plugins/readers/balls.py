@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from seals.errors import LogError
+from seals.field_roles import roles
 from seals.logs.arrays import refuse_hollow
 from seals.logs.datasets import locate, paths_of, read_dataset
 from seals.logs.log import Log
@@ -24,6 +25,7 @@ _HEADER = ("Drop #", "Time (s)", "Height (m)")
 _MOST_ROWS = 10_000
 
 
+@roles(read="path")
 @dataclass(kw_only=True)
 class ReaderBalls:
     """Falling-ball videos: balls dropped from a bridge; one log per ball, two drops each.

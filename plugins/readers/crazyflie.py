@@ -10,6 +10,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import LogError, suggestion
+from seals.field_roles import roles
 from seals.logs.datasets import paths_of, read_dataset
 from seals.logs.log import Log
 from seals.logs.units import STANDARD_GRAVITY, to_si
@@ -26,6 +27,7 @@ _COLUMNS = {
 }
 
 
+@roles(data="event allow_truncated", read="path")
 @dataclass(kw_only=True)
 class ReaderCrazyflie:
     """Flights of a 27 g quadrotor, recorded on board; one log for each file.

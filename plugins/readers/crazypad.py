@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from seals.errors import LogError, suggestion
+from seals.field_roles import roles
 from seals.logs.datasets import paths_of, read_dataset
 from seals.logs.log import Log
 from seals.logs.table import read_parquet
@@ -24,6 +25,7 @@ _PRESENT_IN_SOME = {
 }
 
 
+@roles(read="path")
 @dataclass(kw_only=True)
 class ReaderCrazypad:
     """Flights of a 27 g quadrotor, unmodified and modified on purpose; one log for each file.

@@ -7,10 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from seals.errors import LogError
+from seals.field_roles import roles
 from seals.logs.csv import read_csv
 from seals.logs.log import Log
 
 
+@roles(data="columns units negate delimiter meta name licence", read="path")
 @dataclass(kw_only=True)
 class ReaderCsv:
     """CSV tables with a map of columns to channels, units and signs.

@@ -11,6 +11,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import LogError, suggestion
+from seals.field_roles import roles
 from seals.logs.datasets import paths_of, read_dataset
 from seals.logs.log import Log
 from seals.logs.table import read_csv_columns
@@ -49,6 +50,7 @@ _FREQUENCY = {
 }
 
 
+@roles(read="path")
 @dataclass(kw_only=True)
 class ReaderFlume:
     """Flume tests of a floating ship section in regular waves, and of the waves alone.

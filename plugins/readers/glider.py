@@ -10,6 +10,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import LogError
+from seals.field_roles import roles
 from seals.logs.arrays import read_npy
 from seals.logs.datasets import paths_of, read_dataset
 from seals.logs.log import Log
@@ -19,6 +20,7 @@ DATASET = read_dataset("seals.plugins.readers", "slocum-glider")
 _GRAVITY = 9.81
 
 
+@roles(read="path")
 @dataclass(kw_only=True)
 class ReaderGlider:
     """One flight of a Slocum glider in the Baltic, June 2016: 4.1 h of yos to about 40 m.

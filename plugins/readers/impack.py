@@ -12,6 +12,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import LogError, MissingExtra
+from seals.field_roles import roles
 from seals.logs.arrays import read_npz
 from seals.logs.datasets import paths_of, read_dataset
 from seals.logs.log import Log
@@ -33,6 +34,7 @@ _RANGE_G = {ImpackSensor.DC: 42.0, ImpackSensor.PIEZORESISTIVE: 100.0}
 _NAME = re.compile(r"^(?P<speed>\d+(?:\.\d+)?)mps_(?P<nose>[^_]+)_(?P<run>\d+)$")
 
 
+@roles(read="path")
 @dataclass(kw_only=True)
 class ReaderImpack:
     """Drops of a 44.45 mm impactor with a recorder on board into still water; one log each.

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from seals.errors import LogError, suggestion
+from seals.field_roles import roles
 from seals.logs.datasets import paths_of, read_dataset
 from seals.logs.log import Log
 from seals.logs.table import read_csv_columns, read_parquet
@@ -36,6 +37,7 @@ _OFFLINE = {
 }
 
 
+@roles(read="path")
 @dataclass(kw_only=True)
 class ReaderNanobench:
     """Flights of a 27 g quadrotor under motion capture; one log for each file.

@@ -6,10 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from seals.errors import LogError
+from seals.field_roles import roles
 from seals.logs.log import Log
 from seals.logs.native import TABLES, read_native
 
 
+@roles(read="path")
 @dataclass(kw_only=True)
 class ReaderNative:
     """Native log folders: a table, ``meta.yaml`` and, for a vehicle with an arm, a URDF.

@@ -11,6 +11,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import LogError
+from seals.field_roles import roles
 from seals.isolated_reading import read_isolated
 from seals.logs.datasets import paths_of, read_dataset
 from seals.logs.log import Log
@@ -20,6 +21,7 @@ DATASET = read_dataset("seals.plugins.readers", "single-pendulum")
 _GROUPS = {"identification": ("Time_id", "Y_id"), "validation": ("Time_vad", "Y_vad")}
 
 
+@roles(read="path")
 @dataclass(kw_only=True)
 class ReaderPendulum:
     """Free swings of a real pendulum on a fixed cart, no input; a log to fit, one to test.

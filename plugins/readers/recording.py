@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from seals.errors import LogError
+from seals.field_roles import roles
 from seals.logs.log import Log
 from seals.plugins.readers.mcap_file import messages as mcap_messages
 from seals.plugins.readers.ros_streams import Choice, Message, gather
@@ -18,6 +19,7 @@ Source = Callable[[Path, Callable[[str, str, str], bool], dict[str, str]], Itera
 """Yields the wanted messages of a path, and fills in which topics it has."""
 
 
+@roles(data="topics columns units negate clock meta name licence", read="path")
 @dataclass(kw_only=True)
 class Recording:
     """Base of readers of recorded messages; subclasses interpret the messages.

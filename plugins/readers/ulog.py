@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.errors import LogError, suggestion
+from seals.field_roles import roles
 from seals.frames import matrix_of, normalised, unrotate
 from seals.logs.log import Log
 from seals.logs.merge import Stream
@@ -25,6 +26,7 @@ _NO_OFFSET = 0x7FFFFFFF
 _RPM = 2.0 * np.pi / 60.0
 
 
+@roles(data="topics columns units negate meta name licence", read="path")
 @dataclass(kw_only=True)
 class ReaderUlog:
     """Flight logs of PX4 (``.ulg``): known topics automatically, other fields by a map.

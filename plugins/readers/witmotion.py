@@ -12,6 +12,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import LogError
+from seals.field_roles import roles
 from seals.logs.log import Log
 from seals.logs.units import to_si
 from seals.schema import setting
@@ -32,6 +33,7 @@ _TIME = re.compile(r"(?:chip ?)?time(?:\(s\))?")
 _CLOCKS = ("%Y-%m-%d %H:%M:%S.%f", "%H:%M:%S.%f", "%Y/%m/%d %H:%M:%S.%f", "%H:%M:%S:%f")
 
 
+@roles(data="axes meta name licence", read="path")
 @dataclass(kw_only=True)
 class ReaderWitmotion:
     """Text files of WitMotion sensors (WT901 and its relatives), as their programs write them.

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.errors import ConfigError, suggestion
+from seals.field_roles import roles
 from seals.rendering.camera import OPTICAL, Lens
 from seals.rendering.camera_view import Shot
 from seals.rendering.files import MILLIMETRE
@@ -23,6 +24,7 @@ WHAT = ("rgb", "depth", "segmentation", "normals")
 _NGUYEN = "Nguyen, Izadi and Lovell 2012, 3DIMPVT, eq. 1, with its parabola begun at zero"
 
 
+@roles(data="what")
 @dataclass(kw_only=True)
 class SensorCamera(MountedSensor):
     """Pinhole camera with depth; it looks along its x axis, z is up in the image.

@@ -11,6 +11,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import ConfigError
+from seals.field_roles import roles
 from seals.frames import cross3
 from seals.schema import param, setting
 from seals.sensors.instrument import Instrument, TrueValues
@@ -23,6 +24,7 @@ LEAST = 3
 BEAM, RANGE, SPIN = "dvl_beam_velocity", "dvl_beam_range", "dvl_spin"
 
 
+@roles(data="at_origin")
 @dataclass(kw_only=True)
 class SensorDvl(Instrument):
     """Doppler velocity log: velocity over ground from four slanted beams with bottom lock.

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from seals.errors import ConfigError, suggestion
+from seals.field_roles import roles
 from seals.schema import param, setting
 from seals.sensors.instrument import Instrument, TrueValues
 from seals.sensors.noise import Noise
@@ -16,6 +17,7 @@ from seals.sensors.onboard import RobotEquipment
 from seals.sensors.protocol import SensorInput
 
 
+@roles(data="joints")
 @dataclass(kw_only=True)
 class SensorEncoders(Instrument):
     """Joint encoders: positions in whole counts, measured on the link side of the gear.

@@ -10,11 +10,13 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import ConfigError, suggestion
+from seals.field_roles import roles
 from seals.schema import param, setting
 from seals.sensors.mount import MountedSensor
 from seals.sensors.protocol import SensorInput
 
 
+@roles(data="target")
 @dataclass(kw_only=True)
 class SensorLocator(MountedSensor):
     """Position of another body relative to a link, link axes.

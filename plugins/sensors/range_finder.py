@@ -12,6 +12,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.effects.effect import MediumKind
 from seals.errors import ConfigError
+from seals.field_roles import roles
 from seals.schema import param, setting
 from seals.sensors.instrument import Instrument, TrueValues
 from seals.sensors.noise import Noise
@@ -21,6 +22,7 @@ RINGS, SPOKES = 2, 8
 """Rays of a cone: rings about the axis, rays of a ring."""
 
 
+@roles(data="meets_surface")
 @dataclass(kw_only=True)
 class SensorRangeFinder(Instrument):
     """Distance along the sensor's x axis to ground, shore, obstacles, bodies and water surface.

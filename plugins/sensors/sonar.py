@@ -10,6 +10,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import ConfigError
+from seals.field_roles import roles
 from seals.schema import param
 from seals.sensors.acoustics import absorption, line_pattern, linear
 from seals.sensors.casting import Hits, cast
@@ -36,6 +37,7 @@ _CHOSEN = "chosen"
 _DEVICES = ("numpy", "cpu", "cuda")
 
 
+@roles(data="strengths speckle multipath profile device")
 @dataclass(kw_only=True)
 class SensorSonar(MountedSensor):
     """Sonar: echo level over bearing and range; looks along its x axis, beams fan out about z.

@@ -11,6 +11,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import ConfigError, suggestion
+from seals.field_roles import roles
 from seals.schema import param, vector
 from seals.sensors.acoustics import sound_speed
 from seals.sensors.instrument import Instrument, TrueValues
@@ -20,6 +21,7 @@ from seals.sensors.protocol import SensorInput
 _EVOLOGICS = "class of EvoLogics S2C R 18/34: 0.1 deg, 1 cm"
 
 
+@roles(data="target")
 @dataclass(kw_only=True)
 class SensorUsbl(Instrument):
     """Range, bearing and elevation of a transponder by sound (ultra-short baseline).

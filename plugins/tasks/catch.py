@@ -12,6 +12,7 @@ import numpy as np
 from seals.arrays import Array, Floats, namespace
 from seals.control import Reference
 from seals.errors import ConfigError
+from seals.field_roles import roles
 from seals.learn.task import Draw, Instant
 from seals.plugins.tasks.catching import Plan, fetch
 from seals.plugins.tasks.observation import ObservationKind, level_hand_offset
@@ -29,6 +30,7 @@ def _number(default: float, unit: str, low: float, high: float, why: str) -> flo
     return setting(default, unit, bounds=(low, high), source=f"chosen: {why}")
 
 
+@roles(data="object")
 @dataclass(kw_only=True)
 class TaskCatch(TaskReach):
     """Find an animal, grip it and hold it above the water; actions are velocities and the grip.

@@ -8,6 +8,7 @@ import numpy as np
 
 from seals.arrays import Array
 from seals.errors import ConfigError
+from seals.field_roles import roles
 from seals.learn.task import Draw, Instant
 from seals.plugins.tasks.catch import TaskCatch
 from seals.plugins.tasks.sighting.detector import load_detector
@@ -19,6 +20,7 @@ DETECTOR = "aam/crab"
 _TRIES = 1000
 
 
+@roles(data="black", read="detector")
 @dataclass(kw_only=True)
 class TaskCatchSeen(TaskCatch):
     """Find an animal by cameras, grip it and hold it above the water.

@@ -9,6 +9,7 @@ import numpy as np
 from seals.arrays import Array, Floats, namespace
 from seals.control.limbs import stowed
 from seals.errors import ConfigError
+from seals.field_roles import roles
 from seals.learn.task import Draw, Instant, Task
 from seals.plugins.tasks.observation import (
     ObservationKind,
@@ -27,6 +28,7 @@ DIGITS = 1e3
 _BOX = (-1e4, 1e4)
 
 
+@roles(data="ends shuffled")
 @dataclass(kw_only=True)
 class TaskReach(Task):
     """Task: move until the hand is at the target, and hold it; actions are velocities.

@@ -12,6 +12,7 @@ import numpy as np
 from seals.arrays import Array, Floats, namespace
 from seals.control import Reference
 from seals.errors import ConfigError
+from seals.field_roles import roles
 from seals.learn.task import Draw, Instant, Task
 from seals.plugins.tasks.rewards import Reward, near, unshaped
 from seals.plugins.tasks.stepping import Steps, over_ground, scripted, yaw_of
@@ -38,6 +39,7 @@ def _manners() -> dict[str, Any]:
     }
 
 
+@roles(data="manner sideways")
 @dataclass(kw_only=True)
 class TaskWalk(Task):
     """Task: walk to a target from any direction; actions are gait parameters.

@@ -16,6 +16,7 @@ from seals.effects.effect import Effect, MediumKind
 from seals.environment.seawater import FRESH_WATER
 from seals.environment.waves import Sea, WaveOptions, gradient_along
 from seals.errors import ConfigError
+from seals.field_roles import roles
 from seals.schema import param
 
 _POINT = 0.3
@@ -27,6 +28,7 @@ _SHORTEST, _LONGEST, _FINEST = 0.5, 6.0, 0.005
 """Periods that are tried [s], and the least relative step between them."""
 
 
+@roles(data="second_order")
 @dataclass(kw_only=True)
 class WaveAiry(WaveOptions):
     """Airy wave on deep water: elevation, velocity and acceleration of the water.

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 
 from seals.check.finding import RobotFinding, passed, warned
+from seals.errors import SealsError
+from seals.hydrostatics.meshes import load_triangles
 from seals.robot.meshes import mesh_names
 from seals.robot.settings import RobotSettings
 
@@ -68,12 +69,10 @@ def _size(path: Path) -> tuple[int, float]:
     size = path.stat().st_size
     if size > 100 * MANY_TRIANGLES:
         return ((size - 84) // 50 if path.suffix.lower() == ".stl" else size // 100), 0.0
-    import trimesh
-
     try:
-        mesh: Any = trimesh.load(path, force="mesh", process=False)
+        mesh = load_triangles(path, where="mesh")
         return len(mesh.faces), float(np.ptp(np.asarray(mesh.vertices), axis=0).max())
-    except (ValueError, IndexError, KeyError, AttributeError, TypeError):
+    except (ValueError, IndexError, KeyError, AttributeError, TypeError, SealsError):
         # what cannot be drawn is refused elsewhere, with the words of the loader
         return size // 100, 0.0
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from seals.field_roles import roles
 from seals.logs.axes import AxesSettings
 from seals.robot.settings import LogRobotSettings
 
 
+@roles(data="command")
 @dataclass(kw_only=True)
 class MotorSettings:
     """Motor curve from commands to rotor speeds; see `seals.logs.motor_curve.MotorCurve`.
@@ -25,6 +27,7 @@ class MotorSettings:
     order: list[int] | None = None
 
 
+@roles(data="table name reader late", read="log map meta urdf", write="out", permission="replace")
 @dataclass(kw_only=True)
 class ConvertSettings(LogRobotSettings):
     """Settings of a conversion: foreign log, reader options, output folder.

@@ -12,6 +12,7 @@ from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 
 from seals import registry
+from seals.cli.installed_files import overwritten
 from seals.config.recipes import experiments
 from seals.errors import ConfigError, SealsError
 from seals.text_table import table
@@ -91,6 +92,15 @@ def packages() -> Iterator[Remark]:
         yield Remark(state="ok" if fits else "FAULT", subject=wanted.name, words=words)
 
 
+def files() -> Iterator[Remark]:
+    """Report files of the package that another one wrote over, and that one's name."""
+    found = overwritten()
+    if found.words:
+        yield Remark(state="FAULT", subject="files", words=found.words)
+        return
+    yield Remark(state="ok", subject="files", words="as they were installed")
+
+
 def plug_ins() -> Iterator[Remark]:
     """Report plug-ins that cannot be imported, and names that two packages claim."""
     from seals.config.derive import describe_broken
@@ -147,5 +157,5 @@ def _short(words: str) -> str:
     return first.partition(" cannot be used: ")[2] or first
 
 
-LOOKS = (python, packages, plug_ins, configuration, data)
+LOOKS = (python, packages, files, plug_ins, configuration, data)
 """What the doctor looks at, in order."""

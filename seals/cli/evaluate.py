@@ -20,13 +20,13 @@ def evaluate(arguments: list[str]) -> int:
     if COMPARE in arguments:
         words = [word for word in arguments if word != COMPARE]
         return launch("arms", [_arm(word) for word in words], _application("comparison"))
-    return launch("evaluate", with_card(arguments), _application("evaluation"))
+    return _of_card("evaluate", arguments, _application("evaluation"))
 
 
 def record(arguments: list[str]) -> int:
     """Record the episodes of a policy as demonstrations."""
     _one_thread()
-    return launch("record", with_card(arguments), _application("demonstrations"))
+    return _of_card("record", arguments, _application("demonstrations"))
 
 
 def export(arguments: list[str]) -> int:
@@ -69,6 +69,13 @@ def with_card(arguments: Sequence[str]) -> list[str]:
     anew = tuple(f"{_key(word)}." for word in arguments if "=" in word and word not in given)
     kept = [w for w in given if _key(w) not in taken and not _key(w).startswith(anew)]
     return [*kept, *arguments]
+
+
+def _of_card(root: str, arguments: list[str], task: Application) -> int:
+    """Start a verb with the words of a policy's card, which set data only."""
+    words = with_card(arguments)
+    source = "the card of the policy" if words != arguments else ""
+    return launch(root, words, task, own=arguments, source=source)
 
 
 def _key(word: str) -> str:

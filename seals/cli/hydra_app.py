@@ -10,7 +10,7 @@ import os
 import shutil
 import sys
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,7 @@ from seals.logs.run_folder import LOCK
 from seals.run.stopping import stoppable
 
 Task = Callable[[Any], "int | None"]
+_FOLDER_FLAGS = ("--config-dir", "--config-path")
 _DENIED = (errno.EACCES, errno.EPERM, errno.EROFS, errno.EEXIST, errno.ENOTDIR)
 
 
@@ -141,17 +142,27 @@ def autopilot(arguments: list[str]) -> int:
 
 def view(arguments: list[str]) -> int:
     """Run ``seals view``: compose the configuration, then call its application."""
-    words = [w if "=" in w or not Path(w).is_dir() else f"replay='{w}'" for w in arguments]
+    # with a flag before it, a folder is the flag's own
+    words = [w if "=" in w or not Path(w).is_dir() else f"replay='{w}'" for w in joined(arguments)]
     return launch("view", words, _view_task)
 
 
-def launch(root: str, arguments: list[str], task: Task) -> int:
+def launch(
+    root: str,
+    arguments: list[str],
+    task: Task,
+    *,
+    own: Sequence[str] | None = None,
+    source: str = "",
+) -> int:
     """Run a task as a Hydra application.
 
     Args:
         root: name of the root configuration: ``run``, ``compare`` or ``diagnose``.
         arguments: overrides and Hydra's own flags.
         task: takes the composed configuration; may return an exit code.
+        own: those of the command line, where others come from a file; None for all.
+        source: the file, for the message when it sets more than data.
 
     Returns:
         The exit code of the task, 0 by default.
@@ -174,12 +185,16 @@ def launch(root: str, arguments: list[str], task: Task) -> int:
     arguments = sorted(with_objective(arguments), key=lambda word: not word.startswith("-"))
     kept = [word for word in arguments if word == RESUME]
     checked = _refuse_flags([word for word in arguments if word != RESUME])
-    arguments, resumed = begun(root, [*kept, *checked])
+    own = checked if own is None else own
+    trusting = TRUST in arguments
+    folders = [w for w in checked if w.startswith(_FOLDER_FLAGS)]
+    arguments, resumed, note = begun(root, [*kept, *checked])
+    source = "" if trusting else source or note or ", ".join(folders)
     _refuse_other_verb(root, arguments)
     refuse_slips(root, arguments)
     install()
     sweep = Sweep(root, own_words(arguments), resumed=resumed)
-    outcome = _Outcome(task, sweep.claim)
+    outcome = _Outcome(_measured(task, root, list(own), source), sweep.claim)
     application = hydra.main(version_base="1.3", config_path="pkg://seals.conf", config_name=root)
     overrides = [word for word in arguments if not word.startswith("-")]
     with (
@@ -239,13 +254,16 @@ def _ended(sweep: Any) -> int:
     return code
 
 
-def _measured(task: Task) -> Task:
-    """Return a task that refuses a configuration whose references have no end."""
+def _measured(task: Task, root: str, own: list[str], source: str) -> Task:
+    """Return a task that refuses references without end, and what a file may not set."""
 
     def perform(config: Any) -> int | None:
+        from seals.config.foreign_values import refuse_values
         from seals.config.references import refuse_growth
 
         refuse_growth(config)
+        if source:
+            refuse_values(config, root=root, words=own, where=source)
         return task(config)
 
     return perform
@@ -255,7 +273,7 @@ class _Outcome:
     """Runner of the task that keeps its error from Hydra, which would print it again."""
 
     def __init__(self, task: Task, claim: Any) -> None:
-        self.task, self.claim = _measured(task), claim
+        self.task, self.claim = task, claim
         self.code = 0
         self.error: Exception | None = None
 

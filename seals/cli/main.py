@@ -13,11 +13,13 @@ from typing import Any
 
 import seals
 from seals.child_process import protect_children
+from seals.cli.installed_files import overwritten_by_other
 from seals.cli.of_system import explained
 from seals.cli.slips import repeated_keys
 from seals.errors import ConfigError, SealsError, printable, suggestion
 from seals.registry import blame
 from seals.run.stopping import stoppable
+from seals.sound_numbers import told
 from seals.terminal import plain_streams
 
 
@@ -350,9 +352,22 @@ def _ended(words: list[str], *, ours: bool) -> int:
     except Exception as fault:
         # what arises in a plug-in is told as its fault, all else is one of this program
         named = explained(fault) or (None if isinstance(fault, OSError) else blame(fault))
+        named = named or _of_numbers(fault)
         if named is None:
             raise
         return _refused(named)
+
+
+def _of_numbers(fault: Exception) -> ConfigError | None:
+    """Explain numbers that are allowed each by itself, and together cannot be computed with."""
+    words = told(fault)
+    if words is None:
+        return None
+    return ConfigError(
+        f"the numbers given make a system that cannot be computed: {words}.\n"
+        "Look for one far from all others, or for zeros: masses, gravity, gains, steps, lengths of "
+        "logs. SEALS_DEBUG=1 shows where it arose."
+    )
 
 
 def _refused(refusal: SealsError) -> int:
@@ -391,6 +406,9 @@ def _dispatch(words: list[str]) -> int:
         if VERBS[name].more:
             print(f"\n{_named(VERBS[name].more)()}")
         return 0
+    remark = overwritten_by_other()
+    if remark:
+        print(f"note: {remark}", file=sys.stderr)
     run: Callable[[list[str]], int] = _named(VERBS[name].target)
     code = run(rest)
     for remark in repeated_keys(rest):

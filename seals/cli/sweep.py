@@ -40,10 +40,12 @@ class Begun(NamedTuple):
     Args:
         words: for Hydra, flags included.
         resumed: whether they are of a sweep that was begun before.
+        source: the file that they come from; empty for the command line.
     """
 
     words: list[str]
     resumed: bool
+    source: str = ""
 
 
 def begun(root: str, words: Sequence[str]) -> Begun:
@@ -62,7 +64,7 @@ def begun(root: str, words: Sequence[str]) -> Begun:
     _refuse_other_places(words)
     folder = _named(words)
     if folder is not None:
-        return Begun(_taken_up(root, folder, words), resumed=True)
+        return Begun(_taken_up(root, folder, words), True, f"resume={folder}: {NOTE}")
     sweep = any(word in MULTIRUN for word in words)
     if RESUME not in words:
         return Begun(list(words), resumed=False)

@@ -8,6 +8,7 @@ from pathlib import Path
 from seals.cli.hydra_app import Application, launch
 from seals.cli.sweep import is_sweep
 from seals.config.overrides import refuse_dangerous
+from seals.config.strangers import TRUST
 from seals.errors import ConfigError
 from seals.untrusted_io import read_plain_yaml
 
@@ -28,9 +29,11 @@ def train(arguments: list[str]) -> int:
     if not kept or is_sweep(folder):
         return launch("train", arguments, _TASK)
     others = [word for word in arguments if word.partition("=")[0] != RESUME]
-    _refuse_changes(folder, others)
-    words = [*_begun(folder), *others, f"{RESUME}='{folder}'", f"hydra.run.dir='{folder}'"]
-    return launch("train", words, _TASK)
+    _refuse_changes(folder, [word for word in others if word != TRUST])
+    place = [f"{RESUME}='{folder}'", f"hydra.run.dir='{folder}'"]
+    source = f"resume={folder}: overrides.yaml"
+    own = [*others, *place]
+    return launch("train", [*_begun(folder), *own], _TASK, own=own, source=source)
 
 
 def _refuse_changes(folder: Path, words: list[str]) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from seals.compare.predict import residuals
 from seals.compare.result import Comparison, Group
 from seals.compare.score import by_horizon, pooled
 from seals.compare.variants import ModelVariant
+from seals.file_names import file_name
 from seals.logs.atomic import write_json
 from seals.logs.channels import unit_of
 from seals.report import (
@@ -48,7 +48,7 @@ def write_report(comparison: Comparison, data: dict[str, Any], folder: Path) -> 
     for group in comparison.groups:
         for k, case in enumerate(group.cases):
             plots.mkdir(exist_ok=True)
-            write_picture(plots / f"{_file_name(case.name)}.png", case_charts(group, k))
+            write_picture(plots / f"{file_name(case.name)}.png", case_charts(group, k))
     path = write_page(
         folder / "report.html",
         f"Comparison: {comparison.name}",
@@ -342,7 +342,3 @@ def _unit(channel: str) -> str:
 
 def _figure(value: float) -> str:
     return f"{value:.4g}" if math.isfinite(value) else "–"
-
-
-def _file_name(name: str) -> str:
-    return re.sub(r"[^A-Za-z0-9_.-]+", "_", name)

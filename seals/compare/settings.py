@@ -6,10 +6,12 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
 
+from seals.field_roles import roles
 from seals.run.settings import RunSettings
 from seals.schema import param
 
 
+@roles(data="nominal tolerances judge floor")
 @dataclass(kw_only=True)
 class NamingSettings:
     """Settings of a diagnosis from several runs: nominal model, tolerances, validation.
@@ -95,6 +97,7 @@ class CompareOptions:
     iterations: int = 12
 
 
+@roles(data="name only reader fit train held_out per_log ladder rivals", read="log", write="out")
 @dataclass(kw_only=True)
 class CompareSettings(RunSettings):
     """Settings of a comparison: a run as the model, and the measurement.

@@ -9,6 +9,7 @@ import typing
 from typing import Any, TypeVar
 
 from seals.errors import BrokenPlugin
+from seals.field_roles import carried
 from seals.registry import Plugin
 
 T = TypeVar("T")
@@ -61,7 +62,7 @@ def derive(cls: type) -> type:
         f"{cls.__name__}Config",
         columns,
         kw_only=True,
-        namespace={"__doc__": cls.__doc__, "__module__": cls.__module__},
+        namespace={"__doc__": cls.__doc__, "__module__": cls.__module__, **carried(cls)},
     )
 
 

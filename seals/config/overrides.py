@@ -12,6 +12,8 @@ from seals.errors import ConfigError
 
 _DANGER = re.compile(r"_target_|\$|hydra[./]|^[^=]*hydra\b|^-|[\n\r]")
 
+MOST_SIGNS = 20_000
+"""Signs of all overrides of a file together: Hydra's parser takes a minute for 400,000."""
 _VALUED = {
     "-c": "--cfg",
     "-p": "--package",
@@ -60,6 +62,11 @@ def refuse_dangerous(
         seals.errors.ConfigError: card.json asks for 'hydra.run.dir=/', which no training writes.
         Remove it.
     """
+    if sum(map(len, words)) > MOST_SIGNS:
+        raise ConfigError(
+            f"{where} holds words of {sum(map(len, words)):,} signs, allowed are {MOST_SIGNS:,}.\n"
+            f"{remedy}"
+        )
     for word in words:
         if _DANGER.search(word) or not ("=" in word or word.startswith("~")):
             raise ConfigError(f"{where} asks for '{word:.80}', which no {writer} writes.\n{remedy}")

@@ -26,6 +26,7 @@ from seals.config import roots
 from seals.config.derive import schema_of
 from seals.config.overlay import find_overlay, load_overlay, overlay_names
 from seals.errors import ConfigError
+from seals.file_names import checked_name
 from seals.robot.robot_file import RobotFile, read_robot
 
 ROBOT_KINDS = ("robot", "animal")
@@ -132,9 +133,20 @@ class ConfSearchPath(SearchPathPlugin):
 def install() -> None:
     """Register source, search path and resolver with Hydra; calling twice is harmless."""
     OmegaConf.register_new_resolver("default_backend", registry.default_backend, replace=True)
+    # a name comes from anybody's file, and Hydra makes its folder before a verb sees it
+    OmegaConf.register_new_resolver("folder_name", folder_name, replace=True)
     hub = Plugins.instance()
     hub.register(PluginSource)
     hub.register(ConfSearchPath)
+
+
+def folder_name(name: Any) -> str:
+    """Return the name of a run as a part of its folder; ``seals add`` may have none.
+
+    Raises:
+        ConfigError: it cannot be part of a folder's name.
+    """
+    return checked_name(str(name), key="name") if name else ""
 
 
 def robot_names() -> list[str]:

@@ -20,6 +20,8 @@ from seals.errors import ConfigError, SealsError
 from seals.untrusted_io import read_plain_yaml
 
 TRUST = "--trust"
+_SOURCES = ("resume=", "policy=")
+"""Words that name a folder whose file sets values."""
 _HYDRA = re.compile(r"\bhydra\b")
 _PACKAGE = re.compile(r"^\s*#\s*@package\s+(\S+)", re.MULTILINE)
 _MOST_FILES = 10_000
@@ -37,9 +39,10 @@ def untrusted(arguments: Sequence[str]) -> list[str]:
     rest = [word for word in arguments if word != TRUST]
     folders = [*_folders(rest)]
     if len(rest) != len(arguments):
-        if not folders:
+        if not folders and not any(word.startswith(_SOURCES) for word in rest):
             raise ConfigError(
-                f"{TRUST}: there is nothing to trust.\nIt goes with --config-dir FOLDER."
+                f"{TRUST}: there is nothing to trust.\n"
+                "It goes with --config-dir FOLDER, resume=FOLDER or policy=FOLDER."
             )
         return rest
     for folder in folders:

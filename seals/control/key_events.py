@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from seals.control.keymap import CONTROLS, is_control
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError, LogError, suggestion
 from seals.logs.atomic import write_text
-from seals.untrusted_io import plain_yaml
+from seals.untrusted_io import plain_yaml, read_text
 
 HEADER = ("t", "control", "value")
 _WORDS = ("t", "press", "release", "hold", "seconds", "set", "value")
@@ -48,9 +48,9 @@ def read_track(path: Path) -> list[Event]:
             f"script {path} does not exist.\n{suggestion(str(path), beside, label='Files there')}"
         )
     try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as cause:
-        raise ConfigError(f"script {path} cannot be read: {cause}.\nIt must be text.") from cause
+        text = read_text(path)
+    except LogError as cause:
+        raise ConfigError(f"script {path} cannot be read: {cause}\nIt must be text.") from cause
     rows = _csv(path, text) if path.suffix == ".csv" else _yaml(path, text)
     return sorted(rows, key=lambda event: event.time)
 

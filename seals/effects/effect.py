@@ -15,6 +15,7 @@ from seals.effects.identification import (
     Residual,
     Subject,
 )
+from seals.field_roles import roles
 from seals.motion import MediumKind as MediumKind  # noqa: PLC0414  offered to authors here
 from seals.motion import (
     Timing,
@@ -64,6 +65,7 @@ _FORMER = {
 """Present name of each renamed hook and attribute."""
 
 
+@roles(data="links correction")
 @dataclass(kw_only=True)
 class Effect(EffectOptions):
     """Base of all effect plug-ins: a keyword-only dataclass with pure, batch-first hooks.

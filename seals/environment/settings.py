@@ -8,12 +8,14 @@ from typing import Any
 
 from seals.environment.ground_settings import ShoreSettings, check_obstacles, check_shore
 from seals.errors import ConfigError
+from seals.field_roles import roles
 from seals.schema import optional, param
 
 _CHOSEN = "chosen"
 _PLACE = (-12000.0, 12000.0)
 
 
+@roles(data="water_temperature salinity obstacles")
 @dataclass(kw_only=True)
 class EnvironmentSettings:
     """Environment settings: air, water, ground; the world frame is East-North-Up.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import io
 import os
 import re
 from collections.abc import Sequence
@@ -12,11 +13,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from seals.errors import RobotError
+from seals.errors import RobotError, SealsError
 from seals.hydrostatics.mesh import HullMesh, placed_points
-from seals.hydrostatics.references import refuse_references
+from seals.hydrostatics.references import MOST_BYTES, refuse_references
 from seals.hydrostatics.samples import LEAST_SAMPLES, MOST_DRAWS, HullSamples, winding_test
 from seals.hydrostatics.wetted import Vector
+from seals.untrusted_io import read_bytes
 
 MOST_FACES = 200_000
 MOST_BROKEN_FACES = 20_000
@@ -134,13 +136,12 @@ def _read_file(path: Path) -> tuple[str, Vector, Numbers]:
             f"mesh file {path} holds about {declared} triangles; allowed: {MOST_FACES}.\n"
             "Simplify the mesh (a hull needs a few hundred triangles)."
         )
-    refuse_strange_format(Path(path), "mesh")
-    import trimesh
-
     try:
-        mesh: Any = trimesh.load(path, force="mesh", process=False)
+        mesh = load_triangles(path, where="mesh")
         faces = np.asarray(mesh.faces, dtype=np.int64)
         vertices = np.asarray(mesh.vertices, dtype=np.float64)
+    except SealsError:
+        raise
     except Exception as error:
         raise RobotError(
             f"mesh file {path} cannot be read: {error}\nAllowed: STL, OBJ, PLY, OFF, DAE, GLB."
@@ -230,6 +231,39 @@ def _sampled(name: str, corners: Vector, seed: int) -> HullSamples:
         seed=seed,
         # a thin shape of many triangles would take minutes
         most=min(MOST_DRAWS, max(2 * LEAST_SAMPLES, MOST_WORK // len(even))),
+    )
+
+
+def load_triangles(path: Path, *, where: str, process: bool = False, most: int = MOST_BYTES) -> Any:
+    """Return a mesh file as one trimesh object: the only reader of meshes.
+
+    Materials and pictures are left out: the libraries behind choose a picture's decoder by its
+    content, and one of them starts a program.
+
+    Args:
+        path: the file.
+        where: what names it, for the message.
+        process: whether equal corners are made one.
+        most: largest size [byte].
+
+    Raises:
+        RobotError: it is no plain mesh, or names files elsewhere.
+        LogError: it is absent, no ordinary file, or too large.
+        Exception: each format's loader fails in its own way.
+    """
+    raw = read_bytes(path, most=most)
+    refuse_strange_format(path, where)
+    import trimesh
+
+    kind = path.suffix.lower().removeprefix(".")
+    return trimesh.load(
+        io.BytesIO(raw),
+        file_type=kind,
+        # buffers of its own may lie beside a glTF; refuse_references has seen their names
+        resolver=trimesh.resolvers.FilePathResolver(str(path)) if kind == "glb" else None,
+        force="mesh",
+        process=process,
+        skip_materials=True,
     )
 
 

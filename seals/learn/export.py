@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from seals.errors import ConfigError, SealsError, optional_import, suggestion
+from seals.field_roles import roles
 from seals.learn.policy import NetworkPolicy, load_policy
 from seals.learn.shipped import policy_folder
 from seals.logs.atomic import write_bytes
@@ -29,6 +30,7 @@ _ROWS = 64
 """Random observations on which both are compared."""
 
 
+@roles(data="name format", read="policy", write="out", permission="replace")
 @dataclass(kw_only=True)
 class ExportSettings:
     """Settings of ``seals export``.

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from seals.field_roles import roles
 from seals.run.settings import RunSettings
 from seals.schema import setting
 
 
+@roles(data="task")
 @dataclass(kw_only=True)
 class LearnSettings(RunSettings):
     """Settings of a run whose robot a learner controls.

@@ -105,11 +105,14 @@ def task_of(metadata: Mapping[str, Any], *, where: str) -> Any:
     """
     from seals.config.build import build
     from seals.config.compose import compose
+    from seals.config.foreign_values import refuse_values
     from seals.config.overrides import refuse_dangerous
 
     words = [w for w in entry(metadata, "overrides", list, where=where) if _of_task(w)]
     refuse_dangerous(words, where=f"{where}: the card", remedy="Take the folder as it was trained.")
-    return build(compose(words, root="learn").task, where=f"{where}: task")
+    config = compose(words, root="learn")
+    refuse_values(config, root="learn", words=(), where=f"{where}: the card")
+    return build(config.task, where=f"{where}: task")
 
 
 def _of_task(word: Any) -> bool:

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from seals.drawn_text import in_table
 from seals.errors import SealsError
 from seals.logs.room import room
 
@@ -185,11 +186,21 @@ def write_table(path: str | Path, columns: Mapping[str, ArrayLike | Sequence[str
     if suffix not in (".parquet", ".csv"):
         raise SealsError(f"'{path}': tables are written as .parquet or .csv, not as '{suffix}'.")
     try:
-        table = pa.table({key: _arrow(np.asarray(value)) for key, value in columns.items()})
+        found = {key: np.asarray(value) for key, value in columns.items()}
+        if suffix == ".csv":
+            found = {in_table(key): _cells(value) for key, value in found.items()}
+        table = pa.table({key: _arrow(value) for key, value in found.items()})
     except pa.ArrowException as error:
         raise SealsError(f"'{path}' cannot be written: {error}") from error
     with atomic_path(path) as beside:
         _write_arrow(beside, table)
+
+
+def _cells(values: NDArray[Any]) -> NDArray[Any]:
+    """Return a column for a CSV file; text in it is no formula."""
+    if values.dtype.kind not in "UO":
+        return values
+    return np.asarray([in_table(v) if isinstance(v, str) else v for v in values], values.dtype.kind)
 
 
 def _arrow(values: NDArray[Any]) -> Any:

@@ -10,6 +10,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import LogError, suggestion
+from seals.field_roles import roles
 from seals.frames import matrix_of, multiply, quaternion_of, unrotate
 from seals.logs.channels import CHANNELS
 from seals.logs.log import Log
@@ -34,6 +35,7 @@ _EULER = re.compile(r"^(?:[xyz]{3}|[XYZ]{3})$")
 _ANGLES = {"x": "roll", "y": "pitch", "z": "yaw"}
 
 
+@roles(data="world body imu position quaternion inverse euler velocity")
 @dataclass(kw_only=True)
 class AxesSettings:
     """Axes of a foreign log; each field corrects one deviation from ENU and FLU.

@@ -13,6 +13,7 @@ from seals.arrays import Floats
 from seals.environment.ground import Solid
 from seals.errors import RobotError
 from seals.frames import matrix_of
+from seals.hydrostatics.meshes import load_triangles
 from seals.rendering.scene import NOTHING, TILE, WORLD, Detail, Scene, Shape
 from seals.robot.model import RobotModel
 from seals.robot.pieces import pieces_of
@@ -150,10 +151,8 @@ def _mesh(robot: RobotModel, mesh: Any) -> tuple[Floats, Any]:
 
 @lru_cache(maxsize=256)
 def _loaded(path: str, _changed: int) -> tuple[Floats, Any]:
-    import trimesh
-
     try:
-        loaded: Any = trimesh.load(path, force="mesh", process=True)
+        loaded = load_triangles(Path(path), where="mesh", process=True)
         vertices, faces = np.asarray(loaded.vertices, dtype=float), np.asarray(loaded.faces)
     except (OSError, ValueError, AttributeError, IndexError) as cause:
         raise RobotError(

@@ -61,8 +61,21 @@ def figure_class() -> Any:
         optional_import("pictures need matplotlib", "Install it: pip install matplotlib"),
         _elsewhere(),
     ):
+        import matplotlib
         from matplotlib.figure import Figure
+    # a name of a stranger may hold signs of formulas, which are refused in a traceback or drawn
+    matplotlib.rcParams["text.parse_math"] = False
     return Figure
+
+
+def log_scale(axes: Any, axis: str) -> None:
+    """Give an axis, ``x`` or ``y``, a logarithmic scale with labels that need no formulas."""
+    from matplotlib.ticker import LogFormatter
+
+    getattr(axes, f"set_{axis}scale")("log")
+    side = getattr(axes, f"{axis}axis")
+    side.set_major_formatter(LogFormatter(labelOnlyBase=True))
+    side.set_minor_formatter(LogFormatter(minor_thresholds=(2, 0.4)))
 
 
 @contextlib.contextmanager

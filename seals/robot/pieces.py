@@ -19,6 +19,7 @@ from seals.hydrostatics import (
     HullMesh,
     HullSphere,
 )
+from seals.hydrostatics.meshes import load_triangles
 from seals.robot.model import RobotModel
 
 
@@ -144,12 +145,10 @@ def _of_geometry(robot: RobotModel, collision: Any) -> Piece:
 
 def _of_file(robot: RobotModel, mesh: Any, place: Floats, turn: Floats) -> Piece:
     """A mesh from its file, with the scale of the URDF."""
-    import trimesh
-
     name = str(mesh.filename).removeprefix("file://").removeprefix("package://")
     path = Path(robot.urdf).parent / name
     try:
-        loaded: Any = trimesh.load(path, force="mesh", process=True)
+        loaded = load_triangles(path, where="mesh", process=True)
     except (OSError, ValueError, AttributeError) as cause:
         raise RobotError(
             f"the collision mesh {path} of '{robot.name}' cannot be read: {cause}.\n"

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from seals.field_roles import roles
 from seals.schema import optional, vector
 
 
@@ -20,6 +21,7 @@ class ShapeType(enum.Enum):
     mesh = "mesh"
 
 
+@roles(read="file")
 @dataclass(kw_only=True)
 class ShapeSettings:
     """One primitive of a hull, in link axes.
@@ -56,6 +58,7 @@ class HullSettings:
     plan_area: float | None = optional("m^2", bounds=(0.0, 1e6), source="robot.yaml")
 
 
+@roles(data="joints tool")
 @dataclass(kw_only=True)
 class ArmSettings:
     """One arm, by the names of its parts in the URDF.
@@ -71,6 +74,7 @@ class ArmSettings:
     stowed: list[float] = vector((), "rad or m", bounds=(-1e3, 1e3), source="robot.yaml")
 
 
+@roles(data="joints tips")
 @dataclass(kw_only=True)
 class GripperSettings:
     """One gripper, by the names of its parts in the URDF.
@@ -88,6 +92,7 @@ class GripperSettings:
     tips: list[str] = field(default_factory=list)
 
 
+@roles(data="joints foot")
 @dataclass(kw_only=True)
 class LegSettings:
     """One leg, by the names of its parts in the URDF.
@@ -105,6 +110,7 @@ class LegSettings:
     stance: list[float] = vector((), "rad or m", bounds=(-1e3, 1e3), source="robot.yaml")
 
 
+@roles(data="name fixed_base hulls arms grippers legs summary", read="folder urdf")
 @dataclass(kw_only=True)
 class RobotSettings:
     """Settings of a robot in a run.
@@ -137,6 +143,7 @@ class RobotSettings:
         return Path(self.folder) / self.urdf
 
 
+@roles(data="effects sensors actuators controller")
 @dataclass(kw_only=True)
 class LogRobotSettings:
     """Robot of a log, for commands that read logs; it describes a vehicle that the log does not.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from seals.config.refusal import refusals
 from seals.environment.ground_settings import ObstacleSettings
 from seals.environment.settings import check_ground, check_profiles
 from seals.errors import ConfigError, suggestion
+from seals.file_names import checked_name
 from seals.registry import get, names
 from seals.run.object_settings import ObjectSettings, check_objects
 from seals.run.replay_config import recalled
@@ -22,6 +24,7 @@ from seals.schema import check_fields, check_tree
 PLAIN = ("environment", "initial", "time", "robot", "optics", "sight")
 SINGLE = ("backend", "wave", "fluid", "controller", "guide", "viewer", "live")
 SEVERAL = ("effects", "sensors", "actuators")
+_NAME = re.compile(r"\w[\w-]{0,119}")
 
 
 def build_run(config: Any) -> RunSettings:
@@ -60,11 +63,22 @@ def build_run(config: Any) -> RunSettings:
             values[key] = None if node is None else build(node, where=key)
         for key in SEVERAL:
             values[key] = {
-                str(name): build(node, where=f"{key}.{name}") for name, node in config[key].items()
+                _instance(name, key): build(node, where=f"{key}.{name}")
+                for name, node in config[key].items()
             }
     settings = RunSettings(**_with_model(config, values))
     _check(settings)
     return settings
+
+
+def _instance(name: Any, section: str) -> str:
+    """Return the name of an instance, which is part of columns and of folders."""
+    if not _NAME.fullmatch(str(name)):
+        raise ConfigError(
+            f"{section}.{name!s:.80}: no such name can be given.\n"
+            "Allowed: letters, digits, '_' and '-', up to 120."
+        )
+    return str(name)
 
 
 def _with_model(config: Any, values: dict[str, Any]) -> dict[str, Any]:
@@ -104,22 +118,9 @@ def _check(settings: RunSettings) -> None:
     check_profiles(settings.environment)
     check_ground(settings.environment)
     check_objects(settings.objects)
-    _check_name(settings.name)
+    checked_name(settings.name, key="name")
     if settings.guide is not None and settings.controller is None:
         raise ConfigError(
             "guide is given, and no controller that follows it.\nChoose one: controller=NAME.  "
             f"{suggestion('', names('controller'), label='Installed')}"
-        )
-
-
-def _check_name(name: str) -> None:
-    if (
-        not name
-        or set(name) & set('/\\:*?"<>|\0')
-        or name.startswith(".")
-        or not name.isprintable()
-    ):
-        raise ConfigError(
-            f"name={name} cannot be part of a folder's name.\n"
-            "Allowed: letters, digits, '_', '-' and '.', not at the front."
         )

@@ -6,11 +6,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from seals.errors import ConfigError
+from seals.field_roles import roles
 from seals.schema import optional, vector
 
 _CHOSEN = "chosen"
 
 
+@roles(data="effects guide controller", read="robot")
 @dataclass(kw_only=True)
 class ObjectSettings:
     """Settings of an object: a further body in the scene, passive or with a guide.

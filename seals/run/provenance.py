@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import platform
+import stat
 import subprocess
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -12,13 +13,14 @@ from typing import Any
 
 import seals
 from seals.backend import BackendOptions, compiles
+from seals.errors import LogError
 from seals.logs.table import read_parquet
 from seals.plugin_options import options_of
 from seals.robot.meshes import mesh_names
 from seals.robot.settings import RobotSettings
 from seals.run.assembly import step_count
 from seals.run.settings import RunSettings
-from seals.untrusted_io import read_json
+from seals.untrusted_io import MOST_BYTES, read_bytes, read_json
 
 PACKAGES = (
     *("numpy", "scipy", "pybullet", "mujoco", "taichi", "torch", "hydra-core", "pyarrow"),
@@ -116,13 +118,38 @@ def robot_files(robot: RobotSettings) -> dict[str, str | None]:
 
 
 def digest(path: Path) -> str | None:
-    """Return the SHA-256 of a file, or None when it does not exist."""
+    """Return the SHA-256 of a file, or None when it does not exist, or is no ordinary one.
+
+    Raises:
+        LogError: it is larger than any file of a robot.
+    """
     try:
-        if not path.is_file():
-            return None
+        status = path.stat()
     except (OSError, ValueError):
         return None
-    return hashlib.sha256(path.read_bytes()).hexdigest()
+    if not stat.S_ISREG(status.st_mode):
+        return None
+    # some of the system's files say that they are empty, and have no end
+    raw = read_bytes(path, most=MOST_BYTES, packed=True) if status.st_size else b""
+    return hashlib.sha256(raw).hexdigest()
+
+
+def noted_digest(folder: Path, name: str) -> str | None:
+    """Return the SHA-256 of a file of a robot that ``run.json`` names.
+
+    Raises:
+        LogError: the name leads elsewhere than into its folder or into one beside it.
+    """
+    try:
+        near = (folder / name).resolve().is_relative_to(folder.resolve().parent)
+    except (OSError, RuntimeError, ValueError):
+        near = False
+    if not near or Path(name).is_absolute():
+        raise LogError(
+            f"run.json names '{name[:80]}' as a file of the robot in {folder}, which lies "
+            "elsewhere.\nRestore it, or run anew."
+        )
+    return digest(folder / name)
 
 
 TABLES = ("log.parquet", "ledger.parquet")

@@ -13,7 +13,7 @@ from seals.config.references import refuse_growth
 from seals.config.refusal import refusals
 from seals.config.strangers import refuse_lookups
 from seals.errors import ConfigError, LogError, RobotError
-from seals.run.provenance import digest
+from seals.run.provenance import digest, noted_digest
 from seals.run.settings import RunSettings
 from seals.untrusted_io import read_json, read_plain_yaml
 
@@ -48,6 +48,8 @@ def recalled(folder: Path, *, key: str = "repeat") -> Any:
             }
         config = OmegaConf.merge(OmegaConf.structured(RunSettings), OmegaConf.create(raw))
         config.repeat = config.resume = None
+        # whom a run talked to is no part of it, and not for its folder to say
+        config.live = None
     noted = _facts(folder).get("compiled")
     if isinstance(noted, bool) and "compiled" in (raw.get("backend") or {}):
         # what a run of another length would decide for itself
@@ -103,7 +105,7 @@ def _same_robot(folder: Path, config: Any, key: str) -> None:
         _same_object(folder, name, thing, key)
     noted = _noted_files(folder, facts)
     robot = Path(str(config.robot.folder))
-    changed = [name for name, code in noted.items() if digest(robot / name) != code]
+    changed = [name for name, code in noted.items() if noted_digest(robot, name) != code]
     if not changed:
         return
     kept = folder / "vehicle.urdf"
@@ -120,7 +122,9 @@ def _same_object(folder: Path, name: str, noted: Any, key: str) -> None:
     """Refuse an object whose files have changed since the run."""
     try:
         home = Path(noted["folder"])
-        changed = [file for file, code in noted["files"].items() if digest(home / file) != code]
+        changed = [
+            file for file, code in noted["files"].items() if noted_digest(home, str(file)) != code
+        ]
     except (KeyError, TypeError, AttributeError) as cause:
         raise ConfigError(
             f"{folder / 'run.json'} is damaged: {cause}.\nRestore it, or remove it."

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from seals.environment.settings import EnvironmentSettings
+from seals.field_roles import roles
 from seals.rendering.optics import Optics
 from seals.rendering.settings import SightSettings
 from seals.robot.settings import RobotSettings
@@ -61,6 +62,12 @@ class TimeSettings:
     duration: float = setting(2.0, "s", bounds=(1e-4, 1e6), source="chosen")
 
 
+@roles(
+    data="name backend wave fluid effects sensors actuators controller guide objects viewer "
+    "water_type model force hide",
+    read="repeat resume",
+    permission="live",
+)
 @dataclass(kw_only=True)
 class RunSettings:
     """Settings of a run: schema while Hydra composes, built objects after ``build_run``.

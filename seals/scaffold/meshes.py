@@ -11,9 +11,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from seals.errors import RobotError
+from seals.errors import RobotError, SealsError
 from seals.frames import matrix_of, quaternion_of_rpy
-from seals.hydrostatics.meshes import refuse_strange_format
+from seals.hydrostatics.meshes import load_triangles
 from seals.hydrostatics.references import MOST_BYTES, without_references
 from seals.scaffold.resources import MissingMesh, find_resource
 from seals.scaffold.urdf_elements import pose_text
@@ -199,12 +199,11 @@ def load_mesh(path: Path) -> Any:
     Raises:
         RobotError: it cannot be read, or holds no triangles.
     """
-    refuse_strange_format(path, "mesh")
-    import trimesh
-
     try:
-        mesh: Any = trimesh.load(path, force="mesh")
+        mesh = load_triangles(path, where="mesh", process=True)
         faces = len(mesh.faces)
+    except SealsError:
+        raise
     except Exception as cause:  # each format's loader fails in its own way
         text = " ".join(str(cause).split())[:120]
         raise RobotError(

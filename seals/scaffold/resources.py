@@ -8,7 +8,8 @@ from pathlib import Path
 from urllib.parse import unquote, urlparse
 from xml.etree import ElementTree
 
-from seals.errors import RobotError
+from seals.errors import LogError, RobotError
+from seals.untrusted_io import read_text
 
 _LEVELS = 6
 """Parent folders of the URDF that are searched for a package."""
@@ -100,13 +101,11 @@ def _declares(folder: Path, package: str) -> bool:
     if not manifest.is_file():
         return False
     try:
-        if manifest.stat().st_size > _MOST_MANIFEST:
-            return False
-        text = manifest.read_text(encoding="utf-8")
+        text = read_text(manifest, most=_MOST_MANIFEST)
         if "<!" in text.replace("<!--", "") or "\0" in text:
             # entities can expand without end; a manifest needs none
             return False
         name = ElementTree.fromstring(text.encode()).findtext("name")
-    except (ElementTree.ParseError, OSError, ValueError):
+    except (ElementTree.ParseError, OSError, ValueError, LogError):
         return False
     return (name or "").strip() == package

@@ -26,7 +26,7 @@ from seals.scaffold.shapes import LinkHull, extents_of, hulls_of, rounded, with_
 from seals.scaffold.stance import stances_of
 from seals.scaffold.takeover import Takeover
 from seals.scaffold.wings import add_wing_frames, lift_effects
-from seals.scaffold.writing import flow, free_name, plain, rendered
+from seals.scaffold.writing import beside_of, flow, free_name, plain, rendered
 
 SOURCE_OF = {
     "thrust_coefficient": "thrust",
@@ -93,9 +93,7 @@ def scaffold_robot(
     """
     folder = free_name("robot", name, parent)
     source = Takeover(urdf, packages or {})
-    beside = parent / f".{name}.part"
-    shutil.rmtree(beside, ignore_errors=True)
-    beside.mkdir(parents=True)
+    beside = beside_of(parent, name)
     try:
         source.changes += mended(source.root, forward)
         source.copy_meshes(beside, boxes=boxes)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import keyword
 import re
+import secrets
 import shutil
 from collections.abc import Iterator, Mapping
 from importlib.resources import files
@@ -47,6 +48,13 @@ def flow(value: Any) -> str:
 
     text: str = yaml.safe_dump(value, default_flow_style=True, sort_keys=False, width=10**6)
     return text.removesuffix("...\n").strip()
+
+
+def beside_of(parent: Path, name: str) -> Path:
+    """Make a folder in which a new one is prepared; nobody can know its name beforehand."""
+    beside = parent / f".{name}.{secrets.token_hex(8)}.part"
+    beside.mkdir(parents=True)
+    return beside
 
 
 def rendered(template: str, facts: Mapping[str, Any]) -> str:
@@ -139,8 +147,7 @@ def scaffold_plugin(kind: str, name: str, *, parent: Path) -> Iterator[str]:
         f"{package}/{name}.py": f"{kind}.py.jinja",
         f"tests/test_{name}.py": "test.py.jinja",
     }
-    beside = parent / f".seals-{title}.part"
-    shutil.rmtree(beside, ignore_errors=True)
+    beside = beside_of(parent, f"seals-{title}")
     try:
         for path, template in files.items():
             (beside / path).parent.mkdir(parents=True, exist_ok=True)

@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from seals.errors import ConfigError
+from seals.field_roles import roles
 from seals.frames import cross3, matrix_of, quaternion_of_rpy
 from seals.schema import setting
 from seals.sensors.options import SensorOptions
@@ -73,6 +74,7 @@ class Mount:
         )
 
 
+@roles(data="link")
 @dataclass(kw_only=True)
 class MountedSensor(SensorOptions):
     """Base of sensors: mounting link, latency and dropouts.

@@ -16,6 +16,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from seals.drawn_text import in_table
 from seals.errors import ConfigError
 from seals.logs.room import room
 from seals.logs.run_folder import open_own
@@ -110,7 +111,9 @@ class JobLock:
             if file.tell() == 0:
                 writer.writerow(COLUMNS)
             seconds, words = f"{job.seconds:.3f}", shlex.join(job.words)
-            writer.writerow((job.number, job.state, job.code, seconds, words, job.message))
+            writer.writerow(
+                (job.number, job.state, job.code, seconds, words, in_table(job.message))
+            )
             file.write(text.getvalue().encode("utf-8"))
             file.flush()
             os.fsync(file.fileno())

@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from seals.field_roles import roles
 
+
+@roles(
+    data="name where metric sort against by",
+    read="folder",
+    write="table plot",
+    permission="replace",
+)
 @dataclass(kw_only=True)
 class RunsSettings:
     """Settings of ``seals runs``: selection, columns and output.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import Enum
 
+from seals.field_roles import roles
 from seals.run.settings import RunSettings
 from seals.schema import setting
 
@@ -22,6 +23,7 @@ class Export(Enum):
     safetensors = "safetensors"
 
 
+@roles(read="script")
 @dataclass(kw_only=True)
 class TeleopSettings(RunSettings):
     """Settings of a run controlled by a person or a script of keys.

@@ -51,8 +51,10 @@ def execute(config: Any) -> int | None:
         kept = OmegaConf.masked_copy(config, [key for key in config if key not in OWN])
         idle = resting_effects(build_run(config))
         session = Session(kept, sliders_of(kept, words, idle), folder)
-        session.start()
     try:
+        if config.replay is None:
+            # inside: a signal that comes now ends the child, too
+            session.start()
         viewer.show(session, host=host, port=port)
     finally:
         session.close()

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from seals.arrays import Floats
-from seals.errors import ConfigError
+from seals.errors import ConfigError, LogError
+from seals.logs.arrays import read_npy
 from seals.run.particle_snapshots import FOLDER
 
 
@@ -67,8 +68,8 @@ def _instant(file: Path) -> float:
 @lru_cache(maxsize=32)
 def _places(path: str) -> Floats:
     try:
-        found = np.asarray(np.load(path, allow_pickle=False), dtype=float)
-    except (OSError, ValueError, EOFError) as cause:
+        found = read_npy(path)
+    except LogError as cause:
         raise ConfigError(f"{path} cannot be read: {cause}.\nRemove it, or run anew.") from cause
     if found.ndim != 2 or found.shape[1] != 3 or not np.all(np.isfinite(found)):
         raise ConfigError(

@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from seals.field_roles import roles
 from seals.run.settings import RunSettings
 
 OWN = ("replay", "show", "sliders", "host", "port")
 """Keys of a session that a run does not have."""
 
 
+@roles(data="show sliders", read="replay", address="host port")
 @dataclass(kw_only=True)
 class ViewSettings(RunSettings):
     """Settings of a viewed run.

@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.errors import ConfigError
+from seals.hydrostatics.meshes import load_triangles
 from seals.run.settings import RunSettings
 from seals.run.surface import FOLDER
+from seals.untrusted_io import MOST_BYTES
 from seals.view.instants import Instants
 
 FINE = 2.5
@@ -118,10 +120,8 @@ def grid_faces(cells: int) -> NDArray[np.int64]:
 
 @lru_cache(maxsize=32)
 def _read(path: str) -> Patch:
-    import trimesh
-
     try:
-        loaded: Any = trimesh.load(path, force="mesh", process=False)
+        loaded = load_triangles(Path(path), where="surface", most=MOST_BYTES)
         return Patch(np.asarray(loaded.vertices, dtype=float), np.asarray(loaded.faces))
     except (OSError, ValueError, IndexError) as cause:
         raise ConfigError(f"{path} cannot be read: {cause}.\nRemove it, or run anew.") from cause

@@ -8,10 +8,12 @@ from typing import Any
 
 from seals.backend import RigidBody
 from seals.environment.settings import EnvironmentSettings
+from seals.field_roles import roles
 from seals.plugins.backends.free.body import FreeBody
 from seals.robot.model import RobotModel
 
 
+@roles(data="passable")
 @dataclass(kw_only=True)
 class BackendFree:
     """Rigid bodies with joints and servos by the equations of SEALS, without contacts.

@@ -11,12 +11,14 @@ from seals.coupling import CoupledBody
 from seals.environment.ground import solids_of
 from seals.environment.settings import EnvironmentSettings
 from seals.errors import optional_import
+from seals.field_roles import roles
 from seals.plugins.backends.mujoco.body import MujocoBody
 from seals.plugins.backends.mujoco.scene import Scene
 from seals.robot.model import RobotModel
 from seals.schema import count
 
 
+@roles(data="second_order compiled")
 @dataclass(kw_only=True)
 class BackendMujoco:
     """Rigid bodies by MuJoCo, with second-order steps and added mass inside its equations.

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from seals.errors import optional_import
+from seals.field_roles import roles
 from seals.plugins.backends.mujoco import BackendMujoco
 from seals.schema import setting
 
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from seals.robot.model import RobotModel
 
 
+@roles(data="repeatable")
 @dataclass(kw_only=True)
 class BackendMujocoWarp(BackendMujoco):
     """Backend ``mujoco`` in a run; in learning on a GPU many worlds with contacts in one batch.

@@ -16,6 +16,7 @@ from seals.coupling import CoupledBody
 from seals.environment.ground import Solid, solids_of
 from seals.environment.settings import EnvironmentSettings
 from seals.errors import PhysicsError, optional_import
+from seals.field_roles import roles
 from seals.plugins.backends.pybullet.body import PybulletBody
 from seals.plugins.backends.pybullet.trial import survived
 from seals.robot.model import RobotModel
@@ -29,6 +30,7 @@ _LONG = b"-"
 """Mark of 8-byte pointers; the other one, ``_``, stands for 4 bytes."""
 
 
+@roles(data="second_order compiled")
 @dataclass(kw_only=True)
 class BackendPybullet:
     """Rigid bodies by PyBullet's multi-body solver, with second-order steps and added mass.

@@ -13,6 +13,9 @@ from seals.errors import RobotError
 from seals.frames import conjugate
 from seals.robot.model import RobotModel
 
+MOST_LINKS = 128
+"""Links of which the engine hands out the state (MAX_DEGREE_OF_FREEDOM, Bullet 3.25)."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Loaded:
@@ -43,6 +46,11 @@ def load_robot(p: Any, client: int, robot: RobotModel) -> Loaded:
     Raises:
         RobotError: PyBullet cannot load the file, or loads other links than the robot has.
     """
+    if len(robot.links) > MOST_LINKS:
+        raise RobotError(
+            f"{robot.urdf} has {len(robot.links)} links, PyBullet knows {MOST_LINKS} at most.\n"
+            "Take another engine: backend=mujoco"
+        )
     flags = p.URDF_USE_INERTIA_FROM_FILE
     try:
         body = p.loadURDF(

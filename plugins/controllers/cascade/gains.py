@@ -10,6 +10,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.control.allocation import Saturation
 from seals.control.protocols import ControllerOptions
+from seals.field_roles import roles
 from seals.schema import setting, vector
 
 _RANGE = (0.0, 1e4)
@@ -57,6 +58,7 @@ class Gains(NamedTuple):
         return Gains(*(a + wet * (w - a) for a, w in pairs))
 
 
+@roles(data="sense cog_compensation")
 @dataclass(kw_only=True)
 class CascadeSettings(ControllerOptions):
     """Tunable parameters of the cascade controller.

@@ -16,6 +16,7 @@ from seals.control import ActuatorCommand, Plant, Reference, RobotState
 from seals.control.limbs import stowed
 from seals.control.protocols import NO_LEGS, Compiler, ControllerOptions
 from seals.errors import ConfigError, suggestion
+from seals.field_roles import roles
 from seals.plugins.controllers.walking.anatomy import Anatomy, anatomy_of
 from seals.plugins.controllers.walking.stride import Walk, cadence, toes_of
 from seals.plugins.controllers.walking.support import Support, leg_stiffness
@@ -81,6 +82,7 @@ class Manner(NamedTuple):
     across: float = 0.5
 
 
+@roles(data="sense")
 @dataclass(kw_only=True)
 class Walker(ControllerOptions, ABC):
     """Base of walking controllers: track a reference velocity by stepping.

@@ -15,6 +15,7 @@ from seals.environment.sampler import WaterColumn
 from seals.environment.settings import EnvironmentSettings
 from seals.environment.waves import Sea
 from seals.errors import ConfigError
+from seals.field_roles import roles
 from seals.fluid import BodyStates, MomentumBalance
 from seals.plugins.fluids.coupling.simulation import Simulation
 from seals.plugins.fluids.sampling import Thin
@@ -42,6 +43,7 @@ class Method(Enum):
     """Divergence-free SPH: iterated to a stated compression, incompressible by default."""
 
 
+@roles(data="solid_scale")
 @dataclass(kw_only=True)
 class ParticleFluid:
     """Base of the particle fluids: water particles with two-way coupling to bodies.

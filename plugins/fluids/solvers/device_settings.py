@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from seals.environment.seawater import FRESH_WATER
 from seals.errors import ConfigError
+from seals.field_roles import roles
 from seals.plugins.fluids.solver import Domain
 from seals.plugins.fluids.solvers.pbf.choices import Kernel, Search
 from seals.schema import param, setting
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from seals.plugins.fluids.solvers.device_solver import DeviceSolver
 
 
+@roles(data="deterministic outflow")
 @dataclass(kw_only=True)
 class DeviceSettings(ABC):
     """Physics and numerics that all particle solvers on a device share.

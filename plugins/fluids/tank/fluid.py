@@ -11,6 +11,7 @@ import numpy as np
 from seals.environment.ground_settings import ObstacleSettings
 from seals.environment.settings import EnvironmentSettings
 from seals.errors import ConfigError
+from seals.field_roles import roles
 from seals.fluid import FluidBody, Surrounding
 from seals.plugins.fluids.coupling import ParticleFluid
 from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
@@ -27,6 +28,7 @@ from seals.schema import setting, vector
 _CHOSEN = "chosen"
 
 
+@roles(data="open_sides gauges")
 @dataclass(kw_only=True)
 class FluidParticles(ParticleFluid):
     """Water as particles in a tank, two-way coupled with bodies.

@@ -9,6 +9,7 @@ import numpy as np
 
 from seals.control import Reference, RobotState
 from seals.errors import ConfigError
+from seals.field_roles import roles
 from seals.plugins.guides.behaviour.over_batch import BatchFlee
 from seals.plugins.guides.behaviour.over_ground import Behaviour, apart, heading_for, place_of
 from seals.schema import setting
@@ -23,6 +24,7 @@ class FleeState(NamedTuple):
     runs: bool
 
 
+@roles(data="enemy")
 @dataclass(kw_only=True)
 class Flee(Behaviour):
     """Behaviour that moves straight away from an approaching body and stops at a distance.

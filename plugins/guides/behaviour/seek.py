@@ -10,6 +10,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.control import Reference, RobotState
 from seals.errors import ConfigError
+from seals.field_roles import roles
 from seals.plugins.guides.behaviour.over_ground import Behaviour, apart, heading_for, place_of
 from seals.schema import setting
 from seals.state_records import state_record
@@ -23,6 +24,7 @@ class SeekState(NamedTuple):
     there: bool
 
 
+@roles(data="target")
 @dataclass(kw_only=True)
 class Seek(Behaviour):
     """Behaviour that moves straight to a point or another body, slows down, and stays.

@@ -8,6 +8,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from seals.control import Reference, RobotState
+from seals.field_roles import roles
 from seals.plugins.guides.behaviour.flee import Flee, FleeState
 from seals.plugins.guides.behaviour.over_batch import BatchFlee, BatchShy, BatchWander
 from seals.plugins.guides.behaviour.wander import Wander, WanderSettings, WanderState
@@ -30,6 +31,7 @@ class ShyFlee(Flee):
     guide: ClassVar[str] = "shy"
 
 
+@roles(data="enemy")
 @dataclass(kw_only=True)
 class Shy(WanderSettings):
     """Behaviour that wanders in some individuals and flees in the others, by the seed.

@@ -11,12 +11,14 @@ from seals.arrays import Floats
 from seals.control import Plant, Reference, RobotState
 from seals.control.tracking import pursued
 from seals.errors import ConfigError, suggestion
+from seals.field_roles import roles
 from seals.plugins.guides.mission.parse import stages_of
 from seals.plugins.guides.mission.scene import Hand, MissionState, Move, Outcome, Scene
 from seals.plugins.guides.mission.stages import ReachStage, Stage
 from seals.schema import setting
 
 
+@roles(data="stages arm gripper locator pads")
 @dataclass(kw_only=True)
 class Mission:
     """Mission of stages in order: rise, go, pose, reach, close, open, wait, land.

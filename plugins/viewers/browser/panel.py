@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from seals.drawn_text import in_markdown
 from seals.report.style import unit_text
 from seals.view.session import Session
 
@@ -115,7 +116,7 @@ class Panel:
             self.time.max = length
         if self.time.value == self._told and abs(time - self._told) > 1e-9:
             self._told = self.time.value = min(time, length)
-        words = f"t = {time:.3f} s\n\n{self._session.note}"
+        words = f"t = {time:.3f} s\n\n{in_markdown(self._session.note)}"
         if self._note.content != words:
             self._note.content = words
 

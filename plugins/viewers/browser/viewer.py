@@ -11,6 +11,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import SealsError
+from seals.picture_files import read_picture
 from seals.plugins.viewers.browser.arrows import Pushes
 from seals.plugins.viewers.browser.panel import Panel
 from seals.plugins.viewers.browser.sea import Sea
@@ -175,11 +176,4 @@ class Page:
             file = self._session.shots.last(camera, self.now)
             if file is not None and self._pictures.get(camera) != file:
                 self._pictures[camera] = file
-                self.panel.picture(camera, _pixels(file))
-
-
-def _pixels(file: Path) -> Any:
-    from PIL import Image
-
-    with Image.open(file) as image:
-        return np.asarray(image.convert("RGB"))
+                self.panel.picture(camera, read_picture(file))

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.errors import ConfigError, PhysicsError
+from seals.field_roles import roles
 from seals.plugins.viewers.mitsuba.building import Build
 from seals.plugins.viewers.mitsuba.photo import photograph
 from seals.plugins.viewers.mitsuba.plain import Plain
@@ -28,6 +29,7 @@ DEPTHS = {Quality.draft: 8, Quality.paper: 32}
 """Most turns of a path of light by quality."""
 
 
+@roles(data="denoise")
 @dataclass(kw_only=True)
 class RendererMitsuba:
     """Mitsuba 3 path tracer: refracting and reflecting water surface, scattering water.

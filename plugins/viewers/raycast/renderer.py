@@ -10,6 +10,7 @@ import numpy as np
 
 from seals.caches import use_private_compiler_cache
 from seals.errors import ConfigError, PhysicsError, optional_import, suggestion
+from seals.field_roles import roles
 from seals.plugins.viewers.raycast.placing import Fixed, Placed, fixed_of, place
 from seals.plugins.viewers.raycast.solids import Tables, tables_of
 from seals.plugins.viewers.raycast.tracing import Setting, trace
@@ -25,6 +26,7 @@ BLOCK = {"cpu": 0.5, "cuda": 2000.0}
 """Memory of one intermediate array [MB]: what a core's cache holds, or a share of a card's."""
 
 
+@roles(data="device fused")
 @dataclass(kw_only=True)
 class RendererRaycast:
     """Ray caster in PyTorch: one ray per pixel against primitives, many cameras at once.

@@ -16,7 +16,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import ConfigError, LogError, suggestion
 from seals.learn.statistics.curve import Curve, curve
-from seals.untrusted_io import read_json
+from seals.untrusted_io import read_bytes, read_json
 
 EVALUATION = "evaluation.csv"
 FACTS = "run.json"
@@ -148,9 +148,7 @@ def read_table(path: Path) -> dict[str, Floats]:
     """
     if not path.is_file():
         raise LogError(f"{path} is missing.\nGive the folder of a run.")
-    if path.stat().st_size > _MOST_BYTES:
-        raise LogError(f"{path} has {path.stat().st_size} bytes.\nAllowed: {_MOST_BYTES}")
-    text = path.read_text(encoding="utf-8", errors="replace")
+    text = read_bytes(path, most=_MOST_BYTES).decode("utf-8", "replace")
     try:
         rows = list(csv.reader(text.splitlines()))
     except csv.Error as cause:

@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from seals.field_roles import roles
 from seals.learn.statistics.bootstrap import RESAMPLES
 from seals.learn.statistics.interval import LEVEL
 from seals.schema import setting
 
 
+@roles(data="value over reference hold")
 @dataclass(kw_only=True)
 class AnalysisPlan:
     """Analysis plan of a comparison, declared before the runs are made.
@@ -35,6 +37,7 @@ class AnalysisPlan:
     seed: int = 0
 
 
+@roles(data="name title", read="arms study", write="out")
 @dataclass(kw_only=True)
 class ArmsSettings(AnalysisPlan):
     """Settings of a comparison: an analysis plan, and the runs.

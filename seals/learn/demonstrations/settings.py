@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from seals.field_roles import roles
 from seals.learn.settings import LearnSettings
 
 
+@roles(data="name keep who device", read="policy labels after", write="hdf5 minari out")
 @dataclass(kw_only=True)
 class RecordSettings(LearnSettings):
     """Settings of a recording: an environment, and the policy to record.

@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from seals.field_roles import roles
 from seals.learn.settings import LearnSettings
 
 
+@roles(data="name device film", read="policy beside", write="out", permission="grid")
 @dataclass(kw_only=True)
 class EvaluateSettings(LearnSettings):
     """Settings of an evaluation: an environment, and the policies to evaluate.

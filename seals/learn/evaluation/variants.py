@@ -10,8 +10,10 @@ from typing import Any
 from seals.config.build import typed_entries
 from seals.config.compose import compose
 from seals.errors import ConfigError, suggestion
+from seals.field_roles import roles
 
 
+@roles(data="scale", permission="overrides")
 @dataclass(kw_only=True)
 class Variant:
     """Variant of a world.

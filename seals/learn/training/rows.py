@@ -9,8 +9,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from seals.errors import ConfigError
+from seals.errors import ConfigError, LogError
 from seals.logs.atomic import write_text
+from seals.untrusted_io import MOST_BYTES, read_text
 
 
 class Rows:
@@ -51,13 +52,13 @@ class Rows:
 
 def _kept(path: Path, keep: int) -> list[dict[str, str]]:
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_text(path, most=MOST_BYTES)
         # a row that was cut off half-way has no end of line; its last figure may look like one
         ended = io.StringIO(text[: text.rfind("\n") + 1])
         whole = [row for row in csv.DictReader(ended) if None not in row.values()][:keep]
         for row in whole:
             int(row["step"])
-    except (OSError, csv.Error, ValueError, KeyError) as cause:
+    except (OSError, csv.Error, ValueError, KeyError, LogError) as cause:
         raise _damaged(path, str(cause)) from cause
     if len(whole) < keep:
         raise _damaged(path, f"{len(whole)} of {keep} rows are whole")

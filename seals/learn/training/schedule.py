@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from seals.field_roles import roles
 from seals.learn.learner import MOST
 from seals.schema import count, setting
 
 
+@roles(data="keep best")
 @dataclass(kw_only=True)
 class TrainingSchedule:
     """Schedule of a training, ``course`` in a configuration.

@@ -6,11 +6,15 @@ import dataclasses
 from dataclasses import dataclass, field
 from typing import Any
 
+from seals.field_roles import roles
 from seals.learn.settings import LearnSettings
 from seals.learn.training.schedule import TrainingSchedule
 from seals.schema import setting
 
 
+@roles(
+    data="name learner device shuffled film", read="demonstrations varied_from", permission="track"
+)
 @dataclass(kw_only=True)
 class TrainSettings(LearnSettings):
     """Settings of a training: environment, learner, schedule.

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from seals.arrays import Array, as_like, namespace
 from seals.errors import ConfigError
+from seals.field_roles import roles
 from seals.rendering.optics import chain
 from seals.rendering.optics.caustics import Sun
 from seals.rendering.optics.interface import sunbeam
@@ -47,6 +48,7 @@ class Sight(NamedTuple):
     normals: Array | None = None
 
 
+@roles(data="water_type blur caustics surface noise")
 @dataclass(kw_only=True)
 class Optics:
     """Settings of the underwater image: water type, blur, caustics, surface, sensor noise.

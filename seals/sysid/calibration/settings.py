@@ -5,10 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from seals.field_roles import roles
 from seals.robot.settings import LogRobotSettings
 from seals.schema import param
 
 
+@roles(
+    data="name parameters reader plan report", read="log held_out", write="out", permission="apply"
+)
 @dataclass(kw_only=True)
 class CalibrateSettings(LogRobotSettings):
     """Settings of a calibration: logs of one vehicle, numbers to estimate, output folder.

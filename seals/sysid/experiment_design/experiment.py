@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -141,8 +142,10 @@ def _experiment(content: Mapping[str, Any]) -> Experiment:
         k: tuple(v) if isinstance(v, list) else float(v) for k, v in content["gains"].items()
     }
     flying = [r for r in runs if "x" in r]
+    falling = [r for r in runs if "x" not in r]
     length = sum(float(r["spacing"]) * len(r["yaw"]) for r in flying)
-    if not 0.0 <= length <= MOST_ROWS * step:
+    length += sum(float(r["seconds"]) for r in falling)
+    if not 0.0 < step < math.inf or not 0.0 <= length <= MOST_ROWS * step:
         raise ValueError(f"{length:g} s in steps of {step:g} s; at most {MOST_ROWS:,} steps")
     return Experiment(
         name=str(content["name"]),
@@ -151,7 +154,7 @@ def _experiment(content: Mapping[str, Any]) -> Experiment:
         tilt=float(content["tilt"]),
         gains=Gains(**gains),
         references=tuple(_reference(r, step) for r in flying),
-        releases=tuple(r for r in runs if "x" not in r),
+        releases=tuple(falling),
         voltages=tuple(float(r["voltage"]) for r in flying),
     )
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from seals.frames import rotation_vector
 from seals.logs.atomic import atomic_path
-from seals.report.pictures import figure_class
+from seals.report.pictures import figure_class, log_scale
 from seals.report.style import AXES, CYCLE, MUTED
 from seals.sysid.experiment_design.plan import SEPARATED, Plan, percent
 
@@ -94,7 +94,7 @@ def _bars(axes: Any, plan: Plan) -> None:
         MUTED if r.unsafe else CYCLE[2] if r.confidence >= SEPARATED else CYCLE[1] for r in rows
     ]
     axes.barh(range(len(rows)), values, color=colours, height=0.7, left=0.0)
-    axes.set_xscale("log")
+    log_scale(axes, "x")
     axes.set_xlim(_LEAST, max(*values, 10.0) * 6.0)
     names = [r.manoeuvre.name + (" (two logs)" if r.manoeuvre.logs > 1 else "") for r in rows]
     axes.set_yticks(

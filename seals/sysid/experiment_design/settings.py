@@ -5,7 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from seals.field_roles import roles
 
+
+@roles(data="name effects reader", read="log diagnosis", write="out")
 @dataclass(kw_only=True)
 class PlanSettings:
     """Settings of a plan: effects to tell apart, and the log or diagnosis they come from.

@@ -14,6 +14,7 @@ from seals.backend import Configuration
 from seals.batch import TwinState
 from seals.config.overlay import find_overlay, load_overlay, overlay_names, read_overlay
 from seals.errors import ConfigError, suggestion
+from seals.file_names import file_name
 from seals.frames import exponential, matrix_of, multiply
 from seals.logs.log import Log
 from seals.logs.native import write_native
@@ -51,7 +52,7 @@ def run(arguments: list[str]) -> int:
     if not seed.isdigit():
         raise ConfigError(f"seed={seed} is not allowed.\nAllowed: a whole number from 0 on.")
     now = datetime.datetime.now()
-    name = experiment.name.replace(" ", "_")
+    name = file_name(experiment.name)
     usual = Path("runs") / f"{now:%Y-%m-%d}" / f"{now:%H-%M-%S}_{name}"
     out = Path(options.get("out") or usual)
     log = simulate(experiment, model, seed=int(seed))

@@ -12,6 +12,7 @@ from seals.logs.atomic import finite, write_json
 from seals.logs.log import Log
 from seals.run.hidden import hide
 from seals.schema import check_fields
+from seals.sound_numbers import sound_numbers
 from seals.sysid.data.join import join_logs
 from seals.sysid.data.robot_description import RobotDescription, describe_run, described
 from seals.sysid.decision.verdict import Verdict
@@ -27,6 +28,7 @@ ANSWER = "diagnosis.json"
 _STEP = 32
 """Ticks of the progress bar a stage."""
 STAGES = 6
+_ADVICE = "Give a longer log, or look for numbers far from all others."
 
 
 def execute(config: Any) -> int:
@@ -48,12 +50,13 @@ def execute(config: Any) -> int:
     with progress("diagnosing", STAGES * _STEP) as tell:
         try:
             log = join_logs([_without(read_log(config, place), config) for place in places])
-            found = _found(config, log, robot, places, lambda stage: tell(stage * _STEP))
+            with sound_numbers("a diagnosis", _ADVICE):
+                found = _found(config, log, robot, places, lambda stage: tell(stage * _STEP))
+                missing, then = _left_over(config, found)
         except LogError as refusal:
             _write(out, _bad(str(refusal)))
             print(f"bad data: {refusal}")
             return Verdict.bad_data.exit_code
-        missing, then = _left_over(config, found)
         _write(out, answer_of(found, missing))
         tell(STAGES * _STEP - 1)
         pages = [_report(found, log, out, missing, then)] if config.report else []

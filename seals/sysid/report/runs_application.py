@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 from seals.compare.application import read_logs, settings_of
 from seals.compare.report import case_charts, sections_of
 from seals.compare.result import Comparison, Group
+from seals.file_names import file_name
 from seals.logs.atomic import finite, write_json
 from seals.report import Block, Paragraph, Section, Table, write_page, write_picture
 from seals.sysid.decision.verdict import Verdict
@@ -78,7 +78,7 @@ def write_runs_report(found: Sequence[RunsDiagnosis], folder: Path) -> Path:
     sections = [_rank(one) for one in found]
     for one in found:
         group = group_of(one)
-        picture = folder / f"{re.sub(r'[^A-Za-z0-9_.-]+', '_', one.name)}.png"
+        picture = folder / f"{file_name(one.name)}.png"
         write_picture(picture, case_charts(group, _shown(group)))
         for section in sections_of(_comparison(one, group)):
             sections.append(section)

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from seals.field_roles import roles
 from seals.robot.settings import LogRobotSettings
 from seals.schema import count
 
 
+@roles(data="name reader plan report without", read="log", write="out")
 @dataclass(kw_only=True)
 class DiagnoseSettings(LogRobotSettings):
     """Settings of a diagnosis: logs of one vehicle, and the output folder.

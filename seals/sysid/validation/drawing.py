@@ -8,7 +8,7 @@ from typing import Any
 
 from seals.errors import printable
 from seals.logs.atomic import atomic_path
-from seals.report.pictures import figure_class
+from seals.report.pictures import figure_class, log_scale
 from seals.report.style import CYCLE, MUTED
 from seals.sysid.validation.ablation import Ablation
 from seals.sysid.validation.verification import Verification
@@ -111,7 +111,7 @@ def _bars(axes: Any, ablation: Ablation) -> None:
     axes.set_xticks(range(count + 1), [*names, "whole model"], fontsize=9)
     axes.set_ylabel("error of the simulator,\ntimes the noise floor")
     if wide:
-        axes.set_yscale("log")
+        log_scale(axes, "y")
     axes.set_ylim(base, max(levels) * (2.5 if wide else 1.2))
     axes.set_xlim(-0.5, count + 0.5)
     for side in ("top", "right"):

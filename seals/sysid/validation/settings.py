@@ -5,9 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from seals.field_roles import roles
 from seals.robot.settings import LogRobotSettings
 
 
+@roles(
+    data="name choose accept reader",
+    read="diagnosis base log",
+    write="folder",
+    permission="replace",
+)
 @dataclass(kw_only=True)
 class AddSettings(LogRobotSettings):
     """Settings of ``seals add``: the diagnosis to read and the model to write.
@@ -35,6 +42,7 @@ class AddSettings(LogRobotSettings):
     replace: bool = False
 
 
+@roles(data="name model reader force", read="log older", write="out")
 @dataclass(kw_only=True)
 class VerifySettings(LogRobotSettings):
     """Settings of ``seals verify``: model, held-out log, and logs it must not make worse.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import enum
 from dataclasses import dataclass, field
 
+from seals.field_roles import roles
 from seals.run.settings import RunSettings
 from seals.schema import param, vector
 
@@ -64,6 +65,7 @@ class HilSettings:
     )
 
 
+@roles(address="host port peer")
 @dataclass(kw_only=True)
 class AutopilotSettings(RunSettings):
     """Settings of a run that an external autopilot flies.

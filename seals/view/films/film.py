@@ -7,8 +7,11 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from seals.errors import MissingExtra, optional_import
 from seals.logs.atomic import atomic_path
+from seals.picture_files import read_picture
 
 RATE_FACTOR = "20"
 """Constant rate factor of x264: 18 shows no loss, 28 is coarse."""
@@ -40,8 +43,6 @@ def write_film(path: Path, frames: Sequence[Path], fps: float) -> None:
         MissingExtra: PyAV is not installed, or was built without a codec for MP4.
     """
     av = refuse_missing()
-    from PIL import Image
-
     name = next((c for c in ("libx264", "libopenh264", "mpeg4") if c in av.codecs_available), None)
     if name is None:
         raise MissingExtra(
@@ -50,16 +51,17 @@ def write_film(path: Path, frames: Sequence[Path], fps: float) -> None:
         )
     with atomic_path(path) as beside, av.open(str(beside), mode="w") as container:
         stream = container.add_stream(name, rate=Fraction(fps).limit_denominator(1000))
-        with Image.open(frames[0]) as first:
-            # the codec halves the colours' resolution: sizes are even
-            stream.width, stream.height = (2 * (side // 2) for side in first.size)
+        # the codec halves the colours' resolution: sizes are even
+        height, width = (2 * (side // 2) for side in read_picture(frames[0]).shape[:2])
+        stream.width, stream.height = width, height
         stream.pix_fmt = "yuv420p"
         if name == "libx264":
             stream.options = {"crf": RATE_FACTOR, "preset": "slow"}
         for file in frames:
-            with Image.open(file) as picture:
-                even = picture.convert("RGB").crop((0, 0, stream.width, stream.height))
-                for packet in stream.encode(av.VideoFrame.from_image(even)):
-                    container.mux(packet)
+            even = np.zeros((height, width, 3), dtype=np.uint8)
+            part = read_picture(file)[:height, :width]
+            even[: part.shape[0], : part.shape[1]] = part
+            for packet in stream.encode(av.VideoFrame.from_ndarray(even, format="rgb24")):
+                container.mux(packet)
         for packet in stream.encode():
             container.mux(packet)

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.errors import ConfigError
+from seals.hydrostatics.meshes import load_triangles
 from seals.run.surface import FOLDER, Mesh
+from seals.untrusted_io import MOST_BYTES
 
 LEAST_AREA = 1e-10
 """Twice the area of a triangle that is left out [m^2]."""
@@ -49,10 +51,8 @@ def read_mesh(path: Path) -> Mesh:
     Raises:
         ConfigError: the file is damaged.
     """
-    import trimesh
-
     try:
-        loaded: Any = trimesh.load(str(path), process=False)
+        loaded = load_triangles(path, where="surface", most=MOST_BYTES)
         return Mesh(np.array(loaded.vertices, dtype=float), np.array(loaded.faces, dtype=np.int64))
     except (OSError, ValueError, AttributeError, KeyError, IndexError) as cause:
         raise ConfigError(

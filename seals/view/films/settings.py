@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
+from seals.field_roles import roles
 from seals.schema import optional, setting, vector
 
 _CHOSEN = "chosen"
@@ -18,6 +19,12 @@ class Quality(Enum):
     paper = "paper"
 
 
+@roles(
+    data="name renderer camera follow water_type film",
+    read="run",
+    write="out",
+    permission="replace",
+)
 @dataclass(kw_only=True)
 class RenderSettings:
     """Settings of one film of a run.

@@ -1,0 +1,201 @@
+"""Guards of what a stranger's file may set, read, name and draw."""
+
+from __future__ import annotations
+
+from benchmarks.guard import Guard
+
+ROLES, READERS = "tests/unit/test_field_roles.py", "tests/unit/test_one_reader.py"
+SMALL = "tests/unit/test_small_holes.py"
+NUMBERS = "tests/unit/test_sound_numbers.py"
+DRAWN = "tests/unit/test_drawn_text.py"
+
+ROLES_AND_READERS: dict[str, Guard] = {
+    "roles of values": Guard(
+        "seals.cli.hydra_app",
+        "        if source:\n            refuse_values(",
+        "        if False:\n            refuse_values(",
+        ROLES,
+        "sets_data_only or card",
+    ),
+    "roles of objects in the scene": Guard(
+        "seals.config.foreign_values",
+        'elif name == "objects" and isinstance(node, DictConfig):',
+        "elif False:",
+        ROLES,
+        "folder_of_configuration",
+    ),
+    "robots elsewhere": Guard(
+        "seals.config.foreign_values",
+        "if str(value) != _installed(node).get(name):",
+        "if False:",
+        ROLES,
+        "folder_of_configuration",
+    ),
+    "names of what is installed": Guard(
+        "seals.config.foreign_values",
+        "        and _SHIPPED.fullmatch(one) is not None\n",
+        "",
+        ROLES,
+        "installed_things",
+    ),
+    "names as paths": Guard(
+        "seals.file_names", "        or _REFUSED & set(text)\n", "", ROLES, "no_path"
+    ),
+    "decoder of a picture": Guard(
+        "seals.picture_files", ", formats=FORMATS", "", READERS, "picture_starts"
+    ),
+    "pixels of a picture": Guard(
+        "seals.picture_files", "if width * height > MOST_PIXELS:", "if False:", READERS, "pictures"
+    ),
+    "textures of a mesh": Guard(
+        "seals.hydrostatics.meshes",
+        """ if kind == "glb" else None,
+        force="mesh",
+        process=process,
+        skip_materials=True,
+""",
+        """,
+        force="mesh",
+        process=process,
+""",
+        READERS,
+        "texture",
+    ),
+    "size of a mesh": Guard(
+        "seals.hydrostatics.meshes",
+        "    raw = read_bytes(path, most=most)\n",
+        "    raw = path.read_bytes()\n",
+        READERS,
+        "meshes_are_bounded",
+    ),
+    "files that a run names": Guard(
+        "seals.run.provenance",
+        "    if not near or Path(name).is_absolute():\n",
+        "    if False:\n",
+        READERS,
+        "checksums or names_files",
+    ),
+    "size of a checksum": Guard(
+        "seals.run.provenance",
+        "most=MOST_BYTES, packed=True",
+        "most=1 << 60, packed=True",
+        READERS,
+        "checksums",
+    ),
+    "places of particles": Guard(
+        "seals.view.instants",
+        "found = read_npy(path)",
+        "found = np.asarray(np.load(path, allow_pickle=False), dtype=float)",
+        READERS,
+        "places",
+    ),
+    "text of a script": Guard(
+        "seals.control.key_events",
+        "text = read_text(path)",
+        "text = path.read_text()",
+        READERS,
+        "scripts_and_curves",
+    ),
+    "formulas in charts": Guard(
+        "seals.report.pictures",
+        'matplotlib.rcParams["text.parse_math"] = False',
+        "pass",
+        DRAWN,
+        "charts or formulas_runs",
+    ),
+    "formulas in tables": Guard(
+        "seals.drawn_text",
+        """return f"'{text}" if formula else text""",
+        "return text",
+        DRAWN,
+        "tables or jobs",
+    ),
+    "programs in Markdown": Guard(
+        "seals.plugins.viewers.browser.panel",
+        "{in_markdown(self._session.note)}",
+        "{self._session.note}",
+        DRAWN,
+        "note",
+    ),
+    "numbers as a system": Guard(
+        "seals.cli.main",
+        "named = named or _of_numbers(fault)",
+        "pass",
+        NUMBERS,
+        "gravity or solution or proportion",
+    ),
+    "numbers of a diagnosis": Guard(
+        "seals.sysid.report.application",
+        'with sound_numbers("a diagnosis", _ADVICE):',
+        "if True:",
+        NUMBERS,
+        "short_logs",
+    ),
+    "end of a planned drop": Guard(
+        "seals.sysid.experiment_design.experiment",
+        '    length += sum(float(r["seconds"]) for r in falling)\n',
+        "",
+        NUMBERS,
+        "have_an_end",
+    ),
+    "most links of PyBullet": Guard(
+        "seals.plugins.backends.pybullet.loading",
+        "if len(robot.links) > MOST_LINKS:",
+        "if False:",
+        NUMBERS,
+        "most_of_links",
+        "pybullet",
+    ),
+    "length of words of files": Guard(
+        "seals.config.overrides",
+        "if sum(map(len, words)) > MOST_SIGNS:",
+        "if False:",
+        SMALL,
+        "long_words",
+    ),
+    "closed streams": Guard(
+        "seals.terminal",
+        "PlainStream(stream or nowhere)",
+        "PlainStream(stream)",
+        SMALL,
+        "ascii_and_closed",
+    ),
+    "signs of a terminal": Guard(
+        "seals.terminal", "except UnicodeEncodeError:", "except KeyError:", SMALL, "few_signs"
+    ),
+    "whom a repeated run talks to": Guard(
+        "seals.run.replay_config", "        config.live = None\n", "", SMALL, "in_silence"
+    ),
+    "places where folders are prepared": Guard(
+        "seals.scaffold.writing",
+        'f".{name}.{secrets.token_hex(8)}.part"',
+        'f".{name}.part"',
+        SMALL,
+        "nobody_knows",
+    ),
+    "folder of a flag": Guard(
+        "seals.cli.hydra_app",
+        "else f\"replay='{w}'\" for w in joined(arguments)]",
+        "else f\"replay='{w}'\" for w in arguments]",
+        SMALL,
+        "flag_before",
+    ),
+    "silent routers": Guard(
+        "seals.plugins.live.zenoh_node",
+        '        "transport/unicast/open_timeout": PATIENCE,\n',
+        "",
+        SMALL,
+        "silent_router",
+        "zenoh",
+    ),
+    "files of the installation": Guard(
+        "seals.cli.installed_files",
+        'elif path.hash.mode == "sha256" and _code(file) != path.hash.value:',
+        "elif False:",
+        "tests/unit/test_installed_files.py",
+        "overwrote or edited",
+    ),
+    "names of instances": Guard(
+        "seals.run.build", "if not _NAME.fullmatch(str(name)):", "if False:", ROLES, "instances"
+    ),
+}

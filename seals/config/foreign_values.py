@@ -1,0 +1,197 @@
+"""Refusal of what the file of a stranger may not set: paths, addresses and permissions.
+
+What a field does is its role, which its class declares (`seals.field_roles`). This is the one place
+that applies them, to a configuration as it was composed: how a file put a value there is no matter.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from seals import registry
+from seals.config.roots import root_schema
+from seals.errors import ConfigError
+from seals.field_roles import Role, roles_of
+
+_PARTS = ("controller", "guide")
+"""Keys of an object in the scene that name plug-ins, of the kinds of the same name."""
+_SHIPPED = re.compile(r"[\w-]+/[\w-]+")
+_MARKS = "+~"
+
+
+class _Found(NamedTuple):
+    """A value that is not data.
+
+    Args:
+        key: full.
+        role: of the field; None where its class states none.
+        value: that is not the default.
+    """
+
+    key: str
+    role: Role | None
+    value: Any
+
+
+def refuse_values(config: Any, *, root: str, words: Sequence[str], where: str) -> None:
+    """Refuse a composed configuration in which more than data comes from a file.
+
+    Args:
+        config: composed, of a root; its references are followed.
+        root: its name, such as ``run``.
+        words: of the command line: what they set, they may.
+        where: the file or folder that the rest comes from, for the message.
+
+    Raises:
+        ConfigError: a path, an address or a permission is not that of the schema, not of an
+            installed thing, and not on the command line.
+    """
+    given = _given(words)
+    for found in _values(config, root_schema(f"{root}_schema"), ""):
+        if _covers(given, found.key):
+            continue
+        what = "has no role" if found.role is None else f"is a {found.role.value}"
+        what = what.replace("a address", "an address")
+        shown = " ".join(f"{found.key}={found.value!s}".split())
+        raise ConfigError(
+            f"{where} sets {shown:.120}, which {what}: files set data only.\n"
+            f"When you want it, say so on the command line: {found.key}=VALUE"
+        )
+
+
+def _given(words: Sequence[str]) -> dict[str, bool]:
+    """Return the keys that words set, and whether each sets all that is below, too."""
+    found = {}
+    for word in words:
+        key, sign, value = word.lstrip(_MARKS).partition("=")
+        if not sign or word.startswith("-"):
+            continue
+        group, _, package = key.partition("@")
+        found[package or group] = value.startswith("{")
+    return found
+
+
+def _covers(given: Mapping[str, bool], key: str) -> bool:
+    if key in given or any(word.startswith(f"{key}.") for word in given):
+        return True
+    if key in ("robot.folder", "robot.urdf") or key.startswith("robot.hulls."):
+        return "robot" in given
+    return any(whole and key.startswith(f"{word}.") for word, whole in given.items())
+
+
+def _values(node: Any, cls: type, key: str) -> Iterator[_Found]:
+    """Yield all values below a node of a class that are not data, and not defaults."""
+    from omegaconf import OmegaConf
+
+    defaults = _defaults(cls)
+    for name, role in roles_of(cls).items():
+        value = _at(node, name)
+        place = f"{key}.{name}" if key else name
+        if value is None or (not OmegaConf.is_config(value) and value == defaults.get(name)):
+            continue
+        if cls.__name__.startswith("RobotSettings") and name in ("folder", "urdf"):
+            if str(value) != _installed(node).get(name):
+                yield _Found(place, role, value)
+        elif role is not Role.data:
+            plain = OmegaConf.to_container(value, resolve=True) if _is_config(value) else value
+            if plain not in (defaults.get(name), [], {}, "") and not _shipped(role, plain):
+                yield _Found(place, role, plain)
+        if _is_config(value):
+            yield from _below(value, name, place)
+
+
+def _below(node: Any, name: str, key: str) -> Iterator[_Found]:
+    from omegaconf import DictConfig, OmegaConf
+
+    schema: Any = OmegaConf.get_type(node)
+    if isinstance(schema, type) and dataclasses.is_dataclass(schema):
+        yield from _values(node, schema, key)
+    elif name == "objects" and isinstance(node, DictConfig):
+        for part in node:
+            yield from _object(_at(node, part), f"{key}.{part}")
+    elif isinstance(node, DictConfig):
+        for part in node:
+            yield from _child(_at(node, part), str(part), f"{key}.{part}")
+    else:
+        for k in range(len(node)):
+            yield from _child(_at(node, k), name, f"{key}.{k}")
+
+
+def _child(node: Any, name: str, key: str) -> Iterator[_Found]:
+    if _is_config(node):
+        yield from _below(node, name, key)
+
+
+def _object(node: Any, key: str) -> Iterator[_Found]:
+    """Yield what is not data of an object in the scene, which has no type before it is built."""
+    from seals.config.source import robot_names
+
+    if not _is_config(node):
+        return
+    robot = _at(node, "robot")
+    if robot is not None and str(robot) not in robot_names():
+        yield _Found(f"{key}.robot", Role.read, robot)
+    for part in _PARTS:
+        inner = _at(node, part)
+        if not _is_config(inner):
+            continue
+        chosen = _at(inner, part)
+        kinds = [str(chosen)] if chosen is not None else registry.names(part)
+        for plugin in kinds:
+            if plugin in registry.names(part):
+                yield from _values(inner, registry.get(part, plugin).load(), f"{key}.{part}")
+
+
+def _defaults(cls: type) -> dict[str, Any]:
+    found = {}
+    for field in dataclasses.fields(cls):  # type: ignore[arg-type]
+        if field.default is not dataclasses.MISSING:
+            found[field.name] = field.default
+        elif field.default_factory is not dataclasses.MISSING:
+            found[field.name] = field.default_factory()
+    return found
+
+
+def _at(node: Any, name: Any) -> Any:
+    """Return a value of a node, references followed; None where there is none."""
+    from omegaconf.errors import OmegaConfBaseException
+
+    try:
+        value = node[name] if isinstance(name, int) else node.get(name)
+    except (OmegaConfBaseException, AttributeError):
+        # what has no value is refused where it is needed
+        return None
+    return value
+
+
+def _is_config(value: Any) -> bool:
+    from omegaconf import OmegaConf
+
+    return bool(OmegaConf.is_config(value)) and not value._is_none()
+
+
+def _installed(node: Any) -> dict[str, str]:
+    """Return folder and URDF of the installed robot of a node's name; nothing for another."""
+    from seals.config.source import find_robot, robot_names
+
+    name = str(_at(node, "name") or "")
+    if not name or name not in robot_names():
+        return {}
+    known = find_robot(name).settings
+    return {"folder": known.folder, "urdf": known.urdf}
+
+
+def _shipped(role: Role | None, value: Any) -> bool:
+    """Return whether a path to read is the name of what an installed robot brings: crab/walk."""
+    from seals.config.source import robot_names
+
+    listed = value if isinstance(value, list) else [value]
+    return role is Role.read and all(
+        isinstance(one, str)
+        and _SHIPPED.fullmatch(one) is not None
+        and one.partition("/")[0] in robot_names()
+        for one in listed
+    )

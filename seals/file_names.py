@@ -1,0 +1,56 @@
+"""Names that become part of a path: of runs, manoeuvres, logs, instances.
+
+A name comes from a file of anybody. What is chosen by it is one entry of one folder, and never a
+place elsewhere.
+"""
+
+from __future__ import annotations
+
+import re
+
+from seals.errors import ConfigError
+
+_STRANGE = re.compile(r"[^\w.-]+")
+_REFUSED = frozenset('/\\:*?"<>|\0')
+_MOST = 120
+"""Longest name [sign]: a folder's name may have 255 bytes, and time and endings go with it."""
+
+
+def file_name(text: str) -> str:
+    """Return any text as a name in a folder: other signs than letters, digits and ``_.-`` go.
+
+    Example:
+        >>> file_name("x/../../VICTIM"), file_name("..")
+        ('x_.._.._VICTIM', '_')
+    """
+    plain = _STRANGE.sub("_", text).lstrip(".")[:_MOST]
+    return plain or "_"
+
+
+def checked_name(text: str, *, key: str) -> str:
+    """Return a name that can be part of a folder's name.
+
+    Args:
+        text: the name.
+        key: that it is the value of, for the message.
+
+    Raises:
+        ConfigError: it is empty or too long, starts with a dot, or holds a sign that no name of a
+            file has.
+
+    Example:
+        >>> checked_name("drop_test", key="name")
+        'drop_test'
+    """
+    if (
+        not text
+        or len(text) > _MOST
+        or _REFUSED & set(text)
+        or text.startswith((".", "-"))
+        or not text.isprintable()
+    ):
+        raise ConfigError(
+            f"{key}={text:.80} cannot be part of a folder's name.\n"
+            "Allowed: letters, digits, '_', '-' and '.', not at the front."
+        )
+    return text

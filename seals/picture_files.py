@@ -1,0 +1,47 @@
+"""The one reader of pictures: PNG of bounded size, whatever its name says.
+
+`PIL.Image.open` chooses the decoder by content, and one of its decoders starts Ghostscript.
+"""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.errors import LogError
+from seals.untrusted_io import read_bytes
+
+FORMATS = ("PNG",)
+"""What pictures of a run are written as."""
+MOST_BYTES = 1 << 26
+"""Largest file of a picture [byte]."""
+MOST_PIXELS = 1 << 25
+"""Most pixels of a picture: 8192 by 4096."""
+
+
+def read_picture(path: str | Path) -> NDArray[np.uint8]:
+    """Return the colours of a picture, (height, width, 3) from 0 to 255; row 0 is the upper one.
+
+    Raises:
+        LogError: it is absent, no ordinary file, too large, no PNG, or damaged.
+    """
+    from PIL import Image
+
+    raw = read_bytes(path, most=MOST_BYTES)
+    try:
+        with Image.open(io.BytesIO(raw), formats=FORMATS) as image:
+            width, height = image.size
+            if width * height > MOST_PIXELS:
+                raise LogError(
+                    f"'{path}' declares {width} by {height} pixels, allowed are {MOST_PIXELS:,}.\n"
+                    "Remove it, and render or run again."
+                )
+            return np.asarray(image.convert("RGB"))
+    except (OSError, ValueError, SyntaxError, EOFError, Image.DecompressionBombError) as cause:
+        reason = " ".join(str(cause).split())[:120]
+        raise LogError(
+            f"'{path}' is no sound PNG ({reason}).\nRemove it, and render or run again."
+        ) from cause

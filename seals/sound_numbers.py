@@ -1,0 +1,73 @@
+"""The one boundary at which numbers that cannot be computed with become words.
+
+Each number may lie within its bounds, and their system still have no solution: a controller without
+gravity to lean on, a fit of fewer rows than unknowns, a load so heavy that its square overflows.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import traceback
+from collections.abc import Iterator
+from pathlib import Path
+
+from seals.errors import LogError, SealsError
+
+_LIBRARIES = ("numpy", "scipy", "torch")
+"""Packages whose complaint about a value is one about numbers."""
+
+
+def told(error: BaseException) -> str | None:
+    """Return words for an error of arithmetic, linear algebra or places in arrays; None for others.
+
+    Example:
+        >>> told(ZeroDivisionError("float division by zero"))
+        'ZeroDivisionError, float division by zero'
+        >>> told(KeyError("a")) is None
+        True
+    """
+    if isinstance(error, SealsError):
+        return None
+    # by name: NumPy is not imported to explain an error
+    algebra = type(error).__name__ == "LinAlgError"
+    numbers = algebra or isinstance(error, ArithmeticError | IndexError)
+    if not numbers and not (isinstance(error, ValueError) and _of_library(error)):
+        return None
+    frames = traceback.extract_tb(error.__traceback__)
+    own = [frame for frame in frames if "seals" in Path(frame.filename).parts]
+    # in a checkout the plug-ins lie beside the package
+    last = (own or frames or [None])[-1]
+    place = f" in {Path(last.filename).stem}.{last.name}" if last else ""
+    return f"{type(error).__name__}, {' '.join(str(error).split())[:160]}{place}"
+
+
+@contextlib.contextmanager
+def sound_numbers(what: str, advice: str) -> Iterator[None]:
+    """Turn errors of arithmetic, linear algebra and indices inside the block into bad data.
+
+    Args:
+        what: that is computed, for the message.
+        advice: what to do.
+
+    Raises:
+        LogError: such an error; it is the cause.
+    """
+    try:
+        yield
+    except Exception as cause:
+        words = told(cause)
+        if words is None:
+            raise
+        raise LogError(f"{what} cannot be computed from these numbers: {words}.\n{advice}") from (
+            cause
+        )
+
+
+def _of_library(error: BaseException) -> bool:
+    frames = traceback.extract_tb(error.__traceback__)
+    last = frames[-1].filename if frames else ""
+    # of another process, only the text of the trace is left
+    remote = str(error.__cause__) if error.__cause__ is not None else ""
+    lines = [line for line in remote.splitlines() if line.lstrip().startswith('File "')]
+    parts = {*Path(last).parts, *(Path(lines[-1].split('"')[1]).parts if lines else ())}
+    return bool(parts & set(_LIBRARIES))

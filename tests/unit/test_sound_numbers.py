@@ -1,0 +1,165 @@
+"""Numbers that are allowed one by one, and whose system cannot be computed, end in words."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from seals.cli.main import main
+from seals.errors import LogError
+from seals.logs.log import Log
+from seals.logs.native import read_native, write_native
+from seals.logs.shipped import find_log
+from seals.sound_numbers import sound_numbers, told
+from seals.sysid.experiment_design.experiment import KIND, read_experiment
+from seals.sysid.parallel import spread
+
+pytestmark = pytest.mark.usefixtures("elsewhere")
+
+LINK = (
+    '<link name="l{0}"><inertial><mass value="{1}"/><inertia ixx="{2}" iyy="{2}" izz="{2}" ixy="0" '
+    'ixz="0" iyz="0"/></inertial></link>\n'
+)
+JOINT = (
+    '<joint name="j{0}" type="revolute"><parent link="l{0}"/><child link="l{1}"/>\n'
+    '<axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint>\n'
+)
+
+
+def robot(count: int = 1, mass: str = "0.1", moment: str = "0.01") -> str:
+    """A robot that is a chain of links."""
+    Path("r").mkdir()
+    links = "".join(LINK.format(k, mass, moment) for k in range(count))
+    joints = "".join(JOINT.format(k, k + 1) for k in range(count - 1))
+    Path("r/r.urdf").write_text(f'<robot name="r">\n{links}{joints}</robot>\n')
+    Path("r/robot.yaml").write_text("urdf: r.urdf\n")
+    return "robot=r"
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["robot=aam", "controller=cascade", "guide=hover", "environment.gravity=0"],
+        ["robot=aam", "controller=cascade", "guide=hover", "controller.tilt=0"],
+        ["robot=ball", "time.step=0.1", "initial.velocity=[100,100,100]", "wave=airy"],
+        ["robot=ball", "environment.air_density=0", "environment.gravity=0"],
+    ],
+)
+def test_systems_without_a_solution_end_in_words(
+    words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The command ends with words or with a run, never with a traceback."""
+    assert main(["run", *words, "time.duration=0.1"]) in (0, 2)
+    assert "Traceback" not in capsys.readouterr().err
+
+
+def test_a_flight_without_gravity_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    """A cascade leans on gravity; the place of the fault is said."""
+    words = ["run", "robot=aam", "controller=cascade", "guide=hover", "environment.gravity=0"]
+    assert main([*words, "time.duration=0.1"]) == 2
+    said = capsys.readouterr().err
+    assert "make a system that cannot be computed: ZeroDivisionError" in said
+    assert "lean_for" in said
+
+
+@pytest.mark.parametrize(("mass", "moment"), [("1e300", "1"), ("1", "1e300"), ("1e-300", "0")])
+@pytest.mark.parametrize("backend", ["mujoco", "free"])
+def test_masses_out_of_proportion_end_in_words(backend: str, mass: str, moment: str) -> None:
+    """Engines are not left with what they cannot hold."""
+    assert main(["run", robot(1, mass, moment), f"backend={backend}", "time.duration=0.02"]) in (
+        0,
+        2,
+    )
+
+
+@pytest.mark.parametrize("count", [128, 129, 200])
+def test_pybullet_has_a_most_of_links(count: int, capsys: pytest.CaptureFixture[str]) -> None:
+    """The engine hands out the state of so many links, and not of more."""
+    pytest.importorskip("pybullet")
+    code = main(["run", robot(count), "backend=pybullet", "time.duration=0.004"])
+    assert code == (0 if count <= 128 else 2), capsys.readouterr().err
+    if code:
+        assert "PyBullet knows 128 at most" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("rows", [1, 2, 3, 10, 60])
+def test_short_logs_are_bad_data(rows: int, capsys: pytest.CaptureFixture[str]) -> None:
+    """A log of few rows ends in bad data, not in an error of indices."""
+    whole: Log = read_native(find_log("hidden_effect/flight_a"))
+    columns = {name: values[:rows] for name, values in whole.columns.items()}
+    short = Log(
+        name="short",
+        columns=columns,
+        segment=whole.segment[:rows],
+        meta=whole.meta,
+        source=whole.source,
+    )
+    write_native(short, Path("short"))
+    words = ["diagnose", "log=short", "out=made", "plan=false", "report=false", "processes=1"]
+    assert main(words) == 20
+    assert "bad data" in capsys.readouterr().out
+    assert json.loads(Path("made/diagnosis.json").read_text())["verdict"] == "bad_data"
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"runs": [{"segment": 0, "seconds": 1e300}]},
+        {"runs": [{"segment": 0, "seconds": 1e8}]},
+        {"runs": [{"segment": 0, "seconds": -1.0}]},
+        {"runs": [{"segment": 0, "seconds": float("nan")}]},
+        {"step": 0.0},
+        {"step": -0.01},
+        {"step": float("inf")},
+        {"step": 1e-300},
+    ],
+)
+def test_planned_manoeuvres_have_an_end(change: dict[str, Any]) -> None:
+    """Drops count like flights, and a step is a time."""
+    import yaml
+
+    content = {
+        "kind": KIND,
+        "name": "a",
+        "words": "a",
+        "effects": [],
+        "step": 0.01,
+        "tilt": 0.3,
+        "gains": {},
+        "runs": [{"segment": 0, "seconds": 1.0}],
+        "meta": {},
+    }
+    Path("x.yaml").write_text(yaml.safe_dump({**content, **change}))
+    from seals.errors import ConfigError
+
+    with pytest.raises(ConfigError, match="at most 10,000,000 steps"):
+        read_experiment("x.yaml")
+
+
+def _singular(_: object) -> object:
+    return np.linalg.inv(np.zeros((2, 2)))
+
+
+def test_the_boundary_tells_numbers_from_faults() -> None:
+    """Linear algebra, overflow and indices are numbers, also from another process; others rise."""
+    for wrong in (
+        lambda: 1.0 / 0.0,
+        lambda: np.zeros(1)[int("1")],
+        lambda: np.linalg.inv(np.zeros((2, 2))),
+    ):
+        with (
+            pytest.raises(LogError, match="a fit cannot be computed from these numbers"),
+            sound_numbers("a fit", "Look."),
+        ):
+            wrong()
+    with pytest.raises(LogError, match="Singular"), sound_numbers("a fit", "Look."):
+        spread(_singular, [1, 2], 2)
+    with pytest.raises(ValueError, match="ours"), sound_numbers("a fit", "Look."):
+        raise ValueError("ours")
+    with pytest.raises(KeyError), sound_numbers("a fit", "Look."):
+        {}["a"]
+    assert told(LogError("words")) is None
