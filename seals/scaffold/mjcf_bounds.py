@@ -8,11 +8,10 @@ from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree
 
-from seals.errors import LogError, RobotError
+from seals.errors import RobotError
 from seals.robot.urdf import MOST_LINKS
 from seals.scaffold.meshes import load_mesh
-from seals.scaffold.resources import MissingMesh, find_resource
-from seals.untrusted_io import read_xml
+from seals.scaffold.resources import MissingMesh, find_resource, read_tree
 
 Element = ElementTree.Element
 _SECTIONS = ("compiler", "default", "asset", "worldbody", "actuator", "keyframe")
@@ -155,8 +154,8 @@ def _include(path: Path, home: Path, tree: Element, read: list[int], depth: int)
                     f"Allowed: files in {path.resolve().parent} or below."
                 )
             try:
-                part = read_xml(target)
-            except LogError as cause:
+                part = read_tree(target)
+            except RobotError as cause:
                 raise RobotError(f"MJCF {path} includes a file: {cause}") from cause
             read.append(sum(1 for _ in part.iter()))
             _include(path, target, part, read, depth + 1)
