@@ -220,6 +220,8 @@ def _told(name: str, made: NewRobot) -> Iterator[str]:
     yield f"{name}/robot.yaml: {', '.join(parts)}"
     for change in made.changes:
         yield f"  {change}"
+    if made.unused:
+        yield f"  {made.unused} kinds of entries of the file not used: {name}/README.md says why"
     if made.remarks:
         yield "Look at:"
         yield from (f"  {remark}" for remark in made.remarks)

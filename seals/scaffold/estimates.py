@@ -25,6 +25,8 @@ RESERVE = 3.0
 """Torque of a servo whose file states none, by all that loads its joint [1]."""
 SWING = 0.5 * (2.0 * math.pi) ** 2
 """Angular acceleration of a swing of half a radian at 1 Hz [rad/s^2]."""
+GIVE = 0.05
+"""Angle by which full thrust may turn a joint against its servo [rad]."""
 STREAM = 1.0
 """Speed of the water whose drag loads a joint [m/s]."""
 NO_LIMIT = 1e6
@@ -39,14 +41,15 @@ STIFFEST = 30.0
 
 
 def servo_values(
-    robot: RobotModel, source: Takeover, more: Floats | None = None
+    robot: RobotModel, source: Takeover, thrust: Floats | float = 0.0, water: Floats | float = 0.0
 ) -> dict[str, list[float]]:
     """Return gains and limits of the servos, one number per joint.
 
     Args:
         robot: with the joints that remain.
         source: the URDF, for limits of effort.
-        more: loads beside weight and inertia, see `loads_of`, shape (J,) [N m or N].
+        thrust: largest load by drives, see `thrust_loads`, shape (J,) [N m or N].
+        water: load by the water, see `water_loads`, shape (J,) [N m or N].
     """
     inertia, hold = joint_loads_of(robot)
     slowest = 2.0 * math.pi * FREQUENCY
@@ -55,14 +58,15 @@ def servo_values(
     # what turns in the flow is held by the whole effort at the end of its travel
     travel = np.maximum(np.minimum(np.abs(robot.lower), np.abs(robot.upper)), 1e-3)
     stated = np.where(stated > 0.0, stated, _hinge_torques(robot, source, travel))
-    loads = hold + SWING * inertia + (0.0 if more is None else more)
+    loads = hold + SWING * inertia + thrust + water
     limit = np.where(stated > 0.0, stated, np.maximum(RESERVE * loads, _LEAST_TORQUE))
     limit = np.where(np.isinf(efforts), NO_LIMIT, np.minimum(limit, NO_LIMIT))
     flown = [
         re.search(SURFACE, f"{name} {robot.links[robot.tree.child[j]]}", re.IGNORECASE) is not None
         for j, name in enumerate(robot.joints)
     ]
-    stiff = np.where(flown, stated / travel, 0.0)
+    # fins reach the end of their travel, and what a thrust bears on gives way by little
+    stiff = np.maximum(np.where(flown, stated / travel, 0.0), np.asarray(thrust) / GIVE)
     # links without a mass of their own turn with the motor and gear of a servo
     motor = np.maximum(stiff / (2.0 * math.pi * STIFFEST) ** 2, _LEAST_INERTIA)
     armature = np.where(inertia < _LEAST_INERTIA, motor, 0.0)
@@ -78,24 +82,16 @@ def servo_values(
     return values
 
 
-def loads_of(
-    robot: RobotModel, drives: Sequence[Drives], hulls: Mapping[str, LinkHull], *, wet: bool
-) -> Floats:
-    """Return what loads each joint beside weight and inertia, all joints at zero [N m or N].
+def thrust_loads(robot: RobotModel, drives: Sequence[Drives]) -> Floats:
+    """Return what full thrust loads each joint with, all joints at zero [N m or N], shape (J,).
 
     Equation:
-        Full thrusts T of the drives beyond a hinge h at o: |h . ((p - o) x a)| T and the reaction
-        |h . a| Q; of water the drag of the hulls at `STREAM` by their arms, and their added mass
-        at the acceleration `SWING`, both at the arm of the hull's middle.
+        |h . ((p - o) x a)| T + |h . a| Q, summed over the drives with thrust T and reaction Q along
+        a at p beyond a hinge h at o; |h . a| T for one that slides.
 
     Args:
         robot: with the joints that remain.
         drives: in base axes, joints at zero.
-        hulls: by link.
-        wet: whether it works in water.
-
-    Returns:
-        Shape (J,).
     """
     origins, turns = rest_poses(robot)
     found = np.zeros(robot.tree.joints)
@@ -106,26 +102,44 @@ def loads_of(
                 if not robot.tree.moves[robot.links.index(name), j]:
                     continue
                 power = each.max_speed[k] ** 2 if each.kind == ROTOR else 1.0
-                push, axis = float(each.thrust[k] * power), each.axis[k]
-                arm = (
-                    hinge if robot.tree.prismatic[j] else np.cross(hinge, each.position[k] - place)
-                )
-                found[j] += abs(float(arm @ axis)) * push
-                if not robot.tree.prismatic[j]:
-                    found[j] += abs(float(hinge @ axis)) * float(each.torque[k] * power)
-        for name, hull in hulls.items() if wet else ():
-            link = robot.links.index(name)
-            if not robot.tree.moves[link, j]:
-                continue
-            volume = np.array(hull.volumes)
-            centres = np.array([box.centre for box in hull.boxes])
-            middle = origins[link] + turns[link] @ (volume @ centres / volume.sum())
-            off = middle - place
-            arm_length = float(np.linalg.norm(off - (off @ hinge) * hinge))
-            drag = float(drag_of([hull]).coefficients.max()) * STREAM**2
-            carried = float(np.diag(added_mass(hull))[:3].max()) * SWING
-            one = 1.0 if robot.tree.prismatic[j] else arm_length
-            found[j] += one * (drag + carried * one)
+                along = abs(float(hinge @ each.axis[k]))
+                if robot.tree.prismatic[j]:
+                    found[j] += along * each.thrust[k] * power
+                    continue
+                lever = abs(float(np.cross(hinge, each.position[k] - place) @ each.axis[k]))
+                found[j] += (lever * each.thrust[k] + along * each.torque[k]) * power
+    return found
+
+
+def water_loads(robot: RobotModel, hulls: Mapping[str, LinkHull]) -> Floats:
+    """Return what water loads each joint with, all joints at zero [N m or N], shape (J,).
+
+    Equation:
+        r (D u^2 + r M_A SWING), summed over the hulls at the distance r of their middles from the
+        hinge: their largest drag D at u = `STREAM`, and their largest added mass M_A; r = 1 for a
+        joint that slides.
+
+    Args:
+        robot: with the joints that remain.
+        hulls: by link.
+    """
+    origins, turns = rest_poses(robot)
+    found = np.zeros(robot.tree.joints)
+    for name, hull in hulls.items():
+        link = robot.links.index(name)
+        joints = np.flatnonzero(robot.tree.moves[link]) if robot.tree.joints else []
+        if not len(joints):
+            continue
+        volume, centres = np.array(hull.volumes), np.array([box.centre for box in hull.boxes])
+        middle = origins[link] + turns[link] @ (volume @ centres / volume.sum())
+        drag = float(drag_of([hull]).coefficients.max()) * STREAM**2
+        carried = float(np.diag(added_mass(hull))[:3].max()) * SWING
+        for j in joints:
+            child = robot.tree.child[j]
+            hinge, off = turns[child] @ robot.tree.axis[j], middle - origins[child]
+            away = float(np.linalg.norm(off - (off @ hinge) * hinge))
+            arm = 1.0 if robot.tree.prismatic[j] else away
+            found[j] += arm * (drag + carried * arm)
     return found
 
 

@@ -90,8 +90,7 @@ def bounded_mjcf(path: Path, root: Element, packages: Mapping[str, Path]) -> Bou
     Raises:
         RobotError: it includes a file elsewhere, generates bodies, or has too many.
     """
-    tree = deepcopy(root)
-    _include(path, path, tree, [], 0)
+    tree = with_parts(path, root)
     for element in tree.iter():
         if element.tag in _REFUSED:
             raise RobotError(
@@ -113,6 +112,17 @@ def bounded_mjcf(path: Path, root: Element, packages: Mapping[str, Path]) -> Bou
     assets, missing = _meshes(path, tree, folder or "", packages)
     _strip(tree, changes)
     return Bounded(ElementTree.tostring(tree, encoding="unicode"), assets, missing, changes)
+
+
+def with_parts(path: Path, root: Element) -> Element:
+    """Return a copy of a model with all that it includes.
+
+    Raises:
+        RobotError: it includes a file elsewhere, or too many.
+    """
+    tree = deepcopy(root)
+    _include(path, path, tree, [], 0)
+    return tree
 
 
 def _countable(path: Path, tree: Element) -> None:

@@ -23,7 +23,13 @@ from seals.scaffold.effects import (
     medium_of,
     share_afloat,
 )
-from seals.scaffold.estimates import NO_LIMIT, loads_of, servo_values, short
+from seals.scaffold.estimates import (
+    NO_LIMIT,
+    servo_values,
+    short,
+    thrust_loads,
+    water_loads,
+)
 from seals.scaffold.legs import gait_of, leg_servos, with_feet
 from seals.scaffold.limbs import Limbs, limbs_of
 from seals.scaffold.mending import add_inertials, mended
@@ -57,6 +63,7 @@ class NewRobot(NamedTuple):
         wings: links that carry the lifting surfaces of the file.
         changes: to the URDF, in words.
         remarks: things to look at, in words.
+        unused: number of kinds of entries of the file that are left out; the README lists them.
     """
 
     folder: Path
@@ -69,6 +76,7 @@ class NewRobot(NamedTuple):
     wings: list[str]
     changes: list[str]
     remarks: list[str]
+    unused: int = 0
 
 
 def scaffold_robot(
@@ -169,6 +177,7 @@ def _fill(
         folder, robot, drives, medium, reverses, limbs, hulls, wings, source.changes, []
     )
     made.remarks.extend(remarks_of(made, source, chosen=given is None))
+    made = made._replace(unused=sum(map(len, source.unused.values())))
     facts = _facts(name, made, source)
     for file in ("robot.yaml", "README.md"):
         (folder / file).write_text(rendered(f"{file}.jinja", facts), encoding="utf-8")
@@ -240,6 +249,7 @@ def _facts(name: str, made: NewRobot, source: Takeover) -> dict[str, Any]:
         "gait": gait_of(robot, made.limbs.legs) if made.limbs.legs else {},
         "others": made.limbs.others,
         "changes": made.changes,
+        "unused": source.unused,
         "remarks": made.remarks,
     }
 
@@ -248,8 +258,9 @@ def _servos(made: NewRobot, source: Takeover) -> dict[str, list[float]]:
     """Gains of the servos; those of legs are stiff enough to carry the robot."""
     if not made.robot.joints:
         return {}
-    more = loads_of(made.robot, made.drives, made.hulls, wet=made.medium.wet)
-    legs, values = made.limbs.legs, servo_values(made.robot, source, more)
+    water = water_loads(made.robot, made.hulls) if made.medium.wet else 0.0
+    thrust = thrust_loads(made.robot, made.drives)
+    legs, values = made.limbs.legs, servo_values(made.robot, source, thrust, water)
     walking = {name for leg in legs.values() for name in leg["joints"]}
     carrying = leg_servos(made.robot, legs) if legs else values
     for k, joint in enumerate(made.robot.joints):

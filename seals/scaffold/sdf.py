@@ -109,7 +109,10 @@ def urdf_of_sdf(
         urdf.append(_link(where, link, name, shift, changes))
     for joint in moving:
         urdf.append(_joint(joint, frames, origins, names, changes))
-    if rigged:
+    still = (model.findtext("static") or "").strip().lower() in ("1", "true")
+    if still:
+        changes.append("a static model: fixed_base is true")
+    if rigged or still:
         urdf.set("fixed_base", "true")
     if fixed:
         urdf.set("fixed_base", "true")

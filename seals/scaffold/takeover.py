@@ -14,8 +14,10 @@ import numpy as np
 from seals.errors import LogError, RobotError, suggestion
 from seals.robot.macros import expanded, holds_macros, with_plain_comments
 from seals.robot.structure import check_structure
+from seals.scaffold.ledger import left_out
 from seals.scaffold.meshes import copy_meshes
 from seals.scaffold.mjcf import urdf_of_mjcf
+from seals.scaffold.mjcf_bounds import with_parts
 from seals.scaffold.plug_ins import Stated, stated_of
 from seals.scaffold.sdf import urdf_of_sdf
 from seals.scaffold.sdf_includes import with_includes
@@ -43,6 +45,7 @@ class Takeover:
         dropped: links that were left out at the base.
         fixed_base: whether the file bolts it to the world.
         lumps: whether Gazebo makes one body of links that are fixed to each other: of a URDF.
+        unused: entries of the file that are left out: how many of each kind, by the reason.
         spun: links of rotors and thrusters, whose joints were fixed.
         rig: joints between the world and the first link with mass that nothing drives.
         drawn_only: links that are drawn and displace nothing: those of an SDF without collision
@@ -82,6 +85,7 @@ class Takeover:
     def _read(self, text: str) -> Element:
         """Return the ``<robot>`` of a text in any of the formats."""
         tree = _tree_of(self.path, text)
+        self.unused = left_out(_whole(self.path, tree, self.packages))
         if tree.tag == "sdf":
             urdf, changes = urdf_of_sdf(self.path, tree, self.packages)
             bare = {str(e.get("name")) for e in urdf.iter("link") if e.find("collision") is None}
@@ -255,6 +259,13 @@ class Takeover:
                 f"base link '{name}' left out: a frame without mass; "
                 f"the base is now '{_end(below[0], 'child')}'{bolted}"
             )
+
+
+def _whole(path: Path, tree: Element, packages: Mapping[str, Path]) -> Element:
+    """Return the tree of a file with all that it includes."""
+    if tree.tag == "sdf":
+        return with_includes(path, tree, packages, [])
+    return with_parts(path, tree) if tree.tag == "mujoco" else tree
 
 
 def _text_of(path: Path) -> str:
