@@ -45,6 +45,9 @@ def commanded_directions(matrix: Floats, centre: Floats, positions: Floats) -> C
     forces = np.linalg.matrix_rank(matrix[:3], tol=WEAKEST * float(np.abs(matrix[:3]).max()))
     # drives that all push along z can only ever command that force and three moments
     flat = forces == 1 and np.abs(matrix[2]).max() > 0.9 * np.abs(matrix[:3]).max()
+    # fewer than six that all push up, canted or not, lift and turn it
+    size = np.linalg.norm(matrix[:3], axis=0)
+    flat |= matrix.shape[1] < 6 and bool(np.all(matrix[2] > 0.5 * size))
     rows = [2, 3, 4, 5] if flat else list(range(6))
     left, values, _ = np.linalg.svd(scaled[rows], full_matrices=True)
     values = np.concatenate((values, np.zeros(len(rows) - len(values))))

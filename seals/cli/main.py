@@ -258,7 +258,8 @@ VERBS = {
         target="seals.cli.new:new",
         summary="create a robot folder from a URDF, or a package for a plug-in",
         usage="robot NAME --urdf FILE [--package NAME=FOLDER] [--density KG_PER_M3]\n"
-        "      [--medium air|water|both] [--missing-meshes boxes] [--forward=-x],\n"
+        "      [--medium air|water|both] [--missing-meshes boxes] [--forward=-x]\n"
+        "      [--arg NAME=VALUE],\n"
         "   or: seals new datasheet log=FLIGHT robot=FOLDER\n"
         "   or: seals new hydrodynamics robot=FOLDER [method=bem|ellipsoid] [replace=true]\n"
         "   or: seals new effect|sensor|controller|guide|task NAME\n"
@@ -271,6 +272,7 @@ VERBS = {
         "  --density gives links without <inertial> the mass of their shapes\n"
         "  --medium  where it works: writes rotors under water, drag in air, or both\n"
         "  --missing-meshes boxes  puts boxes of the links' inertia in their places\n"
+        "  --arg     the value of an argument of a xacro file\n"
         "  --forward axis of the base link that points forward: x, -x, y or -y\n"
         "  datasheet writes datasheet.yaml into the robot's folder: noise, tolerances, delays\n"
         "  hydrodynamics writes added mass and radiation of a hull into robot.yaml: link=NAME,\n"

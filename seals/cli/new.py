@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 PLUGINS = ("effect", "sensor", "controller", "guide", "task")
 KINDS = ("robot", "datasheet", "hydrodynamics", *PLUGINS)
 OPTIONS = {
-    "robot": ("urdf", "package", "density", "medium", "missing-meshes", "forward"),
+    "robot": ("urdf", "package", "density", "medium", "missing-meshes", "forward", "arg"),
     "datasheet": ("log", "robot", "replace"),
     "hydrodynamics": ("robot", "link", "method", "panels", "density", "replace"),
     **dict.fromkeys(PLUGINS, ()),
@@ -129,6 +130,14 @@ def _robot(name: str, options: list[tuple[str, str]]) -> int:
                 "Write: --package NAME=FOLDER, with a folder that exists"
             )
         packages[package] = Path(folder).resolve()
+    values = {}
+    for text in (value for key, value in options if key == "arg"):
+        argument, equals, value = text.partition("=")
+        if not (equals and argument.isidentifier()):
+            raise ConfigError(
+                f"--arg {text} is not of the form NAME=VALUE.\nWrite: --arg namespace=rov"
+            )
+        values[argument] = value
     from seals.scaffold.robot import scaffold_robot
 
     density = _density([value for key, value in options if key == "density"])
@@ -138,12 +147,19 @@ def _robot(name: str, options: list[tuple[str, str]]) -> int:
         Path(urdfs[0]),
         parent=Path(),
         packages=packages,
+        arguments=values,
         density=density,
         medium=medium,
         boxes=_boxes([value for key, value in options if key == "missing-meshes"]),
         forward=_forward([value for key, value in options if key == "forward"]),
     )
-    print("\n".join(_told(name, made)))
+    try:
+        told = list(_told(name, made))
+    except ConfigError as cause:
+        # a folder that no run can take is none
+        shutil.rmtree(made.folder)
+        raise ConfigError(f"{urdfs[0]} makes a robot that no run takes: {cause}") from cause
+    print("\n".join(told))
     return 0
 
 
@@ -204,6 +220,8 @@ def _told(name: str, made: NewRobot) -> Iterator[str]:
     yield f"{name}/robot.yaml: {', '.join(parts)}"
     for change in made.changes:
         yield f"  {change}"
+    if made.unused:
+        yield f"  {made.unused} kinds of entries of the file not used: {name}/README.md says why"
     if made.remarks:
         yield "Look at:"
         yield from (f"  {remark}" for remark in made.remarks)

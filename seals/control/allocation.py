@@ -79,6 +79,11 @@ class Allocation:
         self._full = has_rank(self.matrix(about))
         self._weights = np.ones(len(rows)) if weights is None else np.asarray(weights, dtype=float)
 
+    @property
+    def full(self) -> bool:
+        """Whether the drives command all rows independently of each other."""
+        return self._full
+
     def matrix(self, centre: Floats, gain: Floats | None = None) -> Floats:
         """Return A: columns of force and torque for a unit of squared speed or of thruster force.
 

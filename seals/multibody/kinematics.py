@@ -123,6 +123,9 @@ class Kinematics:
             linear, angular = self._joint_columns()
             upper.append(linear)
             lower.append(angular)
+        if not upper:
+            # a base bolted to the world, without joints, has no coordinate
+            return as_like(np.zeros((*self.origins.shape[:2], 6, 0)), self.origins)
         turned = xp.matmul(self._back, xp.concat((*upper, *lower), axis=3))
         size = turned.shape[3] // 2
         return xp.concat((turned[:, :, :, :size], turned[:, :, :, size:]), axis=2)

@@ -24,6 +24,9 @@ def solved(matrix: Floats, right: Floats) -> Floats:
         >>> solved(np.array([[2.0, 0.0], [0.0, 4.0]]), np.array([2.0, 2.0]))
         array([1. , 0.5])
     """
+    if not matrix.size:
+        # LAPACK refuses what has no unknowns
+        return np.array(right, dtype=np.float64)
     _, _, found, trouble = dgesv(matrix, right)
     if trouble:
         raise np.linalg.LinAlgError("Singular matrix")

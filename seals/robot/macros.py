@@ -21,6 +21,9 @@ _KEPT = ("PYTHONPATH", "PYTHONSAFEPATH", "PYTHONHOME", "LD_LIBRARY_PATH", "SYSTE
 """Variables without which no Python starts; the process forgets them as well."""
 
 
+_COMMENT = re.compile(r"<!--(.*?)-->", re.DOTALL)
+
+
 def holds_macros(text: str) -> bool:
     """Return whether the text of a URDF needs xacro.
 
@@ -28,10 +31,31 @@ def holds_macros(text: str) -> bool:
         >>> holds_macros('<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"/>')
         True
     """
-    return re.search(r"<xacro:|xmlns:xacro", text) is not None
+    return re.search(r"<xacro:|xmlns:xacro", _COMMENT.sub("", text)) is not None
 
 
-def expanded(path: Path, packages: Mapping[str, Path] | None = None) -> str:
+def with_plain_comments(text: str) -> str:
+    """Return XML whose comments hold no two dashes, which XML forbids and people write.
+
+    Lines keep their numbers. What is left of ``<!--`` without an end stays as it is.
+
+    Example:
+        >>> with_plain_comments("<a/><!-- b --msgtype ---- c -->")
+        '<a/><!-- b - -msgtype - - - - c -->'
+    """
+    return _COMMENT.sub(lambda found: f"<!--{_parted(found[1])}-->", text)
+
+
+def _parted(comment: str) -> str:
+    parted = re.sub(r"-(?=-)", "- ", comment)
+    return f"{parted} " if parted.endswith("-") else parted
+
+
+def expanded(
+    path: Path,
+    packages: Mapping[str, Path] | None = None,
+    arguments: Mapping[str, str] | None = None,
+) -> str:
     """Return the URDF expanded from a xacro file.
 
     The package xacro runs in a process of its own, with little time and memory, without the
@@ -41,6 +65,7 @@ def expanded(path: Path, packages: Mapping[str, Path] | None = None) -> str:
         path: of the file; files that it includes lie in its folder, in a package beside its own, or
             in one of the given ones.
         packages: folders of ``$(find NAME)``, by name, where they are not around the file.
+        arguments: values of ``$(arg NAME)``, by name.
 
     Raises:
         MissingExtra: the package xacro is not installed.
@@ -55,7 +80,12 @@ def expanded(path: Path, packages: Mapping[str, Path] | None = None) -> str:
     child = Path(str(files("seals.robot"))) / "macros_child.py"
     try:
         done = subprocess.run(
-            command(child, str(path.resolve()), *_given(packages or {})),
+            command(
+                child,
+                str(path.resolve()),
+                *_given(packages or {}),
+                *(f"{name}:={value}" for name, value in (arguments or {}).items()),
+            ),
             env={key: value for key, value in environment().items() if key in _KEPT},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
@@ -95,6 +125,6 @@ def _ended(code: int) -> str:
 def _refused(path: Path, why: str) -> RobotError:
     return RobotError(
         f"URDF {path}: xacro cannot expand it: {why}.\n"
-        "Arguments without a default and the environment are not known here: expand it where they "
-        "are. A package of $(find NAME): --package NAME=FOLDER"
+        "An argument without a default: --arg NAME=VALUE. A package of $(find NAME): --package "
+        "NAME=FOLDER. The environment is not known here: expand it where it is."
     )

@@ -1,6 +1,6 @@
 """Program that expands the xacro macros of one file, run in a restricted child process.
 
-    python macros_child.py FILE [PACKAGE=FOLDER ...]
+    python macros_child.py FILE [PACKAGE=FOLDER ...] [ARGUMENT:=VALUE ...]
 
 It writes one JSON object to the standard output: ``urdf``, or ``refused`` with the reason. Time,
 memory and the files that it may open are bounded; it has no environment and may start nothing.
@@ -33,6 +33,7 @@ MOST_BYTES = 5_000_000
 """Largest file that is included, and largest result [byte]."""
 _INSIDE = re.compile(r"_|(gi|cr|ag|f|tb|co|func)_|(vars|type|mro)$")
 """Names through which an expression would get at the interpreter that evaluates it."""
+_COMMENT = re.compile(r"<!--(.*?)-->", re.DOTALL)
 _WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 _ACTING = ("subprocess.", "socket.", "ctypes.", "shutil.", "ftplib.", "urllib.", "pty.", "os.exec")
 _CHANGING = (
@@ -43,7 +44,12 @@ _CHANGING = (
 
 
 def main(path: str, *given: str) -> str:
-    """Expand one file and return the result as JSON; ``given`` are packages, NAME=FOLDER."""
+    """Expand one file and return the result as JSON.
+
+    Args:
+        path: of the file.
+        given: packages, NAME=FOLDER, and arguments, NAME:=VALUE.
+    """
     try:
         import xacro
         import xacro.substitution_args as substitution
@@ -56,13 +62,16 @@ def main(path: str, *given: str) -> str:
     os.environ.clear()
     _bound()
     code = tuple(os.path.realpath(entry) for entry in sys.path if entry)
-    packages = {name: Path(folder) for name, _, folder in (word.partition("=") for word in given)}
+    values = dict(word.split(":=", 1) for word in given if ":=" in word)
+    words = (word.partition("=") for word in given if ":=" not in word)
+    packages = {name: Path(folder) for name, _, folder in words}
     near = (_surroundings(home), *packages.values())
     sys.addaudithook(lambda event, words: _watch(event, words, near, code))
     _arithmetic_only(xacro, substitution)
     _packages_only(substitution, home, packages)
+    _forgiving(xacro)
     try:
-        text = str(xacro.process_file(str(home)).toxml())
+        text = str(xacro.process_file(str(home), mappings=values).toxml())
     except Exception as cause:  # whatever its expressions raise, which are a stranger's
         return json.dumps({"refused": _words(cause)})
     if len(text) > MOST_BYTES:
@@ -201,6 +210,34 @@ def _arithmetic_only(xacro: Any, substitution: Any) -> None:
 
     xacro.safe_eval = checked
     substitution._eval = substituted
+
+
+def _forgiving(xacro: Any) -> None:
+    """Let xacro read comments with two dashes, and name the file in which it finds a fault."""
+    from xml.parsers.expat import ExpatError
+
+    parse = xacro.parse
+
+    def read(inp: Any, filename: str | None = None) -> Any:
+        if inp is not None:
+            return parse(inp, filename)
+        place = os.path.join(getattr(xacro, "root_dir", "") or "", str(filename))
+        try:
+            with open(place, encoding="utf-8") as stream:
+                text = stream.read()
+        except (OSError, UnicodeDecodeError):
+            return parse(inp, filename)
+        try:
+            return parse(_COMMENT.sub(_parted, text))
+        except ExpatError as cause:
+            raise xacro.XacroException(f"{filename}: {cause}") from cause
+
+    xacro.parse = read
+
+
+def _parted(comment: re.Match[str]) -> str:
+    inner = re.sub(r"-(?=-)", "- ", comment[1])
+    return f"<!--{inner} -->" if inner.endswith("-") else f"<!--{inner}-->"
 
 
 def _refuse_names(expression: str, refusal: type[Exception]) -> None:

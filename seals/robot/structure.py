@@ -31,12 +31,13 @@ _SHAPES = {
 }
 
 
-def check_structure(path: Path, text: str) -> None:
+def check_structure(path: Path, text: str, *, endless: bool = False) -> None:
     """Refuse a URDF that violates its format.
 
     Args:
         path: of the file, for messages.
         text: its content, free of document types and entities.
+        endless: whether limits of joints may be infinite, or as large as numbers get.
 
     Raises:
         RobotError: says where, what is wrong, and what is allowed.
@@ -52,7 +53,7 @@ def check_structure(path: Path, text: str) -> None:
     for link in links:
         _link(f"{where}: link '{link.get('name')}'", link)
     for joint in joints:
-        _joint(f"{where}: joint '{joint.get('name')}'", joint)
+        _joint(f"{where}: joint '{joint.get('name')}'", joint, endless=endless)
 
 
 def _parsed(where: str, text: str) -> Element:
@@ -143,7 +144,7 @@ def _shape(where: str, shape: Element) -> None:
             )
 
 
-def _joint(where: str, joint: Element) -> None:
+def _joint(where: str, joint: Element, *, endless: bool) -> None:
     for end in ("parent", "child"):
         element = joint.find(end)
         if element is None or not element.get("link"):
@@ -162,6 +163,9 @@ def _joint(where: str, joint: Element) -> None:
         )
     for name in ("lower", "upper"):
         if limit is not None and limit.get(name) is not None:
+            value = next(_floats(str(limit.get(name))), math.nan)
+            if endless and abs(value) >= LARGEST:
+                continue
             _numbers(f"{where}: limit", limit, name, 1)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.control.plant import rest_poses
+from seals.errors import RobotError
 from seals.multibody.tree import forward
 from seals.robot.model import RobotModel
 from seals.scaffold.shapes import LinkHull
@@ -20,6 +21,12 @@ SAG = 0.07
 """Turn of a leg's joint under its share of the weight, every second leg standing [rad]."""
 DAMPED, DAMPED_ON_FOUR = 0.0025, 0.015
 """Damping of a leg's servo by its stiffness, of light legs and of four that carry a trunk [s]."""
+NEAR_END = 0.7
+"""Distance of a foot's frame from the knee by that of the shape's end where it is a toe [1]."""
+SLENDER = 2.0
+"""Longest edge by the next one of a shape that has an end [1]."""
+SHORTEST = 1e-3
+"""Distance of a toe from the last joint below which a leg has none [m]."""
 RESERVE = 4.0
 """Torque limit against the torque that carries [1]."""
 
@@ -68,21 +75,66 @@ def legs_of(robot: RobotModel, chains: Sequence[Sequence[int]]) -> dict[str, dic
 
 
 def with_feet(
-    legs: Mapping[str, Mapping[str, Any]], hulls: Mapping[str, LinkHull]
+    legs: Mapping[str, Mapping[str, Any]], hulls: Mapping[str, LinkHull], robot: RobotModel
 ) -> dict[str, dict[str, Any]]:
-    """Return legs that stand on the spheres of their feet, where these have one.
+    """Return legs with their toes: spheres of feet, frames of feet, or the ends of last links.
+
+    A foot's frame counts where it lies beyond the shape of the last link, at least `NEAR_END` of
+    it: sensors are mounted nearer to the knee.
 
     Args:
         legs: entries of ``legs:``.
         hulls: of the links.
+        robot: as read from the URDF.
+
+    Raises:
+        RobotError: nothing tells where a leg stands.
     """
     out = {}
+    origins, _ = rest_poses(robot)
     for name, leg in legs.items():
+        last = robot.tree.child[robot.joints.index(leg["joints"][-1])]
+        foot, toe = robot.links.index(leg["foot"]), np.array(leg["toe"], dtype=float)
         shapes = hulls[leg["foot"]].shapes if leg["foot"] in hulls else []
         balls = [s.get("position", [0.0, 0.0, 0.0]) for s in shapes if s["type"] == "sphere"]
-        toe = max(balls, key=np.linalg.norm, default=leg["toe"])
-        out[name] = {**leg, "toe": [round(float(x), 5) + 0.0 for x in toe]}
+        shank = robot.links[last]
+        end = _end_of(hulls[shank]) if shank in hulls else np.zeros(3)
+        reach = float(np.linalg.norm(origins[foot] - origins[last]))
+        if balls:
+            toe = np.array(max(balls, key=np.linalg.norm))
+        elif end.any() and reach < NEAR_END * float(np.linalg.norm(end)):
+            foot, toe = last, end
+        if float(np.linalg.norm(toe)) + reach < SHORTEST:
+            raise RobotError(
+                f"leg '{name}': nothing tells where its last link '{shank}' stands.\n"
+                f"Give '{shank}' a <collision>, or a frame at its toe: <link name='{shank}_foot'/> "
+                f"<joint name='{shank}_toe' type='fixed'><parent link='{shank}'/><child link="
+                f"'{shank}_foot'/><origin xyz='0 0 -LENGTH'/></joint>"
+            )
+        values = [round(float(x), 5) + 0.0 for x in toe]
+        out[name] = {**leg, "foot": robot.links[foot], "toe": values}
     return out
+
+
+def _end_of(hull: LinkHull) -> Floats:
+    """Return the end of a link's shapes that is farthest from its joint, in link axes [m].
+
+    The end of a long shape lies on its axis, that of another where the ray from the joint through
+    its middle leaves its box.
+    """
+    ends = []
+    for box in hull.boxes:
+        half = box.edges / 2.0
+        long = int(np.argmax(half))
+        way = box.turn[:, long]
+        if half[long] > SLENDER * float(np.delete(half, long).max()):
+            ends.append(box.centre + way * half[long] * (1.0 if box.centre @ way >= 0.0 else -1.0))
+            continue
+        away = float(np.linalg.norm(box.centre))
+        ray = box.centre / away if away > SHORTEST else way
+        inside = np.abs(box.turn.T @ ray)
+        ends.append(box.centre + ray * float(np.min(half / np.maximum(inside, 1e-9))))
+    return np.asarray(max(ends, key=np.linalg.norm), dtype=np.float64)
 
 
 def stance_of(robot: RobotModel, legs: Mapping[str, Mapping[str, Any]]) -> Stance:
@@ -142,7 +194,10 @@ def _shared(names: Sequence[str]) -> str:
 
 
 def _toe(robot: RobotModel, joint: int) -> tuple[int, Floats]:
-    """Foot and toe of a leg: the farthest frame fixed to its last link, or a uniform rod's end."""
+    """Foot and toe of a leg: the farthest frame fixed to its last link, or a uniform rod's end.
+
+    The latter is where a link without a shape stands.
+    """
     tree, last = robot.tree, robot.tree.child[joint]
     frames = [last]
     for k in range(tree.links):

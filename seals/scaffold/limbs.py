@@ -89,7 +89,9 @@ def _below(robot: RobotModel, passed_over: set[str]) -> dict[int, list[int]]:
         if robot.joints[j] in passed_over:
             continue
         above = tree.parent[link]
-        while above > 0 and tree.joint[above] < 0:
+        while above > 0 and (
+            tree.joint[above] < 0 or robot.joints[tree.joint[above]] in passed_over
+        ):
             above = tree.parent[above]
         below[tree.joint[above] if above > 0 else -1].append(j)
     return below

@@ -12,7 +12,7 @@ from seals.arrays import Floats
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.scaffold.shapes import LinkHull
 from seals.scaffold.takeover import Element
-from seals.scaffold.urdf_elements import joint_element, link_element, pose_text
+from seals.scaffold.urdf_elements import ENDLESS, joint_element, link_element, pose_text
 
 SMALL_PART = 0.05
 """Share of the robot's mass up to which an impossible inertia of a link is made sound [1]."""
@@ -24,6 +24,8 @@ PART_DENSITY = 1000.0
 """Density of the ball whose inertia a small part gets that has mass and no inertia [kg/m^3]."""
 FORWARD = {"x": 0.0, "-x": math.pi, "y": -math.pi / 2.0, "-y": math.pi / 2.0}
 """Turn about z that lays an axis of the base along x [rad]."""
+NO_AXIS, LAST_DIGIT = 1e-9, 1e-15
+"""Length of an axis that is none, and change of length that is a rounding [1]."""
 INERTIA_KEYS = {
     "ixx": (0, 0),
     "ixy": (0, 1),
@@ -45,6 +47,10 @@ def mended(root: Element, forward: str) -> list[str]:
     changes = []
     if FORWARD.get(forward):
         changes.append(f"the frame '{turned_base(root, forward)}' is the base: x ahead, z up")
+    unit_axes(root)
+    endless = endless_limits(root)
+    if endless:
+        changes.append(f"endless limits of joints: {', '.join(endless[:6])}")
     still = fixed_joints(root)
     if still:
         changes.append(f"joints without room to move fixed: {', '.join(still[:6])}")
@@ -129,6 +135,40 @@ def fixed_joints(root: Element) -> list[str]:
                 joint.remove(part)
             found.append(str(joint.get("name")))
     return found
+
+
+def endless_limits(root: Element) -> list[str]:
+    """Write limits that are none as a URDF does; return what became of them, in words.
+
+    A hinge without any becomes continuous; else an endless side lies 1000 rad or m away.
+    """
+    found = []
+    for joint in root.findall("joint"):
+        limit, kind = joint.find("limit"), joint.get("type")
+        if limit is None or kind not in ("revolute", "prismatic"):
+            continue
+        far = [k for k in ("lower", "upper") if abs(_value(limit, k)) >= ENDLESS]
+        if not far:
+            continue
+        if len(far) == 2 and kind == "revolute":
+            joint.set("type", "continuous")
+            for key in far:
+                limit.attrib.pop(key)
+            found.append(f"{joint.get('name')} is continuous")
+            continue
+        for key in far:
+            limit.set(key, "-1000" if _value(limit, key) < 0.0 else "1000")
+        found.append(f"{joint.get('name')} 1000 away")
+    return found
+
+
+def unit_axes(root: Element) -> None:
+    """Give the axes of joints a length of one: an engine may take the length for a gear ratio."""
+    for axis in root.iterfind("joint/axis"):
+        given = np.array(list(_three(axis.get("xyz") or "1 0 0")))
+        length = float(np.linalg.norm(given))
+        if np.isfinite(length) and length > NO_AXIS and abs(length - 1.0) > LAST_DIGIT:
+            axis.set("xyz", " ".join(f"{x:.17g}" for x in given / length))
 
 
 def sound_inertias(root: Element) -> list[str]:

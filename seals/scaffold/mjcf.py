@@ -17,6 +17,7 @@ from seals.scaffold.meshes import COMPILED
 from seals.scaffold.mjcf_bounds import bounded_mjcf
 from seals.scaffold.plug_ins import Motor, Stated
 from seals.scaffold.urdf_elements import (
+    WORLD,
     cylinder_element,
     joint_element,
     link_element,
@@ -118,15 +119,19 @@ class _Conversion:
         own = [b for b in range(1, m.nbody) if self._below(b, base)]
         if m.nbody - 1 > len(own):
             self.changes.append(f"{m.nbody - 1 - len(own)} bodies beside the robot left out")
-        if not self._free(base):
+        free = self._free(base)
+        if not free:
             self.urdf.set("fixed_base", "true")
+        if not free and m.body_jntnum[base]:
+            # a rig: hinges and slides between the world and the robot are the first of its joints
+            self.urdf.append(link_element(WORLD))
+            self.shift[0] = np.zeros(3)
         for body in own:
             joints = range(m.body_jntadr[body], m.body_jntadr[body] + m.body_jntnum[body])
-            self.shift[body] = (
-                m.jnt_pos[joints[-1]].copy() if joints and body != base else np.zeros(3)
-            )
+            joints = range(0) if body == base and free else joints
+            self.shift[body] = m.jnt_pos[joints[-1]].copy() if joints else np.zeros(3)
             self._link(body)
-            if body != base:
+            if body != base or joints:
                 self._joints(body, list(joints))
         for actuator in range(m.nu):
             self._actuator(actuator, set(own))
@@ -247,6 +252,9 @@ class _Conversion:
             step = m.jnt_pos[joint] - before
             origin = origin @ _pose(step, np.array([1.0, 0.0, 0.0, 0.0]))
             self.urdf.append(self._joint(joint, above, child, origin))
+            self.stated.damping[self._name("joint", joint)] = float(
+                m.dof_damping[m.jnt_dofadr[joint]]
+            )
             above, before = child, m.jnt_pos[joint]
 
     def _joint(self, joint: int, parent: str, child: str, origin: Floats) -> Element:
@@ -278,6 +286,7 @@ class _Conversion:
         name, kind = self._name("actuator", k), int(m.actuator_trntype[k])
         if kind in _ON_JOINT:
             joint = int(m.actuator_trnid[k, 0])
+            self.stated.driven.add(self._name("joint", joint))
             if m.actuator_biastype[k] and m.actuator_gainprm[k, 0] > 0.0:
                 damping = -float(m.actuator_biasprm[k, 2]) + float(
                     m.dof_damping[m.jnt_dofadr[joint]]

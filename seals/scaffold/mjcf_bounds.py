@@ -8,11 +8,10 @@ from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree
 
-from seals.errors import LogError, RobotError
+from seals.errors import RobotError
 from seals.robot.urdf import MOST_LINKS
 from seals.scaffold.meshes import load_mesh
-from seals.scaffold.resources import MissingMesh, find_resource
-from seals.untrusted_io import read_xml
+from seals.scaffold.resources import MissingMesh, find_resource, read_tree
 
 Element = ElementTree.Element
 _SECTIONS = ("compiler", "default", "asset", "worldbody", "actuator", "keyframe")
@@ -91,8 +90,7 @@ def bounded_mjcf(path: Path, root: Element, packages: Mapping[str, Path]) -> Bou
     Raises:
         RobotError: it includes a file elsewhere, generates bodies, or has too many.
     """
-    tree = deepcopy(root)
-    _include(path, path, tree, [], 0)
+    tree = with_parts(path, root)
     for element in tree.iter():
         if element.tag in _REFUSED:
             raise RobotError(
@@ -114,6 +112,17 @@ def bounded_mjcf(path: Path, root: Element, packages: Mapping[str, Path]) -> Bou
     assets, missing = _meshes(path, tree, folder or "", packages)
     _strip(tree, changes)
     return Bounded(ElementTree.tostring(tree, encoding="unicode"), assets, missing, changes)
+
+
+def with_parts(path: Path, root: Element) -> Element:
+    """Return a copy of a model with all that it includes.
+
+    Raises:
+        RobotError: it includes a file elsewhere, or too many.
+    """
+    tree = deepcopy(root)
+    _include(path, path, tree, [], 0)
+    return tree
 
 
 def _countable(path: Path, tree: Element) -> None:
@@ -155,8 +164,8 @@ def _include(path: Path, home: Path, tree: Element, read: list[int], depth: int)
                     f"Allowed: files in {path.resolve().parent} or below."
                 )
             try:
-                part = read_xml(target)
-            except LogError as cause:
+                part = read_tree(target)
+            except RobotError as cause:
                 raise RobotError(f"MJCF {path} includes a file: {cause}") from cause
             read.append(sum(1 for _ in part.iter()))
             _include(path, target, part, read, depth + 1)

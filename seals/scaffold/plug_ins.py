@@ -29,6 +29,10 @@ _FLIP = np.array([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])
 """Body axes x forward, y starboard, z down in x forward, y left, z up."""
 
 
+_OTHER_MOTORS = ("position", "force")
+"""Motor types of RotorS whose command is no speed: their constant is none of thrust."""
+
+
 class Motor(NamedTuple):
     """One rotor or thruster that a file states.
 
@@ -81,6 +85,7 @@ class Displacement(NamedTuple):
         volume: [m^3]; of a link that neither floats nor sinks, that of one kilogram of water.
         centre: in link axes [m]; None if not stated.
         source: in words.
+        from_mass: whether the centre is relative to the centre of mass of the link.
         neutral: whether the link with all that is fixed to it neither floats nor sinks.
     """
 
@@ -89,6 +94,7 @@ class Displacement(NamedTuple):
     centre: Floats | None
     source: str
     neutral: bool = False
+    from_mass: bool = False
 
 
 @dataclass
@@ -104,6 +110,10 @@ class Stated:
     """Stiffness and damping of position servos, by joint."""
     pose: dict[str, float] = field(default_factory=dict)
     """Joint values of a pose that the file holds, by joint [rad or m]."""
+    driven: set[str] = field(default_factory=set)
+    """Joints that an actuator, a transmission or a plug-in of the file names."""
+    damping: dict[str, float] = field(default_factory=dict)
+    """Damping of joints as the file states it, by joint [N m s/rad or N s/m]."""
 
 
 def stated_of(root: ElementTree.Element) -> Stated:
@@ -152,7 +162,8 @@ def _joined(first: Motor, second: Motor) -> Motor:
 
 
 def _motors(plugin: ElementTree.Element, said: str) -> Iterator[Motor]:
-    if plugin.find("motorConstant") is not None:
+    turns = text_of(plugin, "motorType").lower() not in _OTHER_MOTORS
+    if plugin.find("motorConstant") is not None and turns:
         yield _rotor(plugin, said, "motorConstant")
     for rotor in plugin.iter("rotor"):
         if rotor.find("forceConstant") is not None:
@@ -353,8 +364,8 @@ def _volumes(plugin: ElementTree.Element, said: str) -> Iterator[Displacement]:
         density = fluid_density(plugin, said)
         place = np.array(numbers) if len(numbers) == 3 else None
         name = last_name(link.get("name"))
-        if neutral:
-            words = f"{said} (neutrally_buoyant in water of {density:g} kg/m^3)"
-            yield Displacement(name, 1.0 / density, place, words, neutral=True)
-        else:
-            yield Displacement(name, volume, place, said)
+        # the UUV simulator adds its buoyancy at a place relative to the centre of mass
+        relative = link.find("center_of_buoyancy") is not None
+        words = f"{said} (neutrally_buoyant in water of {density:g} kg/m^3)" if neutral else said
+        volume = 1.0 / density if neutral else volume
+        yield Displacement(name, volume, place, words, neutral=neutral, from_mass=relative)

@@ -9,7 +9,8 @@ from urllib.parse import unquote, urlparse
 from xml.etree import ElementTree
 
 from seals.errors import LogError, RobotError
-from seals.untrusted_io import read_text
+from seals.robot.macros import with_plain_comments
+from seals.untrusted_io import plain_xml, read_text
 
 _LEVELS = 6
 """Parent folders of the URDF that are searched for a package."""
@@ -20,6 +21,18 @@ _MOST_MANIFEST = 1 << 20
 
 class MissingMesh(RobotError):
     """A mesh that is not there, or holds no triangles."""
+
+
+def read_tree(path: Path) -> ElementTree.Element:
+    """Return the root element of a file that another one includes.
+
+    Raises:
+        RobotError: it is not there, or no XML; the message names it.
+    """
+    try:
+        return plain_xml(with_plain_comments(read_text(path)))
+    except (LogError, ValueError) as cause:
+        raise RobotError(f"{path} cannot be read: {cause}") from cause
 
 
 def find_resource(name: str, urdf: Path, packages: Mapping[str, Path]) -> Path:

@@ -15,13 +15,26 @@ from seals.errors import RobotError
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
 from seals.robot.settings import RobotSettings
-from seals.scaffold.effects import BACKWARDS, Entry, RobotMedium, effects_of, medium_of
-from seals.scaffold.estimates import servo_values, short
+from seals.scaffold.effects import (
+    BACKWARDS,
+    Entry,
+    RobotMedium,
+    effects_of,
+    medium_of,
+    share_afloat,
+)
+from seals.scaffold.estimates import (
+    NO_LIMIT,
+    servo_values,
+    short,
+    thrust_loads,
+    water_loads,
+)
 from seals.scaffold.legs import gait_of, leg_servos, with_feet
 from seals.scaffold.limbs import Limbs, limbs_of
 from seals.scaffold.mending import add_inertials, mended
 from seals.scaffold.remarks import remarks_of
-from seals.scaffold.rotors import Drives, by_carrier, drives_of
+from seals.scaffold.rotors import GRAVITY, WATER, Drives, by_carrier, drives_of, held_down
 from seals.scaffold.shapes import LinkHull, extents_of, hulls_of, rounded, with_volumes
 from seals.scaffold.stance import stances_of
 from seals.scaffold.takeover import Takeover
@@ -50,6 +63,7 @@ class NewRobot(NamedTuple):
         wings: links that carry the lifting surfaces of the file.
         changes: to the URDF, in words.
         remarks: things to look at, in words.
+        unused: number of kinds of entries of the file that are left out; the README lists them.
     """
 
     folder: Path
@@ -62,6 +76,7 @@ class NewRobot(NamedTuple):
     wings: list[str]
     changes: list[str]
     remarks: list[str]
+    unused: int = 0
 
 
 def scaffold_robot(
@@ -70,6 +85,7 @@ def scaffold_robot(
     *,
     parent: Path,
     packages: Mapping[str, Path] | None = None,
+    arguments: Mapping[str, str] | None = None,
     density: float | None = None,
     medium: str | None = None,
     boxes: bool = False,
@@ -82,6 +98,7 @@ def scaffold_robot(
         urdf: the file; its meshes are found relative to it, or through ``package://``.
         parent: folder in which the new one is made.
         packages: folders of packages, by name, where they cannot be found around the URDF.
+        arguments: values of the arguments of a xacro file, by name.
         density: that gives links without ``<inertial>`` the mass of their shapes [kg/m^3]; None
             leaves them without mass.
         medium: ``air``, ``water`` or ``both``; None for what its drives tell.
@@ -92,7 +109,7 @@ def scaffold_robot(
         RobotError: the name is taken, or the URDF or a mesh cannot be used; nothing is left behind.
     """
     folder = free_name("robot", name, parent)
-    source = Takeover(urdf, packages or {})
+    source = Takeover(urdf, packages or {}, arguments or {})
     beside = beside_of(parent, name)
     try:
         source.changes += mended(source.root, forward)
@@ -124,7 +141,7 @@ def _fill(
     propellers |= {link for each in drives if each.kind == ROTOR for link in each.links}
     for each in drives:
         source.fix_joints(each.joints, each.kind)
-    if source.fixed_base and _only_drives(robot, drives):
+    if source.fixed_base and _only_drives(robot, drives) and robot.mass[0] > 0.0:
         # a vehicle on a test stand, or one that another file lets fly
         source.fixed_base = False
         source.changes.append("bolted to the world in the file, freed: fixed_base of robot.yaml")
@@ -132,6 +149,7 @@ def _fill(
         source.write(path)
         settings = replace(settings, fixed_base=source.fixed_base)
         robot = build_robot(settings)
+    _refuse_pushed_world(robot, drives)
     hulls = hulls_of(source.root, folder, source.drawn_only)
     turning = [link for link in hulls if link in propellers and link != robot.links[0]]
     if turning:
@@ -141,10 +159,14 @@ def _fill(
     hulls = {link: hull for link, hull in hulls.items() if link not in turning}
     hulls = with_volumes(hulls, robot, source)
     medium = medium_of(given, drives, source)
+    if medium.wet and hulls and share_afloat(robot, hulls) == 1.0:
+        water = WATER * sum(hull.volume for hull in hulls.values())
+        held_down(drives, GRAVITY * (float(robot.mass.sum()) - water))
     # that rotors can turn backwards is for the user to say
     reverses = given is not None and medium.wet
-    limbs = limbs_of(robot, {name for each in drives for name in each.tilting.values()})
-    legs = with_feet(limbs.legs, hulls)
+    tilting = {name for each in drives for name in each.tilting.values()}
+    limbs = limbs_of(robot, tilting | set(source.rig))
+    legs = with_feet(limbs.legs, hulls, robot)
     stances = stances_of(robot, legs, source.stated.pose)
     for leg, values in stances.values.items():
         legs[leg] |= {"stance": values} if values else {}
@@ -153,6 +175,7 @@ def _fill(
         folder, robot, drives, medium, reverses, limbs, hulls, wings, source.changes, []
     )
     made.remarks.extend(remarks_of(made, source, chosen=given is None))
+    made = made._replace(unused=sum(map(len, source.unused.values())))
     facts = _facts(name, made, source)
     for file in ("robot.yaml", "README.md"):
         (folder / file).write_text(rendered(f"{file}.jinja", facts), encoding="utf-8")
@@ -163,6 +186,20 @@ def _only_drives(robot: RobotModel, drives: list[Drives]) -> bool:
     """Return whether all that moves on a robot are its drives and what tilts them."""
     moved = {name for each in drives for name in (*each.joints, *each.tilting.values())}
     return bool(drives) and set(robot.joints) <= moved
+
+
+def _refuse_pushed_world(robot: RobotModel, drives: list[Drives]) -> None:
+    """Refuse drives on a rig whose forces would act on the world."""
+    if robot.mass[0] > 0.0:
+        return
+    for whole in drives:
+        for carrier, each in by_carrier(whole, robot):
+            if not carrier:
+                raise RobotError(
+                    f"{each.links[0]} drives a robot that moves on joints against the world.\n"
+                    "Allowed there: rotors on one hinge. Let the robot go: make the joint below "
+                    f"'{robot.links[0]}' fixed and leave that link out, or give it a free joint."
+                )
 
 
 def _built(settings: RobotSettings, source: Takeover) -> RobotModel:
@@ -181,7 +218,9 @@ def _facts(name: str, made: NewRobot, source: Takeover) -> dict[str, Any]:
     robot = made.robot
     volume = sum(hull.volume for hull in made.hulls.values())
     mass = float(robot.mass.sum())
-    imu = next((link for link in robot.links if "imu" in link.lower()), robot.links[0])
+    # the first link with mass: a robot on a rig begins with the world
+    body = robot.links[int(np.argmax(robot.mass > 0.0))]
+    imu = next((link for link in robot.links if "imu" in link.lower()), body)
     masses = list(zip(robot.links, (f"{m:.4g}" for m in robot.mass), strict=True))
     return {
         "name": name,
@@ -208,6 +247,7 @@ def _facts(name: str, made: NewRobot, source: Takeover) -> dict[str, Any]:
         "gait": gait_of(robot, made.limbs.legs) if made.limbs.legs else {},
         "others": made.limbs.others,
         "changes": made.changes,
+        "unused": source.unused,
         "remarks": made.remarks,
     }
 
@@ -216,7 +256,9 @@ def _servos(made: NewRobot, source: Takeover) -> dict[str, list[float]]:
     """Gains of the servos; those of legs are stiff enough to carry the robot."""
     if not made.robot.joints:
         return {}
-    legs, values = made.limbs.legs, servo_values(made.robot, source)
+    water = water_loads(made.robot, made.hulls) if made.medium.wet else 0.0
+    thrust = thrust_loads(made.robot, made.drives)
+    legs, values = made.limbs.legs, servo_values(made.robot, source, thrust, water)
     walking = {name for leg in legs.values() for name in leg["joints"]}
     carrying = leg_servos(made.robot, legs) if legs else values
     for k, joint in enumerate(made.robot.joints):
@@ -228,7 +270,11 @@ def _servos(made: NewRobot, source: Takeover) -> dict[str, list[float]]:
             values["kp_each"][k], values["kd_each"][k] = stated
         effort = source.effort_limit(joint)
         if effort > 0.0:
-            values["torque_limit_each"][k] = effort
+            values["torque_limit_each"][k] = min(effort, NO_LIMIT)
+        if joint in source.rig:
+            damping = source.stated.damping.get(joint, 0.0)
+            values["kp_each"][k], values["kd_each"][k] = 0.0, short(damping)
+            values["torque_limit_each"][k] = NO_LIMIT
     return values
 
 

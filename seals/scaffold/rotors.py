@@ -11,12 +11,16 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.control.plant import ROTOR, THRUSTER, rest_poses
+from seals.environment.seawater import FRESH_WATER
 from seals.errors import RobotError, suggestion
 from seals.robot.model import RobotModel
 from seals.scaffold.plug_ins import Motor
 from seals.scaffold.takeover import Takeover
 
-GRAVITY = 9.81
+GRAVITY, WATER = 9.81, FRESH_WATER
+"""Gravity [m/s^2] and the density of water [kg/m^3]."""
+LIQUID = 100.0
+"""Density above which the medium of a wing is water [kg/m^3]."""
 TIP_SPEED = 120.0
 """Speed of blade tips at full speed [m/s]; small propellers turn at 80 to 180."""
 REACTION = 0.12
@@ -30,6 +34,13 @@ SMALL = 0.04, 50.0
 _ROTOR_LAG, _THRUSTER_LAG = 0.05, 0.1
 _WORDS = r"thruster", r"rotor|prop|blade|screw", r"motor"
 _NOT = r"guard|mount|shroud|duct|arm|frame|base|cage|servo|nacelle|tilt"
+_SAME_PLACE = 1e-6
+"""Distance below which frames of two links coincide [m]."""
+MOST_PUSH = 50.0
+"""Thrust of one rotor by the weight beyond which its constant is no thrust by squared speed [1]."""
+LEAST_DRAG = 0.02
+"""Drag coefficient by volume^(2/3) of the most slender hulls [1]; torpedoes have 0.025 (Hoerner
+1965, ch. 6). A stated drag below it was never measured, and no measure of thrusters."""
 _FEWEST = {ROTOR: 2, THRUSTER: 1}
 _UPRIGHT = 0.5
 """Mean upright part of the axes from which on propellers carry a vehicle [1]."""
@@ -74,6 +85,26 @@ class Drives:
     tilting: dict[str, str] = field(default_factory=dict)
 
 
+def _without_strange_laws(
+    motors: Sequence[Motor], weight: float, changes: list[str]
+) -> list[Motor]:
+    """Leave out constants of motor models whose law is not thrust by squared speed."""
+    found = []
+    for motor in motors:
+        values = dict(motor.values)
+        full = values.get("thrust", 0.0) * values.get("max_speed", 0.0) ** 2
+        if full > MOST_PUSH * weight:
+            for key in ("thrust", "torque", "max_speed"):
+                values.pop(key, None)
+            changes.append(
+                f"{motor.source} of {motor.joint or motor.link}: thrust constant not used: times "
+                f"the square of the largest speed it is {full:.3g} N, {full / weight:.3g} times "
+                "the weight, so that it belongs to another law; thrust is chosen"
+            )
+        found.append(motor._replace(values=values))
+    return found
+
+
 def drives_of(
     robot: RobotModel, source: Takeover, extents: Mapping[str, float], *, medium: str = ""
 ) -> list[Drives]:
@@ -91,11 +122,46 @@ def drives_of(
     motors = source.stated.motors
     if not motors:
         motors = _named(robot, medium, wet=bool(source.stated.hydrodynamics))
+    motors = _without_strange_laws(motors, GRAVITY * float(robot.mass.sum()), source.changes)
+    motors = _level_ones(motors, robot, source, medium)
     found = []
     for kind in (ROTOR, THRUSTER):
         own = [motor for motor in motors if motor.kind == kind]
         if own:
             found.append(_drives(kind, own, robot, source, extents))
+    return found
+
+
+def _level_ones(
+    motors: Sequence[Motor], robot: RobotModel, source: Takeover, medium: str
+) -> list[Motor]:
+    """Return motor models of propellers that lie level, in water, as thrusters along their axes."""
+    flies = medium == "air" or any(wing.density < LIQUID for wing in source.stated.wings)
+    rotors = [m for m in motors if m.kind == ROTOR and m.values]
+    if flies or not rotors or len(rotors) < len(motors):
+        return list(motors)
+    links = [_link_of(motor, robot, source) for motor in rotors]
+    turns = rest_poses(robot)[1]
+    axes = [
+        _axis(robot, k, ROTOR) if m.axis is None else turns[k] @ np.array(m.axis)
+        for k, m in zip(links, rotors, strict=True)
+    ]
+    if np.mean(np.abs(np.array(axes)[:, 2])) > _UPRIGHT:
+        return list(motors)
+    found = []
+    for motor, k, axis in zip(rotors, links, axes, strict=True):
+        values = dict(motor.values)
+        force = values.pop("thrust", 0.0) * values.pop("max_speed", 0.0) ** 2
+        values = {key: v for key, v in values.items() if key in ("time_constant", "radius")}
+        own = turns[k].T @ axis
+        found.append(
+            motor._replace(
+                kind=THRUSTER,
+                values={**values, **({"max_force": force} if force > 0.0 else {})},
+                axis=(float(own[0]), float(own[1]), float(own[2])),
+            )
+        )
+    source.changes.append("propellers that lie level are thrusters")
     return found
 
 
@@ -194,9 +260,8 @@ def _drives(
 ) -> Drives:
     links = [_link_of(motor, robot, source) for motor in motors]
     origins, turns = rest_poses(robot)
-    place = np.array(
-        [origins[k] + turns[k] @ np.array(m.position) for k, m in zip(links, motors, strict=True)]
-    )
+    hubs = _hubs(robot, links, motors)
+    place = np.array([origins[k] + turns[k] @ hub for k, hub in zip(links, hubs, strict=True)])
     rows = [
         _axis(robot, k, kind) if m.axis is None else turns[k] @ np.array(m.axis)
         for k, m in zip(links, motors, strict=True)
@@ -243,8 +308,30 @@ def _drives(
     )
     found.spin_down = _stated(motors, "spin_down", found.time_constant, sources)
     weight = GRAVITY * float(robot.mass.sum())
-    _strengths(found, motors, weight, min(PUSH * weight, _drag_ahead(source) or np.inf))
+    drag, least = _drag_ahead(source), _least_drag(float(robot.mass.sum()))
+    _strengths(found, motors, weight, min(PUSH * weight, drag if drag > least else np.inf))
     return found
+
+
+def _hubs(robot: RobotModel, links: Sequence[int], motors: Sequence[Motor]) -> list[Floats]:
+    """Hubs of drives in axes of their links [m], shape (3,) each.
+
+    A link without mass has no other use for the origin of its ``<inertial>`` than to state a
+    place; and where frames of links that were found by their names coincide, the file has all of
+    them at its base and their centres of mass at the hubs.
+    """
+    hubs = [np.array(motor.position, dtype=float) for motor in motors]
+    if any(motor.values for motor in motors):
+        # motor models push at the origin of their link
+        return hubs
+    frames = rest_poses(robot)[0][list(links)]
+    apart = np.linalg.norm(frames[:, None] - frames[None], axis=2) + np.diag(np.ones(len(links)))
+    together = apart.min(axis=1, initial=np.inf) < _SAME_PLACE
+    centres = [robot.centre[k] for k in links]
+    return [
+        centre if not hub.any() and (robot.mass[k] <= 0.0 or both) else hub
+        for k, hub, centre, both in zip(links, hubs, centres, together, strict=True)
+    ]
 
 
 def _turned_up(motors: Sequence[Motor], names: list[str], axis: Floats, turns: Floats) -> list[str]:
@@ -265,6 +352,26 @@ def _drag_ahead(source: Takeover) -> float:
     linear = sum(float(each.linear[0]) for each in rows if each.linear is not None)
     quadratic = sum(float(each.quadratic[0]) for each in rows if each.quadratic is not None)
     return linear * BRISK + quadratic * BRISK**2
+
+
+def _least_drag(mass: float) -> float:
+    """Drag at a brisk speed of the most slender hull of a neutral vehicle [N]."""
+    area = (mass / WATER) ** (2.0 / 3.0)
+    return 0.5 * WATER * LEAST_DRAG * area * BRISK**2
+
+
+def held_down(drives: Sequence[Drives], net: float) -> None:
+    """Let thrusters that push up hold a vehicle whose weight and buoyancy differ.
+
+    Args:
+        drives: changed: chosen largest forces grow to twice what holds it.
+        net: weight less buoyancy [N].
+    """
+    for each in drives:
+        if each.kind == THRUSTER and "max_force" not in each.sources:
+            up = float(np.abs(each.axis[:, 2]).sum())
+            if up > _UPRIGHT:
+                each.thrust = np.maximum(each.thrust, 2.0 * abs(net) / up)
 
 
 def _strengths(drives: Drives, motors: Sequence[Motor], weight: float, push: float) -> None:

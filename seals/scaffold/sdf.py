@@ -15,16 +15,18 @@ from seals.errors import RobotError, suggestion
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.scaffold.sdf_includes import with_includes
 from seals.scaffold.urdf_elements import (
+    ENDLESS,
+    WORLD,
     cylinder_element,
     joint_element,
     link_element,
+    number_or,
     numbers,
     pose_text,
 )
 
 Element = ElementTree.Element
 _TYPES = {"revolute": "revolute", "continuous": "continuous", "prismatic": "prismatic"}
-_ENDLESS = 1e15
 _GEOMETRY = ("box", "cylinder", "sphere", "capsule", "ellipsoid", "mesh")
 _DEEPEST_FRAME = 50
 
@@ -78,30 +80,62 @@ def urdf_of_sdf(
     """
     where = f"SDF {path}"
     changes = ["SDF model converted to URDF"]
-    model = with_includes(path, _model(where, root), packages, changes)
+    model = _with_parts(path, root, packages, changes)
     links, joints = _flat(model, "link"), [*_flat(model, "joint"), *_held(model, changes)]
     if not links:
         raise RobotError(f"{where}: its model has no links.\nA robot needs at least one <link>.")
     frames = _frames(where, model)
     names = [_name(where, link) for link in links]
-    fixed = [j for j in joints if _end(j, "parent") == "world"]
+    fixed = [
+        j
+        for j in joints
+        if j.get("type") == "fixed" and WORLD in (_end(j, "parent"), _end(j, "child"))
+    ]
     moving = [j for j in joints if j not in fixed]
+    rigged = any(_end(j, "parent") == WORLD for j in moving)
     urdf = ElementTree.Element("robot", {"name": model.get("name") or path.stem})
     origins = {name: frames.pose(name) for name in names}
+    if rigged:
+        # what moves against the world does so by the first of its joints
+        urdf.append(link_element(WORLD))
+        names, origins[WORLD] = [*names, WORLD], np.eye(4)
     for joint in moving:
         if joint.get("type") in _TYPES:
             origins[frames_link(frames, _end(joint, "child"), names)][:3, 3] = _joint_pose(
                 frames, joint
             )[:3, 3]
-    for link, name in zip(links, names, strict=True):
+    for link, name in zip(links, names[: len(links)], strict=True):
         shift = np.linalg.inv(origins[name]) @ frames.pose(name)
         urdf.append(_link(where, link, name, shift, changes))
     for joint in moving:
         urdf.append(_joint(joint, frames, origins, names, changes))
+    still = (model.findtext("static") or "").strip().lower() in ("1", "true")
+    if still:
+        changes.append("a static model: fixed_base is true")
+    if rigged or still:
+        urdf.set("fixed_base", "true")
     if fixed:
         urdf.set("fixed_base", "true")
         changes.append("the model is joined to the world: fixed_base is true")
     return urdf, changes
+
+
+def _with_parts(
+    path: Path, root: Element, packages: Mapping[str, Path], changes: list[str]
+) -> Element:
+    """Return the one model with all that it includes; a world may bring it in itself."""
+    where = f"SDF {path}"
+    bare = not root.findall("model") and not root.findall("world/model")
+    included = root.findall("world/include")
+    if bare and len(included) > 1:
+        names = ", ".join((e.findtext("uri") or "").strip() for e in included[:6])
+        raise RobotError(
+            f"{where} is a world that includes {len(included)} models: {names}.\n"
+            "Give the file of the robot among them: model.sdf of its folder."
+        )
+    if bare and included:
+        return _model(where, with_includes(path, root, packages, changes))
+    return with_includes(path, _model(where, root), packages, changes)
 
 
 def _model(where: str, root: Element) -> Element:
@@ -338,14 +372,18 @@ def _joint(
 
 def _limits(where: str, axis: Element) -> dict[str, float]:
     limit, found = axis.find("limit"), {}
-    for key, default in (("lower", -1e16), ("upper", 1e16), ("effort", -1.0), ("velocity", -1.0)):
-        text = None if limit is None else limit.findtext(key)
-        plain = (text or "").strip().lower().lstrip("+-")
-        endless = text is not None and plain in ("inf", "infinity")
-        sign = -1.0 if (text or "").strip().startswith("-") else 1.0
-        value = default if not text else sign * 1e16 if endless else numbers(where, key, text, 1)[0]
-        # minus one says that there is none
-        found[key] = (
-            0.0 if key in ("effort", "velocity") and (value < 0.0 or value > _ENDLESS) else value
-        )
+    for key, default in (("lower", -1e16), ("upper", 1e16), ("effort", 0.0), ("velocity", 0.0)):
+        text = (None if limit is None else limit.findtext(key)) or ""
+        value = number_or(text, default)
+        if abs(value) < ENDLESS:
+            value = numbers(where, key, text, 1)[0] if text.strip() else default
+        elif text.strip():
+            # endless, in words or as the largest number of some language
+            value = float(np.copysign(1e16, value))
+        if key == "effort":
+            # minus one says that there is none, which the URDF says by an endless one
+            value = 1e16 if value < 0.0 else value
+        elif key == "velocity":
+            value = 0.0 if value < 0.0 or value >= ENDLESS else value
+        found[key] = value
     return found

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
-from seals.errors import LogError, RobotError
-from seals.untrusted_io import read_xml
+from seals.errors import RobotError
+from seals.scaffold.resources import read_tree
 
 _DEEPEST = 8
 _MOST = 100
@@ -42,7 +42,56 @@ def with_includes(
     _refuse_deep(path, copy)
     _expand(path, copy, _Found(packages, changes), ())
     _refuse_deep(path, copy)
+    changes += _parted_names(copy)
     return copy
+
+
+def _parted_names(tree: ElementTree.Element) -> list[str]:
+    """Give links, joints and frames of nested models names of their own; return what, in words.
+
+    A name that another model of the file uses, too, gets the name of its model in front, wherever
+    the model says it, and where the models around it say ``MODEL::NAME``.
+    """
+    models = [e for e in tree.iter("model") if e is not tree or tree.tag == "model"]
+    own = {model: _names_of(model) for model in models}
+    counts: dict[str, int] = {}
+    for names in own.values():
+        for name in names:
+            counts[name] = counts.get(name, 0) + 1
+    inner = [model for above in models for model in above.findall("model")]
+    changed = []
+    for model in reversed(inner):
+        twice = sorted(name for name in own[model] if counts[name] > 1)
+        title = str(model.get("name"))
+        renamed = {name: f"{title}_{name}" for name in twice}
+        if not renamed:
+            continue
+        _rename(model, renamed)
+        _rename(tree, {f"{title}::{old}": new for old, new in renamed.items()})
+        changed.append(f"names of model {title} begin with it, others have them too: {_few(twice)}")
+    return changed
+
+
+def _names_of(model: ElementTree.Element) -> set[str]:
+    parts = (e for tag in ("link", "joint", "frame") for e in model.findall(tag))
+    return {str(e.get("name")) for e in parts if e.get("name")}
+
+
+def _rename(model: ElementTree.Element, names: Mapping[str, str]) -> None:
+    """Replace names of links, joints and frames where they are stated or referred to."""
+    for element in model.iter():
+        if element.tag in ("link", "joint", "frame") and element.get("name") in names:
+            element.set("name", names[str(element.get("name"))])
+        for key in ("relative_to", "attached_to", "frame", "expressed_in"):
+            if element.get(key) in names:
+                element.set(key, names[str(element.get(key))])
+        text = (element.text or "").strip()
+        if text in names and element.tag not in ("uri", "name"):
+            element.text = names[text]
+
+
+def _few(names: list[str]) -> str:
+    return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
 
 
 @dataclass
@@ -81,8 +130,8 @@ def _expand(
                 f"Allowed: {_DEEPEST} models inside of each other, {_MOST} together."
             )
         try:
-            models = read_xml(file).findall("model")
-        except LogError as cause:
+            models = read_tree(file).findall("model")
+        except RobotError as cause:
             raise RobotError(f"SDF {path} includes a model: {cause}") from cause
         if len(models) != 1:
             raise RobotError(f"SDF {file} holds {len(models)} models.\nOne is needed here.")

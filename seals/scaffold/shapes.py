@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from seals.arrays import Floats
+from seals.control.plant import rest_poses
 from seals.errors import RobotError, suggestion
 from seals.robot.model import RobotModel
 from seals.scaffold.meshes import load_mesh
@@ -108,13 +109,19 @@ def with_volumes(
             )
         volume = each.volume
         if each.neutral:
-            volume = float(f"{volume * _mass_of(robot, link):.9g}")
+            volume = float(f"{volume * robot.mass[_part_of(robot, link)].sum():.9g}")
         stated: dict[str, Any] = {"displaced_volume": volume}
-        if each.centre is not None:
-            stated["centre_of_buoyancy"] = rounded(each.centre)
+        centre = each.centre
+        if centre is not None and each.from_mass:
+            # of the link with all that is fixed to it in a URDF, which Gazebo makes one body
+            own = [robot.links.index(link)]
+            part = _part_of(robot, link, source.spun) if source.lumps else own
+            centre = centre + _centre_of(robot, part)
+        if centre is not None:
+            stated["centre_of_buoyancy"] = rounded(centre)
         if link not in found:
             radius = (0.75 * volume / np.pi) ** (1.0 / 3.0)
-            place = np.zeros(3) if each.centre is None else each.centre
+            place = np.zeros(3) if centre is None else centre
             shape = {"type": "sphere", "size": rounded([radius]), "position": rounded(place)}
             box = Box(place, np.full(3, 2.0 * radius), np.eye(3))
             found[link] = LinkHull([shape], [box], [volume])
@@ -130,13 +137,25 @@ def with_volumes(
     return found
 
 
-def _mass_of(robot: RobotModel, link: str) -> float:
-    """Return the mass of a link with all that is fixed to it [kg]."""
-    part = {robot.links.index(link)}
+def _part_of(robot: RobotModel, link: str, without: Collection[str] = ()) -> list[int]:
+    """Return the rows of a link, first, and of all that is fixed to it, but some links."""
+    part = [robot.links.index(link)]
     for k in range(len(robot.links)):
-        if robot.tree.joint[k] < 0 and robot.tree.parent[k] in part:
-            part.add(k)
-    return float(robot.mass[sorted(part)].sum())
+        fixed = robot.tree.joint[k] < 0 and robot.links[k] not in without
+        if fixed and robot.tree.parent[k] in part:
+            part.append(k)
+    return part
+
+
+def _centre_of(robot: RobotModel, part: list[int]) -> Floats:
+    """Return the centre of mass of links in axes of the first of them [m], shape (3,)."""
+    origins, turns = rest_poses(robot)
+    mass = robot.mass[part]
+    if mass.sum() <= 0.0:
+        return np.zeros(3)
+    places = np.array([origins[k] + turns[k] @ robot.centre[k] for k in part])
+    centre: Floats = turns[part[0]].T @ (mass @ places / mass.sum() - origins[part[0]])
+    return centre
 
 
 def extents_of(root: Element, folder: Path) -> Mapping[str, float]:

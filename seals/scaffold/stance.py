@@ -19,6 +19,9 @@ SHARE = 0.72
 STEPS = 81
 """Values of each joint among which a stance is chosen."""
 
+_ROUNDED = 1e-3
+"""Distance beyond a limit that rounding explains [rad]."""
+
 FROM_FILE = "that of a keyframe of the file"
 ZERO = "the pose at zero"
 CHOSEN = "chosen: straight legs are bent until 0.72 of their length is left"
@@ -42,7 +45,8 @@ def stances_of(
         stated: joint values of a pose that the file holds, by joint.
     """
     found = {name: _leg(robot, leg) for name, leg in legs.items()}
-    if all(robot.joints[j] in stated for chain, *_ in found.values() for j in chain):
+    walking = [j for chain, *_ in found.values() for j in chain]
+    if all(robot.joints[j] in stated and _within(robot, j, stated) for j in walking):
         values = {
             name: [round(stated[robot.joints[j]], 4) + 0.0 for j in chain]
             for name, (chain, *_) in found.items()
@@ -54,6 +58,12 @@ def stances_of(
         values = {name: _bent(robot, *leg) for name, leg in found.items()}
         source = CHOSEN
     return Stances({n: v if any(v) else [] for n, v in values.items()}, source)
+
+
+def _within(robot: RobotModel, joint: int, stated: Mapping[str, float]) -> bool:
+    """Return whether a stated value lies within the joint's limits."""
+    value = stated[robot.joints[joint]]
+    return bool(robot.lower[joint] - _ROUNDED <= value <= robot.upper[joint] + _ROUNDED)
 
 
 def _leg(robot: RobotModel, leg: Mapping[str, Any]) -> tuple[list[int], int, Floats]:

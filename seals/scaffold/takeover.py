@@ -12,13 +12,16 @@ from xml.etree import ElementTree
 import numpy as np
 
 from seals.errors import LogError, RobotError, suggestion
-from seals.robot.macros import expanded, holds_macros
+from seals.robot.macros import expanded, holds_macros, with_plain_comments
 from seals.robot.structure import check_structure
+from seals.scaffold.ledger import left_out
 from seals.scaffold.meshes import copy_meshes
 from seals.scaffold.mjcf import urdf_of_mjcf
+from seals.scaffold.mjcf_bounds import with_parts
 from seals.scaffold.plug_ins import Stated, stated_of
 from seals.scaffold.sdf import urdf_of_sdf
 from seals.scaffold.sdf_includes import with_includes
+from seals.scaffold.urdf_elements import ENDLESS, WORLD, number_or
 from seals.untrusted_io import plain_xml, read_text
 
 Element: TypeAlias = "ElementTree.Element[str]"
@@ -34,12 +37,17 @@ class Takeover:
         path: of a URDF, xacro, SDF or MJCF file, or the short name of one that comes with SEALS.
         packages: folders of ``package://`` and ``model://`` names, where they cannot be found
             around the file.
+        arguments: values of the arguments of a xacro file, by name.
 
     Attributes:
         root: the ``<robot>`` element, changed as it goes.
         stated: numbers of plug-ins and actuators.
         dropped: links that were left out at the base.
         fixed_base: whether the file bolts it to the world.
+        lumps: whether Gazebo makes one body of links that are fixed to each other: of a URDF.
+        unused: entries of the file that are left out: how many of each kind, by the reason.
+        spun: links of rotors and thrusters, whose joints were fixed.
+        rig: joints between the world and the first link with mass that nothing drives.
         drawn_only: links that are drawn and displace nothing: those of an SDF without collision
             shape beside links with one, on which alone Gazebo's buoyancy acts.
         changes: what was changed, in words.
@@ -49,36 +57,45 @@ class Takeover:
         MissingExtra: it holds macros, and xacro is not installed.
     """
 
-    def __init__(self, path: Path, packages: Mapping[str, Path]) -> None:
+    def __init__(
+        self, path: Path, packages: Mapping[str, Path], arguments: Mapping[str, str] | None = None
+    ) -> None:
         path = path if path.exists() else shipped_urdfs().get(path.as_posix(), path)
         self.path, self.packages = path, packages
         self.changes: list[str] = []
         self.dropped: list[str] = []
         self.drawn_only: set[str] = set()
+        self.rig: list[str] = []
+        self.lumps = True
+        self.spun: set[str] = set()
         self._texts: Mapping[str, str] = {}
-        text = _text_of(path)
+        text = with_plain_comments(_text_of(path))
         if holds_macros(text):
             _tree_of(path, text)
-            text = expanded(path, packages)
+            text = expanded(path, packages, arguments)
             self.changes.append("xacro macros expanded")
         self.stated = Stated()
         self.root: Element = self._read(text)
         self.fixed_base = self.root.attrib.pop("fixed_base", "") == "true"
+        self._note_drives()
         self._leave_out_foreign()
         self._drop_dummy_base()
+        self._note_rig()
 
     def _read(self, text: str) -> Element:
         """Return the ``<robot>`` of a text in any of the formats."""
         tree = _tree_of(self.path, text)
+        self.unused = left_out(_whole(self.path, tree, self.packages))
         if tree.tag == "sdf":
             urdf, changes = urdf_of_sdf(self.path, tree, self.packages)
             bare = {str(e.get("name")) for e in urdf.iter("link") if e.find("collision") is None}
             self.drawn_only = bare if len(bare) < len(urdf.findall("link")) else set()
             self.stated = stated_of(with_includes(self.path, tree, self.packages, []))
+            self.lumps = False
         elif tree.tag == "mujoco":
             urdf, changes, self.stated, self._texts = urdf_of_mjcf(self.path, tree, self.packages)
         else:
-            check_structure(self.path, text)
+            check_structure(self.path, text, endless=True)
             keep = ElementTree.XMLParser(target=ElementTree.TreeBuilder(insert_comments=True))
             self.stated = stated_of(tree)
             return ElementTree.fromstring(text.encode("utf-8"), parser=keep)
@@ -120,15 +137,20 @@ class Takeover:
         return 0.0
 
     def effort_limit(self, joint: str) -> float:
-        """Return the effort limit of a joint [N m or N], zero without one."""
+        """Return the effort limit of a joint [N m or N]: zero where the file does not say.
+
+        Infinite where it says that there is none, by a negative or an endless number.
+        """
         for element in self.root.findall("joint"):
             limit = element.find("limit")
             if element.get("name") == joint and limit is not None:
-                return _number(limit.get("effort"))
+                effort = number_or(limit.get("effort"), 0.0)
+                return effort if 0.0 <= effort < ENDLESS else np.inf
         return 0.0
 
     def fix_joints(self, names: list[str], kind: str = "rotor") -> None:
         """Convert joints of rotors or thrusters to fixed joints."""
+        self.spun |= self.children_of(names)
         for joint in self.root.findall("joint"):
             if joint.get("name") in names and joint.get("type") != "fixed":
                 joint.set("type", "fixed")
@@ -174,6 +196,43 @@ class Takeover:
             more = f" and {len(unread) - 6} more" if len(unread) > 6 else ""
             self.changes.append(f"not read, nothing in it is used: {', '.join(unread[:6])}{more}")
 
+    def _note_drives(self) -> None:
+        """Note the joints that transmissions and plug-ins of the file name."""
+        known = set(self.joint_names)
+        for element in self.root:
+            if isinstance(element.tag, str) and element.tag not in _OWN:
+                words = (x for e in element.iter() for x in (e.get("name"), e.text) if x)
+                self.stated.driven |= known & {word.strip() for word in words}
+
+    def _note_rig(self) -> None:
+        """Bolt a base named ``world`` to the world, and name the joints on which the robot moves.
+
+        Raises:
+            RobotError: the base is a frame without mass that moves, and no world.
+        """
+        joints = self.root.findall("joint")
+        children = {_end(j, "child") for j in joints}
+        bases = [e for e in self.root.findall("link") if e.get("name") not in children]
+        if len(bases) != 1 or bases[0].get("name") != WORLD or _weighs(bases[0]):
+            return
+        self.fixed_base = True
+        heavy = {e.get("name") for e in self.root.findall("link") if _weighs(e)}
+        waiting = [WORLD]
+        while waiting:
+            above = waiting.pop()
+            for joint in joints:
+                if _end(joint, "parent") != above:
+                    continue
+                if joint.get("type") != "fixed":
+                    self.rig.append(str(joint.get("name")))
+                if _end(joint, "child") not in heavy:
+                    waiting.append(_end(joint, "child"))
+        self.rig = [name for name in self.rig if name not in self.stated.driven]
+        if self.rig:
+            self.changes.append(
+                f"moves against the world by: {', '.join(self.rig[:6])}; no servo holds them"
+            )
+
     def _drop_dummy_base(self) -> None:
         """Remove base links that are only a frame, such as ``base_footprint``, drawn or not."""
         while True:
@@ -194,12 +253,19 @@ class Takeover:
             self.root.remove(below[0])
             name = str(bases[0].get("name"))
             self.dropped.append(name)
-            self.fixed_base = self.fixed_base or name == "world"
-            bolted = ", bolted to the world" if name == "world" else ""
+            self.fixed_base = self.fixed_base or name == WORLD
+            bolted = ", bolted to the world" if name == WORLD else ""
             self.changes.append(
                 f"base link '{name}' left out: a frame without mass; "
                 f"the base is now '{_end(below[0], 'child')}'{bolted}"
             )
+
+
+def _whole(path: Path, tree: Element, packages: Mapping[str, Path]) -> Element:
+    """Return the tree of a file with all that it includes."""
+    if tree.tag == "sdf":
+        return with_includes(path, tree, packages, [])
+    return with_parts(path, tree) if tree.tag == "mujoco" else tree
 
 
 def _text_of(path: Path) -> str:
@@ -270,9 +336,11 @@ def _end(joint: Element, which: str) -> str:
     return "" if element is None else str(element.get("link"))
 
 
+def _weighs(link: Element) -> bool:
+    mass = link.find("inertial/mass")
+    return mass is not None and _number(mass.get("value")) > 0.0
+
+
 def _number(text: str | None) -> float:
-    try:
-        value = float(text or 0.0)
-    except ValueError:
-        return 0.0
+    value = number_or(text, 0.0)
     return value if np.isfinite(value) else 0.0

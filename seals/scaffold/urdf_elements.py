@@ -12,6 +12,27 @@ from seals.arrays import Floats
 from seals.errors import RobotError
 from seals.robot.structure import LARGEST
 
+WORLD = "world"
+"""Name of the link without mass that stands for the world: a base of this name does not move."""
+
+
+ENDLESS = 1e9
+"""Limits of joints from which on there is none: files write 1e16, 1.8e308 or inf [any unit]."""
+
+
+def number_or(text: str | None, default: float) -> float:
+    """Return the number in a text, else a default; words such as inf are numbers.
+
+    Example:
+        >>> number_or("-inf", 0.0), number_or("", 0.0)
+        (-inf, 0.0)
+    """
+    try:
+        value = float(text or default)
+    except ValueError:
+        return default
+    return default if math.isnan(value) else value
+
 
 def link_element(name: str) -> ElementTree.Element:
     """Return an empty link."""
@@ -56,7 +77,7 @@ def joint_element(
     ElementTree.SubElement(joint, "child", {"link": child})
     ElementTree.SubElement(joint, "origin", pose_text(origin))
     if axis is not None:
-        words = " ".join(f"{x:.9g}" for x in axis)
+        words = " ".join(f"{x:.17g}" for x in axis / max(float(np.linalg.norm(axis)), 1e-300))
         ElementTree.SubElement(joint, "axis", {"xyz": words})
         stated = {
             key: f"{value:.9g}"

@@ -80,9 +80,10 @@ def write(folder: Path, elements: str, name: str = "model.urdf") -> Path:
     return path
 
 
-def made(tmp_path: Path, elements: str) -> NewRobot:
+def made(tmp_path: Path, elements: str, medium: str | None = None) -> NewRobot:
     """Scaffold a robot from elements."""
-    return scaffold_robot("mine", write(tmp_path / "from", elements), parent=tmp_path)
+    urdf = write(tmp_path / "from", elements)
+    return scaffold_robot("mine", urdf, parent=tmp_path, medium=medium)
 
 
 def yaml_of(new: NewRobot) -> dict[str, dict[str, dict[str, object]]]:
@@ -178,7 +179,8 @@ def test_a_chain_is_an_arm_and_its_fork_a_gripper(tmp_path: Path) -> None:
 
 def test_servos_are_critically_damped_at_six_hertz(tmp_path: Path) -> None:
     """Stiffness I w^2 and damping 2 I w, with the inertia of all that hangs on the joint."""
-    servos = yaml_of(made(tmp_path, ARM))["actuators"]["servos"]
+    new = made(tmp_path, ARM, medium="air")
+    servos = yaml_of(new)["actuators"]["servos"]
     w = 2.0 * math.pi * 6.0
     # about the elbow: forearm, plate, fingers and pad, all hanging straight down
     bodies = ((0.2, 0.1), (0.05, 0.2), (0.01, 0.23), (0.01, 0.23), (0.001, 0.25))
@@ -190,10 +192,11 @@ def test_servos_are_critically_damped_at_six_hertz(tmp_path: Path) -> None:
     assert kd[1] == pytest.approx(2.0 * inertia * w, rel=5e-3)
     limits = servos["torque_limit_each"]
     assert isinstance(limits, list)
-    # the first is the URDF's effort, the second three times what holds it level
+    # the first is the URDF's effort, the second three times what holds it level and swings it
     assert limits[0] == 4.0
     held = 9.81 * sum(m * z for m, z in bodies)
-    assert limits[1] == pytest.approx(3.0 * held, rel=0.02)
+    swung = 0.5 * (2.0 * math.pi) ** 2 * inertia
+    assert limits[1] == pytest.approx(3.0 * (held + swung), rel=0.02)
 
 
 def test_a_density_gives_links_their_mass(tmp_path: Path) -> None:

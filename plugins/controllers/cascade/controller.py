@@ -143,6 +143,13 @@ class Cascade(CascadeSettings):
             saturation=self.saturation,
             weights=WEIGHTS,
         )
+        if not self.allocation.full:
+            raise ConfigError(
+                f"controller=cascade: the drives of robot '{plant.robot.name}' do not command "
+                "lift, roll, pitch and yaw independently.\n"
+                "Look at position, axis, direction and coefficients of its rotors: "
+                f"seals check robot={plant.robot.name}"
+            )
         self._lag = Lag(layout.lag, layout.fall)
         self._added, self._drag = added_inertia(plant), water_drag(plant)
         self._rest = stowed(plant.robot)
