@@ -74,15 +74,26 @@ class DragRotor(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return the candidate: a common coefficient of all rotors."""
+        """Return the candidate: a common coefficient of all rotors; a stated one has a tolerance.
+
+        The tolerance is that of drags, and the change obeys the stated law.
+        """
         if not len(subject.lag) or not subject.rotors:
             return []
-        size = Freed(scale=0.03, bounds=(0.0, math.inf))
-        bend = Freed(scale=_EXPONENT, bounds=(-0.6, 0.6))
+        stated = next((e for e in subject.effects.values() if isinstance(e, cls)), None)
+        own = stated or cls(typical=subject.weight / len(subject.lag))
+        spread = subject.spread("drag_coefficient") * abs(own.coefficient)
+        size = Freed(
+            tolerance=spread,
+            # less than that would be lost in the tolerance of the stated one
+            scale=max(0.03, 5.0 * spread),
+            bounds=(-own.coefficient, math.inf),
+        )
+        bend = Freed(scale=_EXPONENT, bounds=(max(-0.6, 0.2 - own.exponent), 0.6))
         return [
             Addition(
                 instance=name,
-                effect=cls(typical=subject.weight / len(subject.lag)),
+                effect=cls(exponent=own.exponent, typical=own.typical),
                 parameters={"coefficient": size, "exponent": bend},
                 nuisance=("exponent",),
                 order=(Stage.actuators, 0, 6),
