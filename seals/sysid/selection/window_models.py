@@ -106,9 +106,8 @@ class WindowModels:
         What is left is then no noise, such as the steps of a simulator, and proves nothing; unless
         gusts lower the misfit, or readings without noise hide in it a channel that is left over.
         """
-        seen = float(base.fitter.windows.observed)
-        spread = self.problem.policy.standard_errors * math.sqrt(2.0 * seen)
-        least = self.problem.policy.noise_floor * seen - spread
+        seen, policy = float(base.fitter.windows.observed), self.problem.policy
+        least = policy.noise_floor * seen - policy.standard_errors * math.sqrt(2.0 * seen)
         quiet = base.fit.cost < least and not self.problem.vehicle.gust.any()
         return quiet and not channel_errors(self.nominal, base).outside
 
