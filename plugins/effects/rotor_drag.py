@@ -16,6 +16,8 @@ from seals.schema import param
 
 _EXPONENT = 0.1
 """Plausible error of the power of the thrust."""
+_TOLERANCES = 2.0
+"""Tolerances that the change of a stated coefficient must exceed, as `DecisionPolicy` asks."""
 _LEAST = 0.02
 """Share of the typical thrust below which the exponent is not felt."""
 
@@ -74,20 +76,19 @@ class DragRotor(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return the candidate: a common coefficient of all rotors; a stated one has a tolerance.
+        """Return the candidate: a common coefficient of all rotors, or the change of a stated one.
 
-        The tolerance is that of drags, and the change obeys the stated law.
+        A change obeys the stated law, and counts from two tolerances of drags on.
         """
         if not len(subject.lag) or not subject.rotors:
             return []
         stated = next((e for e in subject.effects.values() if isinstance(e, cls)), None)
         own = stated or cls(typical=subject.weight / len(subject.lag))
-        spread = subject.spread("drag_coefficient") * abs(own.coefficient)
         size = Freed(
-            tolerance=spread,
-            # less than that would be lost in the tolerance of the stated one
-            scale=max(0.03, 5.0 * spread),
+            scale=max(0.03, abs(own.coefficient)),
             bounds=(-own.coefficient, math.inf),
+            # what the data sheet admits of a stated coefficient is no effect
+            least=_TOLERANCES * subject.spread("drag_coefficient") * abs(own.coefficient),
         )
         bend = Freed(scale=_EXPONENT, bounds=(max(-0.6, 0.2 - own.exponent), 0.6))
         return [

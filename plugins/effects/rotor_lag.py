@@ -12,7 +12,7 @@ from seals.motion import Timing
 from seals.schema import param
 
 _PLAUSIBLE = 0.03
-"""Least plausible change of the time constant [s]: that of a small rotor, where none is stated."""
+"""Plausible change of the time constant where none is stated [s]: that of a small rotor."""
 _ASYMMETRY = 0.5
 """Plausible difference of rise and fall from their mean, as a share of the change."""
 
@@ -72,7 +72,7 @@ class RotorLag(Effect):
         change = Freed(
             tolerance=float(subject.tolerance.get("rotor_time_constant", thrusters)),
             # a share of a stated lag of zero would be no size at all
-            scale=max(mean, _PLAUSIBLE),
+            scale=mean or _PLAUSIBLE,
             bounds=(-0.9 * float(subject.lag.min()), math.inf),
             changes=Property(
                 name="time_constant",

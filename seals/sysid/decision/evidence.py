@@ -60,7 +60,7 @@ def decide(
     score passes the bar and no stated number lies too far off. An effect is named only where the
     error falls by it, no channel is left outside its band, and its interval does not hold zero.
     """
-    best, policy = search.best, problem.policy
+    best = search.best
     errors = channel_errors(search.nominal, best)
     told = EvidenceAnswer(
         verdict=Verdict.cannot_tell,
@@ -78,7 +78,7 @@ def decide(
     if not refusal and len(lost) == len(best.candidates):
         refusal = f"the log does not locate the point toward which {best.label} would act"
     refusal = refusal or other_power(problem, best) or better_general_law(problem, best)
-    refusal = refusal or _left_in_channels(errors, policy.channel_explained)
+    refusal = refusal or _left_in_channels(problem, best, errors)
     if refusal:
         return replace(told, verdict=Verdict.none_of_these, reasons=(refusal,))
     if not _falls(search, errors):
@@ -162,10 +162,13 @@ def _wrong_numbers(problem: Problem, hypothesis: EvidenceHypothesis) -> tuple[Mo
     return stated_wrong(hypothesis, extra=extra)
 
 
-def _left_in_channels(errors: ChannelErrors, least: float) -> str:
-    """Return the channel in which a model with effects leaves too much; empty without one."""
-    left = [e for e in errors.outside if not e.share >= least]
-    if not left:
+def _left_in_channels(problem: Problem, best: EvidenceHypothesis, errors: ChannelErrors) -> str:
+    """Return the channel in which a model with effects leaves too much; empty without one.
+
+    Play and dry friction in an arm shake the base as well: their laws are judged by the misfit.
+    """
+    left = [e for e in errors.outside if not e.share >= problem.policy.channel_explained]
+    if not left or (problem.vehicle.servo and any(c.in_arm for c in best.candidates)):
         return ""
     worst = left[0]
     return (

@@ -177,7 +177,7 @@ class DecisionPolicy:
         "outside its band",
     )
     error_falls: float = threshold(
-        0.02,
+        0.005,
         "1",
         "share by which the error must fall from the stated model to the one with a named effect",
     )

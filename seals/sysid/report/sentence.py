@@ -96,7 +96,7 @@ def error_lines(table: Mapping[str, Any]) -> list[str]:
 
 
 def _fall(values: Sequence[float]) -> str:
-    return " -> ".join(figure(v, digits=3) for v in values)
+    return " -> ".join(figure(v) for v in values)
 
 
 def _by_log(found: Diagnosis, table: dict[str, Any]) -> str:
