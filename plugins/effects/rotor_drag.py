@@ -16,6 +16,8 @@ from seals.schema import param
 
 _EXPONENT = 0.1
 """Plausible error of the power of the thrust."""
+_TOLERANCES = 2.0
+"""Tolerances that the change of a stated coefficient must exceed, as `DecisionPolicy` asks."""
 _LEAST = 0.02
 """Share of the typical thrust below which the exponent is not felt."""
 
@@ -74,15 +76,25 @@ class DragRotor(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return the candidate: a common coefficient of all rotors."""
+        """Return the candidate: a common coefficient of all rotors, or the change of a stated one.
+
+        A change obeys the stated law, and counts from two tolerances of drags on.
+        """
         if not len(subject.lag) or not subject.rotors:
             return []
-        size = Freed(scale=0.03, bounds=(0.0, math.inf))
-        bend = Freed(scale=_EXPONENT, bounds=(-0.6, 0.6))
+        stated = next((e for e in subject.effects.values() if isinstance(e, cls)), None)
+        own = stated or cls(typical=subject.weight / len(subject.lag))
+        size = Freed(
+            scale=max(0.03, abs(own.coefficient)),
+            bounds=(-own.coefficient, math.inf),
+            # what the data sheet admits of a stated coefficient is no effect
+            least=_TOLERANCES * subject.spread("drag_coefficient") * abs(own.coefficient),
+        )
+        bend = Freed(scale=_EXPONENT, bounds=(max(-0.6, 0.2 - own.exponent), 0.6))
         return [
             Addition(
                 instance=name,
-                effect=cls(typical=subject.weight / len(subject.lag)),
+                effect=cls(exponent=own.exponent, typical=own.typical),
                 parameters={"coefficient": size, "exponent": bend},
                 nuisance=("exponent",),
                 order=(Stage.actuators, 0, 6),

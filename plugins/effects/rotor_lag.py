@@ -11,6 +11,8 @@ from seals.effects.effect import Effect, Parameters
 from seals.motion import Timing
 from seals.schema import param
 
+_PLAUSIBLE = 0.03
+"""Plausible change of the time constant where none is stated [s]: that of a small rotor."""
 _ASYMMETRY = 0.5
 """Plausible difference of rise and fall from their mean, as a share of the change."""
 
@@ -56,7 +58,9 @@ class RotorLag(Effect):
         confounders=("command_delay",),
         answers=True,
         words={"time_constant_change": "time constant of the actuators"},
-        compared=Comparison(order=(Stage.joints, 2), scales={"time_constant": lambda _: 0.03}),
+        compared=Comparison(
+            order=(Stage.joints, 2), scales={"time_constant": lambda _: _PLAUSIBLE}
+        ),
     )
 
     @classmethod
@@ -67,7 +71,8 @@ class RotorLag(Effect):
         thrusters, mean = subject.spread("thruster_time_constant"), float(subject.lag.mean())
         change = Freed(
             tolerance=float(subject.tolerance.get("rotor_time_constant", thrusters)),
-            scale=mean,
+            # a share of a stated lag of zero would be no size at all
+            scale=mean or _PLAUSIBLE,
             bounds=(-0.9 * float(subject.lag.min()), math.inf),
             changes=Property(
                 name="time_constant",

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Array, namespace
+from seals.effects.binding import has_hook
 from seals.effects.effect import Effect, Parameters
 from seals.effects.identification import Freed, Subject
 
@@ -56,6 +57,17 @@ def turning_slope(slope: Array, params: Parameters) -> Array:
 
 
 def fitted_spread(subject: Subject) -> dict[str, Freed]:
-    """Return the parameters of a drag of unknown shape that are fitted beside its coefficients."""
-    place = Freed(scale=_PLAUSIBLE * subject.length**2, bounds=DRAWING["bounds"])
-    return dict.fromkeys(_NAMES, place)
+    """Return the parameters of a drag of unknown shape that are fitted beside its coefficients.
+
+    A drag acts on the body, or at the drives: what a rotor loses with the speed of the air through
+    it brakes the rotation, too, and that is no effect of its own.
+    """
+    sizes = np.full(3, _PLAUSIBLE * subject.length**2)
+    drives = [e.position for e in subject.effects.values() if has_hook(e, "drives")]
+    if drives:
+        places = np.concatenate([np.reshape(p, (-1, 3)) for p in drives])
+        sizes = np.maximum(sizes, np.square(places).mean(axis=0))
+    return {
+        name: Freed(scale=float(size), bounds=DRAWING["bounds"])
+        for name, size in zip(_NAMES, sizes, strict=True)
+    }

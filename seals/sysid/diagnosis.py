@@ -8,22 +8,21 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from seals.logs.log import Log
-from seals.schema import parameters_of
+from seals.sysid.calibration.free_numbers import same_number
+from seals.sysid.calibration.stated import stated_numbers
 from seals.sysid.candidates.parameters import Candidate
-from seals.sysid.candidates.reported_values import deviation, reported_values, with_interval
+from seals.sysid.candidates.reported_values import deviation
 from seals.sysid.data.join import join_logs
 from seals.sysid.data.robot_description import RobotDescription
 from seals.sysid.decision.answer import Claim
 from seals.sysid.decision.evidence import EvidenceAnswer, decide
+from seals.sysid.decision.intervals import parameters
 from seals.sysid.decision.policy import DecisionPolicy
-from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.predictors.problem import Problem, prepare
-from seals.sysid.scores.held_out import held_out_by_log, held_out_misfit
+from seals.sysid.report.naming import parameter_words
+from seals.sysid.scores.held_out import held_out_by_log, held_out_misfit, stated_misfit
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
-from seals.sysid.selection.initial_guesses import law_of
 from seals.sysid.selection.log_search import search_log
 from seals.sysid.selection.search import Search
 
@@ -36,8 +35,9 @@ class Diagnosis:
         problem: the log made ready.
         search: what was tried.
         answer: verdict and claims.
-        held_out: misfit per degree of freedom on rows that no fit saw: ``before``, ``after`` and
-            ``noise_floor``.
+        held_out: misfit per degree of freedom on rows that no fit saw: ``stated`` of the stated
+            model, ``before`` with its numbers fitted within their tolerances, ``after`` with the
+            effects besides, and ``noise_floor``.
         seconds: that it took.
         source: path and checksum of the log, or a list of them, when it came from files.
         next_experiment: the flight that would settle what is open, as ``seals plan`` writes it.
@@ -71,6 +71,8 @@ class Diagnosis:
             "next_experiment": self.next_experiment,
             "held_out_error": dict(self.held_out),
             "held_out_by_log": self.by_log(),
+            "stated_wrong": self.stated_wrong(),
+            "channels": [error.to_dict() for error in answer.channels.errors],
             "explained": answer.explained,
             "left_over": {
                 "level": answer.disturbance_level.level,
@@ -118,6 +120,42 @@ class Diagnosis:
             strict=True,
         )
         return [{"log": n, "before": float(b), "after": float(a)} for n, b, a in pairs]
+
+    def stated_wrong(self) -> list[dict[str, Any]]:
+        """Stated numbers that lie too far off to be chance, farthest first.
+
+        Each has ``what`` (its name for ``seals calibrate``, where it has one), ``words``,
+        ``stated``, ``found``, ``unit`` and ``sigma``, the change in tolerances.
+        """
+        if not self.answer.stated_wrong:
+            return []
+        sets, vehicle = self.problem.plant.candidate_set, self.problem.vehicle
+        known, base = stated_numbers(vehicle, sets), vehicle.robot.links[0]
+        out = []
+        for moved in self.answer.stated_wrong:
+            own = [
+                number
+                for number in known.values()
+                if moved.key == number.key or moved.key in same_number(sets, number, base)
+            ]
+            changes = sets.parameters[moved.key].changes
+            number = own[0] if own else None
+            slope = number.slope if number is not None and number.key == moved.key else 1.0
+            slope = slope if changes is None else changes.slope
+            value = sets.nominal_of(moved.key) if number is None else number.value
+            value = value if changes is None else changes.value
+            unit = number.unit if number is not None else ""
+            out.append(
+                {
+                    "what": moved.key if number is None else number.name,
+                    "words": parameter_words(moved.key),
+                    "stated": value,
+                    "found": value + slope * moved.change,
+                    "unit": unit if changes is None else changes.unit,
+                    "sigma": moved.sigmas,
+                }
+            )
+        return out
 
     def tried(self) -> list[dict[str, Any]]:
         """Candidate effects of the first search round with their scores, best first."""
@@ -208,6 +246,7 @@ def diagnose(
     answer = decide(problem, found, processes=processes)
     chosen = answer.claims[0].hypothesis if answer.claims else found.nominal
     held_out = {
+        "stated": stated_misfit(found.nominal),
         "before": held_out_misfit(found.nominal),
         "after": held_out_misfit(chosen),
         "noise_floor": 1.0,
@@ -277,26 +316,4 @@ def _place(candidate: Candidate, hypothesis: EvidenceHypothesis) -> dict[str, An
     if "link" in variant:
         link = int(variant["link"])
         out["link"] = vehicle.robot.links[link] if vehicle.written else link
-    return out
-
-
-def parameters(candidate: Candidate, fit: Fit, hypothesis: EvidenceHypothesis) -> dict[str, Any]:
-    """Fitted parameters with 90 % intervals."""
-    out: dict[str, Any] = {
-        name: {"value": value, "low90": value, "high90": value, "unit": "1"}
-        for name, value in candidate.variant.items()
-        if name in ("rotor", "joint")
-    }
-    candidate_set = hypothesis.fitter.candidate_set
-    values, own = reported_values(
-        candidate, candidate_set, fit.values, hypothesis.fitter.trajectory.joint_velocity
-    )
-    law = law_of(candidate_set, candidate)
-    meta = {} if law is None else parameters_of(law)
-    for key, name in zip(candidate.keys, candidate.reported, strict=True):
-        value, spread = values[key], fit.robust_spread(key)
-        parameter = candidate_set.parameters[key].parameter
-        unit = meta[parameter].unit if parameter in meta else "1"
-        # the datasheet's tolerance of the same quantity cannot be told from the effect
-        out[name] = with_interval(value, float(np.hypot(spread, own[key])), unit)
     return out

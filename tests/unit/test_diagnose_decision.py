@@ -22,6 +22,7 @@ from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.report.sentence import sentence
+from seals.sysid.scores.channels import ChannelErrors
 from seals.sysid.scores.disturbance_level import DisturbanceLevel
 from seals.sysid.scores.held_out import explained_by_log, held_out_by_log
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant
@@ -65,6 +66,10 @@ def calm(monkeypatch: pytest.MonkeyPatch) -> None:
     level = DisturbanceLevel(level=1.0, gain=0.0, allowance=0.0, between=1.0)
     monkeypatch.setattr(evidence, "disturbance_level", lambda best: level)
     monkeypatch.setattr(evidence, "self_check", lambda best: None)
+    monkeypatch.setattr(evidence, "channel_errors", lambda *given: ChannelErrors())
+    monkeypatch.setattr(evidence, "stated_misfit", lambda nominal: nominal.misfit)
+    monkeypatch.setattr(evidence, "held_out_misfit", lambda best: best.misfit)
+    monkeypatch.setattr(evidence, "holds_zero", lambda claim: False)
     monkeypatch.setattr(evidence, "expected_gains", lambda base: dict.fromkeys(NAMES, 1e3))
 
 
@@ -339,9 +344,12 @@ def test_more_motion_is_advised_only_where_motion_was_missing(
 ) -> None:
     """A fit that misses its own simulation is not mended by a livelier flight."""
     answer = SimpleNamespace(verdict=Verdict.cannot_tell, reasons=("why",), blind=blind)
-    held = {"before": 1.0, "after": 1.0}
-    found: Any = SimpleNamespace(answer=answer, held_out=held, to_dict=lambda: {"fitted": []})
-    assert sentence(found) == "Cannot tell: why." + " Move the vehicle more." * advice
+    held = {"stated": 1.0, "before": 1.0, "after": 1.0}
+    empty = {"fitted": [], "effects": [], "channels": [], "stated_wrong": []}
+    table = {**empty, "held_out_error": held}
+    found: Any = SimpleNamespace(answer=answer, held_out=held, to_dict=lambda: table)
+    first = sentence(found).splitlines()[0]
+    assert first == "Cannot tell: why." + " Move the vehicle more." * advice
 
 
 def test_every_effect_that_was_fitted_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -357,7 +365,7 @@ def test_every_effect_that_was_fitted_is_told(monkeypatch: pytest.MonkeyPatch) -
         answer=EvidenceAnswer(
             verdict=Verdict.named, claims=claims, disturbance_level=level, explained=1.0
         ),
-        held_out={"before": 1.3, "after": 1.0, "noise_floor": 1.0},
+        held_out={"stated": 9.0, "before": 1.3, "after": 1.0, "noise_floor": 1.0},
         seconds=1.0,
     )
     monkeypatch.setattr(diagnosis.Diagnosis, "nominal", lambda self: {})

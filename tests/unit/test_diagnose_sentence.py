@@ -15,6 +15,7 @@ def test_a_log_that_lacks_something_else_is_told() -> None:
     misfits = {"a": (90.0, 1.02), "b": (80.0, 0.98), "c": (300.0, 14.0)}
     table = {
         "fitted": [],
+        "stated_wrong": [],
         "held_out_by_log": [
             {"log": name, "before": before, "after": after}
             for name, (before, after) in misfits.items()

@@ -13,13 +13,18 @@ from seals.sysid.decision.answer import Answer, Claim, Rival, claim_against, rep
 from seals.sysid.decision.data_sheet import with_data_sheet
 from seals.sysid.decision.drag_power import other_power
 from seals.sysid.decision.general_law import better_general_law
+from seals.sysid.decision.intervals import holds_zero
 from seals.sysid.decision.known_centre import unlocated
+from seals.sysid.decision.moved_numbers import MovedNumber, stated_wrong
+from seals.sysid.decision.required_evidence import required_evidence
 from seals.sysid.decision.verdict import Verdict
-from seals.sysid.predictors.problem import Problem
+from seals.sysid.predictors.problem import LATE, Problem
+from seals.sysid.predictors.surface_model_error import surface_model_error
+from seals.sysid.scores.channels import ChannelErrors, channel_errors
 from seals.sysid.scores.disturbance_level import DisturbanceLevel, disturbance_level
 from seals.sysid.scores.excitation import expected_gains
-from seals.sysid.scores.held_out import explained_by_log
-from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
+from seals.sysid.scores.held_out import explained_by_log, held_out_misfit, stated_misfit
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant
 from seals.sysid.scores.self_check import self_check
 from seals.sysid.selection.search import Search
 from seals.sysid.selection.window_models import rivals_of
@@ -34,42 +39,67 @@ class EvidenceAnswer(Answer[EvidenceHypothesis]):
         explained: share of the misfit that the claims explain.
         excitation: expected gain by candidate.
         blind: effects that the log could not show.
+        channels: errors by channel under the stated, the calibrated and the best model.
+        stated_wrong: stated numbers that lie too far off to be chance.
     """
 
     disturbance_level: DisturbanceLevel
     explained: float
     excitation: Mapping[str, float] = field(default_factory=dict)
     blind: tuple[str, ...] = ()
+    channels: ChannelErrors = field(default_factory=ChannelErrors)
+    stated_wrong: tuple[MovedNumber, ...] = ()
 
 
 def decide(
     problem: Problem, search: Search[EvidenceHypothesis], *, processes: int = 1
 ) -> EvidenceAnswer:
-    """Decide on the result of a search; the processes share the fits of the rivals."""
-    best, policy = search.best, problem.policy
-    left = disturbance_level(best)
-    share = explained_share(search)
-    refusal = _refusal(problem, search, left, share)
+    """Decide on the result of a search; the processes share the fits of the rivals.
+
+    Nothing is missing only where no effect is found, every channel stays in its band, no effect's
+    score passes the bar and no stated number lies too far off. An effect is named only where the
+    error falls by it, no channel is left outside its band, and its interval does not hold zero.
+    """
+    best = search.best
+    errors = channel_errors(search.nominal, best)
+    told = EvidenceAnswer(
+        verdict=Verdict.cannot_tell,
+        claims=(),
+        disturbance_level=disturbance_level(best),
+        explained=explained_share(search),
+        channels=errors,
+    )
+    refusal = _refusal(problem, search, told.disturbance_level, told.explained)
     if not refusal and not best.candidates:
-        return _quiet(search, left)
+        return _quiet(problem, search, told)
     if not refusal and _unexcited(problem, search, best):
-        return _quiet(search, left, blind=[c.name for c in best.candidates])
+        return _quiet(problem, search, told, blind=[c.name for c in best.candidates])
     lost = unlocated(best)
     if not refusal and len(lost) == len(best.candidates):
         refusal = f"the log does not locate the point toward which {best.label} would act"
     refusal = refusal or other_power(problem, best) or better_general_law(problem, best)
+    refusal = refusal or _left_in_channels(problem, best, errors)
     if refusal:
-        return EvidenceAnswer(
-            verdict=Verdict.none_of_these,
-            claims=(),
-            disturbance_level=left,
-            explained=share,
-            reasons=(refusal,),
-        )
+        return replace(told, verdict=Verdict.none_of_these, reasons=(refusal,))
+    if not _falls(search, errors):
+        words = f"no error falls from the stated model to the one with {best.label}"
+        return replace(told, reasons=(words,))
+    return _named(problem, search, told, lost, processes)
+
+
+def _named(
+    problem: Problem,
+    search: Search[EvidenceHypothesis],
+    told: EvidenceAnswer,
+    lost: Sequence[int],
+    processes: int,
+) -> EvidenceAnswer:
+    """Claim the effects of the best model with their confidences."""
+    best, policy = search.best, problem.policy
     temperature = evidence_temperature(problem)
     claims = [_claim(search, best, k, temperature, processes) for k in range(len(best.candidates))]
     if best.misfit > policy.misfit_trusted:
-        claims = [replace(c, confidence=c.confidence * share) for c in claims]
+        claims = [replace(c, confidence=c.confidence * told.explained) for c in claims]
     least = _least_share(problem, search)
     claims = [
         replace(c, confidence=0.0 if c.index in lost else min(c.confidence, least)) for c in claims
@@ -78,34 +108,86 @@ def decide(
     if check is not None:
         deceived = max(check.gain, 0.0) / max(search.nominal.fit.cost - best.fit.cost, 1e-9)
         if deceived > policy.self_deception:
-            return _deceived(search, left, share, deceived)
+            words = (
+                f"the fit misses {best.label} in a simulation that holds it, by "
+                f"{100.0 * deceived:.0f} % of its gain"
+            )
+            return replace(told, reasons=(words,))
         known = replace(best, fit=replace(best.fit, error=check.error))
         claims = [
             replace(c, hypothesis=known, confidence=c.confidence * (1.0 - deceived)) for c in claims
         ]
     claims.sort(key=lambda c: -c.confidence)
     claims = with_data_sheet(problem, search, claims)
-    named = reported(claims, policy.evidence_ties)
-    return EvidenceAnswer(
-        verdict=verdict_of(named), claims=named, disturbance_level=left, explained=share
+    late = _pose_late(claims)
+    if late:
+        return replace(told, verdict=Verdict.bad_data, reasons=(late,))
+    named = [c for c in reported(claims, policy.evidence_ties) if not holds_zero(c)]
+    if not named:
+        words = f"the intervals of {', '.join(c.name for c in claims)} hold zero"
+        return replace(told, reasons=(words,))
+    return replace(
+        told,
+        verdict=verdict_of(named),
+        claims=tuple(named),
+        stated_wrong=_wrong_numbers(problem, named[0].hypothesis),
     )
 
 
-def _deceived(
-    search: Search[EvidenceHypothesis], left: DisturbanceLevel, share: float, deceived: float
-) -> EvidenceAnswer:
-    """Return the answer for a fit that fails its self-check on simulated data."""
-    words = (
-        f"the fit misses {search.best.label} in a simulation that holds it, by "
-        f"{100.0 * deceived:.0f} % of its gain"
+def _pose_late(claims: Sequence[Claim[EvidenceHypothesis]]) -> str:
+    """Return why the data are bad where inertial sensors would have to read ahead of the pose."""
+    for claim in claims:
+        late = claim.hypothesis.fitter.candidate_set.sensor_delay
+        delay = claim.hypothesis.fit.values[late] if late in claim.candidate.keys else 0.0
+        if delay < -LATE:
+            return (
+                f"position and orientation are {-1e3 * delay:.0f} ms late against the inertial "
+                "sensors: shift them to one clock"
+            )
+    return ""
+
+
+def _wrong_numbers(problem: Problem, hypothesis: EvidenceHypothesis) -> tuple[MovedNumber, ...]:
+    """Return the stated numbers that a model moves too far to be chance.
+
+    Where a hull pierces the surface, and on a vehicle with an arm, inexact laws move numbers too:
+    the evidence asked besides is that of effects there.
+    """
+    policy = problem.policy
+    if not hypothesis.fit.keys:
+        return ()
+    pierced = surface_model_error(problem.plant, hypothesis.fitter.trajectory) is not None
+    extra = policy.evidence_surface if pierced else 0.0
+    extra += policy.evidence_arm if problem.vehicle.servo else 0.0
+    return stated_wrong(hypothesis, extra=extra)
+
+
+def _left_in_channels(problem: Problem, best: EvidenceHypothesis, errors: ChannelErrors) -> str:
+    """Return the channel in which a model with effects leaves too much; empty without one.
+
+    Play and dry friction in an arm shake the base as well: their laws are judged by the misfit.
+    """
+    left = [e for e in errors.outside if not e.share >= problem.policy.channel_explained]
+    if not left or (problem.vehicle.servo and any(c.in_arm for c in best.candidates)):
+        return ""
+    worst = left[0]
+    return (
+        f"{worst.name} is left {worst.after:.2g} times its expected error, where a right model "
+        f"leaves up to {worst.band:.2g}"
     )
-    return EvidenceAnswer(
-        verdict=Verdict.cannot_tell,
-        claims=(),
-        disturbance_level=left,
-        explained=share,
-        reasons=(words,),
-    )
+
+
+def _falls(search: Search[EvidenceHypothesis], errors: ChannelErrors) -> bool:
+    """Return true if the error falls from the stated model to the best one.
+
+    That is the misfit, or the error of a channel that the stated model leaves outside its band:
+    gusts that may be admitted take over a wind in the misfit.
+    """
+    least = 1.0 - search.best.fitter.candidate_set.policy.error_falls
+    most = errors.fall
+    if most is not None and most.stated > most.band and most.after < least * most.stated:
+        return True
+    return held_out_misfit(search.best) < least * stated_misfit(search.nominal)
 
 
 def explained_share(search: Search[EvidenceHypothesis]) -> float:
@@ -201,33 +283,68 @@ def _unexcited(
 
 
 def _quiet(
-    search: Search[EvidenceHypothesis], left: DisturbanceLevel, blind: Sequence[str] = ()
+    problem: Problem,
+    search: Search[EvidenceHypothesis],
+    told: EvidenceAnswer,
+    blind: Sequence[str] = (),
 ) -> EvidenceAnswer:
-    """Decide without a significant effect: nothing missing, or not observable in the log."""
-    policy = search.nominal.fitter.candidate_set.policy
-    gains = expected_gains(search.nominal)
+    """Decide without a significant effect: nothing missing, or why that cannot be told."""
+    nominal, policy = search.nominal, problem.policy
+    gains = expected_gains(nominal)
     names: dict[str, float] = {}
     for label, gain in gains.items():
         name = label.partition(" ")[0]
         names[name] = max(names.get(name, 0.0), gain)
-    ranks = {
-        c.name: c.identification.needs_motion
-        for c in search.nominal.fitter.candidate_set.candidates
-    }
+    ranks = {c.name: c.identification.needs_motion for c in nominal.fitter.candidate_set.candidates}
     asked = sorted((rank, n) for n, rank in ranks.items() if rank is not None and n in names)
     # what acts in the other medium alone is nothing that this log could show
     blind = [*blind, *(n for _, n in asked if policy.absent < names[n] < policy.excitation)]
-    verdict = Verdict.cannot_tell if blind else Verdict.nothing_missing
-    words = f"this log could not show {', '.join(blind)}" if blind else "misfit within tolerance"
-    return EvidenceAnswer(
-        verdict=verdict,
-        claims=(),
-        disturbance_level=left,
+    reasons = [f"this log could not show {', '.join(blind)}"] if blind else []
+    if told.channels.outside and not search.best.candidates:
+        worst = told.channels.outside[0]
+        reasons.append(
+            f"{worst.name} is {worst.after:.2g} times its expected error, where a right model "
+            f"leaves up to {worst.band:.2g}, and no effect of the library accounts for it"
+        )
+    reasons += _passed(problem, search)
+    wrong = _wrong_numbers(problem, nominal)
+    if wrong:
+        many = f"{len(wrong)} stated numbers are" if len(wrong) > 1 else "a stated number is"
+        reasons.append(
+            f"{many} too far off to be chance: wrong in the data sheet, or moved by an effect that "
+            "looks like it"
+        )
+    return replace(
+        told,
+        verdict=Verdict.cannot_tell if reasons else Verdict.nothing_missing,
         explained=1.0,
         excitation=gains,
-        reasons=(words,),
+        reasons=tuple(reasons) or ("misfit within tolerance",),
         blind=tuple(blind),
+        stated_wrong=wrong,
     )
+
+
+def _passed(problem: Problem, search: Search[EvidenceHypothesis]) -> list[str]:
+    """Return why an effect whose score passes the bar is not named, where none is."""
+    if search.best.candidates or not search.rounds:
+        return []
+    nominal = search.nominal
+    sets = problem.plant.candidate_set
+    surface = surface_model_error(problem.plant, nominal.fitter.trajectory)
+    for tried in search.rounds[0]:
+        added = tried.candidates[-1]
+        least = required_evidence(problem, nominal, added, surface_error=surface)
+        if tried.score < least or not is_significant(added, tried.fit, sets):
+            continue
+        calm = disturbance_level(nominal).allowance - disturbance_level(tried).allowance
+        if tried.score - calm >= least:
+            return [
+                f"{added.label} would explain the log better (score {tried.score:.3g}, a name needs"
+                f" {least:.3g}), but held-out windows, or an error below the stated noise, speak "
+                "against it"
+            ]
+    return []
 
 
 def _claim(

@@ -152,6 +152,35 @@ class DecisionPolicy:
         "root mean square of the stated numbers' changes in tolerances, above which no name is "
         "given where a force is left over: right models keep them within 1.5",
     )
+    stated_chance: float = threshold(
+        0.05,
+        "1",
+        "chance that a right data sheet is called wrong in a number: divided among all numbers "
+        "that the log determines (Bonferroni), some 3.1 sigma for each of 26",
+    )
+    stated_weight: float = threshold(
+        8.0,
+        "numbers",
+        "weight of the stated tolerances against how far the other numbers moved: tolerances are "
+        "good to a factor of two",
+    )
+    channel_band: float = threshold(
+        3.0,
+        "standard errors",
+        "of a channel's own misfit above 1, by the number of independent samples, from which "
+        "something is left in it: right models stay below 1.2, a missing current left 50",
+    )
+    channel_explained: float = threshold(
+        0.95,
+        "1",
+        "share of the excess misfit that named effects must explain in each channel that is left "
+        "outside its band",
+    )
+    error_falls: float = threshold(
+        0.005,
+        "1",
+        "share by which the error must fall from the stated model to the one with a named effect",
+    )
     self_deception: float = threshold(
         0.5,
         "1",

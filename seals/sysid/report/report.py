@@ -149,10 +149,10 @@ def _summary(
     if data["effects"]:
         facts["confidence"] = " / ".join(percent(e["confidence"]) for e in data["effects"])
     claimed = bool(diagnosis.answer.claims)
-    first, last = (figure(held[k], digits=3) for k in ("before", "after"))
-    fall = f"{first} → {last}" if claimed else first
-    facts["held-out error [× noise], before → after" if claimed else "held-out error [× noise]"] = (
-        fall
+    keys = ("stated", "before", "after") if claimed else ("stated", "before")
+    steps = "stated → fitted" + (" → with the effect" if claimed else "")
+    facts[f"held-out error [× noise]: {steps}"] = " → ".join(
+        figure(held[k], digits=3) for k in keys
     )
     facts["floor (noise alone)"] = f"{held['noise_floor']:.3g}"
     words, commands = next_steps(diagnosis, data, missing.formula, folder)

@@ -2,34 +2,39 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+from seals.report.style import unit_text
 from seals.sysid.candidates.activity import active_words
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis
 from seals.sysid.report.naming import figure, interval
 
+SHOWN = ("position", "specific_force", "angular_velocity")
+"""Channels whose errors stand beside the misfit."""
+
 
 def sentence(found: Diagnosis) -> str:
-    """Return verdict, effects and held-out misfit as a few lines of text."""
+    """Return verdict, stated numbers that are wrong, effects and errors as a few lines of text."""
     answer, table = found.answer, found.to_dict()
-    held = found.held_out
-    first, last = (figure(held[k], digits=3) for k in ("before", "after"))
-    fall = f"Held-out misfit {first} -> {last} (floor 1)."
-    verdict = answer.verdict
-    if verdict is Verdict.nothing_missing:
-        quiet = f"Nothing is missing: the misfit is within noise and tolerances. {fall}"
-        return quiet + _by_log(found, table)
-    if verdict is Verdict.cannot_tell:
-        advice = " Move the vehicle more." if answer.blind else ""
-        return f"Cannot tell: {'; '.join(answer.reasons)}.{advice}"
+    verdict, reasons = answer.verdict, "; ".join(answer.reasons)
+    wrong = wrong_lines(table["stated_wrong"])
     beside = [
         f"  fitted, too uncertain or small to be named: {effect['name']}"
         for effect in table["fitted"]
         if not effect["named"]
     ]
+    if verdict is Verdict.nothing_missing:
+        said = "Nothing is missing: the misfit is within noise and tolerances."
+        return "\n".join([said, *error_lines(table)]) + _by_log(found, table)
+    if verdict is Verdict.cannot_tell:
+        advice = " Move the vehicle more." if answer.blind else ""
+        return "\n".join([f"Cannot tell: {reasons}.{advice}", *wrong, *error_lines(table)])
+    if verdict is Verdict.bad_data:
+        return f"bad data: {reasons}."
     if verdict is Verdict.none_of_these:
-        refused = f"None of the effects in the library: {'; '.join(answer.reasons)}."
+        refused = f"None of the effects in the library: {reasons}."
         return "\n".join([refused, *beside]) + _by_log(found, table)
     lines = ["Missing:" if verdict is Verdict.named else "One of these is missing:"]
     for effect in table["effects"]:
@@ -38,7 +43,60 @@ def sentence(found: Diagnosis) -> str:
         lines.append(f"  {effect['name']}{when} confidence {100 * effect['confidence']:.0f} %")
         lines += [f"    {_value(name, p)}" for name, p in effect["parameters"].items()]
     lines += [f"  cannot be told from: {', '.join(s[1:])}" for s in table["ambiguous_with"]]
-    return "\n".join([*lines, *beside, fall]) + _by_log(found, table)
+    return "\n".join([*lines, *wrong, *beside, *error_lines(table)]) + _by_log(found, table)
+
+
+def wrong_lines(found: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Describe the stated numbers that are too far off, one a line, and what to do about them.
+
+    Args:
+        found: entries of ``stated_wrong``.
+    """
+    lines = []
+    for number in found:
+        unit = "" if number["unit"] in ("", "1") else f" {number['unit']}"
+        words = f"{number['words']} ({number['what']})"
+        line = (
+            f"  stated wrong: {words}: stated {figure(number['stated'])}{unit}, "
+            f"found {figure(number['found'])}{unit}, {abs(number['sigma']):.1f} tolerances off"
+        )
+        if number["stated"] * number["found"] < 0.0:
+            line += "; the sign is opposite: check directions and axes"
+        lines.append(line)
+    if found:
+        names = ",".join(dict.fromkeys(str(number["what"]) for number in found))
+        lines.append(f"  measure again, or: seals calibrate log=FOLDER parameters=[{names}]")
+    return lines
+
+
+def error_lines(table: Mapping[str, Any]) -> list[str]:
+    """Describe how the error falls: stated model, numbers within their tolerances, with effects.
+
+    The misfit, and of each of `SHOWN` the component whose error falls most.
+
+    Args:
+        table: of the diagnosis, as `Diagnosis.to_dict` returns it.
+    """
+    held, effects = table["held_out_error"], [e["name"] for e in table["effects"]]
+    whole = [held[k] for k in ("stated", "before", "after")]
+    steps = ["stated model", "numbers within their tolerances"]
+    steps += [f"with {' and '.join(effects)}"] if effects else []
+    count = len(steps)
+    lines = [
+        f"Error ({' -> '.join(steps)}):",
+        f"  held-out misfit {_fall(whole[:count])} (floor 1)",
+    ]
+    for channel in SHOWN:
+        own = [e for e in table["channels"] if e["channel"] == channel]
+        if own:
+            most = max(own, key=lambda e: e["stated"] ** 2 - e["after"] ** 2)
+            unit = unit_text(most["unit"])
+            lines.append(f"  {most['name']} {_fall(most['rms'][:count])} {unit} within a second")
+    return lines
+
+
+def _fall(values: Sequence[float]) -> str:
+    return " -> ".join(figure(v) for v in values)
 
 
 def _by_log(found: Diagnosis, table: dict[str, Any]) -> str:

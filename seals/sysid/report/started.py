@@ -11,14 +11,9 @@ from numpy.typing import NDArray
 from seals.arrays import Floats
 from seals.frames import exponential, matrix_of, multiply
 from seals.logs.channels import unit_of
-from seals.sysid.predictors.linearise import predict
 from seals.sysid.predictors.windows import Windows
+from seals.sysid.scores.channels import component, restarted
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
-
-_AXES = ("x", "y", "z")
-_ANGLES = ("roll", "pitch", "yaw")
-_LEAST = 0.05
-"""Least variance of a residual in units of the noise: rounding must not make it negative."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,12 +48,12 @@ class Track:
 def tracks(before: EvidenceHypothesis, after: EvidenceHypothesis) -> tuple[Track, ...]:
     """Return all components that were read, largest residual of the first model first."""
     windows = before.fitter.windows
-    first, spread = restarted(before)
+    first, spread = restarted(before.fitter, before.fit.values)
     last = first
     if after is not before:
         # the windows may differ: the rows of the log are common
         whole = np.full((windows.samples.rows, first.shape[2]), np.nan)
-        whole[after.fitter.windows.rows] = restarted(after)[0]
+        whole[after.fitter.windows.rows] = restarted(after.fitter, after.fit.values)[0]
         last = whole[windows.rows]
     if "orientation" in windows.channel_of:
         turned, at = windows.samples.channels["orientation"][windows.rows], _columns(windows)
@@ -93,49 +88,6 @@ def _columns(windows: Windows) -> slice:
     return slice(first, first + 3)
 
 
-def restarted(hypothesis: EvidenceHypothesis) -> tuple[Floats, Floats]:
-    """Residual with the start state of every window fitted, and its standard deviation.
-
-    Gusts and noise are left in the residual, and are in the spread.
-
-    Returns:
-        Both in the channels' units, shape (W, K, channels), NaN where nothing was read.
-    """
-    fitter = hypothesis.fitter
-    windows, values = fitter.windows, hypothesis.fit.values
-    prediction = predict(fitter.plant, fitter.trajectory, values, delay=windows.delay)
-    whole = windows.residual(prediction)
-    start, _ = windows.explained(whole)
-    carried = windows._marginal.outputs[:, :, : windows.size]
-    rest = whole - np.einsum("wkn,wn->wk", carried, start)
-    shape = (windows.count, windows.length, len(windows.channel_of))
-    inside = shape[1] * shape[2]
-    with np.errstate(divide="ignore"):
-        scale = np.where(windows.weight > 0.0, 1.0 / windows.weight, np.nan)
-    spread = np.sqrt(_variance(windows))
-    return rest[:, :inside].reshape(shape) * scale, spread[:, :inside].reshape(shape) * scale
-
-
-def _variance(windows: Windows) -> Floats:
-    """Variance of the whitened residual: noise and gusts, less the part fitted by the starts.
-
-    Equation:
-        C - S V S^T with C the covariance of noise and gusts, S the response to the start states
-        and V the covariance of their estimate (generalised least squares).
-    """
-    n, m = windows.size, windows._gust_precision.shape[1]
-    carried, pushed = (
-        windows._marginal.outputs[:, :, :n],
-        windows._marginal.outputs[:, :, n : n + m],
-    )
-    gusts = np.linalg.inv(windows._gust_precision)
-    factor = windows._weights.inverse[:, :, :n] * windows._weights.scale[:, None, :n]
-    noise = 1.0 + np.einsum("wkm,wkm->wk", np.matmul(pushed, gusts), pushed)
-    taken = np.matmul(carried, factor.transpose(0, 2, 1))
-    variance: Floats = np.maximum(noise - np.einsum("wkq,wkq->wk", taken, taken), _LEAST)
-    return variance
-
-
 def measured_values(windows: Windows, channel: str) -> Floats | None:
     """Return the measured channel, shape (T, k); orientation as unwrapped roll, pitch and yaw."""
     values = windows.samples.channels.get(channel)
@@ -168,16 +120,6 @@ def _angles(quaternion: Floats) -> Floats:
     pitch = np.arcsin(np.clip(-turn[:, 2, 0], -1.0, 1.0))
     yaw = np.arctan2(turn[:, 1, 0], turn[:, 0, 0])
     return np.stack([roll, pitch, yaw], axis=1)
-
-
-def component(channel: str, axis: int, width: int) -> str:
-    """Return the name of a channel's component in words."""
-    words = channel.replace("_", " ")
-    if channel == "orientation":
-        return _ANGLES[axis]
-    if width == 1:
-        return words
-    return f"{words} {_AXES[axis]}" if width == 3 else f"{words} {axis + 1}"
 
 
 def run_offsets(starts: Sequence[float], ends: Sequence[float]) -> list[float]:

@@ -8,6 +8,7 @@ from typing import Any
 from seals.report import Bar, Bars
 from seals.report.figures import Mark
 from seals.schema import parameters_of
+from seals.sysid.decision.moved_numbers import moved_numbers
 from seals.sysid.report.naming import parameter_words
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
@@ -43,27 +44,24 @@ class Moved:
 
 def moved(hypothesis: EvidenceHypothesis) -> tuple[Moved, ...]:
     """Return all values with a tolerance, largest change first."""
-    fit, candidate_set = hypothesis.fit, hypothesis.fitter.candidate_set
-    covariance = fit.covariance
+    candidate_set = hypothesis.fitter.candidate_set
     out = []
-    for k, key in enumerate(fit.keys):
-        parameter = candidate_set.parameters[key]
-        if key in fit.free or parameter.tolerance <= 0.0:
-            continue
+    for number in moved_numbers(hypothesis):
+        parameter = candidate_set.parameters[number.key]
         effect = candidate_set.effects.get(parameter.instance)
         meta = parameters_of(effect) if effect is not None else {}
         unit = meta[parameter.parameter].unit if parameter.parameter in meta else "1"
         out.append(
             Moved(
-                key=key,
-                words=parameter_words(key),
-                change=float(fit.values[key]),
+                key=number.key,
+                words=parameter_words(number.key),
+                change=number.change,
                 unit=unit,
-                sigmas=float(fit.values[key] / parameter.tolerance),
-                uncertainty=float(max(covariance[k, k], 0.0) ** 0.5 / parameter.tolerance),
+                sigmas=number.sigmas,
+                uncertainty=number.unknown,
             )
         )
-    return tuple(sorted(out, key=lambda m: -abs(m.sigmas)))
+    return tuple(out)
 
 
 def tolerance_chart(values: tuple[Moved, ...], *, model: str) -> Bars:

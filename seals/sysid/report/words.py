@@ -33,13 +33,19 @@ def headline(diagnosis: Diagnosis, data: Mapping[str, Any]) -> str:
         count = len({c.name for c in diagnosis.problem.plant.candidate_set.candidates})
         return f"Something is missing that none of the {count} effects of the library explains."
     if verdict is Verdict.cannot_tell:
-        moved_little = ": the vehicle hardly moved where it matters"
-        return (
-            f"This log cannot tell what is missing{moved_little if diagnosis.answer.blind else ''}."
-        )
+        return _untold(diagnosis, data)
     if verdict is Verdict.nothing_missing:
         return "Nothing is missing: the model explains the log within noise and tolerances."
     return "The log cannot be used."
+
+
+def _untold(diagnosis: Diagnosis, data: Mapping[str, Any]) -> str:
+    """Return in one sentence what a log that cannot tell leaves open."""
+    if data["stated_wrong"]:
+        words = joined([str(n["words"]) for n in data["stated_wrong"]])
+        return f"The stated model is off, or an effect looks like it: {words}."
+    moved_little = ": the vehicle hardly moved where it matters" if diagnosis.answer.blind else ""
+    return f"This log cannot tell what is missing{moved_little}."
 
 
 def _when(diagnosis: Diagnosis, effect: Mapping[str, Any]) -> str:
@@ -53,12 +59,13 @@ def explanation(diagnosis: Diagnosis, data: Mapping[str, Any]) -> str:
     verdict, held = diagnosis.answer.verdict, data["held_out_error"]
     if verdict in (Verdict.named, Verdict.ambiguous):
         words = " ".join(f"{e['name']}: {effect_words(e['name'])}" for e in data["effects"])
-        still = abs(held["before"] - held["after"]) < 0.005 * held["before"]
-        first, last = (figure(held[k], digits=3) for k in ("before", "after"))
-        fell = "Held-out error " + (
-            f"stays at {last}" if still else f"falls from {first} to {last}"
+        first, fitted, last = (figure(held[k], digits=3) for k in ("stated", "before", "after"))
+        fell = (
+            f"Held-out error: {first} of the stated model, {fitted} with its numbers fitted within "
+            f"their tolerances, {last} with the effect"
         )
-        return f"{fell}; 1 is noise alone. {words} {strained(diagnosis)}".strip()
+        wrong = " ".join(_wrong(n) for n in data["stated_wrong"])
+        return f"{fell}; 1 is noise alone. {words} {strained(diagnosis)} {wrong}".strip()
     reasons = "; ".join(diagnosis.answer.reasons)
     if verdict is Verdict.none_of_these:
         share = data.get("explained")
@@ -70,11 +77,22 @@ def explanation(diagnosis: Diagnosis, data: Mapping[str, Any]) -> str:
         )
         return f"What is left: {reasons}.{part}"
     if verdict is Verdict.cannot_tell:
-        return (
-            f"In detail: {reasons}. That is no clean bill of health: such an effect may be there."
-        )
+        wrong = " ".join(_wrong(n) for n in data["stated_wrong"])
+        clean = "That is no clean bill of health: such an effect may be there."
+        return f"In detail: {reasons}. {wrong or clean}"
+    if verdict is Verdict.bad_data:
+        return f"In detail: {reasons}."
     held_words = f"The held-out error is {figure(held['before'], digits=3)}; 1 is noise alone. "
     return held_words + "No effect of the library improves it beyond chance. " + _unseen(diagnosis)
+
+
+def _wrong(number: Mapping[str, Any]) -> str:
+    """Describe a stated number that is too far off."""
+    unit = str(number["unit"])
+    return (
+        f"{number['words']} ({number['what']}): stated {figure(number['stated'], unit)}, found "
+        f"{figure(number['found'], unit)}, {abs(number['sigma']):.1f} tolerances off."
+    )
 
 
 def strained(diagnosis: Diagnosis) -> str:
@@ -140,13 +158,26 @@ def next_steps(
             return words, f"{add} accept=formula"
         words.append("Then describe it in an effect of your own.")
         return words, ""
-    if verdict is Verdict.cannot_tell:
-        blind = bool(diagnosis.answer.blind)
-        exact = "Fly slower, or log at a higher rate: the model is not exact enough here."
-        words.append("Fly again and move the vehicle more." if blind else exact)
-        return words, plan if blind else ""
+    if verdict in (Verdict.cannot_tell, Verdict.bad_data):
+        return _after_refusal(diagnosis, data, words, plan)
     words.append("Nothing to add. A livelier flight would test the model harder.")
     return words, ""
+
+
+def _after_refusal(
+    diagnosis: Diagnosis, data: Mapping[str, Any], words: list[str], plan: str
+) -> tuple[list[str], str]:
+    """Return what to do where the log does not tell or cannot be used."""
+    if diagnosis.answer.verdict is Verdict.bad_data:
+        return [*words, "Correct the log, and diagnose it again."], ""
+    if data["stated_wrong"]:
+        names = ",".join(dict.fromkeys(str(n["what"]) for n in data["stated_wrong"]))
+        words.append("Measure these numbers again, or let the log say what they are.")
+        return words, f"seals calibrate log=FOLDER parameters=[{names}]"
+    if diagnosis.answer.blind:
+        return [*words, "Fly again and move the vehicle more."], plan
+    exact = "Fly slower, or log at a higher rate: the model is not exact enough here."
+    return [*words, exact], ""
 
 
 def proposed(plan: Any) -> str:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from seals.arrays import Floats
 from seals.least_squares import solve_scaled
 from seals.sysid.candidates.activity import log_rows
+from seals.sysid.predictors.linearise import predict
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
 FOLDS = 5
@@ -17,6 +18,14 @@ FOLDS = 5
 def held_out_misfit(hypothesis: EvidenceHypothesis) -> float:
     """Return the cross-validated misfit per degree of freedom."""
     return float(held_out_by_window(hypothesis).sum() / hypothesis.fitter.windows.observed)
+
+
+def stated_misfit(nominal: EvidenceHypothesis) -> float:
+    """Return the misfit per degree of freedom of the stated model, none of its numbers fitted."""
+    fitter, windows = nominal.fitter, nominal.fitter.windows
+    prediction = predict(fitter.plant, fitter.trajectory, {}, delay=windows.delay)
+    whitened = windows.whiten(windows.residual(prediction)[:, :, None])
+    return float(whitened.product(whitened).sum()) / float(windows.observed)
 
 
 def held_out_by_log(hypothesis: EvidenceHypothesis) -> Floats:

@@ -26,6 +26,7 @@ from seals.sysid.predictors.problem import (
 )
 from seals.sysid.predictors.surface_model_error import surface_model_error
 from seals.sysid.predictors.windows_fit import Fitter
+from seals.sysid.scores.channels import channel_errors
 from seals.sysid.scores.disturbance_level import disturbance_level
 from seals.sysid.scores.held_out import held_out_fall, held_out_misfit
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant, scored
@@ -102,13 +103,13 @@ class WindowModels:
     def settled(self, base: EvidenceHypothesis) -> bool:
         """Return true if a model's error is below that expected from the stated noise.
 
-        What is left is then no noise, such as the steps of a simulator, and proves nothing. Gusts,
-        stated to a factor of two, may lower a misfit as well.
+        What is left is then no noise, such as the steps of a simulator, and proves nothing; unless
+        gusts lower the misfit, or readings without noise hide in it a channel that is left over.
         """
-        seen = float(base.fitter.windows.observed)
-        spread = self.problem.policy.standard_errors * math.sqrt(2.0 * seen)
-        least = self.problem.policy.noise_floor * seen - spread
-        return bool(base.fit.cost < least and not self.problem.vehicle.gust.any())
+        seen, policy = float(base.fitter.windows.observed), self.problem.policy
+        least = policy.noise_floor * seen - policy.standard_errors * math.sqrt(2.0 * seen)
+        quiet = base.fit.cost < least and not self.problem.vehicle.gust.any()
+        return quiet and not channel_errors(self.nominal, base).outside
 
     def _required(self, base: EvidenceHypothesis, added: Candidate) -> float:
         return required_evidence(self.problem, base, added, surface_error=self._surface_error)
