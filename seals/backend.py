@@ -10,6 +10,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
+import numpy as np
+
 from seals.arrays import Array, Floats
 from seals.deprecation import add_former_names
 from seals.effects.evaluation import Evaluation
@@ -91,6 +93,17 @@ class BodyOptions:
     implicit: ClassVar[bool] = False
     """Whether it takes joint drives implicitly; to others they are part of ``joint_force``."""
 
+    reference: Floats = np.zeros(3)
+    """Point of the base whose velocity `mean_speed` states, base axes [m], shape (3,)."""
+
+    def mean_speed(self) -> Floats | None:
+        """Return the mean generalised velocity over the last step, shape (n,), or None.
+
+        That of ``reference``, angular and of the joints: the pose moved by h times it. None where
+        the body does not keep it: sensors then take the change of the velocity at the step's end.
+        """
+        return None
+
     def middle_speed(self) -> Floats | None:
         """Return the generalised velocity at the middle of the last step, shape (1, n), or None.
 
@@ -169,9 +182,19 @@ class CompiledBody(RigidBody, Protocol):
 
     Args:
         followed: the links at the new time, which the last step found; None for not yet.
+        reference: see `BodyOptions.reference`.
     """
 
     followed: Floats | None
+    reference: Floats
+
+    def mean_speed(self) -> Floats:
+        """Return the mean velocity over the last step, see `BodyOptions.mean_speed`."""
+        ...
+
+    def middle_speed(self) -> Floats | None:
+        """Return the velocity at the middle of the last step, see `BodyOptions.middle_speed`."""
+        ...
 
     def interpret(self) -> None:
         """Continue without compiled laws."""

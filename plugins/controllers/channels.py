@@ -34,11 +34,16 @@ class ChannelsState(NamedTuple):
     """State between calls; immutable.
 
     Args:
-        velocity: at the last call, world axes [m/s], shape (3,); None before the first.
+        place: at the last call, world [m], shape (3,); None before the first.
+        velocity: at the last call, world axes [m/s], shape (3,).
+        way: change of place between the last two calls over their time, world axes [m/s], shape
+            (3,); None before the second.
         joints: targets of the servos [rad or m], shape (J,).
     """
 
+    place: Floats | None
     velocity: Floats | None
+    way: Floats | None
     joints: Floats
 
 
@@ -152,7 +157,7 @@ class Channels(ControllerOptions):
 
     def start(self) -> ChannelsState:
         """Return the initial state."""
-        return ChannelsState(None, self._rest)
+        return ChannelsState(None, None, None, self._rest)
 
     def command(
         self, situation: RobotState, aim: Reference, memory: ChannelsState
@@ -162,7 +167,11 @@ class Channels(ControllerOptions):
         drive = np.nan_to_num(wanted[: self._drives], nan=0.0)
         targets = wanted[self._drives :]
         joints = np.where(np.isnan(targets), memory.joints, targets)
-        return ActuatorCommand(drive, joints), ChannelsState(situation.velocity.copy(), joints)
+        now, way = situation, None
+        if memory.place is not None:
+            way = (now.position - memory.place) / now.step
+        later = ChannelsState(now.position.copy(), now.velocity.copy(), way, joints)
+        return ActuatorCommand(drive, joints), later
 
     def _outputs(self, now: RobotState, memory: ChannelsState) -> Floats | None:
         """Outputs of the autopilot that answer the present state, or those of the script."""
@@ -171,7 +180,7 @@ class Channels(ControllerOptions):
             return None if self._script is None else self._script.at(now.time)
         if link.ended:
             return None
-        found = link.exchange(flight_state(now, memory.velocity, self._gravity, self._wind))
+        found = link.exchange(flight_state(now, _change(now, memory), self._gravity, self._wind))
         # at the end nothing has a pulse
         self.track.append((now.time, np.zeros(0) if found is None else found))
         return found
@@ -197,6 +206,19 @@ class Channels(ControllerOptions):
         fresh = np.ones(len(times), dtype=bool)
         fresh[1:] = np.any(plain[1:] != plain[:-1], axis=1)
         return Track(times[fresh], rows[fresh])
+
+
+def _change(now: RobotState, memory: ChannelsState) -> Floats | None:
+    """Acceleration of the step that led here, as an accelerometer has it, see `seals.world.felt`.
+
+    The velocity at the end of the first step, less that at the start, is h times the first
+    acceleration; a later velocity holds half of the last kick more than the way.
+    """
+    if memory.place is None or memory.velocity is None:
+        return None
+    if memory.way is None:
+        return (now.velocity - memory.velocity) / now.step
+    return ((now.position - memory.place) / now.step - memory.way) / now.step
 
 
 def _spread(key: str, values: Sequence[Any] | Floats, count: int) -> Floats:

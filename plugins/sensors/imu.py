@@ -47,14 +47,17 @@ class SensorImu(MountedSensor):
         bandwidth: cut-off of the first-order low-pass [Hz], 0 for none.
 
     Assumptions:
-        The accelerometer averages over one simulation step, its axes as at the middle of the step.
+        The accelerometer reads the acceleration of the last simulation step: the change of the mean
+        velocity of its link's origin since the step before, over h. Between contacts it is that of
+        the forces at the start of the step, in the axes that the link had then.
 
     Valid range:
         Rates up to that of the simulation.
 
     Limitations:
-        No temperature drift, no cross-axis sensitivity, no vibration rectification. The mean over a
-        step goes on as the last two forces did: a force that jumps overshoots by half for one step.
+        No temperature drift, no cross-axis sensitivity, no vibration rectification. A unit that is
+        slower than the simulation reads single steps, not means over its period, but for its
+        ``bandwidth``.
 
     References:
         IEEE Std 952-1997, annex C (noise terms); Woodman 2007, UCAM-CL-TR-696.

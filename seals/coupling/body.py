@@ -60,6 +60,7 @@ class CoupledBody(BodyOptions):
         self._began: LinksAt | None = None
         self._speed = HalfStep(np.zeros(robot.degrees))
         self._joints = np.zeros(joints)
+        self.reference = engine.reference
         self._centred = not np.any(engine.reference)
         self._follow: Follow | None = None
         self.followed: Floats | None = None
@@ -97,6 +98,10 @@ class CoupledBody(BodyOptions):
         origins, rotations = self.engine.link_poses()
         speed = self._at_origin(self._speed.now, rotations[0])
         return LinkPoses(origins[None], rotations[None], speed[None])
+
+    def mean_speed(self) -> Floats:
+        """Return the engine's velocity with which the pose moved in the last step, shape (n,)."""
+        return self._speed.way
 
     def middle_speed(self) -> Floats | None:
         """Return the generalised velocity at the middle of the last step, shape (1, n).

@@ -18,7 +18,8 @@ class HalfStep(NamedTuple):
 
     Args:
         now: at the current time, shape (n,).
-        middle: half a step earlier, shape (n,); None after a start or a contact.
+        middle: half a step earlier, shape (n,); None after a start, a stop or a contact, where the
+            pose moves with ``now``.
 
     References:
         Hairer, Lubich and Wanner 2003, doi:10.1017/S0962492902000144.
@@ -41,6 +42,11 @@ class HalfStep(NamedTuple):
         half = 0.5 * kick
         middle = self.now + half if self.middle is None else self.middle + kick
         return HalfStep(middle + half, middle)
+
+    @property
+    def way(self) -> Floats:
+        """Return the velocity with which the pose moved over the last step, shape (n,)."""
+        return self.now if self.middle is None else self.middle
 
     def acceleration(self, step: float) -> Floats | None:
         """Return the acceleration of the last step of h [s], shape (n,); None after a start."""

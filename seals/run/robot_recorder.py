@@ -113,12 +113,20 @@ class RobotRecorder(Recorder):
         return out
 
     def _specific_force(self, turn: Any) -> Floats:
-        """Mean acceleration over the last step minus gravity; NaN in the first row."""
-        change = np.diff(self._state[: self.rows, 7:10], axis=0)
+        """Acceleration in the last step minus gravity, in the axes before it; NaN in the first row.
+
+        As an accelerometer reads it, see `seals.world.felt`: the change of the mean velocity since
+        the step before. The velocity at the end of the first step, less that at the start, is h
+        times the first acceleration.
+        """
+        place, velocity = self._state[: self.rows, :3], self._state[: self.rows, 7:10]
+        step = np.diff(self.time)[:, None]
         acceleration = np.full((self.rows, 3), np.nan)
-        acceleration[1:] = change / np.diff(self.time)[:, None]
+        acceleration[1:2] = np.diff(velocity[:2], axis=0) / step[:1]
+        acceleration[2:] = np.diff(np.diff(place, axis=0) / step, axis=0) / step[1:]
         acceleration[:, 2] += self.gravity
-        found: Floats = unrotate(turn, acceleration)
+        found: Floats = acceleration
+        found[1:] = unrotate(turn[:-1], acceleration[1:])
         return found
 
     def sources(self) -> dict[str, str]:

@@ -34,9 +34,9 @@ class SensorInput(NamedTuple):
         rotation: R_WL, shape (3, 3).
         velocity: of the link origin, link axes [m/s], shape (3,).
         angular_velocity: link axes [rad/s], shape (3,).
-        specific_force: mean acceleration of the link origin over the last step minus gravity, in
-            link axes as they were at the middle of that step [m/s^2], shape (3,).
-        angular_acceleration: mean over the last step, likewise [rad/s^2], shape (3,).
+        specific_force: acceleration of the link origin in the last step minus gravity, in link axes
+            as they were at the start of that step [m/s^2], shape (3,), see `seals.world.felt`.
+        angular_acceleration: likewise [rad/s^2], shape (3,).
         contact: force and torque of all contacts of the link in the last step, about the link
             origin, link axes [N, N m], shape (6,).
         pressing: sum of the normal forces of those contacts [N]; zero means nothing touches.

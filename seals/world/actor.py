@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping, Sequence
-from functools import cache, partial
+from collections.abc import Mapping
+from functools import partial
 from typing import Any, TypeAlias, cast
 
 import numpy as np
@@ -42,11 +42,12 @@ from seals.world.compiled import CompiledStep, Supply
 from seals.world.compiled_links import Look
 from seals.world.compiled_weights import CompiledWeights
 from seals.world.drivetrain import Drivetrain
+from seals.world.felt import Tracker
 from seals.world.immersion import Immersion
 from seals.world.ledger import Ledger
 from seals.world.pilot import ControlInput, Pilot
 from seals.world.scalar_compiler import REFUSED, CannotCompile
-from seals.world.sensor_suite import Instant, SensorSuite, felt_by_links
+from seals.world.sensor_suite import Instant, SensorSuite
 from seals.world.servos import Servoing
 
 _COMMANDS = ("joint_torque", "joint_command", "command", "drive", "voltage")
@@ -179,7 +180,8 @@ class Actor:
     def _start_over(self) -> None:
         """Forget the last step."""
         self._time = self._step = 0.0
-        self._before: Floats | None = None
+        wanted = self.sensor_suite.inertial
+        self._tracker = Tracker(self.robot.tree, self._options, self.gravity, wanted=wanted)
         self._now: tuple[Kinematics, LinkVelocities] | None = None
         self._look: Look | None = None
         self._supply, self._driven = Supply(), self.drive
@@ -238,7 +240,8 @@ class Actor:
         self.memory = found.memory
         self._speeds = {b.name: drives.speed for b, drives in found.drives}
         self._supply = Supply()
-        self._before, self._now = np.concatenate((moving.linear, moving.angular)), None
+        self._tracker.begin(self._time, kinematics, moving)
+        self._now = None
 
     def _sampled(
         self, time: float, kinematics: Kinematics, moving: LinkVelocities
@@ -250,6 +253,8 @@ class Actor:
     def _load_compiled(self, laws: CompiledStep, time: float, step: float) -> None:
         """Do the same by machine code."""
         look = self._look or self._looked(step)
+        if self._tracker.last is None:
+            self._tracker.note(look)
         if self.pilot is not None:
             if self.pilot.due:
                 self._fly(self.pilot, self._told(laws, self.pilot, look))
@@ -269,7 +274,6 @@ class Actor:
             self.ledger.open_row(time)[...] = found.row
             _, self.memory, self._speeds, self._supply = found
             self._driven = self.drive
-            self._before = look.velocities
         self._look = None
 
     def _say(self, problem: Exception) -> None:
@@ -375,7 +379,7 @@ class Actor:
         """Return the links at the current time; ``step`` since the last look [s]."""
         assert self.compiled is not None
         if self._look is None:
-            self._look = self.compiled.links.look(self._time, self._before, step)
+            self._look = self.compiled.links.look(self._time, self._tracker.last, step)
         return self._look
 
     def sense(self, time: float, step: float, rng: np.random.Generator) -> None:
@@ -386,22 +390,16 @@ class Actor:
         if self.compiled is None:
             kinematics, moving = self.look()
             seen = kinematics.origins[0], kinematics.rotations[0], moving.twists[0]
-            now = Instant(time, step, seen, self._felt_over(step))
+            felt = self._tracker.follow(time, kinematics, moving, step)
+            now = Instant(time, step, seen, felt)
         else:
             look = self._looked(step)
             now = Instant(time, step, look.seen, look.felt)
+            self._tracker.note(look)
         self.sensor_suite.take(now, rng)
         if self.pilot is not None:
             for taken, readings in self.sensor_suite.heard().items():
                 self.pilot.hear(taken, readings)
-
-    def _felt_over(self, step: float) -> Callable[[], Sequence[Floats]]:
-        """Return what gives mean accelerations of the links over the last step [s]."""
-        assert self._now is not None
-        (kinematics, moving), before = self._now, self._before
-        given = kinematics.rotations[0], moving.linear[0], moving.angular[0]
-        earlier: Any = before
-        return cache(partial(felt_by_links, *given, earlier, self.gravity, step))
 
     def shapes(self) -> list[Shape]:
         """Return the hulls of the links at their present poses, for the sensors of other bodies."""
@@ -425,11 +423,11 @@ class Actor:
         memory = (self.memory, self.sensor_suite.snapshot(), self._speeds, self._supply)
         pilot = None if self.pilot is None else self.pilot.snapshot()
         train = (self.drivetrain.snapshot(), pilot)
-        return memory, commands, train, self.ledger.rows, self._before
+        return memory, commands, train, self.ledger.rows, self._tracker.last
 
     def restore(self, kept: Any) -> None:
         """Restore a snapshot; later rows of the ledger are discarded."""
-        memory, commands, train, rows, self._before = kept
+        memory, commands, train, rows, self._tracker.last = kept
         self.memory, sensing, self._speeds, self._supply = memory
         self.sensor_suite.restore(sensing)
         for name, value in zip(_COMMANDS, commands, strict=True):

@@ -19,8 +19,8 @@ from seals.multibody.kinematics import Kinematics, LinkVelocities
 from seals.multibody.rows import link_motion
 from seals.multibody.tree import forward
 from seals.robot.model import RobotModel
+from seals.world.felt import LinkTrack, arms_of, axes_of, felt_by_links, mean_velocities
 from seals.world.scalar_compiler import Kernel, compiled, constant
-from seals.world.sensor_suite import felt_by_links
 
 _FLOAT = np.dtype(np.float64)
 
@@ -62,16 +62,27 @@ class Look:
 
     Args:
         tree: of the robot.
+        time: [s].
         block: of numbers.
         layout: of the block.
         wet: how the hulls are wetted: ``none`` without water, ``dry``, ``submerged``, ``cut``; or
             their wetted parts where no closed form is known.
+        begun: whether a step has led there, see `seals.world.felt.LinkTrack`.
     """
 
-    __slots__ = ("_kinematics", "_moving", "_tree", "block", "layout", "wet")
+    __slots__ = ("_kinematics", "_moving", "_tree", "begun", "block", "layout", "time", "wet")
 
-    def __init__(self, tree: Any, block: Floats, layout: Layout, wet: str | Wet) -> None:
+    def __init__(  # noqa: PLR0917  one instant
+        self,
+        tree: Any,
+        time: float,
+        block: Floats,
+        layout: Layout,
+        wet: str | Wet,
+        begun: bool,
+    ) -> None:
         self._tree, self.block, self.layout, self.wet = tree, block, layout, wet
+        self.time, self.begun = time, begun
         self._kinematics: Kinematics | None = None
         self._moving: LinkVelocities | None = None
 
@@ -91,9 +102,11 @@ class Look:
         return self._moving
 
     @property
-    def velocities(self) -> Floats:
-        """Velocities of the link origins and angular velocities, world axes, shape (2, L, 3)."""
-        return self.layout.of(self.block, "velocities")
+    def track(self) -> LinkTrack:
+        """The links with their motion over the last step."""
+        of, block = self.layout.of, self.block
+        kept = (of(block, name) for name in ("arms", "axes", "means"))
+        return LinkTrack(self.time, of(block, "rotations")[0], *kept, self.begun)
 
     @property
     def seen(self) -> tuple[Floats, Floats, Floats]:
@@ -107,7 +120,7 @@ class Look:
         return self.layout.of(self.block, "joints")
 
     def felt(self) -> tuple[Floats, Floats]:
-        """Mean accelerations over the last step, see `seals.world.sensor_suite.felt_by_links`."""
+        """Accelerations in the last step, see `seals.world.felt.felt_by_links`; zero at a start."""
         return self.layout.of(self.block, "force"), self.layout.of(self.block, "rate")
 
     @property
@@ -147,38 +160,50 @@ class CompiledLinks:
         self.layout = Layout(
             {"origins": three, "rotations": (1, links, 3, 3), "speed": (1, robot.degrees)}
             | {"velocities": (2, links, 3), "twists": (1, links, 6), "joints": (1, joints)}
+            | {"arms": (links, 3), "axes": (joints, 3), "means": (2, links, 3)}
             | {"force": (links, 3), "rate": (links, 3), "change": (joints,)}
             | {"normal": (links, 3), "level": (links, 1), "least": (1,), "most": (1,)}
         )
         self._sampler: EnvironmentSampler | None = None
         self._kernels: dict[Any, Kernel] = {}
-        self._before: Floats | None = None
+        self._before: LinkTrack | None = None
         self._time = 0.0
+        self._past = [(links, 3, 3), (links, 3), (joints, 3), (2, links, 3), (1, 1)]
         self._shapes = [(1, 3), (1, 4), (1, joints), (1, robot.degrees)]
 
     def bind(self, sampler: EnvironmentSampler, bodies: Body) -> None:
         """Take the sampler of the surroundings, made with ``wetting``, and the links' bodies."""
         self._sampler, self._bodies = sampler, bodies
 
-    def look(self, time: float, before: Floats | None, step: float) -> Look:
+    def look(self, time: float, before: LinkTrack | None, step: float) -> Look:
         """Return the links as they are now.
 
         Args:
             time: [s].
-            before: `Look.velocities` one step earlier; None at the start.
+            before: the links one step earlier; those of this very time after a snapshot was
+                restored; None at the start.
             step: since then [s].
         """
         block = self._body.followed
+        begun = before is not None or block is not None
         if block is None:
-            key = ("look", before is not None, 0.0 if before is None else step)
+            same = before is not None and before.time == time
+            past: tuple[Any, ...] = ()
+            if before is not None and not same:
+                halved = self._body.middle_speed() is not None
+                past = (self._body.mean_speed()[None], *_past(before, step, halved=halved))
+            key = ("look", bool(past), step if past else 0.0)
             kernel = self._kernels.get(key) or self._compiled(key)
-            past = () if before is None else (before,)
             block = kernel(*self._body.coordinates(), time, *past)[0]
-        return Look(self._robot.tree, block, self.layout, self._wet(block))
+            if before is not None and same:
+                begun = before.begun
+                for name in ("arms", "axes", "means"):
+                    self.layout.of(block, name)[...] = getattr(before, name)
+        return Look(self._robot.tree, time, block, self.layout, self._wet(block), begun)
 
     def expect(self, look: Look, time: float) -> None:
         """Note the links at the start of a step, and the time of its end [s], for `follow`."""
-        self._before, self._time = look.velocities, time
+        self._before, self._time = look.track, time
 
     def follow(
         self, native: tuple[Floats, ...], own: tuple[Floats, ...], step: float
@@ -186,19 +211,22 @@ class CompiledLinks:
         """Return the state after a step, see `seals.backend.Follow`."""
         key = ("leap", len(own) > 2, step)
         kernel = self._kernels.get(key) or self._compiled(key, native, own)
-        block, *found = kernel(*native, *own, self._time, self._before)
+        assert self._before is not None
+        past = _past(self._before, step, halved=True)
+        block, *found = kernel(*native, *own, self._time, *past)
         return None if found[-1].item() else (block, found)
 
     def _compiled(self, key: Any, native: Sequence[Any] = (), own: Sequence[Floats] = ()) -> Kernel:
         """Compile a form: the links as they are, or after a step; ``key[1]``: with a past."""
         kind, past, step = key
-        links, joints = len(self._robot.links), self._robot.tree.joints
+        joints = len(self._robot.joints)
         if kind == "look":
 
             def law(*x: Array) -> list[Array]:
                 return [self._law(x[:5], x[5:], step, np.zeros(joints))]
 
-            shapes = [*self._shapes, (1, 1), *([(2, links, 3)] if past else ())]
+            shapes = [*self._shapes, (1, 1)]
+            shapes += [(1, self._robot.degrees), *self._past] if past else []
         else:
             count, last = len(native), len(native) + len(own)
 
@@ -207,25 +235,38 @@ class CompiledLinks:
                 (place, turn, angles, now, middle), found = self._body.leapt(x[:count], both, step)
                 change = (2.0 / step) * (now - middle)[0, now.shape[1] - joints :]
                 state = place, turn, angles, now, x[last]
-                return [self._law(state, x[last + 1 :], step, change), *found]
+                return [self._law(state, (middle, *x[last + 1 :]), step, change), *found]
 
-            shapes = [*(np.shape(x) for x in (*native, *own)), (1, 1), (2, links, 3)]
+            shapes = [*(np.shape(x) for x in (*native, *own)), (1, 1), *self._past]
         kernel = self._kernels[key] = compiled(law, shapes)
         return kernel
 
     def _law(
-        self, given: Sequence[Array], before: Sequence[Array], step: float, change: Array
+        self, given: Sequence[Array], past: Sequence[Array], step: float, change: Array
     ) -> Array:
-        """Return the block for place, attitude, joints, velocity and time."""
+        """Return the block for place, attitude, joints, velocity and time.
+
+        Args:
+            given: these.
+            past: the mean speed over the last step, and what `_past` gives; nothing at a start.
+            step: h [s].
+            change: acceleration of the joints.
+        """
         place, turn, joints, native, time = given
         tree, xp = self._robot.tree, namespace(place)
         position, rotation, speed = self._body.at_origin(place, turn, native)
         kinematics = Kinematics(tree, *forward(tree, position, rotation, joints))
         moving = kinematics.move(speed)
-        earlier = before[0] if before else None
-        own = kinematics.rotations[0], moving.linear[0], moving.angular[0]
-        felt = felt_by_links(*own, earlier, self._gravity, step)
-        found = [kinematics.origins, kinematics.rotations, *moving, joints, *felt, change]
+        arms, axes = arms_of(kinematics, self._body.reference), axes_of(kinematics)
+        means = xp.concat((moving.linear, moving.angular), axis=0)
+        felt = [means[0] * 0.0, means[0] * 0.0]
+        if past:
+            mean, *kept, span = past
+            before = LinkTrack(0.0, *kept, begun=True)
+            means = mean_velocities(tree, before, arms, axes, mean[0], step)
+            felt = [*felt_by_links(before, means, self._gravity, span)]
+        found = [kinematics.origins, kinematics.rotations, *moving, joints, arms, axes, means]
+        found += [*felt, change]
         normal, level = xp.zeros((len(tree.parent), 3)), xp.zeros((len(tree.parent), 1))
         if self._exact is not None:
             assert self._sampler is not None
@@ -264,6 +305,11 @@ class CompiledLinks:
         else:
             return
         self.wetting.found = found
+
+
+def _past(before: LinkTrack, step: float, *, halved: bool) -> tuple[Any, ...]:
+    """Return the links at the start of a step as arguments of a kernel, and the time between."""
+    return *before[1:5], before.span(step, halved=halved)
 
 
 ANY = Wet(constant([[0.0]]), constant([[0.0] * 3]), None, None)

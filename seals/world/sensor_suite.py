@@ -7,12 +7,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from seals.arrays import Array, Floats, namespace
+from seals.arrays import Floats
 from seals.backend import RigidBody
 from seals.deprecation import add_former_names
 from seals.effects.binding import EffectSet
 from seals.errors import ConfigError, suggestion
-from seals.frames import cross, unrotate
 from seals.plugin_options import options_of
 from seals.rendering.camera_view import CameraView, SceneView
 from seals.robot.model import RobotModel
@@ -34,8 +33,8 @@ class Instant(NamedTuple):
         time: [s].
         step: since the last one [s].
         seen: origins (L, 3), rotations (L, 3, 3) and twists (L, 6) of the links.
-        felt: gives mean specific forces and angular accelerations of all links over the step, see
-            `felt_by_links`.
+        felt: gives specific forces and angular accelerations of all links in the last step, see
+            `seals.world.felt.felt_by_links`.
     """
 
     time: float
@@ -61,6 +60,7 @@ class SensorSuite:
         arrived: readings that came in then, with the time each was taken [s], by sensor.
         cameras: views of the scene, by name of the camera; without a renderer only those of sensors
             that make their images themselves.
+        inertial: whether any of them needs what the links feel.
 
     Raises:
         ConfigError: the robot lacks a link, or what a sensor reads.
@@ -87,6 +87,7 @@ class SensorSuite:
         self._carriers = {n: carrier_of(n, s, robot) for n, s in self.sensors.items()}
         # accelerations are found for those that do not say they need none
         self._inertial = {n: o.inertial for n, o in options.items()}
+        self.inertial = any(self._inertial.values())
         self._idles = {n: o.idles for n, o in options.items()}
         self.cameras = {n: CameraView(None) for n, o in options.items() if o.records}
         faults = Faults(effects, self.sensors)
@@ -225,41 +226,6 @@ class SensorSuite:
 
 
 add_former_names(SensorSuite, {"eyes": "cameras"})
-
-
-def felt_by_links(  # noqa: PLR0917  one instant
-    rotations: Array,
-    linear: Array,
-    angular: Array,
-    before: Sequence[Array] | None,
-    gravity: float,
-    step: float,
-) -> tuple[Array, Array]:
-    """Return specific force and angular acceleration of all links, shape (L, 3) each.
-
-    They are means over the last step, link axes [m/s^2, rad/s^2]; at the start, without a step, the
-    specific force of a body at rest.
-
-    Args:
-        rotations: R_WL, shape (L, 3, 3).
-        linear: velocities of the link origins, world axes [m/s], shape (L, 3).
-        angular: world axes [rad/s], shape (L, 3).
-        before: the same velocities one step earlier; None at the start.
-        gravity: [m/s^2].
-        step: since then [s].
-    """
-    force = gravity * rotations[:, 2]
-    if before is None or step <= 0.0:
-        return force, 0.0 * force
-    force = unrotate(rotations, (linear - before[0]) / step) + force
-    rate = unrotate(rotations, (angular - before[1]) / step)
-    # a mean over the step is told in the axes of its middle, half a step's turn ago
-    half = unrotate(rotations, angular) * (0.5 * step)
-    both = namespace(force).concat((force, rate), axis=0)
-    twice = namespace(force).concat((half, half), axis=0)
-    first = cross(twice, both)
-    both = both + first + 0.5 * cross(twice, first)
-    return both[: len(force)], both[len(force) :]
 
 
 def carrier_of(name: str, sensor: Sensor, robot: RobotModel) -> int:

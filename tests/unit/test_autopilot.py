@@ -131,7 +131,7 @@ def test_axes_are_north_east_down_and_forward_right_down() -> None:
         angular_velocity=np.array([0.4, 0.5, 0.6]),
         rotation=turn,
     )
-    told = flight_state(now, np.array([0.1, 0.2, 0.2]), 9.81, np.array([0.0, 1.0, 0.0]))
+    told = flight_state(now, np.array([0.0, 0.0, 10.0]), 9.81, np.array([0.0, 1.0, 0.0]))
     assert told.position.tolist() == [2.0, 1.0, -3.0]
     assert told.velocity.tolist() == [0.2, 0.1, -0.3]
     assert told.gyro.tolist() == [0.4, -0.5, -0.6]

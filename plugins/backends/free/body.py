@@ -106,6 +106,10 @@ class FreeBody(BodyOptions):
             self._poses = forward(self.robot.tree, s.position[None], turn, s.joints[None])
         return LinkPoses(*self._poses, s.speed.now[None])
 
+    def mean_speed(self) -> Floats:
+        """Return the generalised velocity with which the pose moved in the last step, (n,)."""
+        return self._state.speed.way
+
     def middle_speed(self) -> Floats | None:
         """Return the generalised velocity at the middle of the last step, shape (1, n), or None."""
         middle = self._state.speed.middle

@@ -13,15 +13,19 @@ from seals.frames import exponential, matrix_of, multiply, rotate
 from seals.motion import Reading
 from seals.sysid.experiment_design.experiment import Experiment
 from seals.sysid.validation.model import Model
+from seals.world.felt import accelerations
 from seals.world.readings import ReadingChain
 
 
 @dataclass
 class Track:
-    """One simulated run: states at its rows and one step before and after each, commands."""
+    """One simulated run: states at its rows and one step before and after each, commands.
+
+    Nothing lies before a row at which the run itself starts.
+    """
 
     states: list[Configuration]
-    before: list[Configuration]
+    before: list[Configuration | None]
     after: list[Configuration]
     commands: list[Floats]
     joints: list[Floats]
@@ -91,14 +95,13 @@ def _named(name: str, values: Floats) -> dict[str, Floats]:
 def _exact(experiment: Experiment, model: Model, track: Track, parts: int) -> dict[str, Floats]:
     """Return the readings of exact sensors, one row for each row of the log."""
     vehicle, step = model.vehicle, experiment.step / parts
-    now, before, after = (
-        Configuration(*(np.array(x) for x in zip(*part, strict=True)))
-        for part in (track.states, track.before, track.after)
-    )
+    now = Configuration(*(np.array(x) for x in zip(*track.states, strict=True)))
     turn = matrix_of(now.quaternion)
     back = turn.transpose(0, 2, 1)
-    linear = (after.velocity - before.velocity) / (2.0 * step)
-    angular = rotate(back, (after.angular_velocity - before.angular_velocity) / (2.0 * step))
+    three = zip(track.before, track.states, track.after, strict=True)
+    rates = [_acceleration(x, step) for x in three]
+    linear, angular = (np.array(part) for part in zip(*rates, strict=True))
+    angular = rotate(back, angular)
     linear[:, 2] += vehicle.environment.gravity
     spin, force = rotate(back, now.angular_velocity), rotate(back, linear)
     arm, mount = vehicle.imu_position, vehicle.imu_turn.T
@@ -116,6 +119,16 @@ def _exact(experiment: Experiment, model: Model, track: Track, parts: int) -> di
         "depth": level - now.position[:, 2:3],
     }
     return out if not now.joints.shape[1] else {**out, "joint_position": now.joints}
+
+
+def _acceleration(
+    three: tuple[Configuration | None, Configuration, Configuration], step: float
+) -> tuple[Floats, Floats]:
+    """Linear and angular acceleration at the second of three states, world axes, (3,) each."""
+    found = [c for c in three if c is not None]
+    seen = Configuration(*(np.array(x) for x in zip(*found, strict=True)))
+    linear, angular = accelerations(seen, step)
+    return linear[-1], angular[-1]
 
 
 def _late(model: Model, reading: Reading, step: float) -> Reading:

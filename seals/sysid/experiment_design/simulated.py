@@ -27,6 +27,7 @@ from seals.sysid.experiment_design.sensed import Track, measured
 from seals.sysid.validation.model import Model, nominal
 from seals.sysid.validation.scene import VEHICLE, build_scene
 from seals.world import World
+from seals.world.felt import accelerations
 
 _OPTIONS = ("experiment", "model", "out", "seed")
 _SETTLE = 3.0
@@ -169,7 +170,7 @@ class _Flight:
             world.reset({VEHICLE: _placed(job)})
             self.actor.drive = self.control.idle(1)
         self.volts = None if not volts else np.array([[volts]])
-        self.last = self.actor.body.read()
+        self.last: list[Configuration] = []
 
     def fly(self, rows: int) -> Track:
         """Let the transients decay, then record the rows."""
@@ -189,11 +190,11 @@ class _Flight:
             self.actor.command = command[None]
             if self.reference.joints.shape[1]:
                 self.actor.joint_command = self.reference.joints[row][None]
-        before = self.last
+        before = self.last[-1] if self.last else None
         for part in range(self.parts):
             if self.volts is not None:
                 self.actor.voltage = self.volts
-            self.last = _copied(self.actor.body.read())
+            self.last = [*self.last[-1:], _copied(self.actor.body.read())]
             self.world.step()
             if part == 0 and track is not None:
                 track.after.append(_copied(self.actor.body.read()))
@@ -209,10 +210,11 @@ class _Flight:
         state, drive = self._estimate(now), self.actor.drive
         turn = matrix_of(now.quaternion[None])[0]
         step = self.world.step_size
-        linear, angular = (
-            (getattr(now, n) - getattr(self.last, n)) / step
-            for n in ("velocity", "angular_velocity")
-        )
+        linear, angular = np.zeros(3), np.zeros(3)
+        if self.last:
+            seen = zip(*self.last, now, strict=True)
+            rates = accelerations(Configuration(*(np.array(x) for x in seen)), step)
+            linear, angular = (rate[-1] for rate in rates)
         spin = turn.T @ now.angular_velocity
         felt = turn.T @ linear - np.cross(spin, turn.T @ now.velocity)
         velocity, acceleration, turning = (r[row : row + 1] for r in self.rates)

@@ -21,6 +21,7 @@ from seals.sysid.validation.model import Model
 from seals.sysid.validation.scene import VEHICLE, build_scene
 from seals.world import World
 from seals.world.drivetrain import response_of
+from seals.world.felt import accelerations
 from seals.world.readings import ReadingChain
 
 STEP = 0.005
@@ -193,54 +194,56 @@ class _Runner:
     def _felt(self, seen: Configuration, length: int) -> tuple[TwinState, Floats]:
         step, at = self.world.step_size, np.arange(length) * self.parts
         turn = matrix_of(seen.quaternion)
-        rates = [np.diff(v, axis=0) / step for v in (seen.velocity, seen.angular_velocity)]
+        rates = accelerations(seen, step)
+        then = np.maximum(at - self.mean_over, 0)
         if self.mean_over:
             linear, angular = (_before_rows(rate, at, self.mean_over) for rate in rates)
         else:
             straddle = not self.samples.joint_command.shape[1]
             linear, angular = (_at_rows(rate, at, straddle=straddle) for rate in rates)
         linear[:, 2] += self.actor.gravity
-        back = turn[at].transpose(0, 2, 1)
+        back, back_then = (turn[k].transpose(0, 2, 1) for k in (at, then))
         velocity, spin = rotate(back, seen.velocity[at]), rotate(back, seen.angular_velocity[at])
-        force = rotate(back, linear)
-        # such a mean is taken in the axes of the middle of its step
-        force += 0.5 * self.mean_over * step * np.cross(spin, force)
-        felt = np.concatenate([spin, force, rotate(back, angular)], axis=1)
+        force, angular = rotate(back_then, linear), rotate(back_then, angular)
+        # no step lies before the first row
+        force[0] += self.mean_over * step * np.cross(spin[0], force[0])
+        felt = np.concatenate([spin, force, angular], axis=1)
         parts = (seen.position[at], seen.quaternion[at], velocity, spin)
         return TwinState(*parts, seen.joints[at], seen.joint_velocity[at]), felt
 
 
 def _at_rows(rate: Floats, at: NDArray[np.int64], *, straddle: bool) -> Floats:
-    """Rates at rows from their means over the steps between, second order in the step.
+    """Accelerations at rows, second order in the step.
 
     Args:
-        rate: mean over every step, shape (N, 3).
+        rate: acceleration at the start of every step, shape (N, 3).
         at: number of the step that begins at each row.
         straddle: whether a row's value may use the step after it; where commands act at once they
             jump there, and the row was read before.
     """
-    before = np.maximum(at - 1, 0)
     if straddle:
-        out: Floats = 0.5 * (rate[before] + rate[at])
-    else:
-        out = 1.5 * rate[before] - 0.5 * rate[np.maximum(at - 2, 0)]
-    # no step lies before the first row
-    out[0] = 1.5 * rate[0] - 0.5 * rate[1]
+        return rate[at]
+    out: Floats = 2.0 * rate[np.maximum(at - 1, 0)] - rate[np.maximum(at - 2, 0)]
     return out
 
 
 def _before_rows(rate: Floats, at: NDArray[np.int64], count: int) -> Floats:
-    """Mean rate over the last steps before each row, as the accelerometer of a run reads it.
+    """Acceleration of the last step before each row, as the accelerometer of a run reads it.
+
+    That of a longer step H is the second difference of places H apart: the mean of the shorter
+    steps' with the weights of a triangle, whose middle lies H before the row.
 
     Args:
-        rate: mean over every step, shape (N, 3).
+        rate: acceleration at the start of every step, shape (N, 3).
         at: number of the step that begins at each row.
-        count: of steps.
+        count: of steps that make one of the run.
     """
-    total = np.concatenate([np.zeros((1, rate.shape[1])), np.cumsum(rate, axis=0)])
-    out: Floats = (total[at] - total[np.maximum(at - count, 0)]) / count
+    out = np.zeros((len(at), rate.shape[1]))
+    for back in range(1, 2 * count):
+        share = (count - abs(back - count)) / count**2
+        out += share * rate[np.maximum(at - back, 0)]
     # no step lies before the first row
-    out[0] = 2.0 * (total[count] - total[0]) / count - (total[2 * count] - total[count]) / count
+    out[0] = 2.0 * rate[0] - rate[min(count, len(rate) - 1)]
     return out
 
 

@@ -59,17 +59,17 @@ class FlightState(NamedTuple):
 
 
 def flight_state(
-    now: RobotState, before: Floats | None, gravity: float, wind: Floats
+    now: RobotState, change: Floats | None, gravity: float, wind: Floats
 ) -> FlightState:
     """Convert the state of a robot.
 
     Args:
         now: the state.
-        before: velocity one step earlier, world axes [m/s], or None at the start.
+        change: acceleration of the last step, world axes [m/s^2], shape (3,); None at the start.
         gravity: [m/s^2].
         wind: velocity of the air, world axes [m/s].
     """
-    change = np.zeros(3) if before is None else (now.velocity - before) / now.step
+    change = np.zeros(3) if change is None else change
     force = (change + np.array([0.0, 0.0, gravity])) @ now.rotation
     return FlightState(
         now.time,
