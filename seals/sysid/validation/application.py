@@ -9,13 +9,13 @@ from typing import Any
 
 from seals.config.overlay import Overlay, find_overlay, load_overlay, overlay_names, read_overlay
 from seals.errors import ConfigError, MissingExtra, SealsError, suggestion
-from seals.logs import refuse_if_bad
 from seals.logs.atomic import write_json
 from seals.logs.log import Log
 from seals.run.progress import progress
 from seals.sysid.data.robot_description import RobotDescription, describe_run, described
 from seals.sysid.data.supply import supply_words
 from seals.sysid.predictors.problem import Problem, prepare
+from seals.sysid.report.given_logs import read_log
 from seals.sysid.validation.ablation import Ablation, compare_ends, replay_count, replay_variants
 from seals.sysid.validation.acceleration import acceleration_of, draw_acceleration
 from seals.sysid.validation.answer import log_digest, read_answer
@@ -164,13 +164,9 @@ def _robot(config: Any, place: str) -> RobotDescription | None:
 
 
 def _read(config: Any, place: str, key: str) -> Log:
-    from seals.config.build import build
-
     if not Path(place).exists():
         raise ConfigError(f"{key}={place}: there is no such file or folder.\nGive a log folder.")
-    log: Log = build(config.reader, where="reader").read(place)[0]
-    refuse_if_bad(log)
-    return log
+    return read_log(config, Path(place))
 
 
 def _same_vehicle(overlay: Overlay, log: Log) -> None:
