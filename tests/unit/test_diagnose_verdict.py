@@ -11,9 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seals.errors import LogError
 from seals.plugins.effects.rotor_drag import DragRotor
 from seals.plugins.effects.rotor_lag import RotorLag
 from seals.sysid.candidates.parameters import Candidate, CandidateSet, Parameter
+from seals.sysid.data.frozen import refuse_frozen
 from seals.sysid.decision import evidence
 from seals.sysid.decision.evidence import EvidenceAnswer, decide
 from seals.sysid.decision.moved_numbers import MovedNumber, stated_wrong
@@ -279,6 +281,7 @@ def test_a_wrong_number_is_printed_with_what_to_do() -> None:
     """Both values, how far, the sign, and the command that calibrates it."""
     number = {
         "what": "actuators.rotors.torque_coefficient",
+        "calibrates": True,
         "words": "reaction torque of the rotors",
         "stated": 1.36e-7,
         "found": -1.39e-7,
@@ -290,6 +293,32 @@ def test_a_wrong_number_is_printed_with_what_to_do() -> None:
     assert "20.2 tolerances off; the sign is opposite" in first
     assert "seals calibrate log=FOLDER parameters=[actuators.rotors.torque_coefficient]" in last
     assert wrong_lines([]) == []
+    assert wrong_lines([{**number, "calibrates": False}])[1] == "  measure again"
+
+
+@pytest.mark.parametrize(("moves", "level", "told"), [(1.0, 0.3, True), (0.0, 0.3, False)])
+def test_a_frozen_sensor_is_bad_data(moves: float, level: float, told: bool) -> None:
+    """A gyroscope that repeats one value for seconds while the vehicle moves; at rest it may."""
+    time = np.arange(0.0, 4.0, 0.01)
+    rng = np.random.default_rng(3)
+    turning = 0.01 * rng.standard_normal((400, 3))
+    turning[100:300, 1] = level
+    samples: Any = SimpleNamespace(
+        time=time,
+        channels={
+            "position": moves * time[:, None] * np.ones(3) + 0.003 * rng.standard_normal((400, 3)),
+            "angular_velocity": turning,
+        },
+    )
+    vehicle: Any = SimpleNamespace(sigma={"position": 0.003})
+    log: Any = SimpleNamespace(meta={})
+    if told:
+        with pytest.raises(
+            LogError, match=r"angular_velocity_y reads 0\.3 without change for 2\.0 s"
+        ):
+            refuse_frozen(log, samples, vehicle)
+        log.meta["simulated"] = {}
+    refuse_frozen(log, samples, vehicle)
 
 
 def test_how_far_a_number_is_determined() -> None:
