@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from seals.errors import LogError
 from seals.logs.log import Log
+from seals.schema import parameters_of
 from seals.sysid.calibration.free_numbers import same_number
 from seals.sysid.calibration.stated import stated_numbers
 from seals.sysid.candidates.parameters import Candidate
@@ -124,7 +127,7 @@ class Diagnosis:
     def stated_wrong(self) -> list[dict[str, Any]]:
         """Stated numbers that lie too far off to be chance, farthest first.
 
-        Each has ``what`` (its name for ``seals calibrate``, where it has one), ``words``,
+        Each has ``what`` (its name for ``seals calibrate`` where ``calibrates``), ``words``,
         ``stated``, ``found``, ``unit`` and ``sigma``, the change in tolerances.
         """
         if not self.answer.stated_wrong:
@@ -144,10 +147,15 @@ class Diagnosis:
             slope = slope if changes is None else changes.slope
             value = sets.nominal_of(moved.key) if number is None else number.value
             value = value if changes is None else changes.value
-            unit = number.unit if number is not None else ""
+            effect = sets.effects.get(sets.parameters[moved.key].instance)
+            meta = {} if effect is None else parameters_of(effect)
+            field_name = sets.parameters[moved.key].parameter
+            unit = meta[field_name].unit if field_name in meta else ""
+            unit = number.unit if number is not None else unit
             out.append(
                 {
                     "what": moved.key if number is None else number.name,
+                    "calibrates": number is not None,
                     "words": parameter_words(moved.key),
                     "stated": value,
                     "found": value + slope * moved.change,
@@ -245,9 +253,15 @@ def diagnose(
     found = search_log(problem, processes=processes, tell=lambda done: say(1 + done))
     answer = decide(problem, found, processes=processes)
     chosen = answer.claims[0].hypothesis if answer.claims else found.nominal
+    before = held_out_misfit(found.nominal)
+    if problem.samples.posed and not math.isfinite(before):
+        raise LogError(
+            "no misfit can be computed: readings, or the motion between them, are not finite.\n"
+            "Look at the channels of the log, or cut out the part that can be used."
+        )
     held_out = {
         "stated": stated_misfit(found.nominal),
-        "before": held_out_misfit(found.nominal),
+        "before": before,
         "after": held_out_misfit(chosen),
         "noise_floor": 1.0,
     }

@@ -62,35 +62,35 @@ def decide(
     """
     best = search.best
     errors = channel_errors(search.nominal, best)
-    told = EvidenceAnswer(
+    open_answer = EvidenceAnswer(
         verdict=Verdict.cannot_tell,
         claims=(),
         disturbance_level=disturbance_level(best),
         explained=explained_share(search),
         channels=errors,
     )
-    refusal = _refusal(problem, search, told.disturbance_level, told.explained)
+    refusal = _refusal(problem, search, open_answer.disturbance_level, open_answer.explained)
     if not refusal and not best.candidates:
-        return _quiet(problem, search, told)
+        return _quiet(problem, search, open_answer)
     if not refusal and _unexcited(problem, search, best):
-        return _quiet(problem, search, told, blind=[c.name for c in best.candidates])
+        return _quiet(problem, search, open_answer, blind=[c.name for c in best.candidates])
     lost = unlocated(best)
     if not refusal and len(lost) == len(best.candidates):
         refusal = f"the log does not locate the point toward which {best.label} would act"
     refusal = refusal or other_power(problem, best) or better_general_law(problem, best)
     refusal = refusal or _left_in_channels(problem, best, errors)
     if refusal:
-        return replace(told, verdict=Verdict.none_of_these, reasons=(refusal,))
+        return replace(open_answer, verdict=Verdict.none_of_these, reasons=(refusal,))
     if not _falls(search, errors):
         words = f"no error falls from the stated model to the one with {best.label}"
-        return replace(told, reasons=(words,))
-    return _named(problem, search, told, lost, processes)
+        return replace(open_answer, reasons=(words,))
+    return _named(problem, search, open_answer, lost, processes)
 
 
 def _named(
     problem: Problem,
     search: Search[EvidenceHypothesis],
-    told: EvidenceAnswer,
+    open_answer: EvidenceAnswer,
     lost: Sequence[int],
     processes: int,
 ) -> EvidenceAnswer:
@@ -99,7 +99,7 @@ def _named(
     temperature = evidence_temperature(problem)
     claims = [_claim(search, best, k, temperature, processes) for k in range(len(best.candidates))]
     if best.misfit > policy.misfit_trusted:
-        claims = [replace(c, confidence=c.confidence * told.explained) for c in claims]
+        claims = [replace(c, confidence=c.confidence * open_answer.explained) for c in claims]
     least = _least_share(problem, search)
     claims = [
         replace(c, confidence=0.0 if c.index in lost else min(c.confidence, least)) for c in claims
@@ -112,7 +112,7 @@ def _named(
                 f"the fit misses {best.label} in a simulation that holds it, by "
                 f"{100.0 * deceived:.0f} % of its gain"
             )
-            return replace(told, reasons=(words,))
+            return replace(open_answer, reasons=(words,))
         known = replace(best, fit=replace(best.fit, error=check.error))
         claims = [
             replace(c, hypothesis=known, confidence=c.confidence * (1.0 - deceived)) for c in claims
@@ -121,13 +121,13 @@ def _named(
     claims = with_data_sheet(problem, search, claims)
     late = _pose_late(claims)
     if late:
-        return replace(told, verdict=Verdict.bad_data, reasons=(late,))
+        return replace(open_answer, verdict=Verdict.bad_data, reasons=(late,))
     named = [c for c in reported(claims, policy.evidence_ties) if not holds_zero(c)]
     if not named:
         words = f"the intervals of {', '.join(c.name for c in claims)} hold zero"
-        return replace(told, reasons=(words,))
+        return replace(open_answer, reasons=(words,))
     return replace(
-        told,
+        open_answer,
         verdict=verdict_of(named),
         claims=tuple(named),
         stated_wrong=_wrong_numbers(problem, named[0].hypothesis),
@@ -285,10 +285,10 @@ def _unexcited(
 def _quiet(
     problem: Problem,
     search: Search[EvidenceHypothesis],
-    told: EvidenceAnswer,
+    open_answer: EvidenceAnswer,
     blind: Sequence[str] = (),
 ) -> EvidenceAnswer:
-    """Decide without a significant effect: nothing missing, or why that cannot be told."""
+    """Decide without a significant effect: nothing missing, or why that cannot be said."""
     nominal, policy = search.nominal, problem.policy
     gains = expected_gains(nominal)
     names: dict[str, float] = {}
@@ -300,8 +300,8 @@ def _quiet(
     # what acts in the other medium alone is nothing that this log could show
     blind = [*blind, *(n for _, n in asked if policy.absent < names[n] < policy.excitation)]
     reasons = [f"this log could not show {', '.join(blind)}"] if blind else []
-    if told.channels.outside and not search.best.candidates:
-        worst = told.channels.outside[0]
+    if open_answer.channels.outside and not search.best.candidates:
+        worst = open_answer.channels.outside[0]
         reasons.append(
             f"{worst.name} is {worst.after:.2g} times its expected error, where a right model "
             f"leaves up to {worst.band:.2g}, and no effect of the library accounts for it"
@@ -315,7 +315,7 @@ def _quiet(
             "looks like it"
         )
     return replace(
-        told,
+        open_answer,
         verdict=Verdict.cannot_tell if reasons else Verdict.nothing_missing,
         explained=1.0,
         excitation=gains,

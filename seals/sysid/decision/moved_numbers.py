@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from scipy.special import ndtri
+from scipy.special import stdtrit
 
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
@@ -63,8 +63,9 @@ def stated_wrong(hypothesis: EvidenceHypothesis, *, extra: float) -> tuple[Moved
     does not is the odd one; where many are moved, the data sheet is less exact than it says.
 
     Equation:
-        z_i^2 > (b s_i)^2 + extra with z the change in tolerances and b = Phi^-1(1 - p / 2 m), p the
-        chance that one of m determined numbers of a right data sheet lies beyond it (Bonferroni);
+        z_i^2 > (b s_i)^2 + extra with z the change in tolerances and b the 1 - p / 2 m quantile of
+        Student's law of n + m - 1 degrees of freedom, p the chance that one of m determined numbers
+        of a right data sheet lies beyond it (Bonferroni);
         s_i^2 = (n + sum z_j^2) / (n + sum (1 - u_j^2)) over the other determined numbers, each z_j
         no larger than z_i, u their standard errors and n the weight of the tolerances as stated
         (posterior of a common variance whose prior is a scaled inverse chi-squared law).
@@ -77,7 +78,8 @@ def stated_wrong(hypothesis: EvidenceHypothesis, *, extra: float) -> tuple[Moved
     known = [m for m in moved_numbers(hypothesis) if m.unknown < policy.undetermined]
     if not known:
         return ()
-    bound = float(ndtri(1.0 - 0.5 * policy.stated_chance / len(known)))
+    freedom = policy.stated_weight + len(known) - 1.0
+    bound = float(stdtrit(freedom, 1.0 - 0.5 * policy.stated_chance / len(known)))
     sizes = [_size(m, known, policy.stated_weight) for m in known]
     return tuple(
         m for m, size in zip(known, sizes, strict=True) if m.sigmas**2 > (bound * size) ** 2 + extra

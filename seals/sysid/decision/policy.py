@@ -156,7 +156,7 @@ class DecisionPolicy:
         0.05,
         "1",
         "chance that a right data sheet is called wrong in a number: divided among all numbers "
-        "that the log determines (Bonferroni), some 3.1 sigma for each of 26",
+        "that the log determines (Bonferroni), some 3.4 sigma for each of 26",
     )
     stated_weight: float = threshold(
         8.0,

@@ -16,6 +16,7 @@ from seals.sysid.candidates.parameters import CandidateSet
 from seals.sysid.candidates.vehicle import candidate_set_of
 from seals.sysid.data.contact import contact_free
 from seals.sysid.data.decimation import decimated
+from seals.sysid.data.frozen import refuse_frozen
 from seals.sysid.data.robot_description import RobotDescription
 from seals.sysid.data.samples import Samples, read_samples
 from seals.sysid.data.still_joints import joints_at_rest, still_joints
@@ -116,6 +117,7 @@ def prepare(
     still = still_joints(log, robot, errors=policy.joint_moving)
     vehicle = read_vehicle(log.meta, robot, still=still)
     samples = read_samples(log, vehicle)
+    refuse_frozen(log, samples, vehicle)
     parts = _parts(vehicle, samples)
     if samples.posed:
         trajectory = measured_trajectory(samples, vehicle)

@@ -55,7 +55,7 @@ def wrong_lines(found: Sequence[Mapping[str, Any]]) -> list[str]:
     lines = []
     for number in found:
         unit = "" if number["unit"] in ("", "1") else f" {number['unit']}"
-        words = f"{number['words']} ({number['what']})"
+        words = number["words"] + (f" ({number['what']})" if number["calibrates"] else "")
         line = (
             f"  stated wrong: {words}: stated {figure(number['stated'])}{unit}, "
             f"found {figure(number['found'])}{unit}, {abs(number['sigma']):.1f} tolerances off"
@@ -64,9 +64,19 @@ def wrong_lines(found: Sequence[Mapping[str, Any]]) -> list[str]:
             line += "; the sign is opposite: check directions and axes"
         lines.append(line)
     if found:
-        names = ",".join(dict.fromkeys(str(number["what"]) for number in found))
-        lines.append(f"  measure again, or: seals calibrate log=FOLDER parameters=[{names}]")
+        command = calibration_of(found)
+        lines.append("  measure again" + (f", or: {command}" if command else ""))
     return lines
+
+
+def calibration_of(found: Sequence[Mapping[str, Any]]) -> str:
+    """Return the command that calibrates stated numbers; empty where none has a name for it.
+
+    Args:
+        found: entries of ``stated_wrong``.
+    """
+    names = ",".join(dict.fromkeys(str(n["what"]) for n in found if n["calibrates"]))
+    return f"seals calibrate log=FOLDER parameters=[{names}]" if names else ""
 
 
 def error_lines(table: Mapping[str, Any]) -> list[str]:

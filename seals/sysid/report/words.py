@@ -10,6 +10,7 @@ from seals.sysid.candidates.activity import active_words
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis
 from seals.sysid.report.naming import effect_words, figure, interval, percent
+from seals.sysid.report.sentence import calibration_of
 from seals.sysid.report.tolerances import moved
 from seals.sysid.residual_force import Formula
 
@@ -171,9 +172,8 @@ def _after_refusal(
     if diagnosis.answer.verdict is Verdict.bad_data:
         return [*words, "Correct the log, and diagnose it again."], ""
     if data["stated_wrong"]:
-        names = ",".join(dict.fromkeys(str(n["what"]) for n in data["stated_wrong"]))
         words.append("Measure these numbers again, or let the log say what they are.")
-        return words, f"seals calibrate log=FOLDER parameters=[{names}]"
+        return words, calibration_of(data["stated_wrong"])
     if diagnosis.answer.blind:
         return [*words, "Fly again and move the vehicle more."], plan
     exact = "Fly slower, or log at a higher rate: the model is not exact enough here."

@@ -1,0 +1,327 @@
+"""Rule for verdict and printed words: channels, stated numbers, falling errors, intervals."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from seals.errors import LogError
+from seals.plugins.effects.rotor_drag import DragRotor
+from seals.plugins.effects.rotor_lag import RotorLag
+from seals.sysid.candidates.parameters import Candidate, CandidateSet, Parameter
+from seals.sysid.data.frozen import refuse_frozen
+from seals.sysid.decision import evidence
+from seals.sysid.decision.evidence import EvidenceAnswer, decide
+from seals.sysid.decision.moved_numbers import MovedNumber, stated_wrong
+from seals.sysid.decision.policy import DecisionPolicy
+from seals.sysid.decision.verdict import Verdict
+from seals.sysid.predictors.normal_equations import Fit
+from seals.sysid.report.sentence import error_lines, wrong_lines
+from seals.sysid.scores.channels import ChannelError, ChannelErrors, band
+from seals.sysid.scores.disturbance_level import DisturbanceLevel
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
+from seals.sysid.selection.search import Search
+
+POLICY = DecisionPolicy()
+DELAY = "sensor_delay.delay"
+
+
+def moved(sigmas: Sequence[float], *, unknown: Sequence[float] | float = 0.1) -> EvidenceHypothesis:
+    """A nominal model whose stated numbers a fit moved by some tolerances of 0.5."""
+    keys = tuple(f"number_{k}.value" for k in range(len(sigmas)))
+    spread = np.broadcast_to(np.asarray(unknown, dtype=float), (len(keys),)) * 0.5
+    precision = np.full(len(keys), 4.0)
+    fit = Fit(
+        free=(),
+        keys=keys,
+        values={key: 0.5 * z for key, z in zip(keys, sigmas, strict=True)},
+        cost=1000.0,
+        misfit=np.full(10, 100.0),
+        normal=np.diag(1.0 / spread**2 - precision)[None] * np.ones((10, 1, 1)) / 10.0,
+        right=np.zeros((10, len(keys))),
+        precision=precision,
+        centre=np.zeros(len(keys)),
+        penalty=0.0,
+    )
+    numbers = {key: Parameter(key=key, tolerance=0.5) for key in keys}
+    wind = Candidate(name="wind", keys=("wind.size",), reported=("size",))
+    late = Candidate(name="sensor_delay", keys=(DELAY,), reported=("delay",))
+    known = numbers | {k: Parameter(key=k) for k in ("wind.size", DELAY)}
+    sets = CandidateSet(effects={}, parameters=known, candidates=(wind, late))
+    sets.__dict__["sensor_delay"] = DELAY
+    fitter: Any = SimpleNamespace(
+        windows=SimpleNamespace(observed=1000.0, count=10, delay=0.0),
+        plant=SimpleNamespace(vehicle=SimpleNamespace(written=False)),
+        trajectory=SimpleNamespace(joint_velocity=np.zeros((1, 0))),
+        candidate_set=sets,
+    )
+    return EvidenceHypothesis(candidates=(), fit=fit, fitter=fitter, score=0.0)
+
+
+def names(hypothesis: EvidenceHypothesis, extra: float = 0.0) -> list[str]:
+    """Keys of the numbers that are called wrong."""
+    return [m.key for m in stated_wrong(hypothesis, extra=extra)]
+
+
+def test_an_honest_data_sheet_is_seldom_called_wrong() -> None:
+    """Of 2,000 data sheets with 30 numbers that keep their tolerances one in twenty at most."""
+    rng = np.random.default_rng(7)
+    told = [bool(names(moved(list(rng.standard_normal(30) * 0.995)))) for _ in range(2000)]
+    assert 0.01 < np.mean(told) < 0.05
+
+
+@pytest.mark.parametrize(
+    ("sigmas", "wrong"),
+    [
+        ([0.1] * 25 + [-20.2], True),
+        ([0.1] * 25 + [2.0], True),
+        ([1.0, -1.0] * 12 + [2.5], False),
+        ([1.0, -1.0] * 12 + [4.0], True),
+        ([3.0, -3.0] * 12 + [5.0], False),
+    ],
+)
+def test_a_number_is_wrong_that_lies_farther_off_than_the_others_allow(
+    sigmas: list[float], wrong: bool
+) -> None:
+    """The odd one among numbers that keep well within their tolerances, or one far beyond all."""
+    expected = [f"number_{len(sigmas) - 1}.value"] if wrong else []
+    assert names(moved(sigmas)) == expected
+
+
+def test_a_number_that_the_log_does_not_know_is_not_called_wrong() -> None:
+    """Moved by noise, not by data: its uncertainty after the fit is three quarters of before."""
+    unknown = [0.1] * 25 + [0.75]
+    assert names(moved([0.1] * 25 + [5.0], unknown=unknown)) == []
+    assert names(moved([0.1] * 25 + [5.0])) != []
+    assert names(moved([0.1] * 25 + [5.0]), extra=50.0) == []
+
+
+def channel(stated: float, calibrated: float, after: float) -> ChannelErrors:
+    """Errors of one channel, whose band ends at 1.2."""
+    one = ChannelError(
+        name="position x",
+        channel="position",
+        unit="m",
+        band=1.2,
+        stated=stated,
+        calibrated=calibrated,
+        after=after,
+        rms=(0.01 * stated, 0.01 * calibrated, 0.01 * after),
+    )
+    return ChannelErrors(errors=(one,))
+
+
+def answer(
+    monkeypatch: pytest.MonkeyPatch,
+    errors: ChannelErrors,
+    *,
+    names: Sequence[str] = (),
+    value: float = 1.0,
+    stated: float = 3.0,
+    sigmas: Sequence[float] = (0.1,) * 26,
+) -> EvidenceAnswer:
+    """Decide on a model with some effects of one size."""
+    calm = DisturbanceLevel(level=1.0, gain=0.0, allowance=0.0, between=1.0)
+    monkeypatch.setattr(evidence, "disturbance_level", lambda best: calm)
+    monkeypatch.setattr(evidence, "self_check", lambda best: None)
+    monkeypatch.setattr(evidence, "expected_gains", lambda base: {"wind": 1e3})
+    monkeypatch.setattr(evidence, "channel_errors", lambda *given: errors)
+    monkeypatch.setattr(evidence, "stated_misfit", lambda nominal: stated)
+    monkeypatch.setattr(evidence, "held_out_misfit", lambda best: 1.0)
+    monkeypatch.setattr(evidence, "surface_model_error", lambda *given: None)
+    base = moved(sigmas)
+    known = base.fitter.candidate_set
+    candidates = tuple(c for c in known.candidates if c.name in names)
+    keys = (*base.fit.keys, *(k for c in candidates for k in c.keys))
+    count = len(keys)
+    normal = np.zeros((10, count, count))
+    normal[:, : len(base.fit.keys), : len(base.fit.keys)] = base.fit.normal
+    free = [k for c in candidates for k in c.keys]
+    normal[:, len(base.fit.keys) :, len(base.fit.keys) :] = 10.0 * np.eye(len(free))
+    fit = replace(
+        base.fit,
+        free=tuple(free),
+        keys=keys,
+        values={**base.fit.values, **dict.fromkeys(free, value)},
+        normal=normal,
+        right=np.zeros((10, count)),
+        precision=np.append(base.fit.precision, np.full(len(free), 1e-6)),
+        centre=np.zeros(count),
+    )
+    best = replace(base, candidates=candidates, fit=fit, score=500.0) if candidates else base
+    problem: Any = SimpleNamespace(
+        policy=POLICY,
+        impact=False,
+        samples=SimpleNamespace(posed=True, logs=()),
+        vehicle=SimpleNamespace(servo={}, has_water=False),
+        plant=None,
+    )
+    rounds = ((best,),) if candidates else ()
+    return decide(problem, Search(nominal=base, best=best, rounds=rounds))
+
+
+def test_a_channel_outside_its_band_is_not_nothing_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A position eight times off, under a pooled misfit of one."""
+    assert answer(monkeypatch, channel(1.1, 1.0, 1.0)).verdict is Verdict.nothing_missing
+    said = answer(monkeypatch, channel(8.1, 8.1, 8.1))
+    assert said.verdict is Verdict.cannot_tell
+    assert "position x is 8.1 times its expected error" in said.reasons[0]
+
+
+def test_a_moved_number_is_told_and_never_nothing_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rotors stated reversed: a reaction torque 20 tolerances off explains the log."""
+    said = answer(monkeypatch, channel(9.0, 1.0, 1.0), sigmas=(*(0.1,) * 25, -20.2))
+    assert said.verdict is Verdict.cannot_tell
+    assert [round(m.sigmas, 1) for m in said.stated_wrong] == [-20.2]
+    assert "too far off to be chance" in said.reasons[0]
+
+
+@pytest.mark.parametrize(
+    ("after", "verdict"),
+    [(1.0, Verdict.named), (1.3, Verdict.named), (2.1, Verdict.none_of_these)],
+)
+def test_no_name_where_a_channel_is_left_over(
+    monkeypatch: pytest.MonkeyPatch, after: float, verdict: Verdict
+) -> None:
+    """A ramp taken for a step leaves the height twice its expected error."""
+    said = answer(monkeypatch, channel(6.4, 6.4, after), names=["wind"])
+    assert said.verdict is verdict
+    assert said.claims or "position x is left 2.1 times its expected error" in said.reasons[0]
+
+
+def test_no_name_without_an_error_that_falls(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From the stated model to the one with the effect: misfit or a channel must fall."""
+    same = channel(1.0, 1.0, 1.0)
+    said = answer(monkeypatch, same, names=["wind"], stated=1.001)
+    assert said.verdict is Verdict.cannot_tell
+    assert "no error falls" in said.reasons[0]
+    assert answer(monkeypatch, same, names=["wind"], stated=1.1).verdict is Verdict.named
+    gust = channel(3.0, 3.0, 0.3)
+    assert answer(monkeypatch, gust, names=["wind"], stated=1.001).verdict is Verdict.named
+
+
+def test_an_interval_that_holds_zero_is_no_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An effect of a hundredth of its own uncertainty."""
+    said = answer(monkeypatch, channel(3.0, 3.0, 1.0), names=["wind"], value=1e-3)
+    assert said.verdict is Verdict.cannot_tell
+    assert "hold zero" in said.reasons[0]
+
+
+def test_inertial_sensors_ahead_of_the_pose_are_bad_data(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A delay of -27 ms is a pose that comes late, not a sensor without delay."""
+    said = answer(monkeypatch, channel(3.0, 3.0, 1.0), names=["sensor_delay"], value=-0.027)
+    assert said.verdict is Verdict.bad_data
+    assert "27 ms late" in said.reasons[0]
+
+
+def test_the_band_follows_the_number_of_independent_samples() -> None:
+    """20 s of gusts of 0.35 s: 57 samples, three standard errors of sqrt(2 / 57) above one."""
+    windows: Any = SimpleNamespace(
+        count=20,
+        length=100,
+        samples=SimpleNamespace(step=0.01),
+        vehicle=SimpleNamespace(gust_time=0.35, gust=np.array([0.1, 0.0])),
+    )
+    expected = math.sqrt(1.0 + 3.0 * math.sqrt(2.0 * 0.35 / 20.0))
+    assert band(windows, 2000, standard_errors=3.0) == pytest.approx(expected)
+    calm = SimpleNamespace(gust_time=0.35, gust=np.zeros(2))
+    windows.vehicle = calm
+    assert band(windows, 2000, standard_errors=3.0) > expected
+
+
+def test_a_stated_lag_of_zero_leaves_a_plausible_size() -> None:
+    """A share of zero is no size: no vehicle without a stated lag ever got the name."""
+    subject: Any = SimpleNamespace(
+        lag=np.zeros(4), tolerance={"rotor_time_constant": 0.01}, spread=lambda name: 0.0
+    )
+    freed = RotorLag.additions("rotor_lag", subject)[0].parameters["time_constant_change"]
+    assert freed.scale == pytest.approx(0.03)
+    subject.lag = np.full(4, 0.05)
+    freed = RotorLag.additions("rotor_lag", subject)[0].parameters["time_constant_change"]
+    assert freed.scale == pytest.approx(0.05)
+
+
+def test_a_stated_rotor_drag_may_be_too_large() -> None:
+    """It may fall to zero; a change within two tolerances of drags is no effect."""
+    own = DragRotor(coefficient=0.1, exponent=0.5, typical=1.2)
+    subject: Any = SimpleNamespace(
+        lag=np.zeros(4), rotors=True, effects={"rotor_h": own}, weight=5.0, spread=lambda name: 0.3
+    )
+    (addition,) = DragRotor.additions("rotor_drag", subject)
+    size = addition.parameters["coefficient"]
+    assert size.bounds[0] == pytest.approx(-0.1)
+    assert size.least == pytest.approx(0.06)
+    assert (addition.effect.exponent, addition.effect.typical) == (0.5, 1.2)
+    subject.effects = {}
+    (addition,) = DragRotor.additions("rotor_drag", subject)
+    assert addition.parameters["coefficient"].bounds[0] == 0.0
+
+
+def test_the_printed_error_has_three_steps() -> None:
+    """Stated model, its numbers within their tolerances, and with the effect."""
+    table = {
+        "effects": [{"name": "wind"}],
+        "held_out_error": {"stated": 6.83, "before": 0.984, "after": 0.98},
+        "channels": [e.to_dict() for e in channel(8.0, 7.0, 1.0).errors],
+    }
+    assert error_lines(table) == [
+        "Error (stated model -> numbers within their tolerances -> with wind):",
+        "  held-out misfit 6.83 -> 0.984 -> 0.98 (floor 1)",
+        "  position x 0.08 -> 0.07 -> 0.01 m within a second",
+    ]
+
+
+def test_a_wrong_number_is_printed_with_what_to_do() -> None:
+    """Both values, how far, the sign, and the command that calibrates it."""
+    number = {
+        "what": "actuators.rotors.torque_coefficient",
+        "calibrates": True,
+        "words": "reaction torque of the rotors",
+        "stated": 1.36e-7,
+        "found": -1.39e-7,
+        "unit": "N m/(rad/s)^2",
+        "sigma": -20.2,
+    }
+    first, last = wrong_lines([number])
+    assert "stated 1.36e-07 N m/(rad/s)^2, found -1.39e-07" in first
+    assert "20.2 tolerances off; the sign is opposite" in first
+    assert "seals calibrate log=FOLDER parameters=[actuators.rotors.torque_coefficient]" in last
+    assert wrong_lines([]) == []
+    assert wrong_lines([{**number, "calibrates": False}])[1] == "  measure again"
+
+
+@pytest.mark.parametrize(("moves", "level", "told"), [(1.0, 0.3, True), (0.0, 0.3, False)])
+def test_a_frozen_sensor_is_bad_data(moves: float, level: float, told: bool) -> None:
+    """A gyroscope that repeats one value for seconds while the vehicle moves; at rest it may."""
+    time = np.arange(0.0, 4.0, 0.01)
+    rng = np.random.default_rng(3)
+    turning = 0.01 * rng.standard_normal((400, 3))
+    turning[100:300, 1] = level
+    samples: Any = SimpleNamespace(
+        time=time,
+        channels={
+            "position": moves * time[:, None] * np.ones(3) + 0.003 * rng.standard_normal((400, 3)),
+            "angular_velocity": turning,
+        },
+    )
+    vehicle: Any = SimpleNamespace(sigma={"position": 0.003})
+    log: Any = SimpleNamespace(meta={})
+    if told:
+        with pytest.raises(
+            LogError, match=r"angular_velocity_y reads 0\.3 without change for 2\.0 s"
+        ):
+            refuse_frozen(log, samples, vehicle)
+        log.meta["simulated"] = {}
+    refuse_frozen(log, samples, vehicle)
+
+
+def test_how_far_a_number_is_determined() -> None:
+    """Nothing is left to say of one whose uncertainty is that of its tolerance."""
+    number = MovedNumber(key="a.b", change=1.0, sigmas=2.0, unknown=1.0)
+    assert number.determined == 0.0
