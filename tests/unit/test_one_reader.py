@@ -176,8 +176,8 @@ def test_a_texture_starts_no_program(postscript: Path) -> None:
 
 def test_pictures_are_bounded() -> None:
     """A small file that declares a wall of pixels is refused before it is unpacked."""
-    Image.new("L", (20_000, 20_000)).save("a.png")
-    with pytest.raises(LogError, match=r"declares|exceeds"):
+    Image.new("L", (6_000, 6_000)).save("a.png")
+    with pytest.raises(LogError, match="declares 6000 by 6000"):
         read_picture("a.png")
     Image.new("RGBA", (3, 2), (9, 8, 7, 255)).save("b.png")
     assert read_picture("b.png").tolist() == [[[9, 8, 7]] * 3] * 2
