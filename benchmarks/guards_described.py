@@ -27,7 +27,7 @@ DESCRIPTIONS: dict[str, Guard] = {
     ),
     "markup of a check": Guard("seals.cli.check", "        markup=False,\n", "", TERMINAL, "check"),
     "signs of a name of a run": Guard(
-        "seals.run.build", " or not name.isprintable()", "", TERMINAL, "name_of_a_run"
+        "seals.file_names", "        or not text.isprintable()\n", "", TERMINAL, "name_of_a_run"
     ),
     "motors are a mapping": Guard(
         _MOTORS, "if not isinstance(entry, Mapping | None):", "if False:", ODD, "motor_curves"
@@ -270,7 +270,7 @@ DESCRIPTIONS: dict[str, Guard] = {
     ),
     "steps of an experiment": Guard(
         "seals.sysid.experiment_design.experiment",
-        "if not 0.0 <= length <= MOST_ROWS * step:",
+        "if not 0.0 < step < math.inf or not 0.0 <= length <= MOST_ROWS * step:",
         "if False:",
         FOUND,
         "manoeuvre",

@@ -36,8 +36,8 @@ def told(error: BaseException) -> str | None:
     frames = traceback.extract_tb(error.__traceback__)
     own = [frame for frame in frames if "seals" in Path(frame.filename).parts]
     # in a checkout the plug-ins lie beside the package
-    last = (own or frames or [None])[-1]
-    place = f" in {Path(last.filename).stem}.{last.name}" if last else ""
+    found = own or list(frames)
+    place = f" in {Path(found[-1].filename).stem}.{found[-1].name}" if found else ""
     return f"{type(error).__name__}, {' '.join(str(error).split())[:160]}{place}"
 
 

@@ -176,8 +176,8 @@ def test_a_texture_starts_no_program(postscript: Path) -> None:
 
 def test_pictures_are_bounded() -> None:
     """A small file that declares a wall of pixels is refused before it is unpacked."""
-    Image.new("L", (20_000, 20_000)).save("a.png")
-    with pytest.raises(LogError, match=r"declares|exceeds"):
+    Image.new("L", (6_000, 6_000)).save("a.png")
+    with pytest.raises(LogError, match="declares 6000 by 6000"):
         read_picture("a.png")
     Image.new("RGBA", (3, 2), (9, 8, 7, 255)).save("b.png")
     assert read_picture("b.png").tolist() == [[[9, 8, 7]] * 3] * 2
@@ -188,9 +188,6 @@ def test_pictures_are_bounded() -> None:
 
 def test_places_of_particles_are_bounded() -> None:
     """A pipe, and a shape of terabytes, end in words."""
-    os.mkfifo("a.npy")
-    with pytest.raises(SealsError, match="not an ordinary file"):
-        _places("a.npy")
     head = str({"descr": "<f8", "fortran_order": False, "shape": (400_000_000_000, 3)}).encode()
     head += b" " * (117 - len(head)) + b"\n"
     Path("b.npy").write_bytes(b"\x93NUMPY\x01\x00v\x00" + head)
@@ -198,6 +195,9 @@ def test_places_of_particles_are_bounded() -> None:
         _places("b.npy")
     np.save("c.npy", np.ones((2, 3), dtype=np.float32))
     assert _places("c.npy").shape == (2, 3)
+    os.mkfifo("a.npy")
+    with pytest.raises(SealsError, match="not an ordinary file"):
+        _places("a.npy")
 
 
 @pytest.fixture
