@@ -15,7 +15,8 @@ from seals.robot.model import RobotModel
 from seals.scaffold.drag import WATER, drag_of
 from seals.scaffold.hydrodynamics import added_mass_of_ellipsoid, ellipsoid_of_moments
 from seals.scaffold.limbs import SURFACE
-from seals.scaffold.rotors import LIQUID, Drives
+from seals.scaffold.motors import LIQUID
+from seals.scaffold.rotors import Drives
 from seals.scaffold.shapes import LinkHull
 from seals.scaffold.takeover import Takeover
 
