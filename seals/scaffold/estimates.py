@@ -128,7 +128,7 @@ def water_loads(robot: RobotModel, hulls: Mapping[str, LinkHull]) -> Floats:
     found = np.zeros(robot.tree.joints)
     for name, hull in hulls.items():
         link = robot.links.index(name)
-        joints = np.flatnonzero(robot.tree.moves[link]) if robot.tree.joints else []
+        joints = np.flatnonzero(robot.tree.moves[link])
         if not len(joints):
             continue
         volume, centres = np.array(hull.volumes), np.array([box.centre for box in hull.boxes])

@@ -272,7 +272,7 @@ def _drag_ahead(source: Takeover) -> float:
 
 def _least_drag(mass: float) -> float:
     """Drag at a brisk speed of the most slender hull of a neutral vehicle [N]."""
-    area = (mass / WATER) ** (2.0 / 3.0)
+    area: float = (mass / WATER) ** (2.0 / 3.0)
     return 0.5 * WATER * LEAST_DRAG * area * BRISK**2
 
 
