@@ -46,6 +46,26 @@ def with_plain_comments(text: str) -> str:
     return _COMMENT.sub(lambda found: f"<!--{_parted(found[1])}-->", text)
 
 
+def with_plain_names(text: str) -> str:
+    """Return XML without a default name space, and with undeclared prefixes made part of names.
+
+    Programs that read robots look at neither; an XML parser takes the one for other elements and
+    refuses the other.
+
+    Example:
+        >>> with_plain_names('<robot xmlns="http://a.b"><drake:x/></robot>')
+        '<robot><drake_x/></robot>'
+    """
+    text = re.sub(r"""(<[\w.-]+[^<>]*?)\sxmlns=("[^"]*"|'[^']*')""", r"\1", text)
+    declared = {"xml", "xmlns", *re.findall(r"xmlns:([\w.-]+)=", text)}
+
+    def named(found: re.Match[str]) -> str:
+        joined = ":" if found[2] in declared else "_"
+        return f"{found[1]}{found[2]}{joined}"
+
+    return re.sub(r"(</?)([A-Za-z_][\w.-]*):(?=[A-Za-z_])", named, text)
+
+
 def _parted(comment: str) -> str:
     parted = re.sub(r"-(?=-)", "- ", comment)
     return f"{parted} " if parted.endswith("-") else parted

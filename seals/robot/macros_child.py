@@ -221,7 +221,7 @@ def _forgiving(xacro: Any) -> None:
     def read(inp: Any, filename: str | None = None) -> Any:
         if inp is not None:
             return parse(inp, filename)
-        place = os.path.join(getattr(xacro, "root_dir", "") or "", str(filename))
+        place = os.path.join(xacro.root_dir, str(filename))
         try:
             with open(place, encoding="utf-8") as stream:
                 text = stream.read()

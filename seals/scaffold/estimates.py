@@ -15,7 +15,8 @@ from seals.robot.model import RobotModel
 from seals.scaffold.drag import WATER, drag_of
 from seals.scaffold.hydrodynamics import added_mass_of_ellipsoid, ellipsoid_of_moments
 from seals.scaffold.limbs import SURFACE
-from seals.scaffold.rotors import LIQUID, Drives
+from seals.scaffold.motors import LIQUID
+from seals.scaffold.rotors import Drives
 from seals.scaffold.shapes import LinkHull
 from seals.scaffold.takeover import Takeover
 
@@ -127,7 +128,7 @@ def water_loads(robot: RobotModel, hulls: Mapping[str, LinkHull]) -> Floats:
     found = np.zeros(robot.tree.joints)
     for name, hull in hulls.items():
         link = robot.links.index(name)
-        joints = np.flatnonzero(robot.tree.moves[link]) if robot.tree.joints else []
+        joints = np.flatnonzero(robot.tree.moves[link])
         if not len(joints):
             continue
         volume, centres = np.array(hull.volumes), np.array([box.centre for box in hull.boxes])

@@ -213,15 +213,12 @@ def _walk(dialect: str, element: Element, above: str) -> Iterator[tuple[str, str
     for kind in _own(element, above):
         yield kind, _reason(dialect, kind)
     for child in element:
-        if isinstance(child.tag, str):
-            top = tag == "model" and above in ("sdf", "world") and child.tag == "pose"
-            yield from _walk(dialect, child, "top" if top else tag)
+        top = tag == "model" and above in ("sdf", "world") and child.tag == "pose"
+        yield from _walk(dialect, child, "top" if top else tag)
 
 
 def _own(element: Element, above: str) -> list[str]:
     """Kinds of an element's own attributes and text."""
-    if not isinstance(element.tag, str):
-        return []
     place = f"{above}/{element.tag}" if above else str(element.tag)
     found = [f"{place}@{key}" for key in element.attrib]
     return found + ([f"{place}#"] if (element.text or "").strip() else [])
@@ -242,8 +239,6 @@ def _fits(kind: str, words: str) -> bool:
 def _plug_in(plugin: Element) -> Iterator[tuple[str, str]]:
     """Entries of a plug-in: keys that a law is made of, and others."""
     for element in plugin.iter():
-        if not isinstance(element.tag, str):
-            continue
         used = element.tag in _PLUGIN_KEYS or re.fullmatch(_HYDRO, element.tag)
         named = element is plugin or element.tag == "link"
         why = _TELLING if element.tag in _TOLD else KEY

@@ -209,6 +209,7 @@ def _built(settings: RobotSettings, source: Takeover) -> RobotModel:
     except RobotError as cause:
         text = str(cause).replace(str(settings.urdf_path), str(source.path))
         if "has no mass" in text:
+            text += " Where it is bolted to the world: name it 'world'."
             text += " Or --density 500: the mass of its shapes at 500 kg/m^3."
         raise RobotError(text) from cause
 

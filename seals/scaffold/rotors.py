@@ -12,15 +12,20 @@ import numpy as np
 from seals.arrays import Floats
 from seals.control.plant import ROTOR, THRUSTER, rest_poses
 from seals.environment.seawater import FRESH_WATER
-from seals.errors import RobotError, suggestion
 from seals.robot.model import RobotModel
+from seals.scaffold.motors import (
+    UPRIGHT,
+    axis_of,
+    hubs_of,
+    level_ones,
+    link_of,
+    without_strange_laws,
+)
 from seals.scaffold.plug_ins import Motor
 from seals.scaffold.takeover import Takeover
 
 GRAVITY, WATER = 9.81, FRESH_WATER
 """Gravity [m/s^2] and the density of water [kg/m^3]."""
-LIQUID = 100.0
-"""Density above which the medium of a wing is water [kg/m^3]."""
 TIP_SPEED = 120.0
 """Speed of blade tips at full speed [m/s]; small propellers turn at 80 to 180."""
 REACTION = 0.12
@@ -34,16 +39,10 @@ SMALL = 0.04, 50.0
 _ROTOR_LAG, _THRUSTER_LAG = 0.05, 0.1
 _WORDS = r"thruster", r"rotor|prop|blade|screw", r"motor"
 _NOT = r"guard|mount|shroud|duct|arm|frame|base|cage|servo|nacelle|tilt"
-_SAME_PLACE = 1e-6
-"""Distance below which frames of two links coincide [m]."""
-MOST_PUSH = 50.0
-"""Thrust of one rotor by the weight beyond which its constant is no thrust by squared speed [1]."""
 LEAST_DRAG = 0.02
 """Drag coefficient by volume^(2/3) of the most slender hulls [1]; torpedoes have 0.025 (Hoerner
 1965, ch. 6). A stated drag below it was never measured, and no measure of thrusters."""
 _FEWEST = {ROTOR: 2, THRUSTER: 1}
-_UPRIGHT = 0.5
-"""Mean upright part of the axes from which on propellers carry a vehicle [1]."""
 
 
 @dataclass(kw_only=True)
@@ -85,26 +84,6 @@ class Drives:
     tilting: dict[str, str] = field(default_factory=dict)
 
 
-def _without_strange_laws(
-    motors: Sequence[Motor], weight: float, changes: list[str]
-) -> list[Motor]:
-    """Leave out constants of motor models whose law is not thrust by squared speed."""
-    found = []
-    for motor in motors:
-        values = dict(motor.values)
-        full = values.get("thrust", 0.0) * values.get("max_speed", 0.0) ** 2
-        if full > MOST_PUSH * weight:
-            for key in ("thrust", "torque", "max_speed"):
-                values.pop(key, None)
-            changes.append(
-                f"{motor.source} of {motor.joint or motor.link}: thrust constant not used: times "
-                f"the square of the largest speed it is {full:.3g} N, {full / weight:.3g} times "
-                "the weight, so that it belongs to another law; thrust is chosen"
-            )
-        found.append(motor._replace(values=values))
-    return found
-
-
 def drives_of(
     robot: RobotModel, source: Takeover, extents: Mapping[str, float], *, medium: str = ""
 ) -> list[Drives]:
@@ -122,46 +101,13 @@ def drives_of(
     motors = source.stated.motors
     if not motors:
         motors = _named(robot, medium, wet=bool(source.stated.hydrodynamics))
-    motors = _without_strange_laws(motors, GRAVITY * float(robot.mass.sum()), source.changes)
-    motors = _level_ones(motors, robot, source, medium)
+    motors = without_strange_laws(motors, GRAVITY * float(robot.mass.sum()), source.changes)
+    motors = level_ones(motors, robot, source, medium)
     found = []
     for kind in (ROTOR, THRUSTER):
         own = [motor for motor in motors if motor.kind == kind]
         if own:
             found.append(_drives(kind, own, robot, source, extents))
-    return found
-
-
-def _level_ones(
-    motors: Sequence[Motor], robot: RobotModel, source: Takeover, medium: str
-) -> list[Motor]:
-    """Return motor models of propellers that lie level, in water, as thrusters along their axes."""
-    flies = medium == "air" or any(wing.density < LIQUID for wing in source.stated.wings)
-    rotors = [m for m in motors if m.kind == ROTOR and m.values]
-    if flies or not rotors or len(rotors) < len(motors):
-        return list(motors)
-    links = [_link_of(motor, robot, source) for motor in rotors]
-    turns = rest_poses(robot)[1]
-    axes = [
-        _axis(robot, k, ROTOR) if m.axis is None else turns[k] @ np.array(m.axis)
-        for k, m in zip(links, rotors, strict=True)
-    ]
-    if np.mean(np.abs(np.array(axes)[:, 2])) > _UPRIGHT:
-        return list(motors)
-    found = []
-    for motor, k, axis in zip(rotors, links, axes, strict=True):
-        values = dict(motor.values)
-        force = values.pop("thrust", 0.0) * values.pop("max_speed", 0.0) ** 2
-        values = {key: v for key, v in values.items() if key in ("time_constant", "radius")}
-        own = turns[k].T @ axis
-        found.append(
-            motor._replace(
-                kind=THRUSTER,
-                values={**values, **({"max_force": force} if force > 0.0 else {})},
-                axis=(float(own[0]), float(own[1]), float(own[2])),
-            )
-        )
-    source.changes.append("propellers that lie level are thrusters")
     return found
 
 
@@ -209,8 +155,8 @@ def _named(robot: RobotModel, medium: str, *, wet: bool) -> list[Motor]:
             continue
         kind = THRUSTER if words == _WORDS[0] or medium == "water" or wet else ROTOR
         if kind == ROTOR and medium != "air":
-            upright = [abs(_axis(robot, k, ROTOR)[2]) for k in links]
-            kind = ROTOR if np.mean(upright) > _UPRIGHT else THRUSTER
+            upright = [abs(axis_of(robot, k, ROTOR)[2]) for k in links]
+            kind = ROTOR if np.mean(upright) > UPRIGHT else THRUSTER
         if words == _WORDS[2] and kind == ROTOR and len(links) < 3:
             continue
         if len(links) >= _FEWEST[kind]:
@@ -242,15 +188,6 @@ def _drives_a_joint(robot: RobotModel, link: int) -> bool:
     return moved != link and beside and tree.joint[moved] >= 0 and tree.joint[link] < 0
 
 
-def _axis(robot: RobotModel, link: int, kind: str) -> Floats:
-    """Axis of a drive in base axes: that of its joint, else z of a rotor and x of a thruster."""
-    joint = robot.tree.joint[link]
-    ahead = np.array([0.0, 0.0, 1.0] if kind == ROTOR else [1.0, 0.0, 0.0])
-    own = robot.tree.axis[joint] if joint >= 0 else ahead
-    axis: Floats = rest_poses(robot)[1][link] @ own
-    return axis
-
-
 def _drives(
     kind: str,
     motors: Sequence[Motor],
@@ -258,12 +195,12 @@ def _drives(
     source: Takeover,
     extents: Mapping[str, float],
 ) -> Drives:
-    links = [_link_of(motor, robot, source) for motor in motors]
+    links = [link_of(motor, robot, source) for motor in motors]
     origins, turns = rest_poses(robot)
-    hubs = _hubs(robot, links, motors)
+    hubs = hubs_of(robot, links, motors)
     place = np.array([origins[k] + turns[k] @ hub for k, hub in zip(links, hubs, strict=True)])
     rows = [
-        _axis(robot, k, kind) if m.axis is None else turns[k] @ np.array(m.axis)
+        axis_of(robot, k, kind) if m.axis is None else turns[k] @ np.array(m.axis)
         for k, m in zip(links, motors, strict=True)
     ]
     raw = np.array(rows)
@@ -313,27 +250,6 @@ def _drives(
     return found
 
 
-def _hubs(robot: RobotModel, links: Sequence[int], motors: Sequence[Motor]) -> list[Floats]:
-    """Hubs of drives in axes of their links [m], shape (3,) each.
-
-    A link without mass has no other use for the origin of its ``<inertial>`` than to state a
-    place; and where frames of links that were found by their names coincide, the file has all of
-    them at its base and their centres of mass at the hubs.
-    """
-    hubs = [np.array(motor.position, dtype=float) for motor in motors]
-    if any(motor.values for motor in motors):
-        # motor models push at the origin of their link
-        return hubs
-    frames = rest_poses(robot)[0][list(links)]
-    apart = np.linalg.norm(frames[:, None] - frames[None], axis=2) + np.diag(np.ones(len(links)))
-    together = apart.min(axis=1, initial=np.inf) < _SAME_PLACE
-    centres = [robot.centre[k] for k in links]
-    return [
-        centre if not hub.any() and (robot.mass[k] <= 0.0 or both) else hub
-        for k, hub, centre, both in zip(links, hubs, centres, together, strict=True)
-    ]
-
-
 def _turned_up(motors: Sequence[Motor], names: list[str], axis: Floats, turns: Floats) -> list[str]:
     """Tell of rotors that are turned up: motor models of Gazebo push along z of the link."""
     rows = zip(names, motors, axis, turns, strict=True)
@@ -356,7 +272,7 @@ def _drag_ahead(source: Takeover) -> float:
 
 def _least_drag(mass: float) -> float:
     """Drag at a brisk speed of the most slender hull of a neutral vehicle [N]."""
-    area = (mass / WATER) ** (2.0 / 3.0)
+    area: float = (mass / WATER) ** (2.0 / 3.0)
     return 0.5 * WATER * LEAST_DRAG * area * BRISK**2
 
 
@@ -370,7 +286,7 @@ def held_down(drives: Sequence[Drives], net: float) -> None:
     for each in drives:
         if each.kind == THRUSTER and "max_force" not in each.sources:
             up = float(np.abs(each.axis[:, 2]).sum())
-            if up > _UPRIGHT:
+            if up > UPRIGHT:
                 each.thrust = np.maximum(each.thrust, 2.0 * abs(net) / up)
 
 
@@ -401,23 +317,6 @@ def _stated(
     if stated:
         sources[key] = "; ".join(stated[:3])
     return np.array([d if v is None else v for v, d in zip(given, default, strict=True)])
-
-
-def _link_of(motor: Motor, robot: RobotModel, source: Takeover) -> int:
-    """Link of a stated drive: the named link, or the child of the named joint."""
-    link = source.child_of(motor.joint) if motor.joint else motor.link
-    if not link or (link not in robot.links and motor.link in robot.links):
-        link = motor.link
-    if link not in robot.links:
-        wrong, known = (
-            (motor.joint, source.joint_names) if motor.joint else (motor.link, list(robot.links))
-        )
-        what = "joint" if motor.joint else "link"
-        raise RobotError(
-            f"{motor.source} names the {what} '{wrong}', which is not there.\n"
-            f"{suggestion(wrong, known)}"
-        )
-    return robot.links.index(link)
 
 
 def _radii(place: Floats, axis: Floats, extents: Floats) -> Floats:

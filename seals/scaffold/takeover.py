@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from seals.errors import LogError, RobotError, suggestion
-from seals.robot.macros import expanded, holds_macros, with_plain_comments
+from seals.robot.macros import expanded, holds_macros, with_plain_comments, with_plain_names
 from seals.robot.structure import check_structure
 from seals.scaffold.ledger import left_out
 from seals.scaffold.meshes import copy_meshes
@@ -70,6 +70,7 @@ class Takeover:
         self.spun: set[str] = set()
         self._texts: Mapping[str, str] = {}
         text = with_plain_comments(_text_of(path))
+        text = text if holds_macros(text) else with_plain_names(text)
         if holds_macros(text):
             _tree_of(path, text)
             text = expanded(path, packages, arguments)
@@ -85,7 +86,6 @@ class Takeover:
     def _read(self, text: str) -> Element:
         """Return the ``<robot>`` of a text in any of the formats."""
         tree = _tree_of(self.path, text)
-        self.unused = left_out(_whole(self.path, tree, self.packages))
         if tree.tag == "sdf":
             urdf, changes = urdf_of_sdf(self.path, tree, self.packages)
             bare = {str(e.get("name")) for e in urdf.iter("link") if e.find("collision") is None}
@@ -96,9 +96,11 @@ class Takeover:
             urdf, changes, self.stated, self._texts = urdf_of_mjcf(self.path, tree, self.packages)
         else:
             check_structure(self.path, text, endless=True)
+            self.unused = left_out(tree)
             keep = ElementTree.XMLParser(target=ElementTree.TreeBuilder(insert_comments=True))
             self.stated = stated_of(tree)
             return ElementTree.fromstring(text.encode("utf-8"), parser=keep)
+        self.unused = left_out(_whole(self.path, tree, self.packages))
         self.changes += changes
         check_structure(self.path, ElementTree.tostring(urdf, encoding="unicode"))
         return urdf

@@ -10,7 +10,7 @@ import numpy as np
 
 from seals.errors import RobotError, suggestion
 from seals.frames import rpy_of
-from seals.scaffold.estimates import LIQUID
+from seals.scaffold.motors import LIQUID
 from seals.scaffold.takeover import Element
 from seals.scaffold.wing_plug_ins import Wing
 from seals.scaffold.writing import plain

@@ -128,3 +128,20 @@ def test_worlds_that_include_their_robot(tmp_path: Path) -> None:
     (tmp_path / "w.sdf").write_text(world.format(near + far), encoding="utf-8")
     with pytest.raises(RobotError, match="includes 2 models"):
         scaffold_robot("three", tmp_path / "w.sdf", parent=tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("ending", "text"),
+    [
+        ("urdf", f'<robot name="r" xmlns="http://drake.mit.edu">{LINK.format("a")}</robot>'),
+        (
+            "sdf",
+            f"<sdf><model name='m'>{SDF.format('a', '<d:hull>1</d:hull>', 2)}</model></sdf>",
+        ),
+    ],
+)
+def test_name_spaces_are_looked_over(tmp_path: Path, ending: str, text: str) -> None:
+    """A default one, and prefixes that nothing declares, as other programs write them."""
+    (tmp_path / f"it.{ending}").write_text(text, encoding="utf-8")
+    made = scaffold_robot("my", tmp_path / f"it.{ending}", parent=tmp_path)
+    assert made.robot.mass.tolist() == [2.0]
