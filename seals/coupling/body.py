@@ -10,8 +10,14 @@ import numpy as np
 from seals.arrays import Array, Floats, namespace
 from seals.backend import BodyOptions, Configuration, Dynamics, Follow, LinkPoses, LinksAt
 from seals.coupling.contacts import Contacts
-from seals.coupling.engine import CompiledEngineBody, EngineBody, SolvingEngineBody
+from seals.coupling.engine import (
+    CompiledEngineBody,
+    EngineBody,
+    SolvingEngineBody,
+    generalised,
+)
 from seals.coupling.implicit_drive import ImplicitDrives
+from seals.coupling.inertia_split import at_rest
 from seals.coupling.leapfrog import HalfStep
 from seals.coupling.locked import base_inertia, locked_kick
 from seals.coupling.predicted import PredictedForces
@@ -19,7 +25,12 @@ from seals.coupling.solved import SolvedForces
 from seals.errors import PhysicsError
 from seals.frames import cross, exponential, matrix_of, multiply
 from seals.multibody.equations import Assembly
+from seals.multibody.kinematics import Kinematics
+from seals.multibody.linear import solved
 from seals.robot.model import RobotModel
+
+_RESTING = 1e-3
+"""Rate up to which a joint at its limit rests there [rad/s or m/s]."""
 
 
 class CoupledBody(BodyOptions):
@@ -223,6 +234,8 @@ class CoupledBody(BodyOptions):
             step: h [s].
             driven: whether drives act on the joints.
         """
+        if self._limits and self._base and self._meets_stop(step):
+            return None
         form = self._forces.compiled_form(step, driven=driven, contacts=self._contacts)
         if form is None:
             return None
@@ -288,7 +301,8 @@ class CoupledBody(BodyOptions):
         # written so that a motion that is not a number is looked at as well
         if not raw @ raw <= self.engine.top_speed**2:
             self._refuse_speed(float(np.abs(raw).max()))
-        kick = raw - self._speed.now
+        before = self._speed.now
+        kick = raw - before
         self._forces.moved(kick, step)
         if not smooth:
             self._speed, self._joints = HalfStep(raw), joints
@@ -297,6 +311,7 @@ class CoupledBody(BodyOptions):
             self._speed, self._joints = HalfStep(raw), joints
             if self._base and self._base_inertia is not None:
                 self._move_back(self._base_inertia(), kick, step)
+                self._keep_momentum(before, step)
             return
         self._speed = self._speed.kicked(kick)
         middle = self._speed.middle
@@ -334,6 +349,41 @@ class CoupledBody(BodyOptions):
         self.engine.shift_base(shift)
         self.engine.set_velocity(self._speed.now, self._joints)
 
+    def _keep_momentum(self, before: Floats, step: float) -> None:
+        """Correct the velocity of the base at a joint stop, which leaves the momentum as it is.
+
+        The engine takes the Coriolis terms of a step from the velocities at its start. Where a stop
+        changes them within the step, momentum of the order of h appears.
+
+        Equation:
+            M_bb s = M_b v + h F_b - M'_b v', with M_b the rows of the base of the generalised
+            inertia before and after the step, and F_b the loads on the base, about its origin: the
+            correction s of the velocity v'. Angular momentum is carried over to the new origin.
+
+        Args:
+            before: velocity at the start of the step, shape (n,).
+            step: h [s].
+        """
+        began = self._began
+        if not isinstance(began, Dynamics) or not at_rest(began.found):
+            return
+        then, arm = began.kinematics, self.engine.reference
+        origins, rotations = self.engine.link_poses()
+        now = Kinematics(self.robot.tree, origins[None], rotations[None])
+        rows = base_inertia(self._assembly, began._replace(kinematics=now))
+        momentum = base_inertia(self._assembly, began) @ self._at_origin(
+            before, then.rotations[0, 0]
+        )
+        momentum += step * generalised(then.jacobian[0], began.wrench[0])[:6]
+        momentum[3:] -= np.cross(origins[0] - then.origins[0, 0], momentum[:3])
+        left = momentum - rows @ self._at_origin(self._speed.now, rotations[0])
+        change = solved(rows[:, :6], left)
+        change[:3] += np.cross(change[3:], rotations[0] @ arm)
+        speed = self._speed.now.copy()
+        speed[:6] += change
+        self._speed = HalfStep(speed)
+        self.engine.set_velocity(speed, self._joints)
+
     def _refuse_speed(self, fastest: float) -> None:
         """Refuse a motion that the engine would clamp, or that is not a number."""
         if not fastest <= self.engine.top_speed:
@@ -342,6 +392,21 @@ class CoupledBody(BodyOptions):
                 f"Allowed: up to {self.engine.top_speed:g}; "
                 "take a smaller time.step or check forces and masses."
             )
+
+    def _meets_stop(self, step: float) -> bool:
+        """Return whether a joint reaches a limit in the next step, or stands at one under loads.
+
+        Such steps are not compiled: the momentum is kept, or the limit's reaction is foretold, from
+        the whole of the loads.
+        """
+        rates, held = self._speed.now[self._base :].tolist(), self._forces.foretells
+        for x, v, (a, b) in zip(self._joints.tolist(), rates, self._stops, strict=True):
+            inside = a < x < b
+            if not inside and (held or abs(v) > _RESTING):
+                return True
+            if inside and not a < x + 2.0 * step * v < b:
+                return True
+        return False
 
     def _at_stop(self, q: Floats) -> bool:
         """Return whether a joint stands at a limit."""

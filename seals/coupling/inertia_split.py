@@ -16,6 +16,7 @@ from seals.arrays import Array, Floats, namespace, some
 from seals.backend import Dynamics
 from seals.coupling.engine import EngineBody
 from seals.coupling.implicit_drive import ImplicitDrive
+from seals.coupling.joint_stops import NearStops
 from seals.effects.evaluation import Evaluation
 from seals.errors import ConfigError
 from seals.frames import skew_last
@@ -67,7 +68,11 @@ class InertiaSplit:
         return none and not self._raised and not dynamics.discontinuous
 
     def act(
-        self, dynamics: Dynamics, contact: Floats | None, acting: ImplicitDrive | None
+        self,
+        dynamics: Dynamics,
+        contact: Floats | None,
+        acting: ImplicitDrive | None,
+        stops: NearStops | None = None,
     ) -> tuple[Floats, Floats]:
         """Return the wrenches that make the engine's step follow the full equations.
 
@@ -75,17 +80,23 @@ class InertiaSplit:
             dynamics: of the robot at the current time.
             contact: contact wrenches of the last step, None without contact, shape (L, 6).
             acting: drives of the joints, None without.
+            stops: limits that joints stand at; None for none.
 
         Returns:
             Wrenches about the link origins, link axes [N, N m], shape (L, 6), and forces on the
             joints [N m or N], shape (J,).
         """
         self.update(self._wanted(dynamics.found))
-        own, joint_force, _ = self.law(dynamics, contact, acting, self._engine_inertia)
+        own, joint_force, _ = self.law(dynamics, contact, acting, self._engine_inertia, stops)
         return own, joint_force
 
     def law(
-        self, dynamics: Dynamics, contact: Array | None, acting: ImplicitDrive | None, engine: Array
+        self,
+        dynamics: Dynamics,
+        contact: Array | None,
+        acting: ImplicitDrive | None,
+        engine: Array,
+        stops: NearStops | None = None,
     ) -> tuple[Array, Array, Array]:
         """Return the wrenches and joint forces of `act`, and the generalised inertia; pure.
 
@@ -94,6 +105,7 @@ class InertiaSplit:
             contact: contact wrenches of the last step, None without contact, shape (L, 6).
             acting: drives of the joints, None without.
             engine: inertia of the links in the engine, shape (L, 6, 6).
+            stops: limits that joints stand at, on NumPy; None for none.
         """
         kinematics, moving = dynamics.kinematics, dynamics.moving
         total = self._assembly.total_inertia(dynamics.found, 1)
@@ -109,6 +121,10 @@ class InertiaSplit:
         seen = load if contact is None else load + contact[None]
         parts = self._assembly.system(kinematics, total, seen, dynamics.joint_force)
         acceleration, joint_force = _accelerations(*parts, dynamics.joint_force, acting)
+        if stops is not None:
+            armature = None if acting is None else acting.armature
+            matrix = parts[0] if armature is None else heavier(parts[0], armature[None])
+            acceleration = stops.held(matrix[0], acceleration[0])[None]
         if not self._raised and total is self._assembly.inertia:
             # the engine holds the whole inertia: its own equations are the full ones
             return dynamics.wrench[0], joint_force[0], parts[0][0]

@@ -12,6 +12,7 @@ from seals.coupling.contacts import Contacts
 from seals.coupling.engine import EngineBody, generalised
 from seals.coupling.implicit_drive import ImplicitDrive
 from seals.coupling.inertia_split import InertiaSplit
+from seals.coupling.joint_stops import JointStops
 from seals.coupling.motors import StandingMotors
 from seals.coupling.servo import JointResponse, JointServo
 from seals.robot.model import RobotModel
@@ -32,6 +33,7 @@ class PredictedForces:
         self._lead = 0 if robot.tree.fixed_base else 6
         self._split = InertiaSplit(engine, robot)
         self._servo = JointServo(engine, self._lead)
+        self._stops = JointStops(robot.lower, robot.upper)
         self._motors = StandingMotors(engine, joints)
         self._feet = frozenset(leg.foot for leg in robot.legs.values())
         if not engine.contact_motors:
@@ -45,6 +47,11 @@ class PredictedForces:
             inertial: whether effects add inertia.
         """
         self._inertial = inertial
+
+    @property
+    def foretells(self) -> bool:
+        """Whether loads are made from accelerations, which limits of joints then must be in."""
+        return self._inertial
 
     @property
     def running(self) -> bool:
@@ -84,7 +91,7 @@ class PredictedForces:
         if standing:
             wrench, joint_force = self._pushed(dynamics, contacts)
         else:
-            wrench, joint_force = self._effort(dynamics, acting, contacts, joints)
+            wrench, joint_force = self._effort(dynamics, acting, contacts, joints, step)
         kinematics = dynamics.kinematics
         engine.apply_wrenches(wrench, kinematics.origins[0], kinematics.rotations[0])
         if standing:
@@ -167,12 +174,18 @@ class PredictedForces:
         self._split.restore(inertia)
 
     def _effort(
-        self, dynamics: Dynamics, acting: ImplicitDrive | None, contacts: Contacts, joints: Floats
+        self,
+        dynamics: Dynamics,
+        acting: ImplicitDrive | None,
+        contacts: Contacts,
+        joints: Floats,
+        step: float,
     ) -> tuple[Floats, Floats]:
         """Wrenches on the links and forces on the joints for the engine's next step."""
         if dynamics.found.inertias or dynamics.discontinuous:
             contact = contacts.wrenches() if contacts.any else None
-            wrench, joint_force = self._split.act(dynamics, contact, acting)
+            stops = self._stops.near(joints, dynamics.moving.speed[0, self._lead :], step)
+            wrench, joint_force = self._split.act(dynamics, contact, acting, stops)
         else:
             wrench, joint_force = dynamics.wrench[0], dynamics.joint_force[0]
             if acting is not None:

@@ -30,6 +30,8 @@ class SolvedForces:
 
     running = False
     """No motors of the engine act."""
+    foretells = False
+    """The engine solves for the accelerations that loads depend on."""
 
     def __init__(self, engine: SolvingEngineBody, robot: RobotModel) -> None:
         self._engine: Any = engine
