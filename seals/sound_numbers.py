@@ -17,13 +17,13 @@ _LIBRARIES = ("numpy", "scipy", "torch")
 """Packages whose complaint about a value is one about numbers."""
 
 
-def told(error: BaseException) -> str | None:
+def numeric_fault(error: BaseException) -> str | None:
     """Return words for an error of arithmetic, linear algebra or places in arrays; None for others.
 
     Example:
-        >>> told(ZeroDivisionError("float division by zero"))
+        >>> numeric_fault(ZeroDivisionError("float division by zero"))
         'ZeroDivisionError, float division by zero'
-        >>> told(KeyError("a")) is None
+        >>> numeric_fault(KeyError("a")) is None
         True
     """
     if isinstance(error, SealsError):
@@ -55,7 +55,7 @@ def sound_numbers(what: str, advice: str) -> Iterator[None]:
     try:
         yield
     except Exception as cause:
-        words = told(cause)
+        words = numeric_fault(cause)
         if words is None:
             raise
         raise LogError(f"{what} cannot be computed from these numbers: {words}.\n{advice}") from (

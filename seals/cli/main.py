@@ -19,7 +19,7 @@ from seals.cli.slips import repeated_keys
 from seals.errors import ConfigError, SealsError, printable, suggestion
 from seals.registry import blame
 from seals.run.stopping import stoppable
-from seals.sound_numbers import told
+from seals.sound_numbers import numeric_fault
 from seals.terminal import plain_streams
 
 
@@ -362,7 +362,7 @@ def _ended(words: list[str], *, ours: bool) -> int:
 
 def _of_numbers(fault: Exception) -> ConfigError | None:
     """Explain numbers that are allowed each by itself, and together cannot be computed with."""
-    words = told(fault)
+    words = numeric_fault(fault)
     if words is None:
         return None
     return ConfigError(

@@ -154,12 +154,12 @@ def _robot(name: str, options: list[tuple[str, str]]) -> int:
         forward=_forward([value for key, value in options if key == "forward"]),
     )
     try:
-        told = list(_told(name, made))
+        lines = list(_told(name, made))
     except ConfigError as cause:
         # a folder that no run can take is none
         shutil.rmtree(made.folder)
         raise ConfigError(f"{urdfs[0]} makes a robot that no run takes: {cause}") from cause
-    print("\n".join(told))
+    print("\n".join(lines))
     return 0
 
 

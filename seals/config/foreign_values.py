@@ -110,11 +110,11 @@ def _below(node: Any, name: str, key: str) -> Iterator[_Found]:
     if isinstance(schema, type) and dataclasses.is_dataclass(schema):
         yield from _values(node, schema, key)
     elif name == "objects" and isinstance(node, DictConfig):
-        for part in node:
-            yield from _object(_at(node, part), f"{key}.{part}")
+        for part, inner in ((str(k), _at(node, k)) for k in node):
+            yield from _object(inner, f"{key}.{part}")
     elif isinstance(node, DictConfig):
-        for part in node:
-            yield from _child(_at(node, part), str(part), f"{key}.{part}")
+        for part, inner in ((str(k), _at(node, k)) for k in node):
+            yield from _child(inner, part, f"{key}.{part}")
     else:
         for k in range(len(node)):
             yield from _child(_at(node, k), name, f"{key}.{k}")
@@ -147,7 +147,7 @@ def _object(node: Any, key: str) -> Iterator[_Found]:
 
 def _defaults(cls: type) -> dict[str, Any]:
     found = {}
-    for field in dataclasses.fields(cls):  # type: ignore[arg-type]
+    for field in dataclasses.fields(cls):
         if field.default is not dataclasses.MISSING:
             found[field.name] = field.default
         elif field.default_factory is not dataclasses.MISSING:

@@ -90,9 +90,9 @@ def explain(error: BaseException, overrides: Sequence[str], *, root: str) -> Sea
     for link in chain:
         if isinstance(link, SealsError):
             return link
-    told = re.search(r"ConfigError raised while resolving interpolation: (.*\n.*)", str(error))
-    if told:
-        return ConfigError(told.group(1))
+    said = re.search(r"ConfigError raised while resolving interpolation: (.*\n.*)", str(error))
+    if said:
+        return ConfigError(said.group(1))
     elsewhere = _elsewhere(error, chain, root)
     if elsewhere is not None:
         return elsewhere

@@ -63,9 +63,10 @@ def fitted_spread(subject: Subject) -> dict[str, Freed]:
     it brakes the rotation, too, and that is no effect of its own.
     """
     sizes = np.full(3, _PLAUSIBLE * subject.length**2)
-    drives = [e.position for e in subject.effects.values() if has_hook(e, "drives")]
+    drives = [e for e in subject.effects.values() if has_hook(e, "drives")]
     if drives:
-        places = np.concatenate([np.reshape(p, (-1, 3)) for p in drives])
+        at = (np.reshape(e.position, (-1, 3)) for e in drives)  # type: ignore[attr-defined]
+        places = np.concatenate(list(at))
         sizes = np.maximum(sizes, np.square(places).mean(axis=0))
     return {
         name: Freed(scale=float(size), bounds=DRAWING["bounds"])

@@ -105,8 +105,8 @@ class Look:
     def track(self) -> LinkTrack:
         """The links with their motion over the last step."""
         of, block = self.layout.of, self.block
-        kept = (of(block, name) for name in ("arms", "axes", "means"))
-        return LinkTrack(self.time, of(block, "rotations")[0], *kept, self.begun)
+        arms, axes, means = (of(block, name) for name in ("arms", "axes", "means"))
+        return LinkTrack(self.time, of(block, "rotations")[0], arms, axes, means, self.begun)
 
     @property
     def seen(self) -> tuple[Floats, Floats, Floats]:
@@ -168,8 +168,14 @@ class CompiledLinks:
         self._kernels: dict[Any, Kernel] = {}
         self._before: LinkTrack | None = None
         self._time = 0.0
-        self._past = [(links, 3, 3), (links, 3), (joints, 3), (2, links, 3), (1, 1)]
-        self._shapes = [(1, 3), (1, 4), (1, joints), (1, robot.degrees)]
+        self._past: list[tuple[int, ...]] = [
+            (links, 3, 3),
+            (links, 3),
+            (joints, 3),
+            (2, links, 3),
+            (1, 1),
+        ]
+        self._shapes: list[tuple[int, ...]] = [(1, 3), (1, 4), (1, joints), (1, robot.degrees)]
 
     def bind(self, sampler: EnvironmentSampler, bodies: Body) -> None:
         """Take the sampler of the surroundings, made with ``wetting``, and the links' bodies."""
@@ -261,8 +267,8 @@ class CompiledLinks:
         means = xp.concat((moving.linear, moving.angular), axis=0)
         felt = [means[0] * 0.0, means[0] * 0.0]
         if past:
-            mean, *kept, span = past
-            before = LinkTrack(0.0, *kept, begun=True)
+            mean, turns, start, turned, earlier, span = past
+            before = LinkTrack(0.0, turns, start, turned, earlier, begun=True)
             means = mean_velocities(tree, before, arms, axes, mean[0], step)
             felt = [*felt_by_links(before, means, self._gravity, span)]
         found = [kinematics.origins, kinematics.rotations, *moving, joints, arms, axes, means]

@@ -14,7 +14,7 @@ from seals.errors import LogError
 from seals.logs.log import Log
 from seals.logs.native import read_native, write_native
 from seals.logs.shipped import find_log
-from seals.sound_numbers import sound_numbers, told
+from seals.sound_numbers import sound_numbers, numeric_fault
 from seals.sysid.experiment_design.experiment import KIND, read_experiment
 from seals.sysid.parallel import spread
 
@@ -162,4 +162,4 @@ def test_the_boundary_tells_numbers_from_faults() -> None:
         raise ValueError("ours")
     with pytest.raises(KeyError), sound_numbers("a fit", "Look."):
         {}["a"]
-    assert told(LogError("words")) is None
+    assert numeric_fault(LogError("words")) is None
