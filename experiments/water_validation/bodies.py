@@ -162,9 +162,9 @@ def _followed(world: World, steps: int) -> Drift:
         gaps.append(float(np.abs(balance.gap).max()) / max(balance.gross, 1e-12))
     figures = fluid.diagnostics()
     world.close()
-    time: Floats = step * np.arange(steps + 1)
-    height: Floats = np.array(heights)
-    felt: Floats = np.zeros(steps + 1)
+    time = np.asarray(step * np.arange(steps + 1), dtype=np.float64)
+    height = np.asarray(heights, dtype=np.float64)
+    felt = np.zeros(steps + 1)
     # velocities hold half of the last kick more than the way of a step, see `seals.world.felt`
     felt[1] = (velocity[1] - velocity[0]) / step
     felt[2:] = np.diff(height, 2) / step**2

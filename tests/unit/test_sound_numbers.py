@@ -14,7 +14,7 @@ from seals.errors import LogError
 from seals.logs.log import Log
 from seals.logs.native import read_native, write_native
 from seals.logs.shipped import find_log
-from seals.sound_numbers import sound_numbers, numeric_fault
+from seals.sound_numbers import numeric_fault, sound_numbers
 from seals.sysid.experiment_design.experiment import KIND, read_experiment
 from seals.sysid.parallel import spread
 
