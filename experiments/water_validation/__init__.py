@@ -15,6 +15,7 @@ from seals.experiments.water_validation import (
     flume,
     heave,
     hydrostatics,
+    slam,
     standing_wave,
     tow,
 )
@@ -30,6 +31,7 @@ CASES: tuple[Case, ...] = (
     flume.CASE,
     heave.CASE,
     entry.CASE,
+    slam.CASE,
     tow.CASE,
 )
 
