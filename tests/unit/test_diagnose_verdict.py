@@ -125,6 +125,7 @@ def answer(
     value: float = 1.0,
     stated: float = 3.0,
     sigmas: Sequence[float] = (0.1,) * 26,
+    simulated_step: float | None = None,
 ) -> EvidenceAnswer:
     """Decide on a model with some effects of one size."""
     calm = DisturbanceLevel(level=1.0, gain=0.0, allowance=0.0, between=1.0)
@@ -159,7 +160,7 @@ def answer(
         policy=POLICY,
         impact=False,
         samples=SimpleNamespace(posed=True, logs=()),
-        vehicle=SimpleNamespace(servo={}, has_water=False),
+        vehicle=SimpleNamespace(servo={}, has_water=False, simulated_step=simulated_step),
         plant=None,
     )
     rounds = ((best,),) if candidates else ()
@@ -193,6 +194,15 @@ def test_no_name_where_a_channel_is_left_over(
     said = answer(monkeypatch, channel(6.4, 6.4, after), names=["wind"])
     assert said.verdict is verdict
     assert said.claims or "position x is left 2.1 times its expected error" in said.reasons[0]
+
+
+def test_a_channel_left_over_by_a_simulation_may_be_its_step(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The error of a coarse step is no unknown effect: the answer says which step to take."""
+    said = answer(monkeypatch, channel(6.4, 6.4, 2.1), names=["wind"], simulated_step=0.004)
+    assert said.verdict is Verdict.cannot_tell
+    assert "run it with time.step=0.001" in said.reasons[0]
 
 
 def test_no_name_without_an_error_that_falls(monkeypatch: pytest.MonkeyPatch) -> None:

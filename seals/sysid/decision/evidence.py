@@ -78,9 +78,14 @@ def decide(
     if not refusal and len(lost) == len(best.candidates):
         refusal = f"the log does not locate the point toward which {best.label} would act"
     refusal = refusal or other_power(problem, best) or better_general_law(problem, best)
-    refusal = refusal or _left_in_channels(problem, best, errors)
+    left, step = _left_in_channels(problem, best, errors), problem.vehicle.simulated_step
+    if step is None:
+        refusal = refusal or left
     if refusal:
         return replace(open_answer, verdict=Verdict.none_of_these, reasons=(refusal,))
+    if left:
+        words = f"{left}; a simulation with a step of {1e3 * step:g} ms can leave that by itself"
+        return replace(open_answer, reasons=(f"{words}: run it with time.step={0.25 * step:g}",))
     if not _falls(search, errors):
         words = f"no error falls from the stated model to the one with {best.label}"
         return replace(open_answer, reasons=(words,))
