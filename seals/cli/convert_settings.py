@@ -10,7 +10,7 @@ from seals.logs.axes import AxesSettings
 from seals.robot.settings import LogRobotSettings
 
 
-@roles(data="command")
+@roles(data="command points")
 @dataclass(kw_only=True)
 class MotorSettings:
     """Motor curve from commands to rotor speeds; see `seals.logs.motor_curve.MotorCurve`.
@@ -21,7 +21,8 @@ class MotorSettings:
     command: str | None = None
     range: list[float] | None = None
     thrust_factor: float | None = None
-    points: list[list[float]] | None = None
+    # whole numbers in nested lists are refused by a stricter type; `motor_curve` checks the numbers
+    points: list[Any] | None = None
     full_voltage: float | None = None
     voltage_power: float | None = None
     order: list[int] | None = None

@@ -137,6 +137,12 @@ def test_pulse_widths_become_rotor_speeds_of_a_robot(
     assert log.time[-1] <= 0.9
     assert main([*words, "motors.command=pvm", "out=c"]) == 2
     assert "pwm" in capsys.readouterr().err
+    # a curve in whole numbers, as the page on one's own flight has it
+    assert main([*words, "motors.points=[[0,0],[0.5,500],[1,800]]", "out=d"]) == 0
+    log = read_native(bench / "d")
+    assert log.columns["rotor_speed_cmd_1"][7] == pytest.approx(500.0)
+    assert main([*words, "motors.points=[[0,0],[a,500]]", "out=e"]) == 2
+    assert "pairs of finite numbers" in capsys.readouterr().err
 
 
 def test_a_data_sheet_in_the_robot_folder_goes_into_the_log(bench: Path) -> None:
