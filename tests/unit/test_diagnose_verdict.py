@@ -202,7 +202,7 @@ def test_a_channel_left_over_by_a_simulation_may_be_its_step(
     """The error of a coarse step is no unknown effect: the answer says which step to take."""
     said = answer(monkeypatch, channel(6.4, 6.4, 2.1), names=["wind"], simulated_step=0.004)
     assert said.verdict is Verdict.cannot_tell
-    assert "run it with time.step=0.001" in said.reasons[0]
+    assert "a run with time.step=0.001 would tell" in said.reasons[0]
 
 
 def test_no_name_without_an_error_that_falls(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -84,8 +84,9 @@ def decide(
     if refusal:
         return replace(open_answer, verdict=Verdict.none_of_these, reasons=(refusal,))
     if left:
-        words = f"{left}; a simulation with a step of {1e3 * step:g} ms can leave that by itself"
-        return replace(open_answer, reasons=(f"{words}: run it with time.step={0.25 * step:g}",))
+        words = f"{left}; the simulation's step of {1e3 * step:g} ms may be the cause"
+        words += f": a run with time.step={0.25 * step:g} would tell"
+        return replace(open_answer, reasons=(words,))
     if not _falls(search, errors):
         words = f"no error falls from the stated model to the one with {best.label}"
         return replace(open_answer, reasons=(words,))
