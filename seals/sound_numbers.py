@@ -41,6 +41,15 @@ def numeric_fault(error: BaseException) -> str | None:
     return f"{type(error).__name__}, {' '.join(str(error).split())[:160]}{place}"
 
 
+def arises_inside(error: BaseException) -> bool:
+    """Return whether an error was raised in this package or a library of numbers it calls."""
+    trace = error.__traceback__
+    while trace is not None and trace.tb_next is not None:
+        trace = trace.tb_next
+    module = "" if trace is None else str(trace.tb_frame.f_globals.get("__name__", ""))
+    return module.partition(".")[0] in {"seals", *_LIBRARIES}
+
+
 @contextlib.contextmanager
 def sound_numbers(what: str, advice: str) -> Iterator[None]:
     """Turn errors of arithmetic, linear algebra and indices inside the block into bad data.

@@ -19,7 +19,7 @@ from seals.cli.slips import repeated_keys
 from seals.errors import ConfigError, SealsError, printable, suggestion
 from seals.registry import blame
 from seals.run.stopping import stoppable
-from seals.sound_numbers import numeric_fault
+from seals.sound_numbers import arises_inside, numeric_fault
 from seals.terminal import plain_streams
 
 
@@ -361,9 +361,12 @@ def _ended(words: list[str], *, ours: bool) -> int:
 
 
 def _of_numbers(fault: Exception) -> ConfigError | None:
-    """Explain numbers that are allowed each by itself, and together cannot be computed with."""
+    """Explain numbers that are allowed each by itself, and together cannot be computed with.
+
+    What arises outside of this package and its libraries keeps its type and traceback.
+    """
     words = numeric_fault(fault)
-    if words is None:
+    if words is None or not arises_inside(fault):
         return None
     return ConfigError(
         f"the numbers given make a system that cannot be computed: {words}.\n"

@@ -228,13 +228,26 @@ def test_an_effect_for_a_time_that_brings_too_little_hides_no_constant_one(
     assert made._accepted(base, [timed]) is None
 
 
-def test_errors_below_the_stated_noise_prove_no_effect() -> None:
+def test_errors_below_the_stated_noise_prove_no_effect(monkeypatch: pytest.MonkeyPatch) -> None:
     """A simulated log without noise or gusts: what is left at 0.6 floors is the simulator's."""
     quiet, noisy = (model((), misfit=m, score=0.0) for m in (0.6, 1.0))
-    assert family(0.0).settled(quiet)
-    assert not family(0.0).settled(noisy)
+    left: list[Any] = []
+    monkeypatch.setattr(
+        window_models, "channel_errors", lambda *given: SimpleNamespace(outside=tuple(left))
+    )
+
+    def settled(gust: float, base: EvidenceHypothesis) -> bool:
+        made = family(gust)
+        made.nominal = base
+        return made.settled(base)
+
+    assert settled(0.0, quiet)
+    assert not settled(0.0, noisy)
     # gusts that are weaker than stated lower a misfit as well
-    assert not family(0.2).settled(quiet)
+    assert not settled(0.2, quiet)
+    # a channel that is left over is no noise, however quiet the others
+    left.append("position x")
+    assert not settled(0.0, quiet)
 
 
 def test_windows_that_scatter_more_than_noise_widen_the_interval() -> None:

@@ -88,7 +88,7 @@ def test_figures_that_are_not_determined_end_in_no_traceback(
         found,
         answer=dataclasses.replace(found.answer, claims=(claim,)),
         search=dataclasses.replace(found.search, rounds=tried),
-        held_out={"before": 2.0, "after": np.nan, "noise_floor": 1.0},
+        held_out={"stated": 3.0, "before": 2.0, "after": np.nan, "noise_floor": 1.0},
     )
     missing = locate_residual_force(found.problem, found.search.nominal)
     _write(tmp_path, answer_of(doubtful, missing))
