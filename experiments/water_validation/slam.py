@@ -40,7 +40,8 @@ def disc(depth: Floats | float) -> Floats:
         0.866
     """
     b = np.asarray(depth, dtype=float)
-    return 4.0 / 3.0 * (2.0 * b - b * b) ** 1.5
+    found: Floats = 4.0 / 3.0 * (2.0 * b - b * b) ** 1.5
+    return found
 
 
 def raised(depth: Floats | float) -> Floats:
@@ -167,9 +168,9 @@ def run(grade: Grade) -> Outcome:
     half, whole = slam(JUDGED_ACROSS, grade, finer=2), found[JUDGED_ACROSS]
     what = f"{JUDGED_ACROSS} across: impulse at 0.5 R, half the substep [rho R^3 V]"
     lines.append(relative(what, half.at(0.5), whole.at(0.5), 0.03))
-    b = np.linspace(0.0, 0.5, 51)
+    depths = np.linspace(0.0, 0.5, 51)
     theory = [("Miloh", fitted), ("disc, undisturbed water", disc), ("disc, raised water", raised)]
-    series = [Series(name=name, x=b, y=law(b)) for name, law in theory]
+    series = [Series(name=name, x=depths, y=law(depths)) for name, law in theory]
     series += [Series(name=f"{n} across", x=e.depth, y=e.impulse) for n, e in found.items()]
     chart = Chart(
         title="Impulse of a sphere driven into weightless water",

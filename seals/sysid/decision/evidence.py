@@ -79,11 +79,9 @@ def decide(
         refusal = f"the log does not locate the point toward which {best.label} would act"
     refusal = refusal or other_power(problem, best) or better_general_law(problem, best)
     left, step = _left_in_channels(problem, best, errors), problem.vehicle.simulated_step
-    if step is None:
-        refusal = refusal or left
-    if refusal:
-        return replace(open_answer, verdict=Verdict.none_of_these, reasons=(refusal,))
-    if left:
+    if refusal or (left and step is None):
+        return replace(open_answer, verdict=Verdict.none_of_these, reasons=(refusal or left,))
+    if left and step is not None:
         words = f"{left}; the simulation's step of {1e3 * step:g} ms may be the cause"
         words += f": a run with time.step={0.25 * step:g} would tell"
         return replace(open_answer, reasons=(words,))
