@@ -44,6 +44,8 @@ class Diagnosis:
         seconds: that it took.
         source: path and checksum of the log, or a list of them, when it came from files.
         next_experiment: the flight that would settle what is open, as ``seals plan`` writes it.
+        given_log: word of the command line that gave the log, for the commands that come next.
+        given_robot: likewise of the robot; empty where the log describes its vehicle.
     """
 
     problem: Problem
@@ -53,6 +55,8 @@ class Diagnosis:
     seconds: float
     source: Mapping[str, Any] = field(default_factory=dict)
     next_experiment: Mapping[str, Any] | None = None
+    given_log: str = "log=FOLDER"
+    given_robot: str = ""
 
     def to_dict(self) -> dict[str, Any]:
         """Return the diagnosis in the form of ``diagnosis.json``."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -89,7 +90,13 @@ def _found(
     processes = int(config.processes)
     check_fields(DiagnoseSettings, {"processes": processes}, where="")
     found = diagnose(log, robot=robot, processes=processes or cores(), tell=tell)
-    found = replace(found, source=sources(places))
+    logs = ",".join(map(str, places))
+    found = replace(
+        found,
+        source=sources(places),
+        given_log=shlex.quote(f"log=[{logs}]" if len(places) > 1 else f"log={logs}"),
+        given_robot=shlex.quote(f"robot={config.robot.folder}") if config.robot.folder else "",
+    )
     if not config.plan:
         return found
     return replace(found, next_experiment=proposed(found))

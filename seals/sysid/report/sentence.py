@@ -19,7 +19,7 @@ def sentence(found: Diagnosis) -> str:
     """Return verdict, stated numbers that are wrong, effects and errors as a few lines of text."""
     answer, table = found.answer, found.to_dict()
     verdict, reasons = answer.verdict, "; ".join(answer.reasons)
-    wrong = wrong_lines(table["stated_wrong"])
+    wrong = wrong_lines(table["stated_wrong"], given_by(found))
     beside = [
         f"  fitted, too uncertain or small to be named: {effect['name']}"
         for effect in table["fitted"]
@@ -46,11 +46,17 @@ def sentence(found: Diagnosis) -> str:
     return "\n".join([*lines, *wrong, *beside, *error_lines(table)]) + _by_log(found, table)
 
 
-def wrong_lines(found: Sequence[Mapping[str, Any]]) -> list[str]:
+def given_by(found: Diagnosis) -> str:
+    """Return the words of the command line that gave log and robot."""
+    return f"{found.given_log} {found.given_robot}".rstrip()
+
+
+def wrong_lines(found: Sequence[Mapping[str, Any]], given: str = "log=FOLDER") -> list[str]:
     """Describe the stated numbers that are too far off, one a line, and what to do about them.
 
     Args:
         found: entries of ``stated_wrong``.
+        given: words of the command line that gave log and robot.
     """
     lines = []
     for number in found:
@@ -64,19 +70,20 @@ def wrong_lines(found: Sequence[Mapping[str, Any]]) -> list[str]:
             line += "; the sign is opposite: check directions and axes"
         lines.append(line)
     if found:
-        command = calibration_of(found)
+        command = calibration_of(found, given)
         lines.append("  measure again" + (f", or: {command}" if command else ""))
     return lines
 
 
-def calibration_of(found: Sequence[Mapping[str, Any]]) -> str:
+def calibration_of(found: Sequence[Mapping[str, Any]], given: str) -> str:
     """Return the command that calibrates stated numbers; empty where none has a name for it.
 
     Args:
         found: entries of ``stated_wrong``.
+        given: words of the command line that gave log and robot.
     """
     names = ",".join(dict.fromkeys(str(n["what"]) for n in found if n["calibrates"]))
-    return f"seals calibrate log=FOLDER parameters=[{names}]" if names else ""
+    return f"seals calibrate {given} parameters=[{names}]" if names else ""
 
 
 def error_lines(table: Mapping[str, Any]) -> list[str]:

@@ -10,7 +10,7 @@ from seals.sysid.candidates.activity import active_words
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis
 from seals.sysid.report.naming import effect_words, figure, interval, percent
-from seals.sysid.report.sentence import calibration_of
+from seals.sysid.report.sentence import calibration_of, given_by
 from seals.sysid.report.tolerances import moved
 from seals.sysid.residual_force import Formula
 
@@ -133,7 +133,8 @@ def next_steps(
     verdict = diagnosis.answer.verdict
     planned = proposed(data.get("next_experiment"))
     words = [planned] if planned else []
-    add = f"seals add diagnosis={folder} name=my_model"
+    robot = f" {diagnosis.given_robot}" if diagnosis.given_robot else ""
+    add = f"seals add diagnosis={folder} name=my_model{robot}"
     plan = f"seals plan diagnosis={folder}"
     if verdict is Verdict.named:
         alike = [s for s in data["ambiguous_with"] if len(s) > 1]
@@ -146,7 +147,7 @@ def next_steps(
             if claim.alike and claim.candidate.identification.data_sheet
         )
         words.append("Add the effect to the model, then check it on a log that was never fitted.")
-        lines = [add, "seals verify log=ANOTHER_LOG model=my_model"]
+        lines = [add, f"seals verify log=ANOTHER_LOG model=my_model{robot}"]
         return words, "\n".join([*lines, plan] if alike else lines)
     if verdict is Verdict.ambiguous:
         name = data["effects"][0]["name"]
@@ -173,7 +174,7 @@ def _after_refusal(
         return [*words, "Correct the log, and diagnose it again."], ""
     if data["stated_wrong"]:
         words.append("Measure these numbers again, or let the log say what they are.")
-        return words, calibration_of(data["stated_wrong"])
+        return words, calibration_of(data["stated_wrong"], given_by(diagnosis))
     if diagnosis.answer.blind:
         return [*words, "Fly again and move the vehicle more."], plan
     exact = "Fly slower, or log at a higher rate: the model is not exact enough here."
