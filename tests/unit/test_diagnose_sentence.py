@@ -22,6 +22,8 @@ def test_a_log_that_lacks_something_else_is_told() -> None:
         ],
     }
     found: Any = SimpleNamespace(
+        given_log="log=a",
+        given_robot="",
         answer=SimpleNamespace(verdict=Verdict.none_of_these, reasons=("why",)),
         held_out={"before": 150.0, "after": 5.0},
         problem=SimpleNamespace(policy=DecisionPolicy()),
