@@ -347,7 +347,9 @@ def test_more_motion_is_advised_only_where_motion_was_missing(
     held = {"stated": 1.0, "before": 1.0, "after": 1.0}
     empty = {"fitted": [], "effects": [], "channels": [], "stated_wrong": []}
     table = {**empty, "held_out_error": held}
-    found: Any = SimpleNamespace(answer=answer, held_out=held, to_dict=lambda: table)
+    found: Any = SimpleNamespace(
+        answer=answer, held_out=held, to_dict=lambda: table, given_log="log=a", given_robot=""
+    )
     first = sentence(found).splitlines()[0]
     assert first == "Cannot tell: why." + " Move the vehicle more." * advice
 

@@ -78,7 +78,8 @@ def decide(
     if not refusal and len(lost) == len(best.candidates):
         refusal = f"the log does not locate the point toward which {best.label} would act"
     refusal = refusal or other_power(problem, best) or better_general_law(problem, best)
-    left, step = _left_in_channels(problem, best, errors), problem.vehicle.simulated_step
+    left = _left_in_channels(problem, best, errors)
+    step = problem.vehicle.simulated_step if left else None
     if refusal or (left and step is None):
         return replace(open_answer, verdict=Verdict.none_of_these, reasons=(refusal or left,))
     if left and step is not None:
