@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +20,7 @@ from seals.sysid.data.join import join_logs
 from seals.sysid.data.robot_description import RobotDescription
 from seals.sysid.decision.answer import Claim
 from seals.sysid.decision.evidence import EvidenceAnswer, decide
+from seals.sysid.decision.exact_numbers import explains_as_well, numbers_to_hold, with_exact
 from seals.sysid.decision.intervals import parameters
 from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.predictors.problem import Problem, prepare
@@ -257,6 +258,15 @@ def diagnose(
     found = search_log(problem, processes=processes, tell=lambda done: say(1 + done))
     answer = decide(problem, found, processes=processes)
     chosen = answer.claims[0].hypothesis if answer.claims else found.nominal
+    held = numbers_to_hold(problem, answer)
+    if held:
+        exact = with_exact(problem, held)
+        again = search_log(exact, processes=processes)
+        second = decide(exact, again, processes=processes)
+        if explains_as_well(answer, second, chosen):
+            problem, found = exact, again
+            answer = replace(second, stated_wrong=answer.stated_wrong)
+            chosen = answer.claims[0].hypothesis
     before = held_out_misfit(found.nominal)
     if problem.samples.posed and not math.isfinite(before):
         raise LogError(
