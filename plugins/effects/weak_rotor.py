@@ -17,18 +17,20 @@ from seals.schema import param
 
 @dataclass(kw_only=True)
 class WeakRotor(Effect):
-    """Relative loss of thrust of one drive, its reaction torque unchanged.
+    """Relative loss of thrust of one drive, and of its reaction torque.
 
     Equation:
-        T_i = T_i,free (1 - f) for i = rotor; all others and all torques stay.
+        T_i = T_i,free (1 - f) and Q_i = Q_i,free (1 - g) for i = rotor; all others stay.
 
     Args:
         relative_loss: f [1].
+        torque_loss: g [1].
         rotor: 1-based index of the drive on its actuator.
         links: the link of the actuator it changes, the root by default.
 
     Assumptions:
-        A damaged or fouled blade loses lift and keeps its drag.
+        A damaged or fouled blade loses lift and keeps its drag, g = 0; a propeller that slips on
+        its shaft loses both alike, g = f.
 
     Valid range:
         Any speed of the drive.
@@ -47,6 +49,9 @@ class WeakRotor(Effect):
     relative_loss: float = param(
         0.0, "1", bounds=(-1.0, 1.0), tolerance=0.004, source="zero: all drives are equal"
     )
+    torque_loss: float = param(
+        0.0, "1", bounds=(-1.0, 1.0), tolerance=0.0, source="zero: the blade keeps its drag"
+    )
     rotor: int = 1
     accounts_for: ClassVar[tuple[str, ...]] = ("weak rotor",)
     identification: ClassVar[Identification] = Identification(
@@ -55,19 +60,24 @@ class WeakRotor(Effect):
         may_end=True,
         answers=True,
         measurement="A thrust stand would distinguish them.",
-        words={"relative_loss": "thrust loss of actuator {}"},
+        words={
+            "relative_loss": "thrust loss of actuator {}",
+            "torque_loss": "loss of reaction torque of actuator {}",
+        },
         compared=Comparison(order=(Stage.joints, 4)),
     )
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return the candidates: a loss of thrust of each actuator."""
+        """Return the candidates: a loss of thrust of each actuator, of a rotor's torque besides."""
         loss = Freed(tolerance=subject.spread("thrust_coefficient_each"), scale=0.1)
+        torque = {"torque_loss": Freed(scale=0.1)} if subject.rotors else {}
         return [
             Addition(
                 instance=f"{name}_{k}",
                 effect=cls(rotor=k),
-                parameters={"relative_loss": loss},
+                parameters={"relative_loss": loss, **torque},
+                nuisance=tuple(torque),
                 variant={"rotor": k},
                 order=(Stage.actuators, 0, 1),
             )
@@ -87,8 +97,11 @@ class WeakRotor(Effect):
     def actuation(
         drives: Drives, motion: Motion, medium: Medium, inputs: Inputs, params: Parameters
     ) -> Drives:
-        """Thrusts with one of them reduced [N]."""
+        """Thrusts [N] and reaction torques [N m] with those of one drive reduced."""
         xp = namespace(drives.thrust)
         index = xp.cumulative_sum(xp.ones_like(drives.thrust[:1, :]), axis=1)
         weak = xp.astype(index == params["rotor"], drives.thrust.dtype)
-        return drives._replace(thrust=drives.thrust * (1.0 - params["relative_loss"] * weak))
+        return drives._replace(
+            thrust=drives.thrust * (1.0 - params["relative_loss"] * weak),
+            torque=drives.torque * (1.0 - params["torque_loss"] * weak),
+        )

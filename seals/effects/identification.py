@@ -204,6 +204,7 @@ class Addition:
         reported: their names in the report; None for the same.
         nuisance: parameters that the candidate frees but does not report.
         variant: tells variants apart, for example ``{"rotor": 2}``.
+        law: which form of the effect's law, where it offers several; empty for its usual one.
         starts: starting values of the named and nuisance parameters, one row each.
         order: stage, index of the medium or joint, and rank: candidates are tried in this order.
     """
@@ -215,6 +216,7 @@ class Addition:
     reported: tuple[str, ...] | None = None
     nuisance: tuple[str, ...] = ()
     variant: Mapping[str, float] = field(default_factory=dict)
+    law: str = ""
     starts: Sequence[Sequence[float]] = ()
     order: tuple[int, int, int] = (Stage.installed, 0, 0)
 

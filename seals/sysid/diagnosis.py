@@ -341,6 +341,8 @@ def _place(candidate: Candidate, hypothesis: EvidenceHypothesis) -> dict[str, An
     variant, out = candidate.variant, dict[str, Any]()
     if "medium" in variant:
         out["medium"] = "water" if variant["medium"] else "air"
+    if candidate.law:
+        out["law"] = candidate.law
     if "link" in variant:
         link = int(variant["link"])
         out["link"] = vehicle.robot.links[link] if vehicle.written else link

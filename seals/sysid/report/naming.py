@@ -77,7 +77,7 @@ def _declared(instance: str, parameter: str) -> str:
 def candidate_words(candidate: Candidate) -> str:
     """Return the name of an effect with its variant."""
     variant = dict(candidate.variant)
-    parts = []
+    parts = [candidate.law] if candidate.law else []
     if "medium" in variant:
         parts.append("water" if variant.pop("medium") else "air")
     if variant.get("link") == 0:

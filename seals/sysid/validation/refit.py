@@ -162,7 +162,9 @@ def candidates_for(problem: Problem, effect: Mapping[str, Any]) -> list[Candidat
     found = [
         c
         for c in every
-        if c.name == name and all(given.get(k, v) == v for k, v in c.variant.items())
+        if c.name == name
+        and c.law == str(effect.get("law", ""))
+        and all(given.get(k, v) == v for k, v in c.variant.items())
     ]
     if not found:
         raise ConfigError(
