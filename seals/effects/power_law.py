@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.arrays import Floats
 from seals.effects.discrepancy import DragExponent
 from seals.effects.drag_form import DragForm
 from seals.effects.drag_spread import fitted_spread
