@@ -72,7 +72,9 @@ class MotorCurve(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return the candidate, where the rotors' speeds are known from their coefficients."""
+        """Return the candidate, where rotors are driven by a signal and not by a speed."""
+        if not subject.open_loop:
+            return []
         found = [e for e in subject.effects.values() if hasattr(e, "thrust_coefficient")]
         if not subject.rotors or len(found) != 1 or not len(subject.lag):
             return []

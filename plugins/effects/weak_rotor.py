@@ -20,17 +20,17 @@ class WeakRotor(Effect):
     """Relative loss of thrust of one drive, and of its reaction torque.
 
     Equation:
-        T_i = T_i,free (1 - f) and Q_i = Q_i,free (1 - g) for i = rotor; all others stay.
+        T_i = T_i,free (1 - f) and Q_i = Q_i,free (1 - s f) for i = rotor; all others stay.
 
     Args:
         relative_loss: f [1].
-        torque_loss: g [1].
+        torque_share: s [1].
         rotor: 1-based index of the drive on its actuator.
         links: the link of the actuator it changes, the root by default.
 
     Assumptions:
-        A damaged or fouled blade loses lift and keeps its drag, g = 0; a propeller that slips on
-        its shaft loses both alike, g = f.
+        A damaged or fouled blade loses lift and keeps its drag, s = 0; a propeller that slips on
+        its shaft loses both alike, s = 1.
 
     Valid range:
         Any speed of the drive.
@@ -49,8 +49,8 @@ class WeakRotor(Effect):
     relative_loss: float = param(
         0.0, "1", bounds=(-1.0, 1.0), tolerance=0.004, source="zero: all drives are equal"
     )
-    torque_loss: float = param(
-        0.0, "1", bounds=(-1.0, 1.0), tolerance=0.0, source="zero: the blade keeps its drag"
+    torque_share: float = param(
+        0.0, "1", bounds=(0.0, 1.0), tolerance=0.0, source="zero: the blade keeps its drag"
     )
     rotor: int = 1
     accounts_for: ClassVar[tuple[str, ...]] = ("weak rotor",)
@@ -60,29 +60,37 @@ class WeakRotor(Effect):
         may_end=True,
         answers=True,
         measurement="A thrust stand would distinguish them.",
-        words={
-            "relative_loss": "thrust loss of actuator {}",
-            "torque_loss": "loss of reaction torque of actuator {}",
-        },
+        words={"relative_loss": "thrust loss of actuator {}"},
         compared=Comparison(order=(Stage.joints, 4)),
     )
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return the candidates: a loss of thrust of each actuator, of a rotor's torque besides."""
+        """Return the candidates: a loss of thrust of each actuator, or a slip of each propeller."""
         loss = Freed(tolerance=subject.spread("thrust_coefficient_each"), scale=0.1)
-        torque = {"torque_loss": Freed(scale=0.1)} if subject.rotors else {}
-        return [
+        drives = range(1, len(subject.lag) + 1)
+        found = [
             Addition(
                 instance=f"{name}_{k}",
                 effect=cls(rotor=k),
-                parameters={"relative_loss": loss, **torque},
-                nuisance=tuple(torque),
+                parameters={"relative_loss": loss},
                 variant={"rotor": k},
                 order=(Stage.actuators, 0, 1),
             )
-            for k in range(1, len(subject.lag) + 1)
+            for k in drives
         ]
+        slips = [
+            Addition(
+                instance=f"{name}_{k}_slipping",
+                effect=cls(rotor=k, torque_share=1.0),
+                parameters={"relative_loss": Freed(scale=0.1)},
+                variant={"rotor": k},
+                law="slipping",
+                order=(Stage.actuators, 0, 3),
+            )
+            for k in drives
+        ]
+        return [*found, *(slips if subject.rotors else [])]
 
     def __post_init__(self) -> None:
         """Refuse an index below the first."""
@@ -103,5 +111,5 @@ class WeakRotor(Effect):
         weak = xp.astype(index == params["rotor"], drives.thrust.dtype)
         return drives._replace(
             thrust=drives.thrust * (1.0 - params["relative_loss"] * weak),
-            torque=drives.torque * (1.0 - params["torque_loss"] * weak),
+            torque=drives.torque * (1.0 - params["torque_share"] * params["relative_loss"] * weak),
         )

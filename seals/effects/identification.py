@@ -239,6 +239,7 @@ class Subject:
         media: in which the vehicle moves, water first.
         noise: 1-sigma of each measured channel, in its unit.
         shortfall: typical missing share of the battery's full voltage [1].
+        open_loop: whether the rotors' speeds were computed from signals to the motors.
     """
 
     robot: RobotModel
@@ -254,6 +255,7 @@ class Subject:
     media: tuple[MediumKind, ...]
     noise: Mapping[str, float] = field(default_factory=dict)
     shortfall: float = 0.1
+    open_loop: bool = False
 
     @property
     def mass(self) -> float:
