@@ -15,6 +15,8 @@ from seals.schema import param
 
 _OFFSET, _SLOPE = 0.2, 0.2
 """Plausible errors of a curve: offset as a share of the speed in hover, and slope."""
+_MOST = 0.4
+"""Largest such errors: beyond them another law rules, such as the sag of a battery."""
 _SLOW = 1.0
 """Speed below which a rotor counts as standing still [rad/s]."""
 
@@ -72,8 +74,11 @@ class MotorCurve(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return the candidate, where rotors are driven by a signal and not by a speed."""
-        if not subject.open_loop:
+        """Return the candidate, where rotors are driven by a signal and not by a speed.
+
+        Where the voltage is known, the sag of the battery tells how the speed departs from it.
+        """
+        if not subject.open_loop or subject.full_voltage is not None:
             return []
         found = [e for e in subject.effects.values() if hasattr(e, "thrust_coefficient")]
         if not subject.rotors or len(found) != 1 or not len(subject.lag):
@@ -87,8 +92,8 @@ class MotorCurve(Effect):
                 instance=name,
                 effect=cls(),
                 parameters={
-                    "offset": Freed(scale=_OFFSET * hover),
-                    "slope_change": Freed(scale=_SLOPE),
+                    "offset": Freed(scale=_OFFSET * hover, bounds=(-_MOST * hover, _MOST * hover)),
+                    "slope_change": Freed(scale=_SLOPE, bounds=(-_MOST, _MOST)),
                 },
                 order=(Stage.actuators, 0, 2),
             )
