@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -13,6 +13,8 @@ from seals.effects.discrepancy import AddedMassCentre
 from seals.effects.effect import Effect, MediumKind, Parameters
 from seals.environment.seawater import FRESH_WATER
 from seals.errors import ConfigError
+from seals.frames import cross
+from seals.hydrostatics.entry import LEAST, course, entry_share
 from seals.motion import AddedInertia, Inputs, Medium, Motion, Wrench
 from seals.multibody.spatial import momentum
 from seals.schema import LATER, param
@@ -34,9 +36,14 @@ class AddedMass(Effect):
 
     Equation:
         (F, T) = -d/dt (s M_A nu_r) - Coriolis and Munk terms of s M_A (Kirchhoff), nu_r = (v_r,
-        w). The part s M_A nu_r' joins the inertia of the link; the term -(ds/dt) M_A nu_r is a load
-        and acts only while s rises. With ``floating``, s M_A is replaced by straight lines in s:
-        zero in air, A_inf at s = floating_fraction, M_A under water.
+        w), here with M(s) in place of s M_A. M(s) = s M_A + e h h^T: s M_A, but along the normal n
+        of the water surface no less than the mass m_n S(s / s_e) / 2 of an entering sphere's
+        course (`seals.hydrostatics.entry`): h = (n, r x n), r the centroid of the submerged volume,
+        m_n = n^T M_A n, e = m_n max(0, S / 2 - s). S is that of the wetted waterline with the rise
+        of the water, one at the hull's half immersion or widest waterline, s_e. The part M nu_r'
+        joins the inertia of the link; the term -(dM/ds) (ds/dt) nu_r is a load and acts only while
+        s rises. With ``floating``, s M_A is replaced by straight lines in s: zero in air, A_inf at
+        s = floating_fraction, M_A under water, and the entering sphere's course ends at A_inf.
 
     Args:
         mass_x: along body x [kg].
@@ -53,17 +60,23 @@ class AddedMass(Effect):
         medium: water.
 
     Assumptions:
-        Ideal flow; the matrix grows in proportion to the submerged share, or along the lines above.
+        Ideal flow. Entering water is as much faster as the body gets slower: the momentum taken up
+        is M v. Water that a leaving body carried stays behind with its momentum: no suction.
 
     Valid range:
-        Deeply submerged bodies at any acceleration; near the surface for slow motion.
+        Deeply submerged bodies at any acceleration; near the surface for slow motion. Entry along
+        the normal: a sphere's slam within 15 % to 0.3 radii, its momentum within 10 % to one.
 
     Limitations:
         No dependence on frequency near the surface (`radiation_memory` has it), none on nearby
-        walls. Beyond the floating share the entry force takes the mean slope M(s) / s.
+        walls. A flat face takes up its momentum over some way instead of at once, a pointed one
+        too early. No cavity: beyond half immersion M goes on to M_A, where a fast body leaves air
+        behind it and takes up less. Turning of h is left out of the Coriolis terms. Beyond the
+        floating share the entry force takes the mean slope M(s) / s.
 
     References:
-        Lamb 1932, Hydrodynamics, ch. 6; Fossen 2011, ch. 6 and 8.
+        Lamb 1932, Hydrodynamics, ch. 6; Fossen 2011, ch. 6 and 8; von Karman 1929, NACA TN 321;
+        Wagner 1932, ZAMM 12; Shiffman and Spencer 1947, Quart. Appl. Math. 5.
 
     Example:
         >>> AddedMass(mass_z=0.8).mass_z
@@ -188,21 +201,75 @@ class AddedMass(Effect):
     def inertia(
         motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
     ) -> tuple[AddedInertia, Array]:
-        """Matrix M_A about the link origin [kg, kg m, kg m^2], weighted by the submersion s."""
-        return AddedInertia(_at(medium.medium_fraction, params), medium.medium_fraction), memory
+        """Matrix M(s) / s about the link origin [kg, kg m, kg m^2], weighted by the submersion s."""
+        s = medium.medium_fraction
+        matrix, entry = _at(s, params), _entry(motion, medium, params)
+        if entry is not None:
+            share = entry.mass / namespace(s).clip(s, LEAST, None)
+            rows = entry.way[:, :, None] * entry.way[:, None, :]
+            matrix = _for_rows(matrix, rows) + share[:, :, None] * rows
+        return AddedInertia(matrix, s), memory
 
     @staticmethod
     def loads(
         motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
     ) -> tuple[Wrench, Array]:
-        """Water-entry force -(ds/dt) M_A nu_r while the submersion s rises [N, N m]."""
+        """Water-entry force -(dM/ds) (ds/dt) nu_r while the submersion s rises [N, N m]."""
         if type(medium.submersion_rate) is np.ndarray and not (medium.submersion_rate > 0.0).any():
             nothing = motion.velocity * 0.0
             return Wrench(nothing, nothing), memory
         rising = 0.5 * (medium.submersion_rate + abs(medium.submersion_rate))
         relative = motion.velocity - medium.velocity
         force, torque = momentum(_at(medium.submersion, params), relative, motion.angular_velocity)
+        entry = _entry(motion, medium, params)
+        if entry is not None:
+            n, arm = entry.way[:, :3], entry.way[:, 3:]
+            speed = relative * n + motion.angular_velocity * arm
+            gain = entry.slope * (speed[:, 0:1] + speed[:, 1:2] + speed[:, 2:3])
+            force, torque = force + gain * n, torque + gain * arm
         return Wrench(-rising * force, -rising * torque), memory
+
+
+class _Entry(NamedTuple):
+    """Added mass of the entering hull beyond M_A's growth with the submerged share.
+
+    Args:
+        mass: e [kg], shape (N, 1).
+        slope: de/ds [kg], shape (N, 1).
+        way: h, its direction [1, m], shape (N, 6).
+    """
+
+    mass: Array
+    slope: Array
+    way: Array
+
+
+def _entry(motion: Motion, medium: Medium, params: Parameters) -> _Entry | None:
+    """Return the entry's part of M(s); None where NumPy's rows have none."""
+    s, floating = medium.submersion, "floating" in params
+    end = params["floating_fraction"] if floating else 0.5
+    if type(s) is np.ndarray and not ((s > 0.0) & (s < end)).any():
+        return None
+    xp, n = namespace(s), medium.normal
+    share = entry_share(motion.body.entry_shares, n)
+    held = xp.clip(0.5 * course(end / share)[0], end, None) if floating else 0.5
+    taken, slope = course(s / share)
+    # up to A_inf, or half of M_A; a straight line to there grows with s already
+    part = xp.clip(0.5 * taken / held, None, 1.0)
+    over = part - s / end
+    rise = xp.astype(part < 1.0, s.dtype) * (0.5 * slope / (share * held)) - 1.0 / end
+    whole = params["floating"] if floating else 0.5 * _matrix(params)
+    block = _for_rows(whole, n)[:, :3, :3]
+    along = xp.sum(block * n[:, :, None] * n[:, None, :], axis=(1, 2))[:, None]
+    on = xp.astype(over > 0.0, s.dtype)
+    way = xp.concat((n, cross(medium.buoyancy_centre + 0.0 * n, n)), axis=1)
+    return _Entry(along * on * over, along * on * rise, way)
+
+
+def _for_rows(matrix: Array, rows: Array) -> Array:
+    """Repeat a matrix of each of several links for the link's rows; others are broadcast."""
+    links, count = matrix.shape[0], rows.shape[0]
+    return np.repeat(matrix, count // links, axis=0) if 1 < links < count else matrix
 
 
 def _refuse_indefinite(matrix: Floats, name: str, allowed: str) -> None:
