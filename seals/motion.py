@@ -242,7 +242,11 @@ class AddedInertia(NamedTuple):
     Args:
         matrix: 6x6, order [linear, angular] [kg, kg m, kg m^2], shape (1 or N, 6, 6).
         weight: [1], shape (N, 1).
+        more: further inertia that changes with the state, likewise, shape (N, 6, 6); None for none.
+        apart: whether engines leave it out of their masses; that of ``more``.
     """
 
     matrix: Array
     weight: Array
+    more: Array | None = None
+    apart: bool = False

@@ -14,7 +14,7 @@ from seals.effects.effect import Effect, MediumKind, Parameters
 from seals.environment.seawater import FRESH_WATER
 from seals.errors import ConfigError
 from seals.frames import cross
-from seals.hydrostatics.entry import LEAST, course, entry_share
+from seals.hydrostatics.entry import course, entry_share
 from seals.motion import AddedInertia, Inputs, Medium, Motion, Wrench
 from seals.multibody.spatial import momentum
 from seals.schema import LATER, param
@@ -26,6 +26,8 @@ _LIMITS: dict[str, Any] = {
     "source": "zero unless the vehicle states it",
 }
 _EYE = np.eye(6)[None]
+BLEND = 0.1
+"""Width of the change from the entering sphere's course to the straight line, as a share of it."""
 _CENTRE = 0.03
 """1-sigma of the added mass's centre, as a share of the hull's size."""
 
@@ -39,7 +41,7 @@ class AddedMass(Effect):
         w), here with M(s) in place of s M_A. M(s) = s M_A + e h h^T: s M_A, but along the normal n
         of the water surface no less than the mass m_n S(s / s_e) / 2 of an entering sphere's
         course (`seals.hydrostatics.entry`): h = (n, r x n), r the centroid of the submerged volume,
-        m_n = n^T M_A n, e = m_n max(0, S / 2 - s). S is that of the wetted waterline with the rise
+        m_n = n^T M_A n, e = m_n y^2 / (y + d), y = max(0, S / 2 - s), d = s / 10. S is that of the wetted waterline with the rise
         of the water, one at the hull's half immersion or widest waterline, s_e. The part M nu_r'
         joins the inertia of the link; the term -(dM/ds) (ds/dt) nu_r is a load and acts only while
         s rises. With ``floating``, s M_A is replaced by straight lines in s: zero in air, A_inf at
@@ -201,14 +203,12 @@ class AddedMass(Effect):
     def inertia(
         motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
     ) -> tuple[AddedInertia, Array]:
-        """Matrix M(s) / s about the link origin [kg, kg m, kg m^2], weighted by the submersion s."""
+        """Matrix M_A about the link origin [kg, kg m, kg m^2] by the submersion s, and e h h^T."""
         s = medium.medium_fraction
-        matrix, entry = _at(s, params), _entry(motion, medium, params)
+        entry, more = _entry(motion, medium, params), None
         if entry is not None:
-            share = entry.mass / namespace(s).clip(s, LEAST, None)
-            rows = entry.way[:, :, None] * entry.way[:, None, :]
-            matrix = _for_rows(matrix, rows) + share[:, :, None] * rows
-        return AddedInertia(matrix, s), memory
+            more = entry.mass[:, :, None] * entry.way[:, :, None] * entry.way[:, None, :]
+        return AddedInertia(_at(s, params), s, more), memory
 
     @staticmethod
     def loads(
@@ -256,14 +256,17 @@ def _entry(motion: Motion, medium: Medium, params: Parameters) -> _Entry | None:
     taken, slope = course(s / share)
     # up to A_inf, or half of M_A; a straight line to there grows with s already
     part = xp.clip(0.5 * taken / held, None, 1.0)
-    over = part - s / end
+    over = xp.clip(part - s / end, 0.0, None)
     rise = xp.astype(part < 1.0, s.dtype) * (0.5 * slope / (share * held)) - 1.0 / end
+    # e = y^2 / (y + d): the force would jump where the straight line takes over at an angle
+    blend = BLEND * s / end + 1e-12
+    ratio = over / (over + blend)
+    rise = ratio * ((2.0 - ratio) * rise - ratio * BLEND / end)
     whole = params["floating"] if floating else 0.5 * _matrix(params)
     block = _for_rows(whole, n)[:, :3, :3]
     along = xp.sum(block * n[:, :, None] * n[:, None, :], axis=(1, 2))[:, None]
-    on = xp.astype(over > 0.0, s.dtype)
     way = xp.concat((n, cross(medium.buoyancy_centre + 0.0 * n, n)), axis=1)
-    return _Entry(along * on * over, along * on * rise, way)
+    return _Entry(along * over * ratio, along * rise, way)
 
 
 def _for_rows(matrix: Array, rows: Array) -> Array:
