@@ -37,15 +37,15 @@ class AddedMass(Effect):
     """Added mass of a link, with its Coriolis and Munk terms and the water-entry force.
 
     Equation:
-        (F, T) = -d/dt (s M_A nu_r) - Coriolis and Munk terms of s M_A (Kirchhoff), nu_r = (v_r,
-        w), here with M(s) in place of s M_A. M(s) = s M_A + e h h^T: s M_A, but along the normal n
-        of the water surface no less than the mass m_n S(s / s_e) / 2 of an entering sphere's
-        course (`seals.hydrostatics.entry`): h = (n, r x n), r the centroid of the submerged volume,
-        m_n = n^T M_A n, e = m_n y^2 / (y + d), y = max(0, S / 2 - s), d = s / 10. S is that of the wetted waterline with the rise
-        of the water, one at the hull's half immersion or widest waterline, s_e. The part M nu_r'
-        joins the inertia of the link; the term -(dM/ds) (ds/dt) nu_r is a load and acts only while
-        s rises. With ``floating``, s M_A is replaced by straight lines in s: zero in air, A_inf at
-        s = floating_fraction, M_A under water, and the entering sphere's course ends at A_inf.
+        (F, T) = -d/dt (M nu_r) - Coriolis and Munk terms of M (Kirchhoff), nu_r = (v_r, w), with
+        M(s) = s M_A + e h h^T. The second part lets M along the normal n of the water surface grow
+        as that of a sphere that enters, with the wetted waterline and the rise of the water:
+        e = m_n y^2 / (y + s / 10), y = max(0, S(s / s_e) / 2 - s), m_n = n^T M_A n, h = (n, r x n),
+        r the centroid of the submerged volume; S and s_e by `seals.hydrostatics.entry`: S rises
+        from 0 to 1 until the hull is at its widest, at s = s_e. The part M nu_r' joins the inertia
+        of the link; the term -(dM/ds) (ds/dt) nu_r is a load and acts only while s rises. With
+        ``floating``, s M_A is replaced by straight lines in s: zero in air, A_inf at
+        s = floating_fraction, M_A under water, and the entering course ends at A_inf.
 
     Args:
         mass_x: along body x [kg].
@@ -62,8 +62,8 @@ class AddedMass(Effect):
         medium: water.
 
     Assumptions:
-        Ideal flow. Entering water is as much faster as the body gets slower: the momentum taken up
-        is M v. Water that a leaving body carried stays behind with its momentum: no suction.
+        Ideal flow. What an entering body loses of its momentum the water has: M v. Water that a
+        leaving body carried stays behind with its momentum: no suction.
 
     Valid range:
         Deeply submerged bodies at any acceleration; near the surface for slow motion. Entry along

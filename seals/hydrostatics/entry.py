@@ -17,8 +17,14 @@ from seals.hydrostatics.wetted import Hull
 COURSE = (4.8812, -2.6969, -3.8049, 1.6756, 1.9433, -0.9983)
 """Coefficients of `course`. The first is Wagner's limit (4 / pi) 3^(3/2) (2 / 3)^(3/4); the others
 are fitted to the potential flow about lenses, their sum is one."""
-LEAST = 1e-12
-"""Least argument of `course`: the slope of its roots at zero is infinite."""
+SOFT = 0.005
+"""Submerged part, of half a sphere, within which the onset of `course` is softened [1].
+
+To 0.06 radii the force grows with the depth, not with its root, whose beginning no step resolves.
+"""
+_ROOT = (1.0 + SOFT) ** 0.25
+_END = sum(c * _ROOT ** (k - 1) for k, c in enumerate(COURSE))
+"""The series at x = 1."""
 LEVELS, ROUNDS = 65, 3
 """Levels at which a hull is cut at once, and how often the interval between two is cut again."""
 TOUCHED = 1e-9
@@ -45,7 +51,8 @@ def course(part: Array) -> tuple[Array, Array]:
         mirror image, since the potential vanishes on the surface; L -> (4/3) rho c^3 (disc of
         radius c, b -> 0), L(1) = (pi/3) rho R^3 (half sphere). The water rises at the body: by
         Wagner's half of the depth at first (c^2 = 3 R h), by nothing when the sides are vertical.
-        S is written as a series in x^(1/4), within 0.1 % of lenses by source rings.
+        S is a series in x^(1/4) within 0.1 % of lenses by source rings, x^(3/4) P(x^(1/4)),
+        softened to x (x + d)^(-1/4) P((x + d)^(1/4)) with d = 0.005.
 
     Args:
         part: x, clipped to 0 ... 1 [1], any shape.
@@ -56,19 +63,21 @@ def course(part: Array) -> tuple[Array, Array]:
 
     Example:
         >>> import numpy as np
-        >>> share, slope = course(np.array([0.0, 0.0290, 1.0]))
+        >>> share, slope = course(np.array([0.0, 0.0145, 1.0]))
         >>> [round(float(s), 2) for s in share]
-        [0.0, 0.15, 1.0]
+        [0.0, 0.13, 1.0]
     """
     xp = namespace(part)
-    x = xp.clip(part, LEAST, 1.0)
-    root = xp.sqrt(xp.sqrt(x))
-    inner, rise = 0.0 * root, 0.0 * root
+    x = xp.clip(part, 0.0, 1.0)
+    root = xp.sqrt(xp.sqrt(x + SOFT))
+    inner, steep = 0.0 * root, 0.0 * root
     for k, factor in reversed(list(enumerate(COURSE))):
         inner = inner * root + factor
-        rise = rise * root + factor * (3.0 + k)
+        steep = steep * root + factor * (k - 1.0)
     below = xp.astype(part < 1.0, x.dtype)
-    return inner * root * root * root, 0.25 * below * rise / root
+    # d/dx (P / q) = (q P' - P) / q^2 / (4 q^3), and q^4 = x + d
+    slope = (inner + 0.25 * x / (x + SOFT) * steep) / root
+    return x * inner / (root * _END), below * slope / _END
 
 
 def entry_shares(hull: Hull) -> Floats:
