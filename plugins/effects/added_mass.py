@@ -26,6 +26,8 @@ _LIMITS: dict[str, Any] = {
     "source": "zero unless the vehicle states it",
 }
 _EYE = np.eye(6)[None]
+INSTANT = 1e-12
+"""Growth of an added mass within a step that stands for none [kg]."""
 BLEND = 0.1
 """Width of the change from the entering sphere's course to the straight line, as a share of it."""
 _CENTRE = 0.03
@@ -227,6 +229,11 @@ class AddedMass(Effect):
             speed = relative * n + motion.angular_velocity * arm
             gain = entry.slope * (speed[:, 0:1] + speed[:, 1:2] + speed[:, 2:3])
             force, torque = force + gain * n, torque + gain * arm
+            # a face that is wetted within a step stops, and is not thrown back: no step takes up
+            # more momentum than the link and its water have
+            carried = motion.body.mass + entry.line * medium.submersion + entry.mass
+            most = carried / (abs(entry.line + entry.slope) * inputs.step + INSTANT)
+            rising = namespace(rising).minimum(rising, most)
         return Wrench(-rising * force, -rising * torque), memory
 
 
@@ -236,11 +243,13 @@ class _Entry(NamedTuple):
     Args:
         mass: e [kg], shape (N, 1).
         slope: de/ds [kg], shape (N, 1).
+        line: growth of the rest of M along the normal with s [kg], shape (N, 1).
         way: h, its direction [1, m], shape (N, 6).
     """
 
     mass: Array
     slope: Array
+    line: Array
     way: Array
 
 
@@ -266,7 +275,7 @@ def _entry(motion: Motion, medium: Medium, params: Parameters) -> _Entry | None:
     block = _for_rows(whole, n)[:, :3, :3]
     along = xp.sum(block * n[:, :, None] * n[:, None, :], axis=(1, 2))[:, None]
     way = xp.concat((n, cross(medium.buoyancy_centre + 0.0 * n, n)), axis=1)
-    return _Entry(along * over * ratio, along * rise, way)
+    return _Entry(along * over * ratio, along * rise, along / end, way)
 
 
 def _for_rows(matrix: Array, rows: Array) -> Array:
