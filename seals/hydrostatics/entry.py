@@ -33,8 +33,6 @@ HALF = 1.0 - math.sqrt(0.5)
 """Depth of a sphere at which its waterline encloses half of its widest circle [radii]."""
 HALF_SHARE = HALF * HALF * (3.0 - HALF) / 4.0
 """Submerged share of a sphere at that depth [1]."""
-FLATTEST = 0.5
-"""Depth at which a flat face counts as half wetted, against that of a sphere [1]."""
 ELLIPSOID = np.full(6, 0.5)
 """Entry shares of an ellipsoid [1]."""
 WAYS = np.concatenate((np.eye(3), -np.eye(3)))
@@ -86,9 +84,9 @@ def entry_shares(hull: Hull) -> Floats:
     Equation:
         s_e = s' / (2 s_1): s' is the share of the hull at which its waterplane first reaches half
         of its widest area A, s_1 that of a sphere, so that s_e = 1/2 for spheres and ellipsoids. A
-        flat face takes its momentum up over some way, too: s' is at least the share at the depth
-        0.146 r, half as deep as a sphere of radius r, the lesser of (A / pi)^(1/2) and half of the
-        hull's height.
+        flat face takes its momentum up over some way, too, lest a step miss it: s' is at least the
+        share at the depth 0.293 r, that of a sphere of radius r, the lesser of (A / pi)^(1/2) and
+        half of the hull's height.
 
     Args:
         hull: the hull.
@@ -127,7 +125,7 @@ def _share(hull: Hull, up: Floats) -> float:
     widest = float(_cuts(hull, up, np.linspace(low, low + height, LEVELS))[1].max())
     half = _first(hull, up, lambda _, area: area >= 0.5 * widest, (low, low + height))
     radius = min(math.sqrt(widest / math.pi), 0.5 * height)
-    level = max(half, low + FLATTEST * HALF * radius)
+    level = max(half, low + HALF * radius)
     volume, _ = _cuts(hull, up, np.array([level]))
     return float(volume[0]) / hull.volume * 0.5 / HALF_SHARE
 
