@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -133,7 +133,7 @@ def _share(hull: Hull, up: Floats) -> float:
 def _first(
     hull: Hull,
     up: Floats,
-    test: Callable[[Floats, Floats], Floats],
+    test: Callable[[Floats, Floats], Any],
     between: tuple[float, float],
 ) -> float:
     """Return the lowest of some levels at which a test of volume and waterplane area holds [m]."""
@@ -149,7 +149,7 @@ def _cuts(hull: Hull, up: Floats, levels: Floats) -> tuple[Floats, Floats]:
     """Return submerged volume [m^3] and waterplane area [m^2] at some levels, each (K,)."""
     if isinstance(hull, HullPlaced):
         ones = np.ones_like(levels)
-        sums = hull.sums(np, *(ones * x for x in up), levels)
+        sums = hull.sums(np, up[0] * ones, up[1] * ones, up[2] * ones, levels)
         return sums.volume, sums.area
     if isinstance(hull, HullCompound):
         found = [_cuts(part, up, levels - up @ hull.lift) for part in hull.parts]
