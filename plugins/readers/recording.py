@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
-from seals.errors import LogError
 from seals.field_roles import roles
 from seals.logs.log import Log
+from seals.plugins.readers.mapped import ReaderMapped
 from seals.plugins.readers.mcap_file import messages as mcap_messages
 from seals.plugins.readers.ros_streams import Choice, Message, gather
 from seals.plugins.readers.rosbag2_file import messages as rosbag2_messages
@@ -19,34 +19,20 @@ Source = Callable[[Path, Callable[[str, str, str], bool], dict[str, str]], Itera
 """Yields the wanted messages of a path, and fills in which topics it has."""
 
 
-@roles(data="topics columns units negate clock meta name licence", read="path")
+@roles(data="topics clock")
 @dataclass(kw_only=True)
-class Recording:
+class Recording(ReaderMapped):
     """Base of readers of recorded messages; subclasses interpret the messages.
 
     Args:
         topics: known topics to read; empty for all.
         columns: ``TOPIC/FIELD`` (``/tank/level/data``, ``/wheels/speed[2]``) -> column of the log.
-        units: ``TOPIC/FIELD`` -> its unit.
-        negate: ``TOPIC/FIELD`` whose sign is turned.
         clock: ``header`` takes the stamp inside a message, ``record`` the time of recording.
-        meta: what is known of vehicle and sensors, as in ``meta.yaml``.
-        name: name of the log.
-        licence: licence of the data.
     """
 
     source: ClassVar[Source]
-    kind: ClassVar[str]
-
-    path: str = ""
     topics: list[str] = field(default_factory=list)
-    columns: dict[str, str] = field(default_factory=dict)
-    units: dict[str, str] = field(default_factory=dict)
-    negate: list[str] = field(default_factory=list)
     clock: str = "header"
-    meta: dict[str, Any] = field(default_factory=dict)
-    name: str = ""
-    licence: str = ""
 
     def read(self, source: str | Path | None = None) -> list[Log]:
         """Return the one log of the recording.
@@ -55,20 +41,8 @@ class Recording:
             LogError: nothing was given, or the recording cannot be used.
             MissingExtra: the packages of the extra ``logs`` are absent.
         """
-        given = source or self.path
-        if not given:
-            raise LogError(
-                f"the {self.kind} reader needs a recording.\n"
-                "Give it: log=PATH, in Python path=PATH."
-            )
-        choice = Choice(
-            topics=self.topics,
-            fields=by_topic(self.columns, self.units, self.negate),
-            units=self.units,
-            negate=self.negate,
-            clock=self.clock,
-        )
-        path, present = Path(given), dict[str, str]()
+        path, chosen, present = self.given(source), self.chosen(), dict[str, str]()
+        choice = Choice(topics=self.topics, fields=by_topic(chosen), map=chosen, clock=self.clock)
         streams = gather(
             type(self).source(path, choice.wants, present), present, choice, where=str(path)
         )

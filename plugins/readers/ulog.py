@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +14,11 @@ from seals.arrays import Floats
 from seals.errors import LogError, suggestion
 from seals.field_roles import roles
 from seals.frames import matrix_of, normalised, unrotate
+from seals.logs.column_map import ColumnMap
 from seals.logs.log import Log
 from seals.logs.merge import Stream
-from seals.plugins.readers.streams import by_topic, converted, finished, refuse_unknown, vector
+from seals.plugins.readers.mapped import ReaderMapped
+from seals.plugins.readers.streams import by_topic, finished, refuse_unknown, vector
 from seals.plugins.readers.ulog_file import Samples, parse
 from seals.untrusted_io import read_bytes
 
@@ -26,9 +28,9 @@ _NO_OFFSET = 0x7FFFFFFF
 _RPM = 2.0 * np.pi / 60.0
 
 
-@roles(data="topics columns units negate meta name licence", read="path")
+@roles(data="topics")
 @dataclass(kw_only=True)
-class ReaderUlog:
+class ReaderUlog(ReaderMapped):
     """Flight logs of PX4 (``.ulg``): known topics automatically, other fields by a map.
 
     Channels:
@@ -45,25 +47,14 @@ class ReaderUlog:
         that of the autopilot's frame: state the centre of gravity in ``meta``.
 
     Args:
-        path: the file, plain or ``.gz``.
         topics: known topics to read; empty for all.
         columns: ``TOPIC/FIELD`` (``esc_status/esc[0].esc_rpm``; ``TOPIC:1/FIELD`` for a second
             instance) -> column of the log.
-        units: ``TOPIC/FIELD`` -> its unit.
-        negate: ``TOPIC/FIELD`` whose sign is turned.
-        meta: what is known of vehicle and sensors, as in ``meta.yaml``.
-        name: name of the log.
-        licence: licence of the data.
     """
 
-    path: str = ""
+    kind: ClassVar[str] = "ULog"
+
     topics: list[str] = field(default_factory=list)
-    columns: dict[str, str] = field(default_factory=dict)
-    units: dict[str, str] = field(default_factory=dict)
-    negate: list[str] = field(default_factory=list)
-    meta: dict[str, Any] = field(default_factory=dict)
-    name: str = ""
-    licence: str = ""
 
     def read(self, source: str | Path | None = None) -> list[Log]:
         """Return the one log of the file.
@@ -71,17 +62,15 @@ class ReaderUlog:
         Raises:
             LogError: nothing was given, or the file cannot be used.
         """
-        given = source or self.path
-        if not given:
-            raise LogError("the ULog reader needs a file.\nGive it: log=FILE, in Python path=FILE.")
+        given, chosen = self.given(source), self.chosen()
         where = str(given)
         samples = {
             (topic if instance == 0 else f"{topic}:{instance}"): found
             for (topic, instance), found in parse(read_bytes(given), where=where).items()
         }
-        wanted = by_topic(self.columns, self.units, self.negate)
+        wanted = by_topic(chosen)
         refuse_unknown([*self.topics, *wanted], samples, where=where)
-        streams = [self._mapped(topic, samples[topic], wanted[topic]) for topic in wanted]
+        streams = [_mapped(topic, samples[topic], wanted[topic], chosen) for topic in wanted]
         taken = set(self.columns.values())
         for stream in self._known(samples):
             columns = {key: value for key, value in stream.columns.items() if key not in taken}
@@ -89,15 +78,7 @@ class ReaderUlog:
             taken |= columns.keys()
         shares = {"motor_command": "thrust_share"} if "actuator_motors" in samples else {}
         meta = shares | self.meta
-        return [finished(streams, Path(given), meta=meta, name=self.name, licence=self.licence)]
-
-    def _mapped(self, topic: str, samples: Samples, fields: dict[str, str]) -> Stream:
-        columns = {}
-        for name, column in fields.items():
-            values = _column(samples, name, topic)
-            key = f"{topic}/{name}"
-            columns[column] = converted(values, key, column, units=self.units, negate=self.negate)
-        return Stream(name=topic, stamps=_stamps(samples), columns=columns)
+        return [finished(streams, given, meta=meta, name=self.name, licence=self.licence)]
 
     def _known(self, samples: dict[str, Samples]) -> list[Stream]:
         streams = []
@@ -105,6 +86,14 @@ class ReaderUlog:
             if topic in samples and (not self.topics or topic in self.topics):
                 streams += make(topic, samples)
         return streams
+
+
+def _mapped(topic: str, samples: Samples, fields: dict[str, str], chosen: ColumnMap) -> Stream:
+    columns = {
+        column: chosen.converted(_column(samples, name, topic), f"{topic}/{name}", column)
+        for name, column in fields.items()
+    }
+    return Stream(name=topic, stamps=_stamps(samples), columns=columns)
 
 
 def _stamps(samples: Samples) -> NDArray[np.int64]:
