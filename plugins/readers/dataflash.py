@@ -17,6 +17,7 @@ from seals.field_roles import roles
 from seals.logs.column_map import ColumnMap
 from seals.logs.log import Log
 from seals.logs.merge import Stream
+from seals.plugins.readers.ardupilot import motor_pulses
 from seals.plugins.readers.dataflash_file import Messages, parse
 from seals.plugins.readers.mapped import ReaderMapped
 from seals.plugins.readers.ned import (
@@ -36,11 +37,6 @@ _RPM = 2.0 * np.pi / 60.0
 _MILLIGAUSS = 1e-7
 _FIX_3D = 3
 _GOOD_RANGE = 4
-_FUNCTION = re.compile(r"SERVO(\d{1,2})_FUNCTION")
-_MOTORS = {**{33 + k: k + 1 for k in range(8)}, **{82 + k: k + 9 for k in range(4)}}
-_MOTORS |= {160 + k: k + 13 for k in range(20)}
-_THROTTLES = {70: 1, 73: 1, 74: 2}
-"""Value of SERVOn_FUNCTION -> number of the motor; throttles where there are no motors."""
 
 
 @roles(data="topics")
@@ -246,23 +242,8 @@ def _outputs(topic: str, about: _Known) -> dict[str, Floats]:
     outputs = {
         int(name.lstrip("Ch")): name for name in messages.letters if re.fullmatch(r"Ch?\d+", name)
     }
-    functions = {
-        int(match[1]): int(value)
-        for name, value in about.parameters.items()
-        if (match := _FUNCTION.fullmatch(name)) and np.isfinite(value)
-    }
-    motors: dict[int, int] = {}
-    for table in (_MOTORS, _THROTTLES):
-        if not motors:
-            motors = {table[use]: output for output, use in functions.items() if use in table}
-    if not functions:
-        motors = {output: output for output in outputs}
-    found = {k: _column(messages, outputs[n], topic) for k, n in motors.items() if n in outputs}
-    return {
-        f"motor_pwm_{k}": np.where(values > 0.0, values, np.nan)
-        for k, values in sorted(found.items())
-        if np.any(values > 0.0)
-    }
+    widths = {n: _column(messages, name, topic) for n, name in outputs.items()}
+    return motor_pulses(widths, about.parameters)
 
 
 def _speed(number: int) -> Callable[..., dict[str, Floats]]:
