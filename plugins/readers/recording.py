@@ -1,4 +1,4 @@
-"""Readers of recorded messages: MCAP and rosbag2."""
+"""Readers of recorded messages: MCAP, rosbag2 and bags of ROS 1."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from seals.logs.log import Log
 from seals.plugins.readers.mapped import ReaderMapped
 from seals.plugins.readers.mcap_file import messages as mcap_messages
 from seals.plugins.readers.ros_streams import Choice, Message, gather
+from seals.plugins.readers.rosbag1_file import messages as rosbag1_messages
 from seals.plugins.readers.rosbag2_file import messages as rosbag2_messages
 from seals.plugins.readers.streams import by_topic, finished
 
@@ -54,8 +55,9 @@ class ReaderMcap(Recording):
     """Recordings in one MCAP file: ROS 2 messages and JSON topics.
 
     Channels:
-        Of ``Odometry``, ``PoseStamped``, ``Imu``, ``JointState``, ``BatteryState``,
-        ``MagneticField`` and ``Range``; others by ``columns``.
+        Of ``Odometry``, ``PoseStamped``, ``PoseWithCovarianceStamped``, ``TransformStamped``,
+        ``Imu``, ``JointState``, ``BatteryState``, ``MagneticField`` and ``Range``; others by
+        ``columns``.
     Units:
         SI, ENU and FLU, as ROS prescribes (REP 103); mapped fields as declared.
     Limitations:
@@ -75,8 +77,9 @@ class ReaderRosbag2(Recording):
     """Recordings of ROS 2: a folder with ``metadata.yaml``, or one file ``.db3`` or ``.mcap``.
 
     Channels:
-        Of ``Odometry``, ``PoseStamped``, ``Imu``, ``JointState``, ``BatteryState``,
-        ``MagneticField`` and ``Range``; others by ``columns``.
+        Of ``Odometry``, ``PoseStamped``, ``PoseWithCovarianceStamped``, ``TransformStamped``,
+        ``Imu``, ``JointState``, ``BatteryState``, ``MagneticField`` and ``Range``; others by
+        ``columns``.
     Units:
         SI, ENU and FLU, as ROS prescribes (REP 103); mapped fields as declared.
     Limitations:
@@ -89,3 +92,25 @@ class ReaderRosbag2(Recording):
 
     source: ClassVar[Source] = staticmethod(rosbag2_messages)
     kind: ClassVar[str] = "rosbag2"
+
+
+@dataclass(kw_only=True)
+class ReaderRosbag1(Recording):
+    """Recordings of ROS 1 (``.bag``, format 2.0), packed or not.
+
+    Channels:
+        Of ``Odometry``, ``PoseStamped``, ``PoseWithCovarianceStamped``, ``TransformStamped``,
+        ``Imu``, ``JointState``, ``BatteryState``, ``MagneticField`` and ``Range``; others by
+        ``columns``.
+    Units:
+        SI, ENU and FLU, as ROS prescribes (REP 103); mapped fields as declared.
+    Limitations:
+        Messages of other types than ROS 1 ships (Noetic) are not decoded: definitions inside
+        a recording are never turned into code. Poses count as those of the body origin.
+
+    Args:
+        path: the file.
+    """
+
+    source: ClassVar[Source] = staticmethod(rosbag1_messages)
+    kind: ClassVar[str] = "bag"
