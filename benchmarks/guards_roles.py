@@ -158,7 +158,7 @@ ROLES_AND_READERS: dict[str, Guard] = {
         "PlainStream(stream or nowhere)",
         "PlainStream(stream)",
         SMALL,
-        "ascii_and_closed",
+        "closed_streams",
     ),
     "signs of a terminal": Guard(
         "seals.terminal", "except UnicodeEncodeError:", "except KeyError:", SMALL, "few_signs"
