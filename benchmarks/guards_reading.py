@@ -145,48 +145,6 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         REFERENCES,
         "mesh",
     ),
-    "parts of a glTF": Guard(
-        _NAMES,
-        "    return sum(counts[key] for key in keys)\n",
-        "    return 0\n",
-        REFERENCES,
-        "hostile_mesh",
-    ),
-    "corners in a COLLADA": Guard(
-        _NAMES,
-        "            count = each + own\n",
-        "            count = each\n",
-        REFERENCES,
-        "hostile_mesh",
-    ),
-    "groups of an OBJ": Guard(
-        _NAMES,
-        "if len(_PARTS.findall(raw)) > MOST_COPIES:",
-        "if False:",
-        REFERENCES,
-        "hostile_mesh",
-    ),
-    "faces of an OBJ": Guard(
-        _NAMES,
-        "if sum(map(len, map(bytes.split, faces))) - 3 * len(faces) > _MOST_TRIANGLES:",
-        "if False:",
-        REFERENCES,
-        "hostile_mesh",
-    ),
-    "signs of a COLLADA": Guard(
-        "seals.hydrostatics.meshes",
-        " or _OTHER_SIGNS.search(raw)",
-        "",
-        REFERENCES,
-        "hostile_mesh",
-    ),
-    "numbers of an array": Guard(
-        "seals.logs.arrays",
-        "if declared == held and math.prod(shape) > MOST_VALUES:",
-        "if False:",
-        "tests/unit/test_logs_broken.py",
-        "one_byte",
-    ),
     "copies in a COLLADA": Guard(
         _NAMES, "    _refuse_copies(root)\n", "", REFERENCES, "hostile_mesh"
     ),

@@ -32,6 +32,7 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
     left behind. The suffix of the temporary path is that of ``path``.
 
     Raises:
+        SealsError: a folder of that name is there.
         DiskFull: there is no room for it.
 
     Example:
@@ -44,6 +45,11 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
     """
     target = Path(path)
     target.parent.mkdir(parents=True, exist_ok=True)
+    if target.is_dir() and not target.is_symlink():
+        raise SealsError(
+            f"'{target}' is a folder, and a file of that name is to be written.\n"
+            "Move it away, or choose another place."
+        )
     beside = _beside(target)
     try:
         with room(target):
