@@ -82,6 +82,13 @@ ROLES_AND_READERS: dict[str, Guard] = {
         "messages_are_counted",
         "pyulog",
     ),
+    "who comes second": Guard(
+        "seals.logs.atomic",
+        "        if replace:\n            _take_place",
+        "        if True:\n            _take_place",
+        "tests/unit/test_logs_atomic.py",
+        "comes_second",
+    ),
     "names of what is installed": Guard(
         "seals.config.foreign_values",
         "        and _SHIPPED.fullmatch(one) is not None\n",
