@@ -18,7 +18,10 @@ _LIBRARIES = ("numpy", "scipy", "torch")
 
 
 def numeric_fault(error: BaseException) -> str | None:
-    """Return words for an error of arithmetic, linear algebra or places in arrays; None for others.
+    """Return words for an error of arithmetic or linear algebra, else None.
+
+    An index or a value that a library of numbers complains about is one of numbers; one beyond the
+    end of an array in a line of this package is a fault of that line, and keeps its traceback.
 
     Example:
         >>> numeric_fault(ZeroDivisionError("float division by zero"))
@@ -30,8 +33,8 @@ def numeric_fault(error: BaseException) -> str | None:
         return None
     # by name: NumPy is not imported to explain an error
     algebra = type(error).__name__ == "LinAlgError"
-    numbers = algebra or isinstance(error, ArithmeticError | IndexError)
-    if not numbers and not (isinstance(error, ValueError) and _of_library(error)):
+    numbers = algebra or isinstance(error, ArithmeticError)
+    if not numbers and not (isinstance(error, ValueError | IndexError) and _of_library(error)):
         return None
     frames = traceback.extract_tb(error.__traceback__)
     own = [frame for frame in frames if "seals" in Path(frame.filename).parts]
@@ -52,7 +55,7 @@ def arises_inside(error: BaseException) -> bool:
 
 @contextlib.contextmanager
 def sound_numbers(what: str, advice: str) -> Iterator[None]:
-    """Turn errors of arithmetic, linear algebra and indices inside the block into bad data.
+    """Turn errors of arithmetic and linear algebra inside the block into bad data.
 
     Args:
         what: that is computed, for the message.

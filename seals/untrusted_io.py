@@ -369,6 +369,18 @@ def plain_xml(text: str) -> ElementTree.Element:
     return root
 
 
+def entries(content: object) -> int:
+    """Return how many values plain data hold, mappings and lists counted, too.
+
+    Example:
+        >>> entries({"a": [1, 2], "b": {}})
+        5
+    """
+    if isinstance(content, dict):
+        return 1 + sum(map(entries, content.values()))
+    return 1 + (sum(map(entries, content)) if isinstance(content, list | tuple) else 0)
+
+
 def first_bad_number(tree: object) -> str | None:
     """Return the path of the first float that is not finite, or None.
 

@@ -17,7 +17,9 @@ MAGIC = b"\x89MCAP0\r\n"
 MOST_BYTES = 1 << 34
 """Largest recording [byte]; it is read piece by piece."""
 _MOST_RECORD = 1 << 26
-_MOST_UNPACKED = 1 << 32
+_MOST_UNPACKED, _RATIO, _FREE = 1 << 32, 200, 1 << 23
+"""Most bytes that chunks unpack to: in all, for each byte of the file, and for a small file. They
+are read record by record: a few kilobytes of nothing would take an hour."""
 
 
 def messages(
@@ -104,15 +106,18 @@ def _records(stream: Any, file: Path) -> Iterator[Any]:
     from mcap.records import Chunk
     from mcap.stream_reader import StreamReader, breakup_chunk
 
-    total = 0
+    total, most = 0, min(_MOST_UNPACKED, _FREE + _RATIO * file.stat().st_size)
     for record in StreamReader(stream, emit_chunks=True, record_size_limit=_MOST_RECORD).records:
         if not isinstance(record, Chunk):
             yield record
             continue
         data = _unpacked(record)
         total += len(data)
-        if total > _MOST_UNPACKED:
-            raise LogError(f"'{file}' unpacks to more than {_MOST_UNPACKED:,} bytes.\nCut it.")
+        if total > most:
+            raise LogError(
+                f"'{file}' unpacks to more than {most:,} bytes, which is more than a file of its "
+                "size may.\nCut it."
+            )
         yield from breakup_chunk(dataclasses.replace(record, compression="", data=data))
 
 

@@ -25,6 +25,8 @@ _TYPES = {
 _FIELD = re.compile(r"^(?P<type>\w{1,64})(?:\[(?P<size>\d{1,5})\])? (?P<name>\w{1,128})$")
 _MOST_FIELDS = 4096
 _DEEPEST = 8
+_MOST_MESSAGES = 10_000_000
+"""Messages of a log: hours of flight, and all that 256 MB of usual ones can be."""
 _KNOWN = frozenset(b"ABCDFILMOPQRS")
 Samples = NDArray[Any]
 """A structured array, one entry for each message, named by field."""
@@ -92,6 +94,8 @@ def _messages(raw: bytes, start: int, stop: int, state: _State, where: str) -> N
         place += 3 + size
         if len(body) < size:
             return
+        if state.known + state.strange > _MOST_MESSAGES:
+            raise LogError(f"'{where}' holds more than {_MOST_MESSAGES:,} messages.\nCut it.")
         if kind in _KNOWN:
             state.known += 1
         else:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from seals import registry
@@ -95,6 +96,10 @@ def _values(node: Any, cls: type, key: str) -> Iterator[_Found]:
         if cls.__name__.startswith("RobotSettings") and name in ("folder", "urdf"):
             if str(value) != _installed(node).get(name):
                 yield _Found(place, role, value)
+        elif name == "model" and _is_config(value):
+            file = _at(value, "file")
+            if file is not None and not _own_model(str(file)):
+                yield _Found(place, Role.read, file)
         elif role is not Role.data:
             plain = OmegaConf.to_container(value, resolve=True) if _is_config(value) else value
             if plain not in (defaults.get(name), [], {}, "") and not _shipped(role, plain):
@@ -143,6 +148,13 @@ def _object(node: Any, key: str) -> Iterator[_Found]:
         for plugin in kinds:
             if plugin in registry.names(part):
                 yield from _values(inner, registry.get(part, plugin).load(), f"{key}.{part}")
+
+
+def _own_model(file: str) -> bool:
+    """Return whether a model lies in the folder of models, where a name finds it."""
+    from seals.config.overlay import FOLDER
+
+    return not Path(file).is_symlink() and Path(file).resolve().parent == Path(FOLDER).resolve()
 
 
 def _defaults(cls: type) -> dict[str, Any]:

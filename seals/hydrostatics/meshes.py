@@ -35,6 +35,10 @@ Numbers = NDArray[np.int64]
 FORMATS = (".stl", ".obj", ".ply", ".off", ".dae", ".glb")
 """Endings of the mesh files that are read; the mesh library knows archives as well."""
 _ENTITY = re.compile(rb"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
+_OTHER_SIGNS = re.compile(
+    rb"<\?xml[^>]*encoding\s*=\s*['\"](?!utf-8['\"]|us-ascii['\"])", re.IGNORECASE
+)
+"""Declaration of another encoding than UTF-8, in which the words above look different."""
 
 
 class NoteKind(enum.Enum):
@@ -284,8 +288,7 @@ def refuse_strange_format(path: Path, where: str) -> None:
         )
     if path.suffix.lower() == ".dae":
         raw = path.read_bytes()
-        # zero bytes: another encoding than UTF-8, in which the words look different
-        if _ENTITY.search(raw) or b"\0" in raw:
+        if _ENTITY.search(raw) or _OTHER_SIGNS.search(raw) or b"\0" in raw:
             raise RobotError(
                 f"{where}: '{path.name}' declares a DOCTYPE or an ENTITY, or is not UTF-8.\n"
                 "Remove it: such files can expand without end."

@@ -16,17 +16,23 @@ from seals.untrusted_io import plain_json, regular_file
 MOST_BYTES = 50_000_000
 """Largest file that a mesh may name [byte]."""
 MOST_COPIES = 10_000
-"""Most copies of its parts that a mesh may place."""
+"""Most copies of its parts that a mesh may place, and groups that it may have."""
 _MOST_ELEMENTS = 20_000_000
+_MOST_TRIANGLES = 2_000_000
+"""Most triangles of an OBJ, whose faces may have any number of corners."""
 _MATERIALS = re.compile(
     rb"^[ \t\v\f]*(mtllib|maplib|usemap|call|csh)[ \t]+(.+?)[ \t]*$", re.I | re.M
 )
 _POINTING = re.compile(rb"[ \t\v\f]*(mtllib|usemtl|maplib|usemap|call|csh)\b", re.I)
+_PARTS = re.compile(rb"^[ \t\v\f]*(?:o|g|usemtl)[ \t]", re.I | re.M)
+_FACES = re.compile(rb"^[ \t\v\f]*f[ \t][^\n]*", re.I | re.M)
 _PICTURES = re.compile(
     rb"^[ \t\v\f]*(?:map_\w+|bump|disp|decal|refl|norm)[ \t]+(.+?)[ \t]*$", re.I | re.M
 )
 _TEXTURE = re.compile(rb"^comment[ \t]+TextureFile[ \t]+(.+?)[ \t]*$", re.I | re.M)
 _SCHEME = re.compile(r"^\w[\w+.-]*:")
+_AGAIN, _POSED = "instance_node", "instance_controller"
+_PLACING = ("node", _AGAIN, "instance_geometry", _POSED)
 _HEADER = 1 << 20
 _JOINT = b"\\\n"
 
@@ -111,6 +117,11 @@ def _stripped(raw: bytes) -> bytes:
 
 def _of_obj(path: Path) -> Iterator[str]:
     raw = _lines(path)
+    if len(_PARTS.findall(raw)) > MOST_COPIES:
+        raise ValueError(f"it has more than {MOST_COPIES:,} groups")
+    faces = _FACES.findall(raw)
+    if sum(map(len, map(bytes.split, faces))) - 3 * len(faces) > _MOST_TRIANGLES:
+        raise ValueError(f"it has more than {_MOST_TRIANGLES:,} triangles")
     for command, words in [*_MATERIALS.findall(raw), *_MATERIALS.findall(raw.replace(_JOINT, b""))]:
         if command.lower() != b"mtllib":
             raise ValueError(f"it holds the command {command.decode()}, which runs or opens a file")
@@ -153,7 +164,7 @@ def _of_dae(path: Path) -> Iterator[str]:
     except (ElementTree.ParseError, ValueError, LookupError) as cause:
         raise ValueError(f"not valid XML ({cause})") from cause
     for element in root.iter():
-        tag = str(element.tag).rpartition("}")[2]
+        tag = _tag(element)
         if tag in ("init_from", "ref") and (element.text or "").strip():
             yield str(element.text).strip()
         for key, value in element.attrib.items():
@@ -166,32 +177,43 @@ def _of_dae(path: Path) -> Iterator[str]:
 
 
 def _refuse_copies(root: Any) -> None:
-    """Refuse nodes that refer to one another: their copies may grow exponentially."""
-    nodes = {
-        str(e.get("id")): e for e in root.iter() if str(e.tag).endswith("}node") and e.get("id")
+    """Refuse nodes that refer to one another, or to large parts: copies may grow without end."""
+    nodes = {str(e.get("id")): e for e in root.iter() if _tag(e) == "node" and e.get("id")}
+    corners = {
+        # a number has at least one digit, and a blank behind it
+        str(e.get("id")): sum(len(p.text or "") for p in e.iter() if _tag(p) == "p") // 2
+        for e in root.iter()
+        if _tag(e) == "geometry"
     }
+    largest, each = max(corners.values(), default=0), _MOST_ELEMENTS // MOST_COPIES
     known: dict[int, int] = {}
 
-    def copies(element: Any, depth: int) -> int:
+    def weight(element: Any, depth: int) -> int:
+        """Return the corners that an element places, and some more for each part."""
         if id(element) not in known:
             if depth > 200:
                 raise ValueError("its nodes are nested without end")
-            known[id(element)] = MOST_COPIES + 1  # of a node that stands for itself
-            count = 1
+            known[id(element)] = _MOST_ELEMENTS + 1  # of a node that stands for itself
+            tag, meant = _tag(element), str(element.get("url"))[1:]
+            # the shape behind a controller is named somewhere else
+            own = corners.get(meant, largest) if tag in ("instance_geometry", _POSED) else 0
+            count = each + own
             for child in element:
-                tag = str(child.tag).rpartition("}")[2]
-                meant = nodes.get(str(child.get("url"))[1:]) if tag == "instance_node" else child
-                count += 0 if meant is None else copies(meant, depth + 1) if _places(tag) else 0
-            known[id(element)] = min(count, MOST_COPIES + 1)
+                shown = nodes.get(str(child.get("url"))[1:]) if _tag(child) == _AGAIN else child
+                placed = shown is not None and _tag(child) in _PLACING
+                count += weight(shown, depth + 1) if placed else 0
+            known[id(element)] = min(count, _MOST_ELEMENTS + 1)
         return known[id(element)]
 
     for scene in root.iter():
-        if str(scene.tag).endswith("}visual_scene") and copies(scene, 0) > MOST_COPIES:
-            raise ValueError(f"it places more than {MOST_COPIES:,} parts")
+        if _tag(scene) == "visual_scene" and weight(scene, 0) > _MOST_ELEMENTS:
+            raise ValueError(
+                f"it places more than {MOST_COPIES:,} parts, or {_MOST_ELEMENTS:,} corners"
+            )
 
 
-def _places(tag: str) -> bool:
-    return tag in ("node", "instance_node", "instance_geometry", "instance_controller")
+def _tag(element: Any) -> str:
+    return str(element.tag).rpartition("}")[2]
 
 
 def _of_glb(path: Path) -> Iterator[str]:
@@ -222,10 +244,26 @@ def _refuse_hollow(content: Any) -> None:
     known = [count for count in counts if isinstance(count, int)]
     if len(known) != len(counts) or min(known, default=0) < 0 or sum(known) > _MOST_ELEMENTS:
         raise ValueError(f"it declares more than {_MOST_ELEMENTS:,} elements")
-    nodes = _list(content, "nodes")
-    placed = sum("mesh" in node for node in nodes)
-    if placed > MOST_COPIES or placed * max(known, default=0) > _MOST_ELEMENTS:
-        raise ValueError(f"it places {placed:,} parts, too many for their size")
+    # each part may name the numbers of another one again, and each node a mesh of another one
+    sizes = [_size(mesh, known) for mesh in _list(content, "meshes")]
+    placed = [node["mesh"] for node in _list(content, "nodes") if "mesh" in node]
+    if not all(isinstance(k, int) and 0 <= k < len(sizes) for k in placed):
+        raise ValueError("it places a mesh that it does not hold")
+    if len(placed) > MOST_COPIES or sum(sizes) + sum(sizes[k] for k in placed) > _MOST_ELEMENTS:
+        raise ValueError(f"it places {len(placed):,} parts, too many for their size")
+
+
+def _size(mesh: dict[str, Any], counts: list[int]) -> int:
+    """Return the numbers that all parts of a mesh hold, those held twice counted twice."""
+    parts = _list(mesh, "primitives")
+    if len(parts) > MOST_COPIES:
+        raise ValueError(f"one mesh has {len(parts):,} parts, allowed are {MOST_COPIES:,}")
+    named = [part.get("attributes") for part in parts]
+    keys = [key for one in named if isinstance(one, dict) for key in one.values()]
+    keys += [part["indices"] for part in parts if "indices" in part]
+    if not all(isinstance(key, int) and 0 <= key < len(counts) for key in keys):
+        raise ValueError("a part names numbers that it does not hold")
+    return sum(counts[key] for key in keys)
 
 
 _NAMES = {".obj": _of_obj, ".ply": _of_ply, ".dae": _of_dae, ".glb": _of_glb}

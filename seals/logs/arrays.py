@@ -18,6 +18,8 @@ from seals.arrays import Floats
 from seals.errors import LogError, suggestion
 from seals.untrusted_io import MOST_BYTES, read_bytes, regular_file
 
+MOST_VALUES = 1 << 26
+"""Most numbers in one array."""
 _HEADER = (
     *(ValueError, EOFError, SyntaxError, TokenError, TypeError, OverflowError, RecursionError),
     # Python's parser on what is nested too deeply: nothing is wanting in the machine
@@ -94,6 +96,13 @@ def _parse(where: str, raw: bytes) -> Floats:
     if dtype.kind not in "fiu":
         raise LogError(f"'{where}' holds {dtype}, numbers are needed.")
     declared, held = math.prod(shape) * dtype.itemsize, len(raw) - stream.tell()
+    if any(isinstance(size, bool) for size in shape):
+        raise LogError(f"'{where}' declares the shape {shape}; whole numbers are needed.")
+    if declared == held and math.prod(shape) > MOST_VALUES:
+        # small ones take eight times the room as the numbers of a log
+        raise LogError(
+            f"'{where}' holds {math.prod(shape):,} numbers, allowed are {MOST_VALUES:,}."
+        )
     if declared != held or min(shape, default=1) < 0:
         raise LogError(
             f"'{where}' declares an array of shape {shape} ({declared:,} bytes) and holds "

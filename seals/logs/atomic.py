@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import errno
 import json
 import math
 import os
@@ -32,6 +33,7 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
     left behind. The suffix of the temporary path is that of ``path``.
 
     Raises:
+        SealsError: a folder of that name is there.
         DiskFull: there is no room for it.
 
     Example:
@@ -44,6 +46,11 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
     """
     target = Path(path)
     target.parent.mkdir(parents=True, exist_ok=True)
+    if target.is_dir() and not target.is_symlink():
+        raise SealsError(
+            f"'{target}' is a folder, and a file of that name is to be written.\n"
+            "Move it away, or choose another place."
+        )
     beside = _beside(target)
     try:
         with room(target):
@@ -71,7 +78,7 @@ def atomic_folder(path: str | Path, *, replace: bool = False) -> Iterator[Path]:
     """
     target = Path(path)
     if not replace and (target.exists() or target.is_symlink()):
-        raise SealsError(f"'{target}' exists already.\nChoose another name or remove it first.")
+        raise _taken(target)
     target.parent.mkdir(parents=True, exist_ok=True)
     beside = _beside(target)
     beside.mkdir()
@@ -81,10 +88,31 @@ def atomic_folder(path: str | Path, *, replace: bool = False) -> Iterator[Path]:
             for child in beside.rglob("*"):
                 _sync(child)
             _sync(beside)
-        _take_place(beside, target)
+        if replace:
+            _take_place(beside, target)
+        else:
+            rename_new(beside, target)
         _sync(target.parent)
     finally:
         shutil.rmtree(beside, ignore_errors=True)
+
+
+def rename_new(beside: Path, target: Path) -> None:
+    """Rename a finished folder to a name that is free.
+
+    Raises:
+        SealsError: somebody else has made a file or folder of that name in the meantime.
+    """
+    try:
+        os.rename(beside, target)
+    except OSError as cause:
+        if cause.errno not in (errno.ENOTEMPTY, errno.EEXIST, errno.ENOTDIR):
+            raise
+        raise _taken(target) from cause
+
+
+def _taken(target: Path) -> SealsError:
+    return SealsError(f"'{target}' exists already.\nChoose another name or remove it first.")
 
 
 def _take_place(beside: Path, target: Path) -> None:

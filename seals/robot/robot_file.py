@@ -10,7 +10,10 @@ from typing import Any
 
 from seals.errors import RobotError, suggestion
 from seals.robot.settings import RobotSettings
-from seals.untrusted_io import read_plain_yaml, refuse_references
+from seals.untrusted_io import entries, read_plain_yaml, refuse_references
+
+MOST_PARTS, MOST_ENTRIES = 500, 40_000
+"""Most effects, sensors and actuators of a robot, and most values of its file."""
 
 _KEYS = (
     "summary",
@@ -91,6 +94,12 @@ def read_robot(folder: Path, *, name: str | None = None) -> RobotFile:
     for word in ("controller", "guide"):
         if raw.get(word) is not None:
             parts[word] = _parts({word: raw[word]}, f"{path}: {word}", word)
+    count = sum(map(len, parts.values()))
+    if count > MOST_PARTS or entries(raw) > MOST_ENTRIES:
+        raise RobotError(
+            f"{path} has {count:,} effects, sensors and actuators and {entries(raw):,} entries.\n"
+            f"Allowed: {MOST_PARTS:,} and {MOST_ENTRIES:,}; each is checked before every run."
+        )
     hulls = _mapping(raw.get("hulls"), f"{path}: hulls")
     limbs = {key: _mapping(raw.get(key), f"{path}: {key}") for key in ("arms", "grippers", "legs")}
     return RobotFile(settings=settings, hulls=hulls, limbs=limbs, parts=parts)

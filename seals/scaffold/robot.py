@@ -12,6 +12,7 @@ import numpy as np
 
 from seals.control.plant import ROTOR
 from seals.errors import RobotError
+from seals.logs.atomic import rename_new
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
 from seals.robot.settings import RobotSettings
@@ -115,7 +116,7 @@ def scaffold_robot(
         source.changes += mended(source.root, forward)
         source.copy_meshes(beside, boxes=boxes)
         made = _fill(beside, name, source, density, medium)
-        beside.rename(folder)
+        rename_new(beside, folder)
     finally:
         shutil.rmtree(beside, ignore_errors=True)
     return made._replace(folder=folder)

@@ -13,6 +13,7 @@ from typing import Any
 
 from seals import registry
 from seals.errors import ConfigError, printable
+from seals.logs.atomic import rename_new
 
 _CLASS = {"effect": "", "sensor": "Sensor", "controller": "", "guide": "", "task": "Task"}
 _ROBOT = {"controller": "auv", "guide": "auv", "task": "auv"}
@@ -152,7 +153,7 @@ def scaffold_plugin(kind: str, name: str, *, parent: Path) -> Iterator[str]:
         for path, template in files.items():
             (beside / path).parent.mkdir(parents=True, exist_ok=True)
             (beside / path).write_text(rendered(template, facts), encoding="utf-8")
-        beside.rename(folder)
+        rename_new(beside, folder)
     finally:
         shutil.rmtree(beside, ignore_errors=True)
     yield f"{folder}/{package}/{name}.py: {kind} '{name}', class {cls}"

@@ -95,10 +95,12 @@ class Sweep:
         note = folder / NOTE
         with opened(folder):
             for path in (folder / name for name in (NOTE, TABLE, HYDRAS)):
-                if path.is_symlink():
+                # Hydra itself opens its note, whatever lies there
+                strange = path.exists() and not (path.is_file() and path.stat().st_nlink == 1)
+                if path.is_symlink() or strange:
                     raise ConfigError(
-                        f"{path} is a link, which leads out of the folder of the sweep.\n"
-                        "Put what it names in its place, or begin a sweep of your own."
+                        f"{path} is a link, which leads out of the folder of the sweep, or no "
+                        "ordinary file.\nPut one in its place, or begin a sweep of your own."
                     )
             if self.resumed:
                 return str(read_json(note).get("started", ""))

@@ -63,6 +63,14 @@ OUT = "out={}"
 ANEW: dict[str, tuple[list[str], str, dict[str, Any]]] = {
     "compare": (["compare", "experiment=falling_balls", "only=[bowling_ball]"], OUT, {}),
     "diagnose": (DIAGNOSIS, OUT, {"codes": (10,)}),
+    "calibrate": (
+        [
+            *("calibrate", "log=swum", "robot=auv", "plan=false", "report=false", "apply=true"),
+            "parameters=[effects.water_drag.coefficient_x]",
+        ],
+        OUT,
+        {},
+    ),
     "plan": (["plan", "effects=[payload,thrust_coefficient]", FLIGHT_A], OUT, {}),
     "verify": (["verify", FLIGHT_B, "model=models/found.yaml"], OUT, {}),
     "add": (["add", "diagnosis=answer", "name=found", "replace=true"], "folder={}", {}),
@@ -106,6 +114,13 @@ def _flown(folder: Path) -> None:
     assert _seals([*words, f"hydra.run.dir={folder / 'flown'}"]) == 0
 
 
+def _swum(folder: Path) -> None:
+    words = ["run", "robot=auv", "water=fossen", "environment.tank_bottom=-8", "guide=waypoints"]
+    words += ["guide.places=[[0.8,0.3,-2.5]]", "guide.speed=0.8", "initial.position=[0,0,-3]"]
+    words += ["time.duration=2", "effects.water_drag.coefficient_x=27"]
+    assert _seals([*words, f"hydra.run.dir={folder / 'swum'}"]) == 0
+
+
 def _keys(folder: Path) -> None:
     script = "- {t: 0.5, hold: w, seconds: 2}\n- {t: 3, hold: q, seconds: 2}\n"
     (folder / "keys.yaml").write_text(script)
@@ -113,6 +128,7 @@ def _keys(folder: Path) -> None:
 
 NEEDS: dict[str, Callable[[Path], None]] = {
     "add": _answer,
+    "calibrate": _swum,
     "verify": _model,
     "convert": _table,
     "render": _flown,

@@ -68,15 +68,42 @@ def counted() -> Counter[str]:
     return Counter(role.value if role else "none" for role in known.values())
 
 
-def test_every_field_has_a_role() -> None:
-    """A field that may hold text, truth or anything says what it does to the world outside."""
-    without = [
+def roleless() -> list[str]:
+    """Fields of all settings that state no role and need one."""
+    return [
         f"{where}: {cls.__name__}.{name}"
         for cls, where in schemas().items()
         for name, role in roles_of(cls).items()
         if role is None
     ]
-    assert not without
+
+
+def test_every_field_has_a_role() -> None:
+    """A field that may hold text, truth or anything says what it does to the world outside."""
+    assert not roleless()
+
+
+@pytest.mark.parametrize(
+    ("verb", "hint"),
+    [("run", str), ("diagnose", bool), ("train", list[str]), ("convert", dict[str, Any])],
+)
+def test_a_new_field_of_a_verb_is_met(
+    verb: str, hint: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whoever adds one to the settings of a verb, or deep inside of them, has to say its role."""
+    real = roots.root_schema
+
+    def with_field(base: Any, name: str, kind: Any) -> Any:
+        field = (name, kind, dataclasses.field(default=None))
+        return dataclasses.make_dataclass("More", [field], bases=(base,), kw_only=True)
+
+    own = real(f"{verb}_schema")
+    inner = with_field(object, "place", hint)
+    for cls in (with_field(own, "place", hint), with_field(own, "more", dict[str, inner])):
+        monkeypatch.setattr(
+            roots, "root_schema", lambda name, c=cls: c if name == f"{verb}_schema" else real(name)
+        )
+        assert [line for line in roleless() if line.endswith("More.place")]
 
 
 def test_a_field_without_role_is_found_and_refused() -> None:
@@ -136,6 +163,8 @@ def others() -> Iterator[Path]:
         ("calibrate", "apply: true\n", "apply"),
         ("verify", "older: [/]\n", "older"),
         ("diagnose", "log: /\n", "log"),
+        ("run", "model: {name: a, file: /tmp/a.yaml}\n", "model"),
+        ("verify", "model: {name: a, file: /tmp/a.yaml}\n", "model"),
     ],
 )
 def test_a_folder_of_configuration_sets_data_only(
@@ -149,6 +178,22 @@ def test_a_folder_of_configuration_sets_data_only(
     said = capsys.readouterr().err
     assert re.search(rf"sets \S*{field}\S*=.* files set data only", said), said
     assert not [*others()]
+
+
+def test_a_model_is_named_and_lies_in_its_folder(capsys: pytest.CaptureFixture[str]) -> None:
+    """A recipe may choose models/NAME.yaml; a model elsewhere is for the command line to choose."""
+    for place in ("models/mine.yaml", "elsewhere/mine.yaml"):
+        Path(place).parent.mkdir()
+        Path(place).write_text("effects: {more: {effect: quadratic_drag, medium: air}}\n")
+    away = Path("elsewhere/mine").absolute()
+    Path("models/link.yaml").symlink_to(f"{away}.yaml")
+    head = HEAD.replace("- override", "- /model@model: {}\n- override")
+    for name, code in (("mine", 0), (away, 2), ("link", 2)):
+        text = head.format(name) + "- _self_\ntime: {duration: 0.02}\n"
+        assert main(["run", *folder(text), "out=one"]) == code
+        said = capsys.readouterr().err
+        assert ("sets model=" in said) is (code == 2), said
+    assert main(["run", *folder(text), f"model={away}", "out=two"]) == 0
 
 
 def test_what_the_command_line_says_goes(capsys: pytest.CaptureFixture[str]) -> None:

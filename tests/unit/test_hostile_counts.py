@@ -167,3 +167,23 @@ def test_a_table_of_many_columns_is_read_at_once() -> None:
     assert len(_numbers(Path("a.csv"), table)) == MOST_COLUMNS
     # half a minute where every column asks for the names of all, a tenth of a second where not
     assert time.process_time() - begin < 2.5
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        "hulls: {b: {shapes: [" + "{type: sphere, size: [1.0]}, " * 12_000 + "]}}",
+        "effects: {" + "".join(f"a{k}: {{effect: gravity}}, " for k in range(501)) + "}",
+    ],
+)
+def test_parts_of_a_robot_are_counted(
+    more: str, elsewhere: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Every part is checked before every run: some hundred kilobytes would take minutes."""
+    Path("r").mkdir()
+    Path("r/r.urdf").write_text('<robot name="r"><link name="b"/></robot>')
+    Path("r/robot.yaml").write_text(f"urdf: r.urdf\n{more}\n")
+    start = time.process_time()
+    assert main(["check", "robot=r"]) == 2
+    assert "effects, sensors and actuators and" in capsys.readouterr().err
+    assert time.process_time() - start < 10.0

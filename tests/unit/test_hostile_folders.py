@@ -98,9 +98,12 @@ def _job_folder(sweep: Path, home: Path) -> None:
     (sweep / "0").symlink_to(home)
 
 
-def _of_hydra(sweep: Path, home: Path) -> None:
-    (sweep / "multirun.yaml").unlink()
-    (sweep / "multirun.yaml").symlink_to(home / "profile")
+def _of_hydra(kind: str) -> Callable[[Path, Path], None]:
+    def attack(sweep: Path, home: Path) -> None:
+        (sweep / "multirun.yaml").unlink()
+        STRANGE[kind](sweep / "multirun.yaml", home)
+
+    return attack
 
 
 def _said(sweep: Path, home: Path) -> None:
@@ -121,7 +124,7 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "s"
 
 
-@pytest.mark.parametrize("attack", [_job_folder, _of_hydra, _said])
+@pytest.mark.parametrize("attack", [_job_folder, *map(_of_hydra, STRANGE), _said])
 def test_a_strangers_sweep_is_resumed_in_its_folder(
     swept: Path, elsewhere: Path, home: Path, attack: Callable[[Path, Path], None],
     capsys: pytest.CaptureFixture[str],
@@ -135,7 +138,7 @@ def test_a_strangers_sweep_is_resumed_in_its_folder(
     assert main(["run", "resume=s"]) == 2
     assert content(home) == before
     text = capsys.readouterr().err
-    assert "leads out" in text or "not an ordinary file" in text
+    assert "leads out" in text or "no ordinary file" in text or "not an ordinary file" in text
     assert "Traceback" not in text
 
 

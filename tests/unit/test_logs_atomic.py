@@ -12,6 +12,7 @@ import pytest
 import yaml
 from pyarrow import parquet
 
+from seals.cli.main import main
 from seals.errors import SealsError
 from seals.logs.atomic import (
     atomic_folder,
@@ -22,6 +23,7 @@ from seals.logs.atomic import (
     write_text,
     write_yaml,
 )
+from seals.scaffold import robot
 
 
 class _PowerCut(RuntimeError):
@@ -49,6 +51,52 @@ def test_the_name_appears_only_at_the_end(tmp_path: Path) -> None:
         beside.write_text("whole")
         assert not (tmp_path / "deep" / "a.txt").exists()
     assert (tmp_path / "deep" / "a.txt").read_text() == "whole"
+
+
+def test_a_folder_in_the_place_of_a_file_is_told_in_words(tmp_path: Path) -> None:
+    """It is not removed, and the error is none of the system's."""
+    (tmp_path / "a.json").mkdir()
+    with pytest.raises(SealsError, match="is a folder, and a file of that name"):
+        write_json(tmp_path / "a.json", {})
+    assert [child.name for child in tmp_path.iterdir()] == ["a.json"]
+
+
+def test_who_comes_second_replaces_nothing(tmp_path: Path) -> None:
+    """Of two that make the same folder at the same time, the first one keeps it."""
+
+    def both() -> None:
+        with atomic_folder(tmp_path / "run") as second:
+            (second / "log.csv").write_text("second")
+            with atomic_folder(tmp_path / "run") as first:
+                (first / "log.csv").write_text("first")
+
+    with pytest.raises(SealsError, match="exists already"):
+        both()
+    assert (tmp_path / "run" / "log.csv").read_text() == "first"
+    assert [child.name for child in tmp_path.iterdir()] == ["run"]
+
+
+def test_a_new_robot_that_comes_second_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The folder of the first one stands, and the second one hears why."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "m.urdf").write_text(
+        '<robot name="m"><link name="b"><inertial><mass value="1"/><inertia ixx="1" iyy="1" '
+        'izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
+    )
+    real = robot.free_name
+
+    def outrun(*words: str, **more: str) -> Path:
+        free: Path = real(*words, **more)
+        free.mkdir()
+        (free / "robot.yaml").write_text("first")
+        return free
+
+    monkeypatch.setattr(robot, "free_name", outrun)
+    assert main(["new", "robot", "mine", "--urdf", "m.urdf"]) != 0
+    assert "exists already" in capsys.readouterr().err
+    assert [child.name for child in (tmp_path / "mine").iterdir()] == ["robot.yaml"]
 
 
 def test_interrupted_folder_leaves_nothing(tmp_path: Path) -> None:

@@ -230,6 +230,18 @@ def test_file_that_declares_too_much_is_refused(tmp_path: Path) -> None:
         read_npz(tmp_path / "a.npz", ["x"])
 
 
+def test_numbers_of_one_byte_are_counted(tmp_path: Path) -> None:
+    """As numbers of a log they take eight times the room; and true is no size."""
+    count = (1 << 26) + 1
+    for shape, words in ((count,), "holds 67,108,865 numbers"), ((True,), "whole numbers"):
+        with (tmp_path / "a.npy").open("wb") as file:
+            head = {"descr": "|u1", "fortran_order": False, "shape": shape}
+            np.lib.format.write_array_header_1_0(file, head)
+            file.truncate(file.tell() + int(shape[0]))
+        with pytest.raises(LogError, match=words):
+            read_npy(tmp_path / "a.npy")
+
+
 def test_pickled_array_is_refused(tmp_path: Path) -> None:
     """Python objects in a NumPy file are never loaded."""
     np.save(tmp_path / "a.npy", np.array([{"a": 1}], dtype=object), allow_pickle=True)

@@ -263,6 +263,18 @@ def test_a_chunk_that_unpacks_to_gigabytes_is_refused(tmp_path: Path) -> None:
                 ReaderMcap().read(file)
 
 
+def test_a_small_file_of_many_records_is_refused(tmp_path: Path) -> None:
+    """Each record is read by itself: a few kilobytes of nothing would take an hour."""
+    import zstandard
+
+    nothing = (b"\x7f" + bytes(8)) * (1 << 20)
+    chunk = _chunk(len(nothing), b"zstd", zstandard.compress(nothing))
+    file = tmp_path / "bomb.mcap"
+    file.write_bytes(b"\x89MCAP0\r\n\x01" + struct.pack("<Q", 8) + bytes(8) + chunk)
+    with pytest.raises(LogError, match="unpacks to more than"):
+        ReaderMcap().read(file)
+
+
 def _database(path: Path, messages: str, rows: list[tuple[Any, ...]]) -> None:
     path.unlink(missing_ok=True)
     with sqlite3.connect(path) as base:

@@ -168,3 +168,12 @@ def test_broken_declarations_are_refused(name: str, tmp_path: Path) -> None:
     file.write_bytes(HEADER + BROKEN[name] + _message("D", b"\0\0" + bytes(16)))
     with pytest.raises(LogError, match=r"damaged|more than|no sample|newer kind"):
         ReaderUlog().read(file)
+
+
+def test_messages_are_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of three bytes each, a file of the largest size would hold fifty million."""
+    file = _file(tmp_path, {"vehicle_attitude": EAST})
+    ReaderUlog().read(file)
+    monkeypatch.setattr("seals.plugins.readers.ulog_file._MOST_MESSAGES", COUNT)
+    with pytest.raises(LogError, match="more than 50 messages"):
+        ReaderUlog().read(file)

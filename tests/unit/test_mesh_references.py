@@ -42,7 +42,21 @@ _DOUBLED = DAE.format(
     "<library_nodes>" + "".join(map(_node, range(41))) + "</library_nodes><library_visual_scenes>"
     '<visual_scene id="s"><instance_node url="#n0"/></visual_scene></library_visual_scenes>'
 )
-_MANY = _glb({"nodes": [{"mesh": 0}] * 9_000, "accessors": [{"count": 9_000}]})
+_PART: dict[str, Any] = {"attributes": {"POSITION": 0}}
+_BUFFER = {"accessors": [{"count": 9_000}]}
+_MANY = _glb({**_BUFFER, "nodes": [{"mesh": 0}] * 9_000, "meshes": [{"primitives": [_PART]}]})
+_AGAIN = _glb({**_BUFFER, "meshes": [{"primitives": [_PART] * 9_000}]})
+
+
+def _placed(corners: int, copies: int) -> str:
+    shape = (
+        f'<geometry id="g"><mesh><triangles><p>{"0 " * corners}</p></triangles></mesh></geometry>'
+    )
+    nodes = '<node><instance_geometry url="#g"/></node>' * copies
+    scene = f"<visual_scene>{nodes}</visual_scene>"
+    return DAE.format(f"<library_geometries>{shape}</library_geometries>{scene}")
+
+
 HOSTILE: dict[str, tuple[str, str | bytes, str]] = {
     "materials of a device": ("a.obj", "mtllib /dev/zero\n" + SHAPE, "not name a file near"),
     "after blanks": ("a.obj", SHAPE + " \t mtllib \t /dev/zero \n", "not name a file near"),
@@ -81,6 +95,13 @@ HOSTILE: dict[str, tuple[str, str | bytes, str]] = {
     "picture of a glTF": ("a.glb", _glb({"images": [{"uri": "http://a/b.png"}]}), "not name a"),
     "numbers without bytes": ("a.glb", _glb({"accessors": [{"count": 10**9}]}), "elements"),
     "one part without end": ("a.glb", _MANY, "too many for their size"),
+    "one part again": ("a.glb", _AGAIN, "too many for their size"),
+    "no such numbers": ("a.glb", _glb({"meshes": [{"primitives": [_PART]}]}), "does not hold"),
+    "no such mesh": ("a.glb", _glb({"nodes": [{"mesh": 0}]}), "does not hold"),
+    "large copies": ("a.dae", _placed(90_000, 400), "20,000,000 corners"),
+    "other signs": ("a.dae", '<?xml version="1.0" encoding="cp500"?>' + DAE, "is not UTF-8"),
+    "wide faces": ("a.obj", SHAPE + "f" + " 1 2 3" * 700_000, "more than 2,000,000 triangles"),
+    "groups": ("a.obj", SHAPE + "o a\nusemtl b\nf 1 2 3\n" * 6_000, "more than 10,000 groups"),
     "deep glTF": ("a.glb", _glb(json.loads("[" * 60 + "]" * 60)), "nested deeper"),
     "glTF that declares more": ("a.glb", _glb({})[:12] + b"\xff" * 8, "declares more"),
 }
@@ -115,6 +136,14 @@ def test_a_hostile_mesh_is_refused_before_it_is_loaded(folder: Path, name: str) 
         with pytest.raises(RobotError, match=words):
             read_urdf(folder / "r.urdf")
     assert time.process_time() - start < PATIENCE
+
+
+def test_copies_of_a_usual_file_are_no_reason(folder: Path) -> None:
+    """Large parts, and many small ones, may be placed."""
+    for k, text in enumerate((_placed(300_000, 1), _placed(30_000, 100), _placed(30, 4_000))):
+        path = folder / "meshes" / f"{k}.dae"
+        path.write_text(text)
+        refuse_strange_format(path, "mesh")
 
 
 PICTURE = '<material name="m"><texture {}="{}"/></material>'

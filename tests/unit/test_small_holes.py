@@ -56,6 +56,15 @@ def test_ascii_and_closed_streams_do_not_end_a_command() -> None:
         assert (shell.returncode, shell.stderr) == (0, b""), closed
 
 
+def test_closed_streams_swallow_what_is_written(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Python's own stream is None where the descriptor was closed."""
+    for name in ("stdout", "stderr"):
+        with monkeypatch.context() as within:
+            within.setattr(sys, name, None)
+            assert main(["list", "wave"]) == 0
+            assert main(["no_such_verb"]) == 2
+
+
 def test_long_words_of_a_note_are_refused_at_once() -> None:
     """Hydra's parser would take a minute for them."""
     Path("sweep").mkdir()
@@ -114,3 +123,16 @@ def test_a_silent_router_does_not_hold_an_end() -> None:
         assert time.monotonic() - begin < 7.0
     assert run.returncode == 130
     assert b"Traceback" not in said
+
+
+def test_a_session_with_a_silent_router_opens_soon() -> None:
+    """Whoever was called and says nothing is waited for a second, not ten."""
+    pytest.importorskip("zenoh")
+    from seals.plugins.live.zenoh_node import session_of
+
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        place = f"tcp/127.0.0.1:{server.getsockname()[1]}"
+        begin = time.monotonic()
+        session = session_of([place], [], taken=["a"], published=["b"])
+        assert time.monotonic() - begin < 7.0
+        session.close()

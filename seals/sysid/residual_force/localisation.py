@@ -6,6 +6,7 @@ import time
 from dataclasses import dataclass
 from typing import Any
 
+from seals.errors import LogError
 from seals.sysid.predictors.problem import Problem
 from seals.sysid.residual_force.conditions import conditions
 from seals.sysid.residual_force.dependence import Dependence, dependences
@@ -94,18 +95,27 @@ def locate_residual_force(
         problem: the log made ready.
         hypothesis: model whose left-overs are looked at; the nominal one when left out. The effects
             it holds stay within the error bars of their fit.
+
+    Raises:
+        LogError: the log is too short for a time course.
     """
     begin = time.perf_counter()
     fitter = problem.fitter if hypothesis is None else hypothesis.fitter
     found = evidence(problem, hypothesis)
     around = conditions(fitter, found)
     left = residual(found, around)
+    known = regimes(left, around)
+    if not known:
+        raise LogError(
+            f"the log is too short: a force that is left over has {len(left.time)} points in time, "
+            "too few to be judged.\nGive a longer log."
+        )
     lines = spectrum(found, around)
     toward = pull(found, around, left) if left.missing else None
     near = spot(found, around, left) if left.missing else None
     parts = Findings(
         residual=left,
-        regimes=regimes(left, around),
+        regimes=known,
         dependences=dependences(found, around),
         exponents=exponents(found, around),
         spectrum=lines,
