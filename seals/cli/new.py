@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from seals.config.overrides import override, typed
 from seals.config.whereabouts import own_robot
 from seals.errors import ConfigError, suggestion
 
@@ -87,7 +88,8 @@ def _datasheet(words: list[str], options: list[tuple[str, str]]) -> int:
     for words_ in write_datasheet(log, vehicle, place, replace=replace):
         print(words_)
     print(f"{place}\nNext:\n  look through it, and replace what is assumed")
-    print(f"  seals diagnose log={given['log']} robot={folder} out=answer")
+    words = f"{typed('log', given['log'])} {typed('robot', str(folder))}"
+    print(f"  seals diagnose {words} out=answer")
     return 0
 
 
@@ -226,8 +228,8 @@ def _told(name: str, made: NewRobot) -> Iterator[str]:
         yield "Look at:"
         yield from (f"  {remark}" for remark in made.remarks)
     yield "Next:"
-    yield f"  seals check robot={name}"
-    yield f"  seals run robot={name} {_first_run(name)}"
+    yield f"  seals check {typed('robot', name)}"
+    yield f"  seals run {typed('robot', name)} {_first_run(name)}"
 
 
 def _first_run(name: str) -> str:
@@ -237,7 +239,7 @@ def _first_run(name: str) -> str:
     from seals.robot.build import build_robot
     from seals.run.build import build_run
 
-    run = build_run(compose([f"robot={name}"]))
+    run = build_run(compose([override("robot", name)]))
     robot = build_robot(run.robot)
     if robot.legs:
         return _first_stand(name, robot)
@@ -256,7 +258,7 @@ def _first_stand(name: str, robot: RobotModel) -> str:
     ground = f"environment.ground_level=0 initial.position=[0,0,{height:g}]"
     words = f"guide=march guide.speed=0 {ground}"
     try:
-        build_world(build_run(compose([f"robot={name}", *words.split()]))).close()
+        build_world(build_run(compose([override("robot", name), *words.split()]))).close()
     except ConfigError:
         return "water=fossen"
     return words
@@ -300,7 +302,8 @@ def new_hydrodynamics(words: Sequence[str], given: Mapping[str, str]) -> int:
     written = write_hydrodynamics(folder, robot, found)
     print("\n".join(found.words))
     print(f"{folder / 'robot.yaml'}: effects {', '.join(written)}\nNext:")
-    print(f"  seals check robot={folder}\n  seals run robot={folder} water=fossen")
+    robot = typed("robot", str(folder))
+    print(f"  seals check {robot}\n  seals run {robot} water=fossen")
     return 0
 
 

@@ -6,14 +6,13 @@ import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 from seals.errors import LogError
 from seals.logs.log import Log
 from seals.schema import parameters_of
-from seals.sysid.calibration.free_numbers import same_number
-from seals.sysid.calibration.stated import stated_numbers
+from seals.sysid.calibration.free_numbers import number_behind
+from seals.sysid.calibration.stated import hull_of, stated_numbers
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.candidates.reported_values import deviation
 from seals.sysid.data.join import join_logs
@@ -23,7 +22,7 @@ from seals.sysid.decision.evidence import EvidenceAnswer, decide
 from seals.sysid.decision.intervals import parameters
 from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.predictors.problem import Problem, prepare
-from seals.sysid.report.naming import parameter_words
+from seals.sysid.report.naming import log_names, parameter_words
 from seals.sysid.scores.held_out import held_out_by_log, held_out_misfit, stated_misfit
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 from seals.sysid.selection.log_search import search_log
@@ -44,8 +43,10 @@ class Diagnosis:
         seconds: that it took.
         source: path and checksum of the log, or a list of them, when it came from files.
         next_experiment: the flight that would settle what is open, as ``seals plan`` writes it.
+        without: effects that were left out of the nominal model.
+        hull: link of the robot that has its one hull; empty for the base.
         given_log: word of the command line that gave the log, for the commands that come next.
-        given_robot: likewise of the robot; empty where the log describes its vehicle.
+        given_robot: words that gave the robot and what is left out, each behind a blank.
     """
 
     problem: Problem
@@ -55,6 +56,8 @@ class Diagnosis:
     seconds: float
     source: Mapping[str, Any] = field(default_factory=dict)
     next_experiment: Mapping[str, Any] | None = None
+    without: tuple[str, ...] = ()
+    hull: str = ""
     given_log: str = "log=FOLDER"
     given_robot: str = ""
 
@@ -90,6 +93,7 @@ class Diagnosis:
             "nominal": nominal,
             "covariance": self.covariance(effects, nominal),
             "log": dict(self.source),
+            "without": list(self.without),
             "seconds": self.seconds,
         }
 
@@ -110,11 +114,11 @@ class Diagnosis:
 
     @property
     def logs(self) -> tuple[str, ...]:
-        """Names of the logs; for files the last part of the path."""
+        """Names of the logs."""
         given = self.source.get("logs") or [self.source]
         paths = [str(one["path"]) for one in given if "path" in one]
         spans = self.problem.samples.logs
-        return tuple(Path(p).name for p in paths) or tuple(s.name for s in spans) or ("log",)
+        return log_names(paths) or tuple(s.name for s in spans) or ("log",)
 
     def by_log(self) -> list[dict[str, Any]]:
         """Held-out misfit of each of several logs, ``before`` and ``after``; empty for one log."""
@@ -137,16 +141,11 @@ class Diagnosis:
         if not self.answer.stated_wrong:
             return []
         sets, vehicle = self.problem.plant.candidate_set, self.problem.vehicle
-        known, base = stated_numbers(vehicle, sets), vehicle.robot.links[0]
+        known = stated_numbers(vehicle, sets, hull=self.hull).values()
         out = []
         for moved in self.answer.stated_wrong:
-            own = [
-                number
-                for number in known.values()
-                if moved.key == number.key or moved.key in same_number(sets, number, base)
-            ]
             changes = sets.parameters[moved.key].changes
-            number = own[0] if own else None
+            number = number_behind(sets, known, moved.key, vehicle.robot.links[0])
             slope = number.slope if number is not None and number.key == moved.key else 1.0
             slope = slope if changes is None else changes.slope
             value = sets.nominal_of(moved.key) if number is None else number.value
@@ -274,6 +273,7 @@ def diagnose(
         search=found,
         answer=answer,
         held_out=held_out,
+        hull=hull_of(robot),
         seconds=time.perf_counter() - begin,
     )
 

@@ -15,7 +15,7 @@ from seals.sysid.calibration.fitting import ROUNDS, Solution, solve
 from seals.sysid.calibration.free_numbers import with_free_numbers
 from seals.sysid.calibration.held_out import left_out_misfit, unseen_misfit
 from seals.sysid.calibration.names import chosen
-from seals.sysid.calibration.stated import StatedNumber, stated_numbers
+from seals.sysid.calibration.stated import StatedNumber, hull_of, stated_numbers
 from seals.sysid.candidates.parameters import CandidateSet
 from seals.sysid.data.join import join_logs
 from seals.sysid.data.robot_description import RobotDescription
@@ -43,6 +43,7 @@ class Calibration:
         unseen: whether these are of a log of their own, not of parts left out in turn.
         seconds: that it took.
         source: path and checksum of the logs, when they came from files.
+        given: words of the command line that gave logs and robot.
     """
 
     problem: Problem
@@ -52,6 +53,7 @@ class Calibration:
     unseen: bool
     seconds: float
     source: Mapping[str, Any] = field(default_factory=dict)
+    given: str = ""
 
     def value(self, number: StatedNumber) -> float:
         """Return the calibrated value of a number."""
@@ -172,7 +174,7 @@ def calibrated(
     """
     begin = time.perf_counter()
     numbers: list[StatedNumber] = []
-    hull = "" if robot is None else _hull(robot)
+    hull = hull_of(robot)
 
     def free(vehicle: Vehicle, candidate_set: CandidateSet) -> CandidateSet:
         every = stated_numbers(vehicle, candidate_set, hull=hull)
@@ -223,10 +225,3 @@ def score_on(found: Calibration, log: Log, *, robot: RobotDescription | None = N
 def _like(own: CandidateSet, other: CandidateSet) -> CandidateSet:
     """Return a candidate set with the parameters of another one of the same vehicle."""
     return replace(own, parameters=other.parameters)
-
-
-def _hull(robot: RobotDescription) -> str:
-    """Name of the one link of a robot that has a hull; empty for none or several."""
-    model = robot.robot
-    wet = [n for n, h in zip(model.links, model.hulls, strict=True) if h is not None]
-    return wet[0] if len(wet) == 1 else ""

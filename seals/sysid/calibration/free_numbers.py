@@ -100,6 +100,23 @@ def same_number(candidate_set: CandidateSet, number: StatedNumber, base: str) ->
     return found
 
 
+def number_behind(
+    candidate_set: CandidateSet, known: Iterable[StatedNumber], key: str, base: str
+) -> StatedNumber | None:
+    """Return the stated number that a parameter with a tolerance changes; None where none does.
+
+    Args:
+        candidate_set: nominal model with its tolerances.
+        known: numbers of the vehicle.
+        key: of the parameter.
+        base: name of the base link.
+    """
+    for number in known:
+        if key == number.key or key in same_number(candidate_set, number, base):
+            return number
+    return None
+
+
 _OPTIONS = ("medium", "rotor", "joint")
 """Options that tell variants of one law apart."""
 

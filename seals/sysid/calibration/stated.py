@@ -15,6 +15,7 @@ from seals.plugin_options import options_of
 from seals.schema import parameters_of
 from seals.sysid.candidates.activity import ACTIVE
 from seals.sysid.candidates.parameters import CandidateSet, Parameter
+from seals.sysid.data.robot_description import RobotDescription
 from seals.sysid.data.vehicle import Vehicle
 
 ACTUATORS, EFFECTS, HULLS, SENSORS = "actuators", "effects", "hulls", "sensors"
@@ -74,6 +75,15 @@ def stated_numbers(
         found += _fields(_head(vehicle, instance), instance, effect)
     found += _sensors(vehicle, candidate_set)
     return {number.name: number for number in found}
+
+
+def hull_of(robot: RobotDescription | None) -> str:
+    """Return the name of the one link of a robot that has a hull; empty for none or several."""
+    if robot is None:
+        return ""
+    model = robot.robot
+    wet = [n for n, h in zip(model.links, model.hulls, strict=True) if h is not None]
+    return wet[0] if len(wet) == 1 else ""
 
 
 def _properties(vehicle: Vehicle, candidate_set: CandidateSet, hull: str) -> Iterator[StatedNumber]:

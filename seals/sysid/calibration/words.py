@@ -36,6 +36,7 @@ def error_sentence(found: Calibration) -> str:
 
 def remarks(found: Calibration) -> list[str]:
     """Return remarks on a calibration, such as undetermined or correlated numbers."""
+    diagnose = f"seals diagnose {found.given}" if found.given else "seals diagnose"
     out = []
     lost = [n.name for n in found.numbers if not found.determined(n)]
     if lost:
@@ -51,7 +52,7 @@ def remarks(found: Calibration) -> list[str]:
     if found.widening > _LOUD:
         out.append(
             f"The model does not explain the logs down to the noise: all intervals are widened by "
-            f"{found.widening:.2g}. Something else is missing: seals diagnose names it."
+            f"{found.widening:.2g}. Something else is missing; what it is: {diagnose}"
         )
     if not found.solution.settled:
         out.append(

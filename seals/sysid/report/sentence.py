@@ -48,7 +48,7 @@ def sentence(found: Diagnosis) -> str:
 
 def given_by(found: Diagnosis) -> str:
     """Return the words of the command line that gave log and robot."""
-    return f"{found.given_log} {found.given_robot}".rstrip()
+    return f"{found.given_log}{found.given_robot}"
 
 
 def wrong_lines(found: Sequence[Mapping[str, Any]], given: str = "log=FOLDER") -> list[str]:

@@ -7,7 +7,10 @@ from dataclasses import dataclass
 
 from seals.config.overlay import Overlay
 from seals.errors import ConfigError, PhysicsError
+from seals.sysid.calibration.free_numbers import number_behind
+from seals.sysid.calibration.stated import hull_of, stated_numbers
 from seals.sysid.candidates.parameters import CandidateSet
+from seals.sysid.data.robot_description import RobotDescription
 from seals.sysid.predictors.problem import Problem
 from seals.sysid.validation.floor import noise_floor
 from seals.sysid.validation.misfit import Fall, Misfit, Yardstick, fall, measure, yardstick
@@ -15,6 +18,10 @@ from seals.sysid.validation.model import Model, nominal, with_speeds
 
 NOMINAL, CALIBRATED, ALONE = "nominal", "calibrated nominal", "calibration alone"
 """Names of the variants below the effects."""
+_MOST_NUMBERS = 3
+"""Stated numbers that are said to move in place of an effect."""
+_MOVED = 0.1
+"""Change in tolerances from which on a number counts as moved."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -177,6 +184,28 @@ def _without_each(models: list[Model], overlay: Overlay) -> dict[str, Model]:
         part: base.with_overlay(f"without {part}", overlay.only([p for p in parts if p != part]))
         for part in parts[:-1]
     }
+
+
+def calibrated_alone(
+    problem: Problem, overlay: Overlay, robot: RobotDescription | None
+) -> list[str]:
+    """Return the stated numbers that move in place of the effects, by their names, farthest first.
+
+    Args:
+        problem: the log made ready.
+        overlay: the model.
+        robot: of the log.
+    """
+    sets, vehicle = problem.plant.candidate_set, problem.vehicle
+    known = stated_numbers(vehicle, sets, hull=hull_of(robot)).values()
+    far: dict[str, float] = {}
+    for key, fitted in overlay.nominal.items():
+        number = number_behind(sets, known, key, vehicle.robot.links[0])
+        if number is not None:
+            moved = abs(fitted.alone - fitted.value) / sets.parameters[key].tolerance
+            far[number.name] = max(moved, far.get(number.name, 0.0))
+    ordered = sorted(far, key=lambda name: -far[name])[:_MOST_NUMBERS]
+    return [name for name in ordered if far[name] > _MOVED]
 
 
 def _alone(problem: Problem, overlay: Overlay) -> Model | None:

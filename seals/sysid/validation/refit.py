@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -75,13 +75,20 @@ class Refit:
         return out
 
 
-def refit(log: Log, finding: Finding, *, robot: RobotDescription | None = None) -> Refit:
+def refit(
+    log: Log,
+    finding: Finding,
+    *,
+    robot: RobotDescription | None = None,
+    names: Sequence[str] = (),
+) -> Refit:
     """Fit the effects of a diagnosis again, starting from its values.
 
     Args:
-        log: in which they were found.
+        log: in which they were found, or several joined ones.
         finding: effects to fit.
         robot: as its folder describes it; None for the vehicle of the metadata.
+        names: of the logs in the diagnosis; the log's own when left out.
 
     Raises:
         ConfigError: an effect is none that this vehicle could be missing, or has too many variants.
@@ -89,7 +96,7 @@ def refit(log: Log, finding: Finding, *, robot: RobotDescription | None = None) 
     """
     problem = prepare(log, robot=robot)
     choices = [
-        [_acting(c, effect, log.name) for c in candidates_for(problem, effect)]
+        [_acting(c, effect, names or (log.name,)) for c in candidates_for(problem, effect)]
         for effect in finding.effects
     ]
     _refuse_many(choices)
@@ -128,22 +135,22 @@ def _refuse_many(choices: list[list[Candidate]]) -> None:
         )
 
 
-def _acting(candidate: Candidate, effect: Mapping[str, Any], log: str) -> Candidate:
-    """Return the effect with its active times in one log.
+def _acting(candidate: Candidate, effect: Mapping[str, Any], logs: Sequence[str]) -> Candidate:
+    """Return the effect with its active times in some logs.
 
     Raises:
         ConfigError: it does not act there.
     """
     if "active" not in effect:
         return candidate
-    entries = [entry for entry in effect["active"] if entry["log"] == log]
+    entries = [entry for entry in effect["active"] if entry["log"] in logs]
     if not entries:
         others = ", ".join(str(entry["log"]) for entry in effect["active"])
         raise ConfigError(
-            f"'{candidate.name}' does not act in log '{log}'.\n"
+            f"'{candidate.name}' does not act in log '{', '.join(logs)}'.\n"
             f"Give a log in which it does: {others}"
         )
-    return candidate.acting(read_activity(entries, [log]))
+    return candidate.acting(read_activity(entries, list(logs)))
 
 
 def candidates_for(problem: Problem, effect: Mapping[str, Any]) -> list[Candidate]:
