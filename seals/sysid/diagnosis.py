@@ -12,7 +12,7 @@ from seals.errors import LogError
 from seals.logs.log import Log
 from seals.schema import parameters_of
 from seals.sysid.calibration.free_numbers import number_behind
-from seals.sysid.calibration.stated import hull_of, stated_numbers
+from seals.sysid.calibration.stated import StatedNumber, hull_of, stated_numbers
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.candidates.reported_values import deviation
 from seals.sysid.data.join import join_logs
@@ -136,7 +136,9 @@ class Diagnosis:
         """Stated numbers that lie too far off to be chance, farthest first.
 
         Each has ``what`` (its name for ``seals calibrate`` where ``calibrates``), ``words``,
-        ``stated``, ``found``, ``unit`` and ``sigma``, the change in tolerances.
+        ``stated``, ``found``, ``unit`` and ``sigma``, the change in tolerances. Where drives turn
+        the other way, ``what`` is the name of their directions in ``file``, ``set`` are the right
+        ones, and ``by`` says which number shows it.
         """
         if not self.answer.stated_wrong:
             return []
@@ -155,17 +157,19 @@ class Diagnosis:
             field_name = sets.parameters[moved.key].parameter
             unit = meta[field_name].unit if field_name in meta else ""
             unit = number.unit if number is not None else unit
-            out.append(
-                {
-                    "what": moved.key if number is None else number.name,
-                    "calibrates": number is not None,
-                    "words": parameter_words(moved.key),
-                    "stated": value,
-                    "found": value + slope * moved.change,
-                    "unit": unit if changes is None else changes.unit,
-                    "sigma": moved.sigmas,
-                }
-            )
+            fitted = value + slope * moved.change
+            entry = {
+                "what": moved.key if number is None else number.name,
+                "calibrates": number is not None and number.allowed(fitted),
+                "words": parameter_words(moved.key),
+                "stated": value,
+                "found": fitted,
+                "unit": unit if changes is None else changes.unit,
+                "sigma": moved.sigmas,
+            }
+            if number is not None and number.directions and value * fitted < 0.0:
+                entry |= _directions(number, in_folder=bool(vehicle.written))
+            out.append(entry)
         return out
 
     def tried(self) -> list[dict[str, Any]]:
@@ -276,6 +280,23 @@ def diagnose(
         hull=hull_of(robot),
         seconds=time.perf_counter() - begin,
     )
+
+
+def _directions(number: StatedNumber, *, in_folder: bool) -> dict[str, Any]:
+    """Return what an entry of a wrong number says where its drives turn the other way.
+
+    Args:
+        number: that is found with the opposite sign.
+        in_folder: whether a robot's folder states it, in place of the log.
+    """
+    drives, name = number.key.partition(".")[0], number.turned_by.rpartition(".")[2]
+    return {
+        "what": number.turned_by if in_folder else f"vehicle.{drives}.{name}",
+        "file": "robot.yaml" if in_folder else "meta.yaml",
+        "words": f"directions of {drives}",
+        "by": parameter_words(number.key),
+        "set": [-turn for turn in number.directions],
+    }
 
 
 def _effect(claim: Claim[EvidenceHypothesis], logs: Sequence[str]) -> dict[str, Any]:

@@ -26,6 +26,8 @@ PRIOR = 0.5
 """1-sigma of the prior of a number as a share of what is stated."""
 STAGES = ROUNDS + 2
 """Stages that a calibration tells of: the log, linearisations, the held-out log."""
+_AT = 1e-6
+"""Relative distance from a bound at which a number counts as held by it."""
 _NORMAL90 = 1.6449
 """Half width of a 90 % interval in standard deviations."""
 
@@ -97,6 +99,12 @@ class Calibration:
     def determined(self, number: StatedNumber) -> bool:
         """Return true if the logs narrow the prior of a number enough to determine it."""
         return self.sigma(number) < self.problem.policy.undetermined * self.prior(number)
+
+    def at_bound(self, number: StatedNumber) -> bool:
+        """Return true if the logs ask for a value beyond what is allowed for a number."""
+        low, high = (number.change(bound) for bound in number.bounds)
+        change = self.solution.fit.values[number.key]
+        return any(abs(change - end) <= _AT * max(abs(end), 1e-300) for end in (low, high))
 
     @property
     def correlation(self) -> Floats:

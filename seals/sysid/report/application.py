@@ -141,9 +141,11 @@ def _told(found: Diagnosis, missing: Localisation) -> str:
 
 def _commands(found: Diagnosis, missing: Localisation, out: Path) -> str:
     """Return the commands that come next, but for those that the verdict itself names."""
-    steps = next_steps(found, found.to_dict(), missing.formula, out)[1].splitlines()
-    lines = [f"  {line}\n" for line in steps if not line.startswith("seals calibrate")]
-    return "".join(["Next:\n", *lines]) if lines else ""
+    table = found.to_dict()
+    if found.answer.verdict is Verdict.cannot_tell and table["stated_wrong"]:
+        return ""
+    lines = next_steps(found, table, missing.formula, out)[1].splitlines()
+    return "".join(["Next:\n", *(f"  {line}\n" for line in lines)]) if lines else ""
 
 
 def _report(

@@ -11,7 +11,7 @@ from seals.sysid.candidates.activity import active_words
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis
 from seals.sysid.report.naming import effect_words, figure, interval, percent
-from seals.sysid.report.sentence import calibration_of, given_by
+from seals.sysid.report.sentence import calibration_of, given_by, turned_words
 from seals.sysid.report.tolerances import moved
 from seals.sysid.residual_force import Formula
 
@@ -173,6 +173,11 @@ def _after_refusal(
     """Return what to do where the log does not tell or cannot be used."""
     if diagnosis.answer.verdict is Verdict.bad_data:
         return [*words, "Correct the log, and diagnose it again."], ""
+    turned = turned_words(data["stated_wrong"])
+    if turned:
+        return [*words, f"Correct the directions: {'; '.join(turned)}."], (
+            f"seals diagnose {given_by(diagnosis)}"
+        )
     if data["stated_wrong"]:
         words.append("Measure these numbers again, or let the log say what they are.")
         return words, calibration_of(data["stated_wrong"], given_by(diagnosis))
