@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -102,9 +103,9 @@ class Calibration:
 
     def at_bound(self, number: StatedNumber) -> bool:
         """Return true if the logs ask for a value beyond what is allowed for a number."""
-        low, high = (number.change(bound) for bound in number.bounds)
         change = self.solution.fit.values[number.key]
-        return any(abs(change - end) <= _AT * max(abs(end), 1e-300) for end in (low, high))
+        ends = [number.change(bound) for bound in number.bounds if math.isfinite(bound)]
+        return any(math.isclose(change, end, rel_tol=_AT) for end in ends)
 
     @property
     def correlation(self) -> Floats:

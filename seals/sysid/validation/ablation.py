@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from seals.config.overlay import Overlay
 from seals.errors import ConfigError, PhysicsError
 from seals.sysid.calibration.free_numbers import number_behind
-from seals.sysid.calibration.stated import hull_of, stated_numbers
+from seals.sysid.calibration.stated import SENSORS, hull_of, stated_numbers
 from seals.sysid.candidates.parameters import CandidateSet
 from seals.sysid.data.robot_description import RobotDescription
 from seals.sysid.predictors.problem import Problem
@@ -19,7 +19,7 @@ from seals.sysid.validation.model import Model, nominal, with_speeds
 NOMINAL, CALIBRATED, ALONE = "nominal", "calibrated nominal", "calibration alone"
 """Names of the variants below the effects."""
 _MOST_NUMBERS = 3
-"""Stated numbers that are said to move in place of an effect."""
+"""Stated numbers that are said to be in question beside an effect."""
 _MOVED = 0.1
 """Change in tolerances from which on a number counts as moved."""
 
@@ -186,26 +186,33 @@ def _without_each(models: list[Model], overlay: Overlay) -> dict[str, Model]:
     }
 
 
-def calibrated_alone(
-    problem: Problem, overlay: Overlay, robot: RobotDescription | None
+def numbers_in_question(
+    problem: Problem, overlay: Overlay, effects: Sequence[str], robot: RobotDescription | None
 ) -> list[str]:
-    """Return the stated numbers that move in place of the effects, by their names, farthest first.
+    """Return the stated numbers that effects change, and those that move in their place, by name.
 
     Args:
         problem: the log made ready.
         overlay: the model.
+        effects: names of its effects in the catalogue.
         robot: of the log.
     """
     sets, vehicle = problem.plant.candidate_set, problem.vehicle
-    known = stated_numbers(vehicle, sets, hull=hull_of(robot)).values()
-    far: dict[str, float] = {}
-    for key, fitted in overlay.nominal.items():
-        number = number_behind(sets, known, key, vehicle.robot.links[0])
-        if number is not None:
-            moved = abs(fitted.alone - fitted.value) / sets.parameters[key].tolerance
-            far[number.name] = max(moved, far.get(number.name, 0.0))
-    ordered = sorted(far, key=lambda name: -far[name])[:_MOST_NUMBERS]
-    return [name for name in ordered if far[name] > _MOVED]
+    known = [
+        number
+        for number in stated_numbers(vehicle, sets, hull=hull_of(robot)).values()
+        if number.value and not number.name.startswith(f"{SENSORS}.")
+    ]
+    moved = {key: abs(fit.alone - fit.value) for key, fit in overlay.nominal.items()}
+    far = {
+        key: by / sets.parameters[key].tolerance
+        for key, by in moved.items()
+        if key in sets.tolerances
+    }
+    keys = [key for c in sets.candidates if c.name in effects for key in c.keys]
+    keys += sorted((key for key in far if far[key] > _MOVED), key=lambda key: -far[key])
+    found = (number_behind(sets, known, key, vehicle.robot.links[0]) for key in keys)
+    return list(dict.fromkeys(n.name for n in found if n is not None))[:_MOST_NUMBERS]
 
 
 def _alone(problem: Problem, overlay: Overlay) -> Model | None:

@@ -19,8 +19,8 @@ from seals.sysid.report.given_logs import GivenLogs, given_logs, robot_name, sou
 from seals.sysid.report.naming import log_names
 from seals.sysid.validation.ablation import (
     Ablation,
-    calibrated_alone,
     compare_ends,
+    numbers_in_question,
     replay_count,
     replay_variants,
 )
@@ -178,15 +178,17 @@ def _commands(found: Verification, given: GivenLogs, problem: Problem) -> str:
     """Return what would settle more, as commands."""
     known = {c.name for c in problem.plant.candidate_set.candidates}
     effects = [n for n in found.overlay.provenance.get("confidence") or {} if n in known]
-    numbers = calibrated_alone(problem, found.overlay, given.robot)
+    numbers = numbers_in_question(problem, found.overlay, effects, given.robot)
     words = f"{given.log_words}{given.robot_words}"
     out = ""
-    if effects:
+    vehicle = problem.vehicle
+    # a body that is thrown through the air has no manoeuvre
+    if effects and (len(vehicle.lag) or vehicle.has_water):
         command = f"seals plan {typed('effects', effects)} {words}"
         out += f"The flight that shows {' and '.join(effects)} best:\n  {command}\n"
     if numbers:
         command = f"seals calibrate {words} {typed('parameters', numbers)}"
-        out += f"Stated numbers that move in its place:\n  {command}\n"
+        out += f"Stated numbers that it changes, or that move in its place:\n  {command}\n"
     return out
 
 
