@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from seals.errors import LogError
 from seals.logs.log import Log
 from seals.schema import parameters_of
+from seals.sound_numbers import refuse_undefined, trials
 from seals.sysid.calibration.free_numbers import number_behind
 from seals.sysid.calibration.stated import StatedNumber, hull_of, stated_numbers
 from seals.sysid.candidates.parameters import Candidate
@@ -232,6 +231,7 @@ class Diagnosis:
         return self.answer.claims[0].hypothesis if self.answer.claims else self.search.nominal
 
 
+@trials()
 def diagnose(
     logs: Log | Sequence[Log],
     *,
@@ -261,15 +261,13 @@ def diagnose(
     answer = decide(problem, found, processes=processes)
     chosen = answer.claims[0].hypothesis if answer.claims else found.nominal
     before = held_out_misfit(found.nominal)
-    if problem.samples.posed and not math.isfinite(before):
-        raise LogError(
-            "no misfit can be computed: readings, or the motion between them, are not finite.\n"
-            "Look at the channels of the log, or cut out the part that can be used."
-        )
+    after = held_out_misfit(chosen)
+    if problem.samples.posed:
+        refuse_undefined("misfit", [before, after])
     held_out = {
         "stated": stated_misfit(found.nominal),
         "before": before,
-        "after": held_out_misfit(chosen),
+        "after": after,
         "noise_floor": 1.0,
     }
     return Diagnosis(

@@ -12,6 +12,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.logs.log import Log
+from seals.sound_numbers import refuse_undefined, trials
 from seals.sysid.calibration.fitting import ROUNDS, Solution, solve
 from seals.sysid.calibration.free_numbers import with_free_numbers
 from seals.sysid.calibration.held_out import left_out_misfit, unseen_misfit
@@ -158,6 +159,7 @@ class Calibration:
         }
 
 
+@trials()
 def calibrated(
     logs: Log | Sequence[Log],
     parameters: Sequence[str],
@@ -203,6 +205,7 @@ def calibrated(
     else:
         other = prepare(held_out, robot=robot, free=free)
         before, after = unseen_misfit(other, [stated, values], at=values)
+    refuse_undefined("calibration", [before, after, *(values[n.key] for n in numbers)])
     tell(STAGES)
     return Calibration(
         problem=problem,

@@ -9,6 +9,7 @@ from typing import Any
 
 from seals.errors import ConfigError, LogError
 from seals.logs.atomic import write_json
+from seals.sound_numbers import refuse_undefined, trials
 from seals.sysid.candidates.parameters import CandidateSet
 from seals.sysid.experiment_design.plan import Plan, proposal, table
 from seals.sysid.experiment_design.ranking import STAGES, propose
@@ -39,7 +40,7 @@ def execute(config: Any) -> int:
     noted = [str(name) for name in answer.get("without") or ()]
     given = given_logs(config, _logs_of(config, answer), noted=noted)
     out = Path(config.out or HydraConfig.get().runtime.output_dir)
-    with progress("planning", STAGES + 2) as tell:
+    with progress("planning", STAGES + 2) as tell, trials():
         log, robot = given.read()
         problem = prepare(log, robot=robot)
         tell(1)
@@ -52,6 +53,7 @@ def execute(config: Any) -> int:
             seed=config.seed,
             tell=lambda done: tell(1 + done),
         )
+    refuse_undefined("plan", [found.best.separation])
     words = [f"robot={robot_name(config)}"] if config.robot.folder else []
     command = shlex.join(["seals", "run", f"experiment={out / EXPERIMENT}", *words])
     write_plan(found, out, given=given, meta=log.meta, command=command)

@@ -11,7 +11,7 @@ from seals.errors import ConfigError, LogError
 from seals.logs.atomic import finite, write_json
 from seals.logs.log import Log
 from seals.schema import check_fields
-from seals.sound_numbers import sound_numbers
+from seals.sound_numbers import sound_numbers, trials
 from seals.sysid.data.robot_description import RobotDescription
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis, diagnose
@@ -48,7 +48,7 @@ def execute(config: Any) -> int:
     with progress("diagnosing", STAGES * _STEP) as tell:
         try:
             log, robot = given.read()
-            with sound_numbers("a diagnosis", _ADVICE):
+            with sound_numbers("a diagnosis", _ADVICE), trials():
                 found = _found(given, log, robot, lambda stage: tell(stage * _STEP))
                 missing, then = _left_over(config, found)
         except LogError as refusal:

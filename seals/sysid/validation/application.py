@@ -13,6 +13,7 @@ from seals.errors import ConfigError, MissingExtra, SealsError, suggestion
 from seals.logs.atomic import write_json
 from seals.logs.log import Log
 from seals.run.progress import progress
+from seals.sound_numbers import refuse_undefined, trials
 from seals.sysid.data.supply import supply_words
 from seals.sysid.predictors.problem import Problem, prepare
 from seals.sysid.report.given_logs import GivenLogs, given_logs, robot_name, sources
@@ -147,7 +148,8 @@ def verify(config: Any) -> int:
         log, robot = given.read()
         _same_vehicle(overlay, log)
         logs.append(log)
-        problems[_name_of(given, log)] = prepare(log, robot=robot)
+        with trials():
+            problems[_name_of(given, log)] = prepare(log, robot=robot)
     found = verified(overlay, problems, fitted=_was_fitted(overlay, places[0]))
     out = Path(config.out or HydraConfig.get().runtime.output_dir)
     _write(out, found, logs[0])
@@ -209,6 +211,7 @@ def _lies_in(file: str, model: Mapping[str, Any]) -> bool:
         return False
 
 
+@trials()
 def verified(overlay: Overlay, problems: Mapping[str, Problem], *, fitted: bool) -> Verification:
     """Verify a model on one log by all variants, on older logs by first and last variant.
 
@@ -216,10 +219,15 @@ def verified(overlay: Overlay, problems: Mapping[str, Problem], *, fitted: bool)
         overlay: the model.
         problems: logs made ready, by name: the first is replayed on all variants.
         fitted: whether the model was fitted on the first.
+
+    Raises:
+        LogError: no error can be computed.
     """
     (first, problem), *rest = problems.items()
     ablation = _with_bar(first, problem, overlay, whole=True)
     older = [_with_bar(name, other, overlay, whole=False) for name, other in rest]
+    for one in (ablation, *older):
+        refuse_undefined("error", [one.first.level, one.last.level])
     return judge(overlay, ablation, older, fitted=fitted)
 
 

@@ -15,6 +15,7 @@ from typing import Any
 from seals.arrays import Floats
 from seals.errors import ConfigError, suggestion
 from seals.logs.log import Log
+from seals.sound_numbers import refuse_undefined, trials
 from seals.sysid.candidates.activity import ACTIVE, read_activity
 from seals.sysid.candidates.parameters import Candidate, CandidateSet
 from seals.sysid.data.robot_description import RobotDescription
@@ -75,6 +76,7 @@ class Refit:
         return out
 
 
+@trials()
 def refit(
     log: Log,
     finding: Finding,
@@ -109,6 +111,7 @@ def refit(
     combo = tuple(c.throughout for c in combo)
     for candidate, effect in zip(combo, finding.effects, strict=True):
         values |= stated(candidate, effect, fitter.candidate_set)
+    refuse_undefined("fit", values.values())
     return Refit(
         candidates=combo,
         values=values,
