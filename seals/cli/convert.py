@@ -107,11 +107,17 @@ def execute(config: Any) -> int:
 
 
 def _next(config: Any, log: Log, place: Path) -> str:
-    """Return the command that takes a converted log; empty where nothing describes its vehicle."""
+    """Return the command that takes a converted log, or what the log lacks for one.
+
+    It is empty where nothing describes the vehicle.
+    """
     from seals.config.source import robot_names
     from seals.run.equipment_metadata import DATASHEET
-    from seals.sysid.report.given_logs import robot_name
+    from seals.sysid.report.given_logs import robot_name, without_start
 
+    lacking = without_start(log) if config.robot.folder else ""
+    if lacking:
+        return f"{lacking}\n"
     if not config.robot.folder:
         stated = log.meta.get("vehicle")
         whole = isinstance(stated, Mapping) and "inertia" in stated

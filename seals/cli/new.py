@@ -78,6 +78,7 @@ def _datasheet(words: list[str], options: list[tuple[str, str]]) -> int:
     from seals.run.equipment_metadata import DATASHEET, vehicle_of
     from seals.scaffold.datasheet import write_datasheet
     from seals.sysid.data.robot_description import describe_robot
+    from seals.sysid.report.given_logs import without_start
 
     found = describe_robot(str(folder))
     vehicle = vehicle_of(found.robot, found.actuators)
@@ -88,6 +89,10 @@ def _datasheet(words: list[str], options: list[tuple[str, str]]) -> int:
     for words_ in write_datasheet(log, vehicle, place, replace=replace):
         print(words_)
     print(f"{place}\nNext:\n  look through it, and replace what is assumed")
+    lacking = without_start(log)
+    if lacking:
+        print(f"  {lacking}")
+        return 0
     words = f"{typed('log', given['log'])} {typed('robot', str(folder))}"
     print(f"  seals diagnose {words} out=answer")
     return 0

@@ -28,7 +28,7 @@ def changed(stem: str, factor: float, *, rows: int = 200) -> Log:
 
 
 def test_numbers_out_of_all_bounds_are_told_without_warnings() -> None:
-    """A gyroscope in a unit ten thousand times too small: the fit overflows, and only the refusal is seen."""
+    """A gyroscope in a unit ten thousand times too small: the fit overflows in silence."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         with pytest.raises(LogError, match="no misfit can be computed"):

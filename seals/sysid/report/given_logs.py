@@ -239,6 +239,22 @@ def _source(place: Path) -> dict[str, str]:
         return {"path": str(place.resolve())}
 
 
+def without_start(log: Log) -> str:
+    """Return what a log lacks for a diagnosis: where its motion begins; empty where it says that.
+
+    Args:
+        log: as it was converted.
+    """
+    posed = log.has("position") and log.has("orientation")
+    if posed or log.meta.get("initial_state"):
+        return ""
+    lacking = " and ".join(n for n in ("position", "orientation") if not log.has(n))
+    return (
+        f"no diagnosis yet: the log has no {lacking}. Add them, or state initial_state of every "
+        "run (docs/formats.md): seals convert ... meta=FILE"
+    )
+
+
 def make_folder(out: Path) -> None:
     """Create the output folder of a command.
 
