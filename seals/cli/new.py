@@ -93,8 +93,8 @@ def _datasheet(words: list[str], options: list[tuple[str, str]]) -> int:
     if lacking:
         print(f"  {lacking}")
         return 0
-    words = f"{typed('log', given['log'])} {typed('robot', str(folder))}"
-    print(f"  seals diagnose {words} out=answer")
+    again = f"{typed('log', given['log'])} {typed('robot', str(folder))}"
+    print(f"  seals diagnose {again} out=answer")
     return 0
 
 
@@ -307,8 +307,8 @@ def new_hydrodynamics(words: Sequence[str], given: Mapping[str, str]) -> int:
     written = write_hydrodynamics(folder, robot, found)
     print("\n".join(found.words))
     print(f"{folder / 'robot.yaml'}: effects {', '.join(written)}\nNext:")
-    robot = typed("robot", str(folder))
-    print(f"  seals check {robot}\n  seals run {robot} water=fossen")
+    again = typed("robot", str(folder))
+    print(f"  seals check {again}\n  seals run {again} water=fossen")
     return 0
 
 

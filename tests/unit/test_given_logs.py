@@ -21,6 +21,7 @@ from seals.logs.native import write_native
 from seals.logs.shipped import find_log
 from seals.sysid.data.vehicle import read_vehicle
 from seals.sysid.report.given_logs import given_logs
+from seals.sysid.report.settable import read_usable
 
 ROOTS = ("add", "verify", "calibrate", "diagnose", "plan")
 
@@ -51,9 +52,9 @@ def test_the_data_sheet_of_the_robot_fills_what_a_log_leaves_out(root: str, tmp_
     shutil.copytree(find_robot("crazyflie").settings.folder, folder)
     (folder / "datasheet.yaml").write_text("environment: {gravity: 9.5}\nmass: 77.0\n")
     config = compose([override("log", str(log)), override("robot", str(folder))], root=root)
-    read = given_logs(config).read()[0]
-    assert read.meta["environment"] == {"gravity": 9.5}
-    assert read.meta["vehicle"] == given.meta["vehicle"]
+    for read in (given_logs(config).read()[0], read_usable(log, robot=folder)):
+        assert read.meta["environment"] == {"gravity": 9.5}
+        assert read.meta["vehicle"] == given.meta["vehicle"]
 
 
 @pytest.mark.parametrize("root", ROOTS)

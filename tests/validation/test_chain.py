@@ -96,16 +96,19 @@ def planned_and_calibrated(shell: Shell, said: str) -> dict[str, Any]:
 
 @pytest.mark.slow
 def test_the_ulog_of_an_autopilot(shell: Shell) -> None:
-    """From ten seconds of a flight recorded by PX4 to the weak rotor, its plan and calibration."""
+    """From ten seconds of a flight recorded by PX4 to the weak rotor; verified on two logs."""
     robot_of_tutorial()
     robot, flight = f"\"robot='{ROBOT}'\"", "seals convert log=own_flight/flight_1.ulg.gz rate=100"
-    shell.types(f"{flight} {robot} span=[10,18] out=other")
+    shell.types(f"{flight} {robot} span=[10,14] out=second")
+    shell.types(f"{flight} {robot} span=[14,18] \"out='third, last'\"")
     shell.types(f"{flight} {robot} span=[0,10] \"out='flight, 1'\"")
     shell.follow("new datasheet")
     shell.follow("diagnose", "report=false", code=10)
     assert [effect["name"] for effect in answer()["effects"]] == ["weak_rotor"]
     assert answer()["effects"][0]["parameters"]["rotor"]["value"] == 2
-    found = planned_and_calibrated(shell, verified(shell, "log=other"))
+    said = verified(shell, "\"log=[second,'third, last']\"")
+    assert said.count("\"log=[second,'third, last']\"") == 2
+    found = planned_and_calibrated(shell, said)
     assert "actuators.rotors.thrust_coefficient" in found["parameters"]
 
 
