@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shlex
 import shutil
 from dataclasses import replace
@@ -22,6 +23,8 @@ from seals.logs.shipped import find_log
 from seals.sysid.data.vehicle import read_vehicle
 from seals.sysid.report.given_logs import given_logs
 from seals.sysid.report.settable import read_usable
+from seals.sysid.validation.answer import read_answer
+from seals.sysid.validation.application import _refuse_other_logs
 
 ROOTS = ("add", "verify", "calibrate", "diagnose", "plan")
 
@@ -133,3 +136,29 @@ def test_any_name_survives_shell_and_hydra(name: str, many: bool) -> None:
     found: Any = OverridesParser.create().parse_override(word).value()
     text = [str(getattr(one, "text", one)) for one in (found if many else [found])]
     assert text == (value if many else [value])
+
+
+def test_an_answer_tells_all_its_logs_and_what_was_left_out(tmp_path: Path) -> None:
+    """Paths and checksums of several logs are read; entries of another kind are refused."""
+    logs = [{"path": "/a", "sha256": "1"}, {"path": "/b", "sha256": "2"}]
+    answer = {"verdict": "named", "effects": [{"name": "wind"}], "without": ["drag"]}
+    place = tmp_path / "diagnosis.json"
+    place.write_text(json.dumps({**answer, "log": {"logs": logs}}))
+    found = read_answer(place)
+    assert found.logs == {"/a": "1", "/b": "2"}
+    assert found.without == ("drag",)
+    for wrong in ({"log": {"logs": [3]}}, {"log": {"path": 3}}, {"without": [3]}, {"without": "x"}):
+        place.write_text(json.dumps({**answer, **wrong}))
+        with pytest.raises(ConfigError, match="is damaged"):
+            read_answer(place)
+
+
+def test_only_the_logs_that_were_diagnosed_are_added() -> None:
+    """In any order and at any place; neither fewer nor others."""
+    diagnosed = {"/a": "1", "/b": "2"}
+    _refuse_other_logs(diagnosed, {"/moved/b": "2", "/a": "1"})
+    _refuse_other_logs({}, {"/a": "1"})
+    with pytest.raises(ConfigError, match="2 logs were diagnosed, 1 given"):
+        _refuse_other_logs(diagnosed, {"/a": "1"})
+    with pytest.raises(ConfigError, match="log=/c is not the log that was diagnosed"):
+        _refuse_other_logs(diagnosed, {"/a": "1", "/c": "3"})

@@ -104,8 +104,8 @@ def _refuse_other_logs(diagnosed: Mapping[str, str], given: Mapping[str, str]) -
     """
     if len(given) != len(diagnosed) and diagnosed:
         raise ConfigError(
-            f"log={','.join(given)} are {len(given)} logs, {len(diagnosed)} were diagnosed.\n"
-            f"Give the very logs ({', '.join(diagnosed)}), or diagnose these."
+            f"log={','.join(given)}: {len(diagnosed)} logs were diagnosed, {len(given)} given.\n"
+            f"Give the very logs: {typed('log', list(diagnosed))}; or diagnose the given ones."
         )
     known = [digest for digest in diagnosed.values() if digest]
     for place, digest in given.items():
