@@ -203,6 +203,9 @@ def test_a_channel_left_over_by_a_simulation_may_be_its_step(
     said = answer(monkeypatch, channel(6.4, 6.4, 2.1), names=["wind"], simulated_step=0.004)
     assert said.verdict is Verdict.cannot_tell
     assert "a run with time.step=0.001 would tell" in said.reasons[0]
+    alone = answer(monkeypatch, channel(8.1, 8.1, 8.1), simulated_step=0.004)
+    assert alone.verdict is Verdict.cannot_tell
+    assert "a run with time.step=0.001 would tell" in alone.reasons[0]
 
 
 def test_no_name_without_an_error_that_falls(monkeypatch: pytest.MonkeyPatch) -> None:

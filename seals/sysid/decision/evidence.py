@@ -83,13 +83,19 @@ def decide(
     if refusal or (left and step is None):
         return replace(open_answer, verdict=Verdict.none_of_these, reasons=(refusal or left,))
     if left and step is not None:
-        words = f"{left}; the simulation's step of {1e3 * step:g} ms may be the cause"
-        words += f": a run with time.step={0.25 * step:g} would tell"
-        return replace(open_answer, reasons=(words,))
+        return replace(open_answer, reasons=(f"{left}; {_of_step(step)}",))
     if not _falls(search, errors):
         words = f"no error falls from the stated model to the one with {best.label}"
         return replace(open_answer, reasons=(words,))
     return _named(problem, search, open_answer, lost, processes)
+
+
+def _of_step(step: float) -> str:
+    """Return in words that the step of a simulation may be what is left over."""
+    return (
+        f"the simulation's step of {1e3 * step:g} ms may be the cause: "
+        f"a run with time.step={0.25 * step:g} would tell"
+    )
 
 
 def _named(
@@ -312,6 +318,9 @@ def _quiet(
             f"leaves up to {worst.band:.2g}, and no effect of the library accounts for it"
         )
     reasons += _passed(problem, search)
+    step = problem.vehicle.simulated_step
+    if step and len(reasons) > bool(blind):
+        reasons[-1] += f"; {_of_step(step)}"
     wrong = _wrong_numbers(problem, nominal)
     if wrong:
         many = f"{len(wrong)} stated numbers are" if len(wrong) > 1 else "a stated number is"
