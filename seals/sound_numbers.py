@@ -7,8 +7,9 @@ gravity to lean on, a fit of fewer rows than unknowns, a load so heavy that its 
 from __future__ import annotations
 
 import contextlib
+import math
 import traceback
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from seals.errors import LogError, SealsError
@@ -72,6 +73,40 @@ def sound_numbers(what: str, advice: str) -> Iterator[None]:
             raise
         raise LogError(f"{what} cannot be computed from these numbers: {words}.\n{advice}") from (
             cause
+        )
+
+
+@contextlib.contextmanager
+def trials() -> Iterator[None]:
+    """Let arithmetic overflow without a warning: for fits, whose diverging trials are refused.
+
+    What such arithmetic returns is not finite: `refuse_undefined` is for the results.
+    """
+    import numpy as np
+
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        yield
+
+
+def refuse_undefined(what: str, values: Iterable[float]) -> None:
+    """Refuse results that are not finite.
+
+    Args:
+        what: that is computed, for the message.
+        values: of the result.
+
+    Raises:
+        LogError: one of them is not finite.
+
+    Example:
+        >>> refuse_undefined("misfit", [float("nan")])
+        Traceback (most recent call last):
+        seals.errors.LogError: no misfit can be computed: readings, or the motion between them, ...
+    """
+    if not all(math.isfinite(value) for value in values):
+        raise LogError(
+            f"no {what} can be computed: readings, or the motion between them, are not finite.\n"
+            "Look at the channels of the log, or cut out the part that can be used."
         )
 
 

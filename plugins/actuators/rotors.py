@@ -109,6 +109,8 @@ class Rotors(ActuatorOptions, Effect):
         "torque_coefficient": ("torque_change", "N m/(rad/s)^2"),
     }
     """Relative change, and unit, by the list of coefficients that it scales."""
+    turned_by: ClassVar[Mapping[str, str]] = {"torque_coefficient": "direction"}
+    """Directions by the list whose effect changes its sign with them."""
 
     def __post_init__(self) -> None:
         """Turn the lists into arrays, or refuse them."""

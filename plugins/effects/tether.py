@@ -21,6 +21,8 @@ _PLACE: dict[str, Any] = {
     "source": "chosen: the world's origin",
 }
 
+_STIFFNESS = 3.0
+"""Plausible stiffness [N/m]."""
 _KEEP = 2
 """Starting values that are kept."""
 _FREE = (-math.inf, math.inf)
@@ -88,7 +90,7 @@ class Tether(Effect):
         parameters = {
             **{k: replace(v, bounds=_FREE) for k, v in along_axes("anchor", 0.0, 1.0).items()},
             "length": Freed(scale=1.0, bounds=(0.0, 1e3)),
-            "stiffness": Freed(scale=3.0, bounds=(0.0, 1e4)),
+            "stiffness": Freed(scale=_STIFFNESS, bounds=(0.0, 1e4)),
         }
         order = (Stage.surroundings, 0, 0)
         missing = Addition(
@@ -106,7 +108,8 @@ class Tether(Effect):
             parameters = {
                 "stiffness": Freed(
                     tolerance=subject.spread(f"{name}_stiffness") * own.stiffness,
-                    scale=own.stiffness,
+                    # a share of a stated stiffness of zero would be no size at all
+                    scale=own.stiffness or _STIFFNESS,
                     bounds=(-own.stiffness, math.inf),
                 ),
                 "length": Freed(

@@ -17,18 +17,20 @@ from seals.schema import param
 
 @dataclass(kw_only=True)
 class WeakRotor(Effect):
-    """Relative loss of thrust of one drive, its reaction torque unchanged.
+    """Relative loss of thrust of one drive, and of its reaction torque.
 
     Equation:
-        T_i = T_i,free (1 - f) for i = rotor; all others and all torques stay.
+        T_i = T_i,free (1 - f) and Q_i = Q_i,free (1 - s f) for i = rotor; all others stay.
 
     Args:
         relative_loss: f [1].
+        torque_share: s [1].
         rotor: 1-based index of the drive on its actuator.
         links: the link of the actuator it changes, the root by default.
 
     Assumptions:
-        A damaged or fouled blade loses lift and keeps its drag.
+        A damaged or fouled blade loses lift and keeps its drag, s = 0; a propeller that slips on
+        its shaft loses both alike, s = 1.
 
     Valid range:
         Any speed of the drive.
@@ -47,6 +49,9 @@ class WeakRotor(Effect):
     relative_loss: float = param(
         0.0, "1", bounds=(-1.0, 1.0), tolerance=0.004, source="zero: all drives are equal"
     )
+    torque_share: float = param(
+        0.0, "1", bounds=(0.0, 1.0), tolerance=0.0, source="zero: the blade keeps its drag"
+    )
     rotor: int = 1
     accounts_for: ClassVar[tuple[str, ...]] = ("weak rotor",)
     identification: ClassVar[Identification] = Identification(
@@ -61,9 +66,10 @@ class WeakRotor(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return the candidates: a loss of thrust of each actuator."""
+        """Return the candidates: a loss of thrust of each actuator, or a slip of each propeller."""
         loss = Freed(tolerance=subject.spread("thrust_coefficient_each"), scale=0.1)
-        return [
+        drives = range(1, len(subject.lag) + 1)
+        found = [
             Addition(
                 instance=f"{name}_{k}",
                 effect=cls(rotor=k),
@@ -71,8 +77,20 @@ class WeakRotor(Effect):
                 variant={"rotor": k},
                 order=(Stage.actuators, 0, 1),
             )
-            for k in range(1, len(subject.lag) + 1)
+            for k in drives
         ]
+        slips = [
+            Addition(
+                instance=f"{name}_{k}_slipping",
+                effect=cls(rotor=k, torque_share=1.0),
+                parameters={"relative_loss": Freed(scale=0.1)},
+                variant={"rotor": k},
+                law="slipping",
+                order=(Stage.actuators, 0, 3),
+            )
+            for k in drives
+        ]
+        return [*found, *(slips if subject.rotors else [])]
 
     def __post_init__(self) -> None:
         """Refuse an index below the first."""
@@ -87,8 +105,11 @@ class WeakRotor(Effect):
     def actuation(
         drives: Drives, motion: Motion, medium: Medium, inputs: Inputs, params: Parameters
     ) -> Drives:
-        """Thrusts with one of them reduced [N]."""
+        """Thrusts [N] and reaction torques [N m] with those of one drive reduced."""
         xp = namespace(drives.thrust)
         index = xp.cumulative_sum(xp.ones_like(drives.thrust[:1, :]), axis=1)
         weak = xp.astype(index == params["rotor"], drives.thrust.dtype)
-        return drives._replace(thrust=drives.thrust * (1.0 - params["relative_loss"] * weak))
+        return drives._replace(
+            thrust=drives.thrust * (1.0 - params["relative_loss"] * weak),
+            torque=drives.torque * (1.0 - params["torque_share"] * params["relative_loss"] * weak),
+        )

@@ -130,7 +130,7 @@ def _unpacked(chunk: Any) -> bytes:
     if chunk.compression == "zstd":
         raw = _zstd(raw, size)
     elif chunk.compression == "lz4":
-        raw = _lz4(raw, size)
+        raw = unpacked_lz4(raw, size)
     elif chunk.compression:
         raise ValueError(f"compression '{chunk.compression[:16]}' is not known")
     if len(raw) != size:
@@ -148,7 +148,12 @@ def _zstd(raw: bytes, size: int) -> bytes:
         raise ValueError(str(error)) from error
 
 
-def _lz4(raw: bytes, size: int) -> bytes:
+def unpacked_lz4(raw: bytes, size: int) -> bytes:
+    """Return the content of a frame of LZ4, up to one byte more than the given size.
+
+    Raises:
+        ValueError: it is damaged.
+    """
     from lz4.frame import LZ4FrameDecompressor
 
     try:

@@ -9,6 +9,7 @@ from seals.errors import LogError
 from seals.field_roles import roles
 from seals.logs.log import Log
 from seals.logs.native import TABLES, read_native
+from seals.logs.run_folder import refuse_cut_run
 
 
 @roles(read="path")
@@ -33,7 +34,7 @@ class ReaderNative:
         """Return the log, or one log for each log folder inside the given folder.
 
         Raises:
-            LogError: nothing was given, or a log cannot be used.
+            LogError: nothing was given, a log cannot be used, or a run has not written its log.
         """
         given = source or self.path
         if not given:
@@ -43,6 +44,7 @@ class ReaderNative:
         place = Path(given)
         holds_table = any((place / name).exists() for name in (*TABLES, "meta.yaml"))
         if place.is_dir() and not holds_table:
+            refuse_cut_run(place)
             folders = sorted({table.parent for name in TABLES for table in place.glob(f"*/{name}")})
             if folders:
                 return [read_native(folder) for folder in folders]

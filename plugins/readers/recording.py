@@ -1,17 +1,18 @@
-"""Readers of recorded messages: MCAP and rosbag2."""
+"""Readers of recorded messages: MCAP, rosbag2 and bags of ROS 1."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
-from seals.errors import LogError
 from seals.field_roles import roles
 from seals.logs.log import Log
+from seals.plugins.readers.mapped import ReaderMapped
 from seals.plugins.readers.mcap_file import messages as mcap_messages
 from seals.plugins.readers.ros_streams import Choice, Message, gather
+from seals.plugins.readers.rosbag1_file import messages as rosbag1_messages
 from seals.plugins.readers.rosbag2_file import messages as rosbag2_messages
 from seals.plugins.readers.streams import by_topic, finished
 
@@ -19,34 +20,20 @@ Source = Callable[[Path, Callable[[str, str, str], bool], dict[str, str]], Itera
 """Yields the wanted messages of a path, and fills in which topics it has."""
 
 
-@roles(data="topics columns units negate clock meta name licence", read="path")
+@roles(data="topics clock")
 @dataclass(kw_only=True)
-class Recording:
+class Recording(ReaderMapped):
     """Base of readers of recorded messages; subclasses interpret the messages.
 
     Args:
         topics: known topics to read; empty for all.
         columns: ``TOPIC/FIELD`` (``/tank/level/data``, ``/wheels/speed[2]``) -> column of the log.
-        units: ``TOPIC/FIELD`` -> its unit.
-        negate: ``TOPIC/FIELD`` whose sign is turned.
         clock: ``header`` takes the stamp inside a message, ``record`` the time of recording.
-        meta: what is known of vehicle and sensors, as in ``meta.yaml``.
-        name: name of the log.
-        licence: licence of the data.
     """
 
     source: ClassVar[Source]
-    kind: ClassVar[str]
-
-    path: str = ""
     topics: list[str] = field(default_factory=list)
-    columns: dict[str, str] = field(default_factory=dict)
-    units: dict[str, str] = field(default_factory=dict)
-    negate: list[str] = field(default_factory=list)
     clock: str = "header"
-    meta: dict[str, Any] = field(default_factory=dict)
-    name: str = ""
-    licence: str = ""
 
     def read(self, source: str | Path | None = None) -> list[Log]:
         """Return the one log of the recording.
@@ -55,20 +42,8 @@ class Recording:
             LogError: nothing was given, or the recording cannot be used.
             MissingExtra: the packages of the extra ``logs`` are absent.
         """
-        given = source or self.path
-        if not given:
-            raise LogError(
-                f"the {self.kind} reader needs a recording.\n"
-                "Give it: log=PATH, in Python path=PATH."
-            )
-        choice = Choice(
-            topics=self.topics,
-            fields=by_topic(self.columns, self.units, self.negate),
-            units=self.units,
-            negate=self.negate,
-            clock=self.clock,
-        )
-        path, present = Path(given), dict[str, str]()
+        path, chosen, present = self.given(source), self.chosen(), dict[str, str]()
+        choice = Choice(topics=self.topics, fields=by_topic(chosen), map=chosen, clock=self.clock)
         streams = gather(
             type(self).source(path, choice.wants, present), present, choice, where=str(path)
         )
@@ -80,8 +55,9 @@ class ReaderMcap(Recording):
     """Recordings in one MCAP file: ROS 2 messages and JSON topics.
 
     Channels:
-        Of ``Odometry``, ``PoseStamped``, ``Imu``, ``JointState``, ``BatteryState``,
-        ``MagneticField`` and ``Range``; others by ``columns``.
+        Of ``Odometry``, ``PoseStamped``, ``PoseWithCovarianceStamped``, ``TransformStamped``,
+        ``Imu``, ``JointState``, ``BatteryState``, ``MagneticField`` and ``Range``; others by
+        ``columns``.
     Units:
         SI, ENU and FLU, as ROS prescribes (REP 103); mapped fields as declared.
     Limitations:
@@ -101,8 +77,9 @@ class ReaderRosbag2(Recording):
     """Recordings of ROS 2: a folder with ``metadata.yaml``, or one file ``.db3`` or ``.mcap``.
 
     Channels:
-        Of ``Odometry``, ``PoseStamped``, ``Imu``, ``JointState``, ``BatteryState``,
-        ``MagneticField`` and ``Range``; others by ``columns``.
+        Of ``Odometry``, ``PoseStamped``, ``PoseWithCovarianceStamped``, ``TransformStamped``,
+        ``Imu``, ``JointState``, ``BatteryState``, ``MagneticField`` and ``Range``; others by
+        ``columns``.
     Units:
         SI, ENU and FLU, as ROS prescribes (REP 103); mapped fields as declared.
     Limitations:
@@ -115,3 +92,25 @@ class ReaderRosbag2(Recording):
 
     source: ClassVar[Source] = staticmethod(rosbag2_messages)
     kind: ClassVar[str] = "rosbag2"
+
+
+@dataclass(kw_only=True)
+class ReaderRosbag1(Recording):
+    """Recordings of ROS 1 (``.bag``, format 2.0), packed or not.
+
+    Channels:
+        Of ``Odometry``, ``PoseStamped``, ``PoseWithCovarianceStamped``, ``TransformStamped``,
+        ``Imu``, ``JointState``, ``BatteryState``, ``MagneticField`` and ``Range``; others by
+        ``columns``.
+    Units:
+        SI, ENU and FLU, as ROS prescribes (REP 103); mapped fields as declared.
+    Limitations:
+        Messages of other types than ROS 1 ships (Noetic) are not decoded: definitions inside
+        a recording are never turned into code. Poses count as those of the body origin.
+
+    Args:
+        path: the file.
+    """
+
+    source: ClassVar[Source] = staticmethod(rosbag1_messages)
+    kind: ClassVar[str] = "bag"

@@ -1,4 +1,4 @@
-"""Decoding of ROS 2 and JSON messages: known types automatically, others by a path."""
+"""Decoding of ROS and JSON messages: known types automatically, others by a path."""
 
 from __future__ import annotations
 
@@ -29,6 +29,14 @@ KNOWN: dict[str, dict[str, str]] = {
         **_axes("position", "pose.position"),
         **_axes("orientation", "pose.orientation", "wxyz"),
     },
+    "geometry_msgs/msg/PoseWithCovarianceStamped": {
+        **_axes("position", "pose.pose.position"),
+        **_axes("orientation", "pose.pose.orientation", "wxyz"),
+    },
+    "geometry_msgs/msg/TransformStamped": {
+        **_axes("position", "transform.translation"),
+        **_axes("orientation", "transform.rotation", "wxyz"),
+    },
     "sensor_msgs/msg/Imu": {
         **_axes("angular_velocity", "angular_velocity"),
         **_axes("specific_force", "linear_acceleration"),
@@ -49,7 +57,7 @@ KNOWN: dict[str, dict[str, str]] = {
 def decode(raw: bytes, kind: str, encoding: str, *, where: str) -> Any:
     """Decode a message to an object, or to plain data for JSON.
 
-    Types are those that ROS 2 ships. Definitions inside a recording are never used: the package
+    Types are those that ROS ships. Definitions inside a recording are never used: the package
     that reads them would turn them into code and run it.
 
     Raises:
@@ -61,16 +69,16 @@ def decode(raw: bytes, kind: str, encoding: str, *, where: str) -> Any:
             return plain_json(raw)
         except ValueError as error:
             raise LogError(f"{where}: a message is not JSON ({str(error)[:80]}).") from error
-    store = _store()
-    if encoding != "cdr" or kind not in store.types:
+    store = _store(encoding)
+    if store is None or kind not in store.types:
         raise LogError(
             f"{where}: messages of type '{kind}' ({encoding}) cannot be decoded.\n"
-            "Allowed: JSON, and cdr of the types that ROS 2 ships (sensor_msgs, nav_msgs ...)."
+            "Allowed: JSON, cdr and ros1 of the types that ROS ships (sensor_msgs, nav_msgs ...)."
         )
     from rosbags.serde import SerdeError
 
     try:
-        return store.deserialize_cdr(raw, kind)
+        return (store.deserialize_cdr if encoding == "cdr" else store.deserialize_ros1)(raw, kind)
     except (SerdeError, ValueError, IndexError, TypeError, MemoryError, OverflowError) as error:
         reason = " ".join(str(error).split())[:120]
         raise LogError(f"{where}: a message of type '{kind}' is damaged ({reason}).") from error
@@ -78,14 +86,16 @@ def decode(raw: bytes, kind: str, encoding: str, *, where: str) -> Any:
 
 def decodable(kind: str, encoding: str) -> bool:
     """Return whether the type has known channels and an encoding that can be read."""
-    return kind in KNOWN and encoding in ("cdr", "json")
+    return kind in KNOWN and encoding in ("cdr", "ros1", "json")
 
 
 @functools.cache
-def _store() -> Any:
+def _store(encoding: str) -> Any:
+    """Return the types that ROS ships, by the encoding of their messages; None for others."""
     with optional_import("ROS messages need rosbags", "Install it: pip install 'aam-seals[logs]'"):
         from rosbags.typesys import Stores, get_typestore
-    return get_typestore(Stores.ROS2_HUMBLE)
+    kinds = {"cdr": Stores.ROS2_HUMBLE, "ros1": Stores.ROS1_NOETIC}
+    return get_typestore(kinds[encoding]) if encoding in kinds else None
 
 
 def number(message: Any, path: str, *, where: str) -> float:

@@ -9,9 +9,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.errors import LogError
+from seals.logs.column_map import ColumnMap
 from seals.logs.merge import Stream
 from seals.plugins.readers.ros_messages import KNOWN, channels, decodable, decode, number
-from seals.plugins.readers.streams import converted, refuse_unknown
+from seals.plugins.readers.streams import refuse_unknown
 
 CLOCKS = ("header", "record")
 _MOST_MESSAGES = 5_000_000
@@ -34,15 +35,13 @@ class Choice:
     Args:
         topics: known topics to read; empty for all.
         fields: topic -> field -> column of the log.
-        units: ``TOPIC/FIELD`` -> its unit.
-        negate: ``TOPIC/FIELD`` whose sign is turned.
+        map: what becomes of ``TOPIC/FIELD``.
         clock: ``header`` takes the stamp inside a message, ``record`` the time of recording.
     """
 
     topics: list[str]
     fields: dict[str, dict[str, str]]
-    units: Mapping[str, str]
-    negate: list[str]
+    map: ColumnMap
     clock: str
 
     def __post_init__(self) -> None:
@@ -142,9 +141,7 @@ def _chosen(topic: str, got: _Gathered, choice: Choice) -> Stream:
     values = np.array(got.chosen, dtype=np.float64)
     columns = {}
     for k, (path, column) in enumerate(choice.fields[topic].items()):
-        columns[column] = converted(
-            values[:, k], f"{topic}/{path}", column, units=choice.units, negate=choice.negate
-        )
+        columns[column] = choice.map.converted(values[:, k], f"{topic}/{path}", column)
     return Stream(name=topic, stamps=np.array(got.stamps, dtype=np.int64), columns=columns)
 
 

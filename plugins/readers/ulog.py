@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,22 +13,23 @@ from numpy.typing import NDArray
 from seals.arrays import Floats
 from seals.errors import LogError, suggestion
 from seals.field_roles import roles
-from seals.frames import matrix_of, normalised, unrotate
+from seals.logs.column_map import ColumnMap
 from seals.logs.log import Log
 from seals.logs.merge import Stream
-from seals.plugins.readers.streams import by_topic, converted, finished, refuse_unknown, vector
+from seals.plugins.readers.mapped import ReaderMapped
+from seals.plugins.readers.ned import enu, flu, flu_in_enu, in_body, orientation
+from seals.plugins.readers.streams import by_topic, finished, refuse_unknown, vector
 from seals.plugins.readers.ulog_file import Samples, parse
 from seals.untrusted_io import read_bytes
 
 _GAUSS = 1e-4
-_ROOT_HALF = float(np.sqrt(0.5))
 _NO_OFFSET = 0x7FFFFFFF
 _RPM = 2.0 * np.pi / 60.0
 
 
-@roles(data="topics columns units negate meta name licence", read="path")
+@roles(data="topics")
 @dataclass(kw_only=True)
-class ReaderUlog:
+class ReaderUlog(ReaderMapped):
     """Flight logs of PX4 (``.ulg``): known topics automatically, other fields by a map.
 
     Channels:
@@ -45,25 +46,14 @@ class ReaderUlog:
         that of the autopilot's frame: state the centre of gravity in ``meta``.
 
     Args:
-        path: the file, plain or ``.gz``.
         topics: known topics to read; empty for all.
         columns: ``TOPIC/FIELD`` (``esc_status/esc[0].esc_rpm``; ``TOPIC:1/FIELD`` for a second
             instance) -> column of the log.
-        units: ``TOPIC/FIELD`` -> its unit.
-        negate: ``TOPIC/FIELD`` whose sign is turned.
-        meta: what is known of vehicle and sensors, as in ``meta.yaml``.
-        name: name of the log.
-        licence: licence of the data.
     """
 
-    path: str = ""
+    kind: ClassVar[str] = "ULog"
+
     topics: list[str] = field(default_factory=list)
-    columns: dict[str, str] = field(default_factory=dict)
-    units: dict[str, str] = field(default_factory=dict)
-    negate: list[str] = field(default_factory=list)
-    meta: dict[str, Any] = field(default_factory=dict)
-    name: str = ""
-    licence: str = ""
 
     def read(self, source: str | Path | None = None) -> list[Log]:
         """Return the one log of the file.
@@ -71,17 +61,15 @@ class ReaderUlog:
         Raises:
             LogError: nothing was given, or the file cannot be used.
         """
-        given = source or self.path
-        if not given:
-            raise LogError("the ULog reader needs a file.\nGive it: log=FILE, in Python path=FILE.")
+        given, chosen = self.given(source), self.chosen()
         where = str(given)
         samples = {
             (topic if instance == 0 else f"{topic}:{instance}"): found
             for (topic, instance), found in parse(read_bytes(given), where=where).items()
         }
-        wanted = by_topic(self.columns, self.units, self.negate)
+        wanted = by_topic(chosen)
         refuse_unknown([*self.topics, *wanted], samples, where=where)
-        streams = [self._mapped(topic, samples[topic], wanted[topic]) for topic in wanted]
+        streams = [_mapped(topic, samples[topic], wanted[topic], chosen) for topic in wanted]
         taken = set(self.columns.values())
         for stream in self._known(samples):
             columns = {key: value for key, value in stream.columns.items() if key not in taken}
@@ -89,15 +77,7 @@ class ReaderUlog:
             taken |= columns.keys()
         shares = {"motor_command": "thrust_share"} if "actuator_motors" in samples else {}
         meta = shares | self.meta
-        return [finished(streams, Path(given), meta=meta, name=self.name, licence=self.licence)]
-
-    def _mapped(self, topic: str, samples: Samples, fields: dict[str, str]) -> Stream:
-        columns = {}
-        for name, column in fields.items():
-            values = _column(samples, name, topic)
-            key = f"{topic}/{name}"
-            columns[column] = converted(values, key, column, units=self.units, negate=self.negate)
-        return Stream(name=topic, stamps=_stamps(samples), columns=columns)
+        return [finished(streams, given, meta=meta, name=self.name, licence=self.licence)]
 
     def _known(self, samples: dict[str, Samples]) -> list[Stream]:
         streams = []
@@ -105,6 +85,14 @@ class ReaderUlog:
             if topic in samples and (not self.topics or topic in self.topics):
                 streams += make(topic, samples)
         return streams
+
+
+def _mapped(topic: str, samples: Samples, fields: dict[str, str], chosen: ColumnMap) -> Stream:
+    columns = {
+        column: chosen.converted(_column(samples, name, topic), f"{topic}/{name}", column)
+        for name, column in fields.items()
+    }
+    return Stream(name=topic, stamps=_stamps(samples), columns=columns)
 
 
 def _stamps(samples: Samples) -> NDArray[np.int64]:
@@ -120,8 +108,7 @@ def _column(samples: Samples, name: str, topic: str) -> Floats:
 
 def _triple(samples: Samples, name: str, topic: str) -> Floats:
     """Return a body vector of three fields, from FRD to FLU."""
-    x, y, z = (_column(samples, f"{name}[{k}]", topic) for k in range(3))
-    return np.stack([x, -y, -z], axis=1)
+    return flu(*(_column(samples, f"{name}[{k}]", topic) for k in range(3)))
 
 
 def _combined(topic: str, all_samples: dict[str, Samples]) -> list[Stream]:
@@ -150,16 +137,12 @@ def _body(stem: str, name: str, scale: float = 1.0) -> Callable[..., list[Stream
 
 def _attitude(topic: str, all_samples: dict[str, Samples]) -> list[Stream]:
     samples = all_samples[topic]
-    q = _flu_in_enu(samples, topic)
-    columns = {f"orientation_{axis}": q[:, k] for k, axis in enumerate("xyzw")}
+    columns = orientation(_turned(samples, topic))
     return [Stream(name=topic, stamps=_stamps(samples), columns=columns)]
 
 
-def _flu_in_enu(samples: Samples, topic: str) -> Floats:
-    """Return q_WB_xyzw from FLU to ENU, of q (w, x, y, z) from FRD to NED."""
-    w, x, y, z = (_column(samples, f"q[{k}]", topic) for k in range(4))
-    # (0, r, r, 0) x q x (1, 0, 0, 0), both half turns multiplied out, with r = sqrt(1/2)
-    return np.stack([x + y, x - y, w - z, w + z], axis=1) * _ROOT_HALF
+def _turned(samples: Samples, topic: str) -> Floats:
+    return flu_in_enu(*(_column(samples, f"q[{k}]", topic) for k in range(4)))
 
 
 def _place(topic: str, all_samples: dict[str, Samples]) -> list[Stream]:
@@ -172,30 +155,16 @@ def _place(topic: str, all_samples: dict[str, Samples]) -> list[Stream]:
             ("vx", "v_xy_valid"), ("vy", "v_xy_valid"), ("vz", "v_z_valid"),
         )
     )  # fmt: skip
-    columns = vector("position", np.stack([y, x, -z], axis=1))
-    if "vehicle_attitude" in all_samples:
-        world = np.stack([vy, vx, -vz], axis=1)
-        columns |= vector("velocity", _in_body(world, stamps, all_samples["vehicle_attitude"]))
+    columns = vector("position", enu(x, y, z))
+    attitude = all_samples.get("vehicle_attitude")
+    if attitude is not None:
+        q = _turned(attitude, "vehicle_attitude")
+        columns |= vector("velocity", in_body(enu(vx, vy, vz), stamps, _stamps(attitude), q))
     return [Stream(name=topic, stamps=stamps, columns=columns)]
 
 
 def _valid(samples: Samples, flag: str) -> Any:
     return samples[flag] != 0 if flag in (samples.dtype.names or ()) else True
-
-
-def _in_body(world: Floats, stamps: NDArray[np.int64], attitude: Samples) -> Floats:
-    """Return world vectors in body axes, by the attitude between its samples."""
-    order = np.argsort(attitude["timestamp"], kind="stable")
-    times = _stamps(attitude)[order].astype(np.float64)
-    q = _flu_in_enu(attitude, "vehicle_attitude")[order]
-    # q and -q are one attitude: neighbours on one side, so that the mean of two is between them
-    flips = np.cumsum(np.append(0, np.sum(q[1:] * q[:-1], axis=1) < 0.0)) % 2
-    q = np.where(flips[:, None] == 1, -q, q)
-    at = np.stack([np.interp(stamps, times, q[:, k]) for k in range(4)], axis=1)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        turned = unrotate(matrix_of(normalised(at)), world)
-    outside = (stamps < times[0]) | (stamps > times[-1])
-    return np.where(outside[:, None], np.nan, turned)
 
 
 def _battery(topic: str, all_samples: dict[str, Samples]) -> list[Stream]:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from seals.config.overrides import typed
 from seals.errors import ConfigError, SealsError
 from seals.logs.axes import with_axes
 from seals.logs.check import check_log
@@ -52,7 +54,7 @@ def _reader_of(place: Path) -> str:
     if place.is_dir() and (place / "meta.yaml").is_file():
         raise ConfigError(
             f"log={place} is a log folder already; nothing is to be converted.\n"
-            f"Use it as it is: seals diagnose log={place}; or say reader=native"
+            f"Use it as it is: seals diagnose {typed('log', str(place))}; or say reader=native"
         )
     raise ConfigError(
         f"log={place}: its name does not show which reader to use.\n"
@@ -99,7 +101,33 @@ def execute(config: Any) -> int:
         _tell(whole, vehicle)
         write_native(whole, place, urdf=urdf, table=str(config.table), replace=config.replace)
         print(f"{place}: {whole.rows} rows, {', '.join(whole.channels())}")
+        if len(logs) == 1:
+            print(_next(config, whole, place), end="")
     return 0
+
+
+def _next(config: Any, log: Log, place: Path) -> str:
+    """Return the command that takes a converted log, or what the log lacks for one.
+
+    It is empty where nothing describes the vehicle.
+    """
+    from seals.config.source import robot_names
+    from seals.run.equipment_metadata import DATASHEET
+    from seals.sysid.report.given_logs import robot_name, without_start
+
+    lacking = without_start(log) if config.robot.folder else ""
+    if lacking:
+        return f"{lacking}\n"
+    if not config.robot.folder:
+        stated = log.meta.get("vehicle")
+        whole = isinstance(stated, Mapping) and "inertia" in stated
+        return f"Next:\n  seals diagnose {typed('log', str(place))} out=answer\n" if whole else ""
+    robot = robot_name(config)
+    if robot not in robot_names() and not (Path(config.robot.folder) / DATASHEET).is_file():
+        words = shlex.join([f"log={place}", f"robot={robot}"])
+        return f"Next:\n  seals new datasheet {words}\n"
+    words = f"{typed('log', str(place))} {typed('robot', robot)}"
+    return f"Next:\n  seals diagnose {words} out=answer\n"
 
 
 def _refuse_target(out: Path, *, replace: bool) -> None:

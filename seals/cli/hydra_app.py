@@ -15,7 +15,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from seals.cli.slips import folder_key, refuse_cut, refuse_slips, refuse_unknown_flags, with_folder
+from seals.cli.slips import (
+    folder_key,
+    question,
+    refuse_cut,
+    refuse_slips,
+    refuse_unknown_flags,
+    with_folder,
+)
 from seals.cli.sweep import MULTIRUN, RESUME, begun, own_words, with_objective
 from seals.config import roots
 from seals.config.overrides import joined
@@ -117,14 +124,9 @@ def verify(arguments: list[str]) -> int:
 
 def plan(arguments: list[str]) -> int:
     """Run ``seals plan``: compose the configuration, then call its application."""
-    for word in arguments:
-        if word.startswith("effect="):
-            better = word.replace("=", "s=", 1)
-            raise ConfigError(f"{word}: there is no key 'effect'.\nDid you mean {better}?")
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    return launch(
-        "plan", arguments, Application("seals.sysid.experiment_design.application", logs=True)
-    )
+    task = Application("seals.sysid.experiment_design.application", logs=True)
+    return launch("plan", question(arguments), task)
 
 
 def teleop(arguments: list[str]) -> int:

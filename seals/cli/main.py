@@ -114,7 +114,8 @@ VERBS = {
     "add": Verb(
         target="seals.cli.hydra_app:add",
         summary="write the effects that a diagnosis found to a model overlay",
-        usage="diagnosis=FOLDER name=NAME [base=MODEL] [choose=EFFECT] [accept=formula]\n"
+        usage="diagnosis=FOLDER name=NAME [robot=FOLDER] [base=MODEL] [choose=EFFECT]"
+        " [accept=formula]\n"
         "  seals add diagnosis=answer_7 name=my_model        writes models/my_model.yaml\n"
         "  seals run robot=ball +model=my_model\n\n"
         "  choose      the effect to add, when the diagnosis names a set\n"
@@ -125,14 +126,15 @@ VERBS = {
     "verify": Verb(
         target="seals.cli.hydra_app:verify",
         summary="verify a model on a held-out log in the rigid-body simulator",
-        usage="log=FOLDER model=NAME [older=[FOLDER,...]]\n"
+        usage="log=FOLDER model=NAME [robot=FOLDER] [older=[FOLDER,...]]\n"
         "  seals verify log=flight_8 model=my_model older=[flight_5,flight_6]\n"
         "exit code: 0 the error fell, 14 it did not: the model is marked as withdrawn",
     ),
     "plan": Verb(
         target="seals.cli.hydra_app:plan",
         summary="choose the manoeuvre that best tells effects apart",
-        usage="effects=[NAME,NAME] log=FOLDER [out=FOLDER], or diagnosis=FOLDER [out=FOLDER]\n"
+        usage="effects=[NAME,NAME] log=FOLDER [robot=FOLDER] [out=FOLDER],"
+        " or diagnosis=FOLDER [robot=FOLDER]\n"
         "  seals plan effects=[payload,thrust_coefficient] log=flight_7 out=plan_7\n"
         "  seals plan effects=[quadratic_drag] log=flight_7\n"
         "  seals plan diagnosis=answer_7\n"

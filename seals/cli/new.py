@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from seals.config.overrides import override, typed
 from seals.config.whereabouts import own_robot
 from seals.errors import ConfigError, suggestion
 
@@ -77,6 +78,7 @@ def _datasheet(words: list[str], options: list[tuple[str, str]]) -> int:
     from seals.run.equipment_metadata import DATASHEET, vehicle_of
     from seals.scaffold.datasheet import write_datasheet
     from seals.sysid.data.robot_description import describe_robot
+    from seals.sysid.report.given_logs import without_start
 
     found = describe_robot(str(folder))
     vehicle = vehicle_of(found.robot, found.actuators)
@@ -87,7 +89,12 @@ def _datasheet(words: list[str], options: list[tuple[str, str]]) -> int:
     for words_ in write_datasheet(log, vehicle, place, replace=replace):
         print(words_)
     print(f"{place}\nNext:\n  look through it, and replace what is assumed")
-    print(f"  seals diagnose log={given['log']} robot={folder} out=answer")
+    lacking = without_start(log)
+    if lacking:
+        print(f"  {lacking}")
+        return 0
+    again = f"{typed('log', given['log'])} {typed('robot', str(folder))}"
+    print(f"  seals diagnose {again} out=answer")
     return 0
 
 
@@ -226,8 +233,8 @@ def _told(name: str, made: NewRobot) -> Iterator[str]:
         yield "Look at:"
         yield from (f"  {remark}" for remark in made.remarks)
     yield "Next:"
-    yield f"  seals check robot={name}"
-    yield f"  seals run robot={name} {_first_run(name)}"
+    yield f"  seals check {typed('robot', name)}"
+    yield f"  seals run {typed('robot', name)} {_first_run(name)}"
 
 
 def _first_run(name: str) -> str:
@@ -237,7 +244,7 @@ def _first_run(name: str) -> str:
     from seals.robot.build import build_robot
     from seals.run.build import build_run
 
-    run = build_run(compose([f"robot={name}"]))
+    run = build_run(compose([override("robot", name)]))
     robot = build_robot(run.robot)
     if robot.legs:
         return _first_stand(name, robot)
@@ -256,7 +263,7 @@ def _first_stand(name: str, robot: RobotModel) -> str:
     ground = f"environment.ground_level=0 initial.position=[0,0,{height:g}]"
     words = f"guide=march guide.speed=0 {ground}"
     try:
-        build_world(build_run(compose([f"robot={name}", *words.split()]))).close()
+        build_world(build_run(compose([override("robot", name), *words.split()]))).close()
     except ConfigError:
         return "water=fossen"
     return words
@@ -300,7 +307,8 @@ def new_hydrodynamics(words: Sequence[str], given: Mapping[str, str]) -> int:
     written = write_hydrodynamics(folder, robot, found)
     print("\n".join(found.words))
     print(f"{folder / 'robot.yaml'}: effects {', '.join(written)}\nNext:")
-    print(f"  seals check robot={folder}\n  seals run robot={folder} water=fossen")
+    again = typed("robot", str(folder))
+    print(f"  seals check {again}\n  seals run {again} water=fossen")
     return 0
 
 

@@ -47,6 +47,26 @@ def with_folder(root: str, words: Sequence[str], *, several: bool) -> list[str]:
     ]
 
 
+def question(words: Sequence[str]) -> list[str]:
+    """Return the words of ``seals plan`` with the effects in question under their key.
+
+    ``effects.NAME.FIELD=`` are those of the robot, as for other verbs.
+
+    Raises:
+        ConfigError: the key is mistyped.
+
+    Example:
+        >>> question(["effects=[wind,tether]", "effects.air_drag.coefficient_x=0"])
+        ['between=[wind,tether]', 'effects.air_drag.coefficient_x=0']
+    """
+    for word in words:
+        if word.startswith("effect="):
+            better = word.replace("=", "s=", 1)
+            raise ConfigError(f"{word}: there is no key 'effect'.\nDid you mean {better}?")
+    own = "effects="
+    return ["between=" + w.removeprefix(own) if w.startswith(own) else w for w in words]
+
+
 def folder_key(root: str, *, several: bool) -> str:
     """Return the key of the folder of a run, or of a sweep, as its user says it.
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from seals.cli.hydra_app import Application, launch
 from seals.cli.sweep import is_sweep
-from seals.config.overrides import refuse_dangerous
+from seals.config.overrides import refuse_dangerous, typed
 from seals.config.strangers import TRUST
 from seals.errors import ConfigError
 from seals.untrusted_io import read_plain_yaml
@@ -65,9 +65,10 @@ def _begun(folder: Path) -> list[str]:
         )
     words = [str(word) for word in found or []]
     if (folder / "run.json").is_file() and (folder / "log.parquet").is_file():
+        resume, repeat = (typed(key, str(folder)) for key in ("resume", "repeat"))
         raise ConfigError(
             f"resume={folder}: this folder holds a run, not a training.\n"
-            f"Resume or repeat it: seals run resume={folder}, or repeat={folder}"
+            f"Resume or repeat it: seals run {resume}, or {repeat}"
         )
     refuse_dangerous(
         words,

@@ -5,13 +5,17 @@ Those of files set values, they make no classes and run nothing.
 
 from __future__ import annotations
 
+import contextlib
 import re
+import shlex
 from collections.abc import Sequence
 
 from seals.errors import ConfigError
 
 _DANGER = re.compile(r"_target_|\$|hydra[./]|^[^=]*hydra\b|^-|[\n\r]")
 
+_ALIVE = set('"$`\\!')
+"""Signs that mean something to a shell inside of double quotes."""
 MOST_SIGNS = 20_000
 """Signs of all overrides of a file together: Hydra's parser takes a minute for 400,000."""
 _VALUED = {
@@ -39,6 +43,47 @@ def joined(words: Sequence[str]) -> list[str]:
         else:
             found.append(_VALUED.get(word, word))
     return found
+
+
+def typed(key: str, value: str | Sequence[str]) -> str:
+    """Return ``KEY=VALUE`` as it is typed in a shell for Hydra to read the same text again.
+
+    Args:
+        key: of the override.
+        value: a text or a list of them.
+
+    Example:
+        >>> print(typed("log", "flights/a"), typed("log", ["my flight", "2"]), typed("out", "a,b"))
+        log=flights/a "log=[my flight,'2']" "out='a,b'"
+    """
+    word = override(key, value)
+    # a word in quotes of Hydra reads best in those of the other kind
+    return f'"{word}"' if "'" in word and not _ALIVE & set(word) else shlex.quote(word)
+
+
+def override(key: str, value: str | Sequence[str]) -> str:
+    """Return the override of Hydra that sets a key to a text, or to a list of texts.
+
+    Example:
+        >>> override("robot", "quad, heavy")
+        "robot='quad, heavy'"
+    """
+    if isinstance(value, str):
+        return f"{key}={_quoted(value)}"
+    return f"{key}=[{','.join(map(_quoted, value))}]"
+
+
+def _quoted(text: str) -> str:
+    """Return a text in the quotes that Hydra needs to read it as a text, and as one."""
+    from hydra.core.override_parser.overrides_parser import OverridesParser
+    from hydra.errors import HydraException
+
+    with contextlib.suppress(HydraException):
+        if OverridesParser.create().parse_override(f"key=[{text}]").value() == [text]:
+            return text
+    # a backslash escapes a quotation mark, and itself before one
+    inside = re.sub(r"(\\*)('|$)", lambda m: 2 * m[1] + ("\\'" if m[2] else ""), text)
+    return f"'{inside}'"
 
 
 def refuse_dangerous(

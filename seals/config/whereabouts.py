@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from shlex import quote
 
 from seals.errors import ConfigError, UnknownPlugin, nearest, suggestion
 
@@ -21,7 +22,8 @@ def unknown_robot(given: str, installed: Sequence[str]) -> UnknownPlugin:
     urdf = _urdf(path)
     if urdf is not None:
         name = urdf.stem.lower().replace("-", "_").replace(".", "_")
-        advice = f"Make a robot of the URDF first: seals new robot my_{name} --urdf {urdf}"
+        place = quote(str(urdf))
+        advice = f"Make a robot of the URDF first: seals new robot my_{name} --urdf {place}"
         return _refusal(given, "holds no robot.yaml", advice)
     if given and path.exists():
         advice = "Make one of a URDF: seals new robot NAME --urdf FILE, or see: seals list robot"

@@ -266,6 +266,8 @@ class ActuatorOptions:
     """Power of the battery's voltage to which the drives' limits are proportional [1]."""
     scaled_by: ClassVar[Mapping[str, tuple[str, str]]] = {}
     """Parameter for a relative change of all drives, and unit, by the list that it scales."""
+    turned_by: ClassVar[Mapping[str, str]] = {}
+    """List of the drives' directions by the list whose effect changes its sign with them."""
 
     @property
     def fall(self) -> Floats | None:

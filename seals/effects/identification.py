@@ -204,6 +204,7 @@ class Addition:
         reported: their names in the report; None for the same.
         nuisance: parameters that the candidate frees but does not report.
         variant: tells variants apart, for example ``{"rotor": 2}``.
+        law: which form of the effect's law, where it offers several; empty for its usual one.
         starts: starting values of the named and nuisance parameters, one row each.
         order: stage, index of the medium or joint, and rank: candidates are tried in this order.
     """
@@ -215,6 +216,7 @@ class Addition:
     reported: tuple[str, ...] | None = None
     nuisance: tuple[str, ...] = ()
     variant: Mapping[str, float] = field(default_factory=dict)
+    law: str = ""
     starts: Sequence[Sequence[float]] = ()
     order: tuple[int, int, int] = (Stage.installed, 0, 0)
 
@@ -237,6 +239,7 @@ class Subject:
         media: in which the vehicle moves, water first.
         noise: 1-sigma of each measured channel, in its unit.
         shortfall: typical missing share of the battery's full voltage [1].
+        open_loop: whether the rotors' speeds were computed from signals to the motors.
     """
 
     robot: RobotModel
@@ -252,6 +255,7 @@ class Subject:
     media: tuple[MediumKind, ...]
     noise: Mapping[str, float] = field(default_factory=dict)
     shortfall: float = 0.1
+    open_loop: bool = False
 
     @property
     def mass(self) -> float:

@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from seals.arrays import Floats
 from seals.effects.discrepancy import DragExponent
+from seals.effects.drag_form import DragForm
 from seals.effects.drag_spread import fitted_spread
 from seals.effects.effect import Effect, MediumKind
 from seals.effects.identification import Addition, Freed, Stage, Subject, along_axes
@@ -54,6 +56,17 @@ def power_law_additions(
                 order=order,
             )
         )
+        for form in _other_forms(effect, nominal):
+            found.append(
+                Addition(
+                    instance=f"{name}_{medium.value}_{form.value}",
+                    effect=made(medium=medium, form=form),
+                    parameters=along_axes("coefficient", drawn, scale, low=-nominal),
+                    variant={"medium": int(water)},
+                    law=form.value,
+                    order=order,
+                )
+            )
         if nominal.any():
             shape = DragExponent(
                 power=power,
@@ -72,3 +85,13 @@ def power_law_additions(
                 )
             )
     return found
+
+
+def _other_forms(effect: Effect, nominal: Floats) -> tuple[DragForm, ...]:
+    """Return the forms that a drag may have besides its usual one.
+
+    Where neither a stated drag nor the hull says how it acts, the speed of the whole body may count
+    along each axis; forms with a size need a hull.
+    """
+    usual = getattr(effect, "form", None)
+    return (DragForm.isotropic,) if usual is DragForm.per_axis and not nominal.any() else ()

@@ -19,7 +19,7 @@ from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
-from seals.errors import ConfigError
+from seals.errors import ConfigError, LogError
 from seals.untrusted_io import plain_json, read_bytes
 
 LOCK = ".run.lock"
@@ -324,6 +324,27 @@ def _move(source: Path, target: Path, names: Any) -> None:
     for name in names:
         with contextlib.suppress(FileNotFoundError):
             os.rename(source / name, target / name)
+
+
+def refuse_cut_run(folder: Path) -> None:
+    """Refuse the folder of a run that wrote no log; the one of an earlier run is another's.
+
+    Args:
+        folder: without a log of its own.
+
+    Raises:
+        LogError: a run was cut off there, or still goes on.
+    """
+    earlier = sorted(path.parent for path in folder.glob("earlier_*/meta.yaml"))
+    begun = (FACTS, LOCK, *((NOTES,) if earlier else ()))
+    if not any((folder / name).exists() for name in begun):
+        return
+    state = "still goes on" if alive(folder) else "was cut off before it wrote one"
+    other = f"; that of the run before it is in {earlier[-1]}" if earlier else ""
+    raise LogError(
+        f"'{folder}' holds no log: the run in it {state}{other}.\n"
+        "Let a run come to its end there, or give the folder of another log."
+    )
 
 
 def id_of_log(folder: Path) -> str | None:

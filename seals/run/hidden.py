@@ -46,5 +46,10 @@ def hide(
     return found, change
 
 
+def holds(name: str, effects: Sequence[Mapping[str, Any]], wave: Any) -> bool:
+    """Return whether a nominal model holds an effect, or waves, of a name; see `hide`."""
+    return any(_means(e, name) for e in effects) or (name == WAVES and wave is not None)
+
+
 def _means(entry: Mapping[str, Any], name: str) -> bool:
     return name in (entry.get("instance"), entry["name"])

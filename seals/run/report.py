@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from seals.config.overrides import typed
 from seals.config.plugin_lookup import plugin_name
 from seals.report import Block, Code, Facts, Fold, Paragraph, Section, Table, write_page
 from seals.report.pictures import write_picture
@@ -196,9 +198,9 @@ def _values(plugin: Any) -> str:
 
 def _again(folder: Path, facts: dict[str, Any]) -> list[Block]:
     versions = ", ".join(f"{name} {number}" for name, number in facts["versions"].items())
-    given = " ".join(facts["overrides"])
+    given = shlex.join(facts["overrides"])
     return [
-        Code(text=f"seals run repeat={folder}\n# was: seals run {given}"),
+        Code(text=f"seals run {typed('repeat', str(folder))}\n# was: seals run {given}"),
         Table(head=("file", "what it holds"), rows=list(_FILES)),
         Paragraph(text=f"{versions}; revision {facts['git'] or 'unknown'}; {facts['machine']}."),
     ]

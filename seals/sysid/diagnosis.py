@@ -2,28 +2,27 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass, field, replace
 from typing import Any
 
-from seals.errors import LogError
 from seals.logs.log import Log
 from seals.schema import parameters_of
-from seals.sysid.calibration.free_numbers import same_number
-from seals.sysid.calibration.stated import stated_numbers
+from seals.sound_numbers import refuse_undefined, trials
+from seals.sysid.calibration.free_numbers import number_behind
+from seals.sysid.calibration.stated import StatedNumber, hull_of, stated_numbers
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.candidates.reported_values import deviation
 from seals.sysid.data.join import join_logs
 from seals.sysid.data.robot_description import RobotDescription
 from seals.sysid.decision.answer import Claim
 from seals.sysid.decision.evidence import EvidenceAnswer, decide
+from seals.sysid.decision.exact_numbers import explains_as_well, numbers_to_hold, with_exact
 from seals.sysid.decision.intervals import parameters
 from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.predictors.problem import Problem, prepare
-from seals.sysid.report.naming import parameter_words
+from seals.sysid.report.naming import log_names, parameter_words
 from seals.sysid.scores.held_out import held_out_by_log, held_out_misfit, stated_misfit
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 from seals.sysid.selection.log_search import search_log
@@ -44,8 +43,10 @@ class Diagnosis:
         seconds: that it took.
         source: path and checksum of the log, or a list of them, when it came from files.
         next_experiment: the flight that would settle what is open, as ``seals plan`` writes it.
+        without: effects that were left out of the nominal model.
+        hull: link of the robot that has its one hull; empty for the base.
         given_log: word of the command line that gave the log, for the commands that come next.
-        given_robot: likewise of the robot; empty where the log describes its vehicle.
+        given_robot: words that gave the robot and what is left out, each behind a blank.
     """
 
     problem: Problem
@@ -55,6 +56,8 @@ class Diagnosis:
     seconds: float
     source: Mapping[str, Any] = field(default_factory=dict)
     next_experiment: Mapping[str, Any] | None = None
+    without: tuple[str, ...] = ()
+    hull: str = ""
     given_log: str = "log=FOLDER"
     given_robot: str = ""
 
@@ -90,6 +93,7 @@ class Diagnosis:
             "nominal": nominal,
             "covariance": self.covariance(effects, nominal),
             "log": dict(self.source),
+            "without": list(self.without),
             "seconds": self.seconds,
         }
 
@@ -110,11 +114,11 @@ class Diagnosis:
 
     @property
     def logs(self) -> tuple[str, ...]:
-        """Names of the logs; for files the last part of the path."""
+        """Names of the logs."""
         given = self.source.get("logs") or [self.source]
         paths = [str(one["path"]) for one in given if "path" in one]
         spans = self.problem.samples.logs
-        return tuple(Path(p).name for p in paths) or tuple(s.name for s in spans) or ("log",)
+        return log_names(paths) or tuple(s.name for s in spans) or ("log",)
 
     def by_log(self) -> list[dict[str, Any]]:
         """Held-out misfit of each of several logs, ``before`` and ``after``; empty for one log."""
@@ -132,21 +136,18 @@ class Diagnosis:
         """Stated numbers that lie too far off to be chance, farthest first.
 
         Each has ``what`` (its name for ``seals calibrate`` where ``calibrates``), ``words``,
-        ``stated``, ``found``, ``unit`` and ``sigma``, the change in tolerances.
+        ``stated``, ``found``, ``unit`` and ``sigma``, the change in tolerances. Where drives turn
+        the other way, ``what`` is the name of their directions in ``file``, ``set`` are the right
+        ones, and ``by`` says which number shows it.
         """
         if not self.answer.stated_wrong:
             return []
         sets, vehicle = self.problem.plant.candidate_set, self.problem.vehicle
-        known, base = stated_numbers(vehicle, sets), vehicle.robot.links[0]
+        known = stated_numbers(vehicle, sets, hull=self.hull).values()
         out = []
         for moved in self.answer.stated_wrong:
-            own = [
-                number
-                for number in known.values()
-                if moved.key == number.key or moved.key in same_number(sets, number, base)
-            ]
             changes = sets.parameters[moved.key].changes
-            number = own[0] if own else None
+            number = number_behind(sets, known, moved.key, vehicle.robot.links[0])
             slope = number.slope if number is not None and number.key == moved.key else 1.0
             slope = slope if changes is None else changes.slope
             value = sets.nominal_of(moved.key) if number is None else number.value
@@ -156,17 +157,19 @@ class Diagnosis:
             field_name = sets.parameters[moved.key].parameter
             unit = meta[field_name].unit if field_name in meta else ""
             unit = number.unit if number is not None else unit
-            out.append(
-                {
-                    "what": moved.key if number is None else number.name,
-                    "calibrates": number is not None,
-                    "words": parameter_words(moved.key),
-                    "stated": value,
-                    "found": value + slope * moved.change,
-                    "unit": unit if changes is None else changes.unit,
-                    "sigma": moved.sigmas,
-                }
-            )
+            fitted = value + slope * moved.change
+            entry = {
+                "what": moved.key if number is None else number.name,
+                "calibrates": number is not None and number.allowed(fitted),
+                "words": parameter_words(moved.key),
+                "stated": value,
+                "found": fitted,
+                "unit": unit if changes is None else changes.unit,
+                "sigma": moved.sigmas,
+            }
+            if number is not None and number.directions and value * fitted < 0.0:
+                entry |= _directions(number, in_folder=bool(vehicle.written))
+            out.append(entry)
         return out
 
     def tried(self) -> list[dict[str, Any]]:
@@ -229,6 +232,7 @@ class Diagnosis:
         return self.answer.claims[0].hypothesis if self.answer.claims else self.search.nominal
 
 
+@trials()
 def diagnose(
     logs: Log | Sequence[Log],
     *,
@@ -257,16 +261,23 @@ def diagnose(
     found = search_log(problem, processes=processes, tell=lambda done: say(1 + done))
     answer = decide(problem, found, processes=processes)
     chosen = answer.claims[0].hypothesis if answer.claims else found.nominal
+    held = numbers_to_hold(problem, answer)
+    if held:
+        exact = with_exact(problem, held)
+        again = search_log(exact, processes=processes)
+        second = decide(exact, again, processes=processes)
+        if explains_as_well(answer, second, chosen):
+            problem, found = exact, again
+            answer = replace(second, stated_wrong=answer.stated_wrong)
+            chosen = answer.claims[0].hypothesis
     before = held_out_misfit(found.nominal)
-    if problem.samples.posed and not math.isfinite(before):
-        raise LogError(
-            "no misfit can be computed: readings, or the motion between them, are not finite.\n"
-            "Look at the channels of the log, or cut out the part that can be used."
-        )
+    after = held_out_misfit(chosen)
+    if problem.samples.posed:
+        refuse_undefined("misfit", [before, after])
     held_out = {
         "stated": stated_misfit(found.nominal),
         "before": before,
-        "after": held_out_misfit(chosen),
+        "after": after,
         "noise_floor": 1.0,
     }
     return Diagnosis(
@@ -274,8 +285,26 @@ def diagnose(
         search=found,
         answer=answer,
         held_out=held_out,
+        hull=hull_of(robot),
         seconds=time.perf_counter() - begin,
     )
+
+
+def _directions(number: StatedNumber, *, in_folder: bool) -> dict[str, Any]:
+    """Return what an entry of a wrong number says where its drives turn the other way.
+
+    Args:
+        number: that is found with the opposite sign.
+        in_folder: whether a robot's folder states it, in place of the log.
+    """
+    drives, name = number.key.partition(".")[0], number.turned_by.rpartition(".")[2]
+    return {
+        "what": number.turned_by if in_folder else f"vehicle.{drives}.{name}",
+        "file": "robot.yaml" if in_folder else "meta.yaml",
+        "words": f"directions of {drives}",
+        "by": parameter_words(number.key),
+        "set": [-turn for turn in number.directions],
+    }
 
 
 def _effect(claim: Claim[EvidenceHypothesis], logs: Sequence[str]) -> dict[str, Any]:
@@ -331,6 +360,8 @@ def _place(candidate: Candidate, hypothesis: EvidenceHypothesis) -> dict[str, An
     variant, out = candidate.variant, dict[str, Any]()
     if "medium" in variant:
         out["medium"] = "water" if variant["medium"] else "air"
+    if candidate.law:
+        out["law"] = candidate.law
     if "link" in variant:
         link = int(variant["link"])
         out["link"] = vehicle.robot.links[link] if vehicle.written else link

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from seals.config.overrides import typed
 from seals.control.key_events import Event, read_track, write_track
 from seals.errors import ConfigError, suggestion
 from seals.run.application import run_into, short_path
@@ -138,5 +139,6 @@ def _keep_keys(folder: Path, config: Any, events: Sequence[Event], end: float) -
         kept.guide.script = str(path.resolve())
         kept.time.duration = end
     write_config(folder, kept)
-    print(f"the same again: seals run repeat={short_path(folder)}")
-    print(f"its keys with another robot or sea: seals teleop script={short_path(path)}")
+    print(f"the same again: seals run {typed('repeat', str(short_path(folder)))}")
+    again = typed("script", str(short_path(path)))
+    print(f"its keys with another robot or sea: seals teleop {again}")

@@ -49,3 +49,20 @@ def test_lost_samples_do_not_count() -> None:
     value, _ = adaptive_polynomial(seen, STEP, bandwidth=WIDE, sigma=SIGMA)
     assert np.isfinite(value).all()
     assert np.abs(value - place).max() < 6.0 * SIGMA
+
+
+def test_columns_with_gaps_of_their_own_are_smoothed_as_alone() -> None:
+    """What one column misses neither spreads to another nor takes samples from it."""
+    seen, _, _ = fall(impact=True)
+    both = np.column_stack([seen, seen[::-1]])
+    both[100:110, 0], both[200::3, 1] = np.nan, np.nan
+    for smooth in (
+        lambda v: local_polynomial(v, STEP, bandwidth=WIDE),
+        lambda v: local_polynomial(v, STEP, bandwidth=0.002),
+    ):
+        together = smooth(both)
+        for k in range(2):
+            for whole, alone in zip(together, smooth(both[:, [k]]), strict=True):
+                np.testing.assert_array_equal(whole[:, [k]], alone)
+    value, slope = adaptive_polynomial(both, STEP, bandwidth=WIDE, sigma=SIGMA)
+    assert np.isfinite([value, slope]).all()

@@ -164,3 +164,17 @@ def test_a_data_sheet_in_the_robot_folder_goes_into_the_log(bench: Path) -> None
     # half of the full voltage: half the speed
     assert log.columns["rotor_speed_cmd_1"][7] == pytest.approx(3053 * 0.25)
     assert log.meta["vehicle"]["name"] == "raft"
+
+
+def test_a_log_without_a_pose_is_told_what_a_diagnosis_lacks(
+    bench: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """With a robot: no command is printed that would be refused; a stated start is enough."""
+    words = ["convert", "log=tank.csv", "map=map.yaml", "robot=ball"]
+    assert main([*words, "out=tank"]) == 0
+    said = capsys.readouterr().out
+    assert "no diagnosis yet: the log has no position and orientation" in said
+    assert "seals diagnose" not in said
+    (bench / "start.yaml").write_text("initial_state: [{position: [0, 0, 0]}]\n")
+    assert main([*words, "meta=start.yaml", "out=known"]) == 0
+    assert "seals diagnose log=known robot=ball" in capsys.readouterr().out

@@ -301,9 +301,31 @@ def test_a_wrong_number_is_printed_with_what_to_do() -> None:
     first, last = wrong_lines([number])
     assert "stated 1.36e-07 N m/(rad/s)^2, found -1.39e-07" in first
     assert "20.2 tolerances off; the sign is opposite" in first
-    assert "seals calibrate log=FOLDER parameters=[actuators.rotors.torque_coefficient]" in last
+    assert "seals calibrate log=FOLDER 'parameters=[actuators.rotors.torque_coefficient]'" in last
     assert wrong_lines([]) == []
     assert wrong_lines([{**number, "calibrates": False}])[1] == "  measure again"
+
+
+def test_reversed_rotors_are_told_as_directions() -> None:
+    """No calibration may give that number: the line of the robot's file to change is printed."""
+    number = {
+        "what": "actuators.rotors.direction",
+        "calibrates": False,
+        "file": "robot.yaml",
+        "words": "directions of rotors",
+        "by": "reaction torque of the rotors",
+        "stated": 1.36e-7,
+        "found": -1.39e-7,
+        "unit": "N m/(rad/s)^2",
+        "sigma": -20.2,
+        "set": [-1.0, 1.0],
+    }
+    mass = {**number, "what": "mass", "calibrates": True, "words": "mass", "stated": 1.0}
+    del mass["set"], mass["by"]
+    first, _, change, last = wrong_lines([number, mass], "log=c robot=quad")
+    assert "directions of rotors (actuators.rotors.direction), by the reaction torque" in first
+    assert change.endswith("in robot.yaml, actuators.rotors: direction: [-1.0, 1.0]")
+    assert last == "  then: seals diagnose log=c robot=quad"
 
 
 @pytest.mark.parametrize(("moves", "level", "told"), [(1.0, 0.3, True), (0.0, 0.3, False)])

@@ -14,6 +14,7 @@ from seals.errors import ConfigError
 from seals.motion import Body, Drives, Inputs, Medium, Motion
 from seals.plugins.effects.battery_sag import BatterySag
 from seals.plugins.effects.ground_effect import GroundEffect
+from seals.plugins.effects.motor_curve import MotorCurve
 from seals.plugins.effects.rotor_drag import DragRotor
 from seals.plugins.effects.thrust_coefficient import ThrustCoefficient
 from seals.plugins.effects.thrust_in_water import ThrustInWater
@@ -202,3 +203,30 @@ def test_an_effect_of_size_zero_changes_nothing(effect: Effect) -> None:
     found = act(effect, motion(0.05), voltage=12.0)
     assert_array_equal(found.thrust, drives().thrust)
     assert_array_equal(found.torque, drives().torque)
+
+
+def test_a_propeller_that_slips_loses_torque_with_its_thrust() -> None:
+    """A fifth of both; the other rotor keeps all."""
+    after = act(WeakRotor(rotor=2, relative_loss=0.2, torque_share=1.0), motion())
+    assert_allclose(after.thrust, [[3.0, 4.0]])
+    assert_allclose(after.torque, [[-0.03, 0.04]])
+
+
+def test_a_motor_curve_moves_speeds_and_their_squares() -> None:
+    """By w = 50 sign(w_0) + 0.9 w_0 400 becomes 410, -200 becomes -230; one at rest stays."""
+    at = drives()._replace(
+        speed=np.array([[400.0, -200.0, 0.0]]),
+        thrust=np.array([[4.0, 1.0, 0.0]]),
+        torque=np.array([[0.4, 0.1, 0.0]]),
+    )
+    bound = bind_effects({"it": MotorCurve(offset=50.0, slope_change=-0.1)}, ["base"])
+    params = bound.with_values({}, np.zeros(1), 1).bound[0].params
+    after = MotorCurve.actuation(at, motion(), medium(), Inputs(0.0, np.zeros((1, 0))), params)
+    assert after.speed is not None
+    assert_allclose(after.speed, [[410.0, -230.0, 0.0]])
+    assert_allclose(after.thrust, [[4.0 * (410 / 400) ** 2, (230 / 200) ** 2, 0.0]])
+    assert_allclose(after.torque, [[0.4 * (410 / 400) ** 2, 0.1 * (230 / 200) ** 2, 0.0]])
+    still = MotorCurve.actuation(
+        drives(), motion(), medium(), Inputs(0.0, np.zeros((1, 0))), params
+    )
+    assert_array_equal(still.thrust, drives().thrust)

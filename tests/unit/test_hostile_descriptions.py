@@ -302,8 +302,7 @@ def test_what_an_answer_leaves_open_is_bounded(name: str, monkeypatch: pytest.Mo
         effects=(effect,) * count,
         verdict="named",
         chosen=False,
-        log="",
-        sha256="",
+        logs={},
         nominal={},
     )
     if not wrong:

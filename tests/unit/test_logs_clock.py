@@ -11,6 +11,7 @@ import pytest
 from seals.errors import LogError
 from seals.logs import Log, check_log, read_native, refuse_if_bad
 from seals.logs.clock import in_seconds
+from seals.logs.column_map import ColumnMap
 from seals.logs.csv import read_csv
 
 META = "format: hidden-effect-log\nformat_version: 1\n"
@@ -87,7 +88,7 @@ def test_dates_of_a_mapped_column_and_in_parquet(tmp_path: Path) -> None:
     stamps = [f"2024-01-01T00:00:{time:06.3f}" for time in SECONDS]
     _folder(tmp_path, stamps, "when")
     columns = {"when": "t", "specific_force_z": "specific_force_z"}
-    log = read_csv(tmp_path / "log.csv", columns=columns)
+    log = read_csv(tmp_path / "log.csv", ColumnMap(columns=columns))
     np.testing.assert_allclose(log.time - YEAR_2024, SECONDS, atol=1e-6)
     (tmp_path / "log.csv").unlink()
     nanoseconds = pa.array(np.array(_at(10**9, start=YEAR_2024)), pa.timestamp("ns"))
@@ -102,9 +103,9 @@ def test_a_name_tells_the_unit_and_a_given_unit_counts_first(tmp_path: Path) -> 
     stamps = [k * 3 for k in range(ROWS)]
     _folder(tmp_path, stamps, "stamp_ms")
     columns = {"stamp_ms": "t", "specific_force_z": "depth"}
-    read = read_csv(tmp_path / "log.csv", columns=columns)
+    read = read_csv(tmp_path / "log.csv", ColumnMap(columns=columns))
     np.testing.assert_allclose(read.time, np.array(stamps) * 1e-3)
-    read = read_csv(tmp_path / "log.csv", columns=columns, units={"stamp_ms": "s"})
+    read = read_csv(tmp_path / "log.csv", ColumnMap(columns=columns, units={"stamp_ms": "s"}))
     np.testing.assert_allclose(read.time, stamps)
     assert "clock" not in read.meta
 

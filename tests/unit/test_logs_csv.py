@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 from seals.errors import LogError
+from seals.logs.channels import CHANNELS
+from seals.logs.column_map import ColumnMap
 from seals.logs.units import UNITS, find_unit, to_si
 from seals.plugins.readers.csv import ReaderCsv
 
@@ -107,6 +109,13 @@ def test_wrong_options_are_refused_at_once() -> None:
         (500.0, "cm^3", 5e-4),
         (16.0, "oz", 0.45359237),
         (50.0, "%", 0.5),
+        (212.0, "degF", 373.15),
+        (1.0, "gauss", 1e-4),
+        (250.0, "mA", 0.25),
+        (4500.0, "cdeg", math.pi / 4),
+        (2.0, "mdeg/s", 3.490658504e-5),
+        (1.0, "mph", 0.44704),
+        (60.0, "RPM", 2 * math.pi),
         (1.0, "m/s2", 1.0),
     ],
 )
@@ -126,6 +135,51 @@ def test_every_si_unit_is_itself_a_unit() -> None:
     for unit in {entry.si for entry in UNITS.values()}:
         assert UNITS[unit].scale == 1.0
         assert UNITS[unit].offset == 0.0
+
+
+def test_every_channel_can_be_stated_in_its_own_unit() -> None:
+    """A battery current in A and a magnetic field in T were refused."""
+    assert not {channel.unit for channel in CHANNELS.values()} - set(UNITS)
+
+
+def test_numbers_of_a_converter_have_a_factor_and_an_offset(tmp_path: Path) -> None:
+    """A gyroscope of 16.4 counts for a degree per second; Hall sensor of 66 mV/A about 2.5 V."""
+    file = _file(tmp_path, "t,w,i,p\n0,1640,2.83,1500\n1,-82,2.17,1100\n")
+    names = {"t": "t", "w": "angular_velocity_x", "i": "battery_current", "p": "motor_pwm_1"}
+    (log,) = ReaderCsv(
+        columns=names,
+        units={"w": "deg/s", "i": "A", "p": "us"},
+        scale={"w": 1 / 16.4, "i": 1 / 0.066},
+        offset={"i": -2.5 / 0.066},
+        negate=["w"],
+    ).read(file)
+    assert np.degrees(log.columns["angular_velocity_x"]) == pytest.approx([-100.0, 5.0])
+    assert log.columns["battery_current"] == pytest.approx([5.0, -5.0])
+    assert log.columns["motor_pwm_1"] == pytest.approx([1500.0, 1100.0], rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"scale": {"acc": 0.0}}, "scale of 'acc' is 0"),
+        ({"scale": {"acc": math.nan}}, "Allowed: a finite number"),
+        ({"scale": {"acc": "two"}}, "Allowed: a finite number"),
+        ({"offset": {"acc": True}}, "offset of 'acc' is True"),
+        ({"scale": {"ac": 2.0}}, "scale names 'ac', which is not mapped.\nDid you mean 'acc'"),
+    ],
+)
+def test_wrong_factors_are_refused(tmp_path: Path, changes: dict[str, object], words: str) -> None:
+    """A factor of nothing, of no number or of no column."""
+    with pytest.raises(LogError, match=words):
+        _reader(**changes).read(_file(tmp_path))
+
+
+def test_a_clock_of_ticks_is_counted_as_stated(tmp_path: Path) -> None:
+    """A factor of the time column is not taken for a guess: 4096 ticks a second."""
+    file = _file(tmp_path, "tick,depth\n0,1\n4096,2\n8192,3\n")
+    reader = ReaderCsv(columns={"tick": "t", "depth": "depth"}, scale={"tick": 1 / 4096})
+    assert reader.read(file)[0].time.tolist() == [0.0, 1.0, 2.0]
+    assert ColumnMap(scale={"a": 2.0}, offset={"a": 1.0}).converted(np.ones(1), "a", "x") == [3.0]
 
 
 @pytest.mark.parametrize(

@@ -67,6 +67,7 @@ CHECKED = {
     "plugins/backends/pybullet/backend.py",
     "plugins/readers/balls.py",
     "plugins/readers/mcap_file.py",
+    "plugins/readers/rosbag1_file.py",
     "plugins/readers/rosbag2_file.py",
     "seals/check/meshes.py",
     "seals/check/robot.py",

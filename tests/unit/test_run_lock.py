@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import signal
@@ -25,6 +26,7 @@ from seals.logs.run_folder import (
     new_id,
     set_aside,
 )
+from seals.registry import get
 from seals.run import application
 from seals.sweep.rows import find_rows
 from seals.world import World
@@ -129,6 +131,25 @@ def test_second_run_is_refused(elsewhere: Path, capsys: pytest.CaptureFixture[st
         assert in_a_thread(lambda: main([*LINE, f"hydra.run.dir={folder}"])) == 2
         assert written(folder) == before
     assert "in use" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("living", [False, True])
+def test_the_log_of_an_earlier_run_is_not_read_for_one_cut_off(
+    elsewhere: Path, living: bool
+) -> None:
+    """A run that was killed, or goes on, leaves the log of the one before in a subfolder."""
+    reader = get("reader", "native").load()()
+    folder = elsewhere / "a"
+    assert main([*LINE, f"out={folder}"]) == 0
+    assert [log.name for log in reader.read(folder)] == ["a"]
+    assert set_aside(folder) == folder / "earlier_1"
+    with held(folder) if living else contextlib.nullcontext():
+        if not living:
+            (folder / LOCK).touch()
+        said = "still goes on" if living else "was cut off before it wrote one"
+        with pytest.raises(LogError, match=f"{said}; that of the run before it is in .*earlier_1"):
+            reader.read(folder)
+    assert len(reader.read(folder / "earlier_1")) == 1
 
 
 def test_earlier_products_move_aside_and_back(elsewhere: Path) -> None:

@@ -56,6 +56,27 @@ def test_a_doppler_log_of_two_axes_leaves_the_third_to_the_depth() -> None:
     np.testing.assert_allclose(states.angular_velocity, 0.0, atol=1e-9)
 
 
+def test_every_component_may_miss_rows_of_its_own() -> None:
+    """A cell without a sample in each component at other rows leaves no gap in the motion."""
+    log = dive("depth")
+    time, columns = log.time, {"position_z": -0.5 - 0.2 * log.time}
+    names = [n for n in log.columns if n[:3] in ("pos", "ori", "ang")] + ["position_z"]
+    for k, name in enumerate(names):
+        values = np.array(columns.get(name, log.columns.get(name)), dtype=float)
+        values[k :: len(names) + 1] = np.nan
+        columns[name] = values
+    samples = read_samples(log.with_columns(columns), VEHICLE)
+    turned = np.isfinite(samples.channels["orientation"])
+    assert (turned == turned[:, :1]).all()
+    assert not turned.all()
+    states = measured_trajectory(samples, VEHICLE)
+    place = np.column_stack([0.3 * time, 0.0 * time, -0.5 - 0.2 * time])
+    np.testing.assert_allclose(states.position, place, atol=1e-9)
+    np.testing.assert_allclose(states.velocity, np.tile([0.3, 0.0, -0.2], (100, 1)), atol=1e-9)
+    np.testing.assert_allclose(states.quaternion, np.tile([0, 0, 0, 1.0], (100, 1)), atol=1e-9)
+    np.testing.assert_allclose(states.angular_velocity, 0.0, atol=1e-9)
+
+
 @pytest.mark.parametrize("name", ["position_x", "depth"])
 def test_a_place_without_samples_is_refused_by_name(name: str) -> None:
     """It ended in an answer with a misfit of nan."""

@@ -22,6 +22,41 @@ def test_raised_disc_meets_wagners_condition() -> None:
     assert float(slam.raised(depth)) == pytest.approx(4 / 3 * c**3, rel=5 * depth)
 
 
+def test_cone_meets_wagners_condition_and_goes_on_with_its_drag() -> None:
+    """The raised water is at the edge at the depth of the condition; from there on drag acts."""
+    slope = np.tan(slam.DEADRISE)
+    # h = int_0^(pi/2) f(c sin t) sin t dt, f = r tan(deadrise), c = R = 1
+    condition = quad(lambda t: slope * np.sin(t) ** 2, 0, np.pi / 2)[0]
+    assert condition == pytest.approx(slam.EDGE, rel=1e-9)
+    assert float(slam.cone(slam.EDGE)) == pytest.approx(4 / 3, rel=1e-12)
+    assert float(slam.cone(0.5 * slam.EDGE)) == pytest.approx(4 / 3 / 8, rel=1e-12)
+    gain = float(slam.cone(1.0) - slam.cone(0.6)) / 0.4
+    assert 2.0 / np.pi * gain == pytest.approx(slam.CONE_DRAG, rel=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.xfail(strict=True, reason="3.2 at eight spacings and 3.5 at twelve against 2.26")
+def test_a_cone_has_the_impulse_of_theory_at_a_radius() -> None:
+    """Slam and cavity drag within 15 %; known to be missed, so a mend is seen."""
+    found = slam.slam(8, slam.Grade(quick=True, threads=2), nose="cone", deepest=1.05)
+    assert found.at(1.0) == pytest.approx(float(slam.cone(1.0)), rel=0.15)
+
+
+@pytest.mark.slow
+def test_a_sphere_has_the_impulse_of_theory_at_twelve_spacings() -> None:
+    """Within 8 % at 0.3 and 0.5 radii, and of half a sphere's added mass within 15 % at one."""
+    found = slam.slam(12, slam.Grade(quick=True, threads=2), deepest=1.15)
+    for b in slam.JUDGED:
+        assert found.at(b) == pytest.approx(float(slam.fitted(b)), rel=0.08)
+    assert found.at(1.0) == pytest.approx(np.pi / 3, rel=0.15)
+
+
+def test_drag_is_the_slope_of_the_impulse() -> None:
+    """C_s = 2 F / (rho pi R^2 V^2) from the impulse over some way."""
+    depth = np.linspace(0.0, 2.0, 201)
+    assert slam.Slam(depth, 0.25 * np.pi * depth, 1, 0.1).drag(1.0) == pytest.approx(0.5)
+
+
 def test_line_between_the_discs_judges() -> None:
     """An impulse below the disc of undisturbed water, or above the raised one, is missed."""
     assert slam.between("x", 0.54, 0.0).passed

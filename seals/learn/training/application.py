@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from seals.config.overrides import typed
 from seals.errors import SealsError
 from seals.learn.learner import need_torch
 from seals.learn.metadata import config_hash
@@ -46,7 +47,7 @@ def execute(config: Any) -> int:
         outcome = train_into(folder, config, overrides=overrides, resume=resume)
     except KeyboardInterrupt:
         if (folder / FILE).exists():
-            print(f"To go on: seals train resume={folder}", file=sys.stderr)
+            print(f"To go on: seals train {typed('resume', str(folder))}", file=sys.stderr)
         raise
     _print_lines(folder, outcome)
     return 0

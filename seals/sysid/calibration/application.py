@@ -16,8 +16,7 @@ from seals.sysid.calibration.calibration import STAGES, Calibration, calibrated
 from seals.sysid.calibration.next_flight import NextFlight, next_flight
 from seals.sysid.calibration.settings import CalibrateSettings
 from seals.sysid.calibration.words import HEAD, error_sentence, remarks, row
-from seals.sysid.data.robot_description import RobotDescription, described
-from seals.sysid.report.given_logs import make_folder, places_of, read_log, sources
+from seals.sysid.report.given_logs import GivenLogs, given_logs, make_folder, sources
 from seals.terminal import drawing
 
 ANSWER, ROBOT = "calibration.json", "robot"
@@ -55,9 +54,9 @@ def execute(config: Any) -> int:
         raise ConfigError(
             "log is not given.\nSay which: seals calibrate log=FOLDER parameters=[mass] out=FOLDER"
         )
+    given = given_logs(config)
     check_value("prior", config.prior, parameters_of(CalibrateSettings)["prior"])
-    robot = described(config)
-    if config.apply and robot is None:
+    if config.apply and not config.robot.folder:
         raise ConfigError(
             "apply=true needs the robot's folder.\nGive it: robot=FOLDER, or leave apply out."
         )
@@ -66,7 +65,7 @@ def execute(config: Any) -> int:
         raise ConfigError(f"{out / ROBOT} is there already.\nGive another folder: out=FOLDER")
     make_folder(out)
     with progress("calibrating", STAGES + 2) as tell:
-        outcome = _outcome(config, robot, tell)
+        outcome = _outcome(given, tell)
         tell(STAGES + 1)
         pages = _write(config, outcome, out)
     _print(outcome)
@@ -75,21 +74,24 @@ def execute(config: Any) -> int:
     return 0
 
 
-def _outcome(config: Any, robot: RobotDescription | None, tell: Any) -> Outcome:
+def _outcome(given: GivenLogs, tell: Any) -> Outcome:
     """Calibrate, derive the edited robot files, and propose the next flight."""
-    places = places_of(config.log, key="log")
+    config = given.config
     held = config.held_out
     unseen = None if held is None else find_log(str(held), key="held_out")
+    log, robot = given.read()
     found = calibrated(
-        [read_log(config, place) for place in places],
+        log,
         [str(name) for name in config.parameters],
         robot=robot,
-        held_out=None if unseen is None else read_log(config, unseen),
+        held_out=None if unseen is None else replace(given, places=(unseen,)).read()[0],
         prior=float(config.prior),
         tell=tell,
     )
-    found = replace(found, source=sources(places))
-    edit = None if robot is None else edited(found, Path(config.robot.folder), robot.robot)
+    words = f"{given.log_words}{given.robot_words}"
+    found = replace(found, source=sources(given.places), given=words)
+    folder = Path(config.robot.folder) if config.robot.folder else None
+    edit = None if folder is None or robot is None else edited(found, folder, robot.robot)
     return Outcome(found=found, edit=edit, flight=next_flight(found) if config.plan else None)
 
 

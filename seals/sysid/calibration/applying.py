@@ -63,14 +63,20 @@ def edited(found: Calibration, folder: Path, robot: RobotModel) -> Edited:
     before = {ROBOT: read_text(folder / ROBOT)}
     after, notes = dict(before), []
     for number in found.numbers:
-        if not found.determined(number):
+        if found.at_bound(number):
+            notes.append(f"{number.name} stays as stated: it would leave what is allowed.")
+        elif not found.determined(number):
             notes.append(f"{number.name} stays as stated: the logs do not determine it.")
         elif "." in number.name:
             try:
                 after[ROBOT] = _with(after[ROBOT], number, found.value(number))
             except ConfigError as refusal:
                 notes.append(str(refusal).replace("\n", " "))
-    whole = [n for n in found.numbers if "." not in n.name and found.determined(n)]
+    whole = [
+        n
+        for n in found.numbers
+        if "." not in n.name and found.determined(n) and not found.at_bound(n)
+    ]
     if whole and name:
         before[name] = read_text(folder / name)
         try:

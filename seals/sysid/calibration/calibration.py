@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -11,11 +12,12 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.logs.log import Log
+from seals.sound_numbers import refuse_undefined, trials
 from seals.sysid.calibration.fitting import ROUNDS, Solution, solve
 from seals.sysid.calibration.free_numbers import with_free_numbers
 from seals.sysid.calibration.held_out import left_out_misfit, unseen_misfit
 from seals.sysid.calibration.names import chosen
-from seals.sysid.calibration.stated import StatedNumber, stated_numbers
+from seals.sysid.calibration.stated import StatedNumber, hull_of, stated_numbers
 from seals.sysid.candidates.parameters import CandidateSet
 from seals.sysid.data.join import join_logs
 from seals.sysid.data.robot_description import RobotDescription
@@ -26,6 +28,8 @@ PRIOR = 0.5
 """1-sigma of the prior of a number as a share of what is stated."""
 STAGES = ROUNDS + 2
 """Stages that a calibration tells of: the log, linearisations, the held-out log."""
+_AT = 1e-6
+"""Relative distance from a bound at which a number counts as held by it."""
 _NORMAL90 = 1.6449
 """Half width of a 90 % interval in standard deviations."""
 
@@ -43,6 +47,7 @@ class Calibration:
         unseen: whether these are of a log of their own, not of parts left out in turn.
         seconds: that it took.
         source: path and checksum of the logs, when they came from files.
+        given: words of the command line that gave logs and robot.
     """
 
     problem: Problem
@@ -52,6 +57,7 @@ class Calibration:
     unseen: bool
     seconds: float
     source: Mapping[str, Any] = field(default_factory=dict)
+    given: str = ""
 
     def value(self, number: StatedNumber) -> float:
         """Return the calibrated value of a number."""
@@ -95,6 +101,12 @@ class Calibration:
     def determined(self, number: StatedNumber) -> bool:
         """Return true if the logs narrow the prior of a number enough to determine it."""
         return self.sigma(number) < self.problem.policy.undetermined * self.prior(number)
+
+    def at_bound(self, number: StatedNumber) -> bool:
+        """Return true if the logs ask for a value beyond what is allowed for a number."""
+        change = self.solution.fit.values[number.key]
+        ends = [number.change(bound) for bound in number.bounds if math.isfinite(bound)]
+        return any(math.isclose(change, end, rel_tol=_AT) for end in ends)
 
     @property
     def correlation(self) -> Floats:
@@ -147,6 +159,7 @@ class Calibration:
         }
 
 
+@trials()
 def calibrated(
     logs: Log | Sequence[Log],
     parameters: Sequence[str],
@@ -172,7 +185,7 @@ def calibrated(
     """
     begin = time.perf_counter()
     numbers: list[StatedNumber] = []
-    hull = "" if robot is None else _hull(robot)
+    hull = hull_of(robot)
 
     def free(vehicle: Vehicle, candidate_set: CandidateSet) -> CandidateSet:
         every = stated_numbers(vehicle, candidate_set, hull=hull)
@@ -192,6 +205,7 @@ def calibrated(
     else:
         other = prepare(held_out, robot=robot, free=free)
         before, after = unseen_misfit(other, [stated, values], at=values)
+    refuse_undefined("calibration", [before, after, *(values[n.key] for n in numbers)])
     tell(STAGES)
     return Calibration(
         problem=problem,
@@ -223,10 +237,3 @@ def score_on(found: Calibration, log: Log, *, robot: RobotDescription | None = N
 def _like(own: CandidateSet, other: CandidateSet) -> CandidateSet:
     """Return a candidate set with the parameters of another one of the same vehicle."""
     return replace(own, parameters=other.parameters)
-
-
-def _hull(robot: RobotDescription) -> str:
-    """Name of the one link of a robot that has a hull; empty for none or several."""
-    model = robot.robot
-    wet = [n for n, h in zip(model.links, model.hulls, strict=True) if h is not None]
-    return wet[0] if len(wet) == 1 else ""

@@ -79,8 +79,8 @@ class Calibrator(Settable):
             LogError: a log cannot be used.
         """
         every = [log] if isinstance(log, Log | str | Path) else list(log)
-        logs = [read_usable(one) for one in every]
-        unseen = None if held_out is None else read_usable(held_out)
+        logs = [read_usable(one, robot=self.robot) for one in every]
+        unseen = None if held_out is None else read_usable(held_out, robot=self.robot)
         with one_thread(), bar(self.progress, "calibrating", STAGES) as tell:
             found = calibrated(
                 logs,
@@ -125,7 +125,8 @@ class Calibrator(Settable):
         """
         found = self.calibration_
         with one_thread():
-            return -score_on(found, read_usable(log), robot=_robot(self.robot))
+            other = read_usable(log, robot=self.robot)
+            return -score_on(found, other, robot=_robot(self.robot))
 
     def report(self, folder: str | Path) -> Path:
         """Write ``report.html`` of the calibration; return its path.

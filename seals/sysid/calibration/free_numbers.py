@@ -84,20 +84,39 @@ def same_number(candidate_set: CandidateSet, number: StatedNumber, base: str) ->
         number: of the stated model.
         base: name of the base link.
     """
-    name = number.name.rpartition(".")[2]
+    return [
+        key
+        for key, parameter in candidate_set.parameters.items()
+        if parameter.tolerance != 0.0 and _describes(candidate_set, key, number, base)
+    ]
+
+
+def _describes(candidate_set: CandidateSet, key: str, number: StatedNumber, base: str) -> bool:
+    """Return true if a parameter names a number, or changes the same field of the same law."""
+    parameter = candidate_set.parameters[key]
     instance, _, field = number.key.partition(".")
-    own = candidate_set.effects.get(instance)
-    found = []
-    for key, parameter in candidate_set.parameters.items():
-        if parameter.tolerance == 0.0:
-            continue
-        changes = parameter.changes
-        other = candidate_set.effects.get(parameter.instance)
-        named = changes is not None and changes.name == name and changes.value == number.value
-        alike = parameter.parameter == field
-        if key == number.key or named or (alike and _same_law(own, other, base)):
-            found.append(key)
-    return found
+    changes, name = parameter.changes, number.name.rpartition(".")[2]
+    if key == number.key:
+        return True
+    if changes is not None and changes.name == name and changes.value == number.value:
+        return True
+    effects = candidate_set.effects
+    own, other = effects.get(instance), effects.get(parameter.instance)
+    return parameter.parameter == field and _same_law(own, other, base)
+
+
+def number_behind(
+    candidate_set: CandidateSet, known: Iterable[StatedNumber], key: str, base: str
+) -> StatedNumber | None:
+    """Return the stated number that a parameter changes; None where none does.
+
+    Args:
+        candidate_set: extended model.
+        known: numbers of the vehicle.
+        key: of the parameter.
+        base: name of the base link.
+    """
+    return next((n for n in known if _describes(candidate_set, key, n, base)), None)
 
 
 _OPTIONS = ("medium", "rotor", "joint")

@@ -55,13 +55,14 @@ class NextFlight:
 
 
 def next_flight(found: Calibration) -> NextFlight | None:
-    """Return the best manoeuvre for the first undetermined number; None where all are determined.
+    """Return the best manoeuvre for the first undetermined number; None where there is none.
 
     The other numbers count as known as well as the logs tell them.
     """
     from seals.sysid.experiment_design.ranking import propose
 
-    number = next((n for n in found.numbers if not found.determined(n)), None)
+    open_ones = (n for n in found.numbers if not (found.determined(n) or found.at_bound(n)))
+    number = next(open_ones, None)
     if number is None:
         return None
     prior = found.prior(number)

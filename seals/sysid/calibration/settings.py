@@ -6,24 +6,20 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from seals.field_roles import roles
-from seals.robot.settings import LogRobotSettings
 from seals.schema import param
+from seals.sysid.report.settings import GivenLogsSettings
 
 
-@roles(
-    data="name parameters reader plan report", read="log held_out", write="out", permission="apply"
-)
+@roles(data="name parameters plan report", read="held_out", write="out", permission="apply")
 @dataclass(kw_only=True)
-class CalibrateSettings(LogRobotSettings):
+class CalibrateSettings(GivenLogsSettings):
     """Settings of a calibration: logs of one vehicle, numbers to estimate, output folder.
 
     Args:
         name: of the calibration, part of the run folder's name.
-        log: log folder or file, or a list of them: of one vehicle, fitted together.
         parameters: names of the numbers as in ``robot.yaml``, groups of them, or patterns:
             ``mass``, ``inertia``, ``effects.water_drag``, ``actuators.*``.
         held_out: another log of the vehicle, which judges and is not fitted.
-        reader: plug-in that reads the logs.
         out: folder of the answer, or None for the run's folder.
         prior: 1-sigma of what is asked for, as a share of what is stated.
         apply: whether to write a copy of the robot's folder with the new numbers.
@@ -32,10 +28,8 @@ class CalibrateSettings(LogRobotSettings):
     """
 
     name: str = "calibrate"
-    log: Any = None
     parameters: list[str] = field(default_factory=list)
     held_out: Any = None
-    reader: Any = None
     out: str | None = None
     prior: float = param(
         0.5, "1", bounds=(0.01, 10.0), tolerance=0.0, source="chosen: wrong by half", fit=False

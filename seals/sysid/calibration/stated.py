@@ -15,6 +15,7 @@ from seals.plugin_options import options_of
 from seals.schema import parameters_of
 from seals.sysid.candidates.activity import ACTIVE
 from seals.sysid.candidates.parameters import CandidateSet, Parameter
+from seals.sysid.data.robot_description import RobotDescription
 from seals.sysid.data.vehicle import Vehicle
 
 ACTUATORS, EFFECTS, HULLS, SENSORS = "actuators", "effects", "hulls", "sensors"
@@ -39,6 +40,9 @@ class StatedNumber:
         bounds: of the number.
         offered: whether a name with a wildcard means it; a zero that only switches a law off is
             meant by its own name alone.
+        directions: of the drives with whose signs that of the number changes, as stated; empty for
+            none.
+        turned_by: their name in ``robot.yaml``.
     """
 
     name: str
@@ -48,6 +52,12 @@ class StatedNumber:
     slope: float = 1.0
     bounds: tuple[float, float] = (-math.inf, math.inf)
     offered: bool = True
+    directions: tuple[float, ...] = ()
+    turned_by: str = ""
+
+    def allowed(self, number: float) -> bool:
+        """Return whether a value lies within the bounds."""
+        return self.bounds[0] <= number <= self.bounds[1]
 
     def number(self, change: float) -> float:
         """Convert a change of the model's parameter to the stated number."""
@@ -74,6 +84,15 @@ def stated_numbers(
         found += _fields(_head(vehicle, instance), instance, effect)
     found += _sensors(vehicle, candidate_set)
     return {number.name: number for number in found}
+
+
+def hull_of(robot: RobotDescription | None) -> str:
+    """Return the name of the one link of a robot that has a hull; empty for none or several."""
+    if robot is None:
+        return ""
+    model = robot.robot
+    wet = [n for n, h in zip(model.links, model.hulls, strict=True) if h is not None]
+    return wet[0] if len(wet) == 1 else ""
 
 
 def _properties(vehicle: Vehicle, candidate_set: CandidateSet, hull: str) -> Iterator[StatedNumber]:
@@ -118,7 +137,9 @@ def _head(vehicle: Vehicle, instance: str) -> str:
 
 def _fields(head: str, instance: str, effect: Effect) -> Iterator[StatedNumber]:
     """Fields of one effect or actuator of the stated model."""
-    scaled = options_of(effect, ActuatorOptions).scaled_by if has_hook(effect, "drives") else {}
+    drives = has_hook(effect, "drives")
+    scaled = options_of(effect, ActuatorOptions).scaled_by if drives else {}
+    turned = options_of(effect, ActuatorOptions).turned_by if drives else {}
     metas = parameters_of(effect)
     changes = {parameter for parameter, _ in scaled.values()}
     for name, meta in metas.items():
@@ -144,6 +165,8 @@ def _fields(head: str, instance: str, effect: Effect) -> Iterator[StatedNumber]:
             unit=unit,
             slope=value,
             bounds=(value * (1.0 + low), value * (1.0 + high)),
+            directions=tuple(getattr(effect, turned[name])) if name in turned else (),
+            turned_by=f"{head}.{turned[name]}" if name in turned else "",
         )
 
 

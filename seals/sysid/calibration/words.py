@@ -36,8 +36,17 @@ def error_sentence(found: Calibration) -> str:
 
 def remarks(found: Calibration) -> list[str]:
     """Return remarks on a calibration, such as undetermined or correlated numbers."""
+    diagnose = f"seals diagnose {found.given}" if found.given else "seals diagnose"
     out = []
-    lost = [n.name for n in found.numbers if not found.determined(n)]
+    held = [n for n in found.numbers if found.at_bound(n)]
+    lost = [n.name for n in found.numbers if not found.determined(n) and n not in held]
+    for number in held:
+        low, high = (figure(bound, number.unit) for bound in number.bounds)
+        line = (
+            f"The logs ask for a value of {number.name} beyond what is allowed, {low} to {high}: "
+        )
+        check = f"reverse {number.turned_by}, or check axes." if number.turned_by else ""
+        out.append(line + (check or "check directions and axes, or what else may be missing."))
     if lost:
         out.append(
             f"The logs do not determine {joined(lost)}: the interval is about as wide as the prior."
@@ -51,7 +60,7 @@ def remarks(found: Calibration) -> list[str]:
     if found.widening > _LOUD:
         out.append(
             f"The model does not explain the logs down to the noise: all intervals are widened by "
-            f"{found.widening:.2g}. Something else is missing: seals diagnose names it."
+            f"{found.widening:.2g}. Something else is missing; what it is: {diagnose}"
         )
     if not found.solution.settled:
         out.append(

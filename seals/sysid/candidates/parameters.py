@@ -280,6 +280,7 @@ class Collector:
                     keys=tuple(f"{addition.instance}.{p}" for p in named),
                     reported=named if addition.reported is None else addition.reported,
                     variant=dict(addition.variant),
+                    law=addition.law,
                     nuisance=tuple(f"{addition.instance}.{p}" for p in addition.nuisance),
                     starts=tuple(tuple(s) for s in addition.starts),
                     identification=known,

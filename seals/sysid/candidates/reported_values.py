@@ -79,6 +79,25 @@ def with_interval(value: float, spread: float, unit: str) -> dict[str, float | s
     }
 
 
+def at_bound(interval: Mapping[str, float | str]) -> dict[str, float | str]:
+    """Return mean and 90 % interval of a number that lies at or above an estimate at its bound.
+
+    Equation:
+        that of bound + s abs(z), z a unit normal variable: mean sqrt(2 / pi) s.
+
+    Args:
+        interval: symmetric one about the bound.
+
+    Example:
+        >>> found = at_bound(with_interval(0.0, 1.0, "N"))
+        >>> [round(found[k], 3) for k in ("value", "low90", "high90")]
+        [0.798, 0.063, 1.96]
+    """
+    bound, spread = float(interval["value"]), deviation(interval)
+    parts = (("value", _MEAN), ("low90", 0.062707), ("high90", 1.959964))
+    return {**interval, **{name: bound + spread * size for name, size in parts}}
+
+
 def deviation(interval: Mapping[str, float | str]) -> float:
     """Return the 1-sigma of a reported 90 % interval.
 

@@ -22,7 +22,12 @@ _SURFACE = 0.04
 
 
 def candidate_set_of(
-    vehicle: Vehicle, *, speeds: Floats, logs: int = 1, shortfall: float = 0.1
+    vehicle: Vehicle,
+    *,
+    speeds: Floats,
+    logs: int = 1,
+    shortfall: float = 0.1,
+    open_loop: bool = False,
 ) -> CandidateSet:
     """Collect the tolerances and candidate effects of a vehicle from all installed effects.
 
@@ -31,8 +36,9 @@ def candidate_set_of(
         speeds: typical speeds along the body axes [m/s], shape (3,).
         logs: number of logs that are fitted together.
         shortfall: typical missing share of the battery's full voltage [1].
+        open_loop: whether the rotors' speeds were computed from signals to the motors.
     """
-    subject = replace(subject_of(vehicle, speeds), shortfall=shortfall)
+    subject = replace(subject_of(vehicle, speeds), shortfall=shortfall, open_loop=open_loop)
     found: list[tuple[str, Identification, Addition]] = []
     for name, law in installed().items():
         known = law.identification

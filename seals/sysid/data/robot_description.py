@@ -103,7 +103,8 @@ def describe_robot(robot: str) -> RobotDescription:
         SealsError: there is no such robot, or it cannot be used.
     """
     from seals.config.compose import compose
+    from seals.config.overrides import override
 
-    found = described(compose([f"robot={robot}"], root="diagnose"))
+    found = described(compose([override("robot", robot)], root="diagnose"))
     assert found is not None
     return found

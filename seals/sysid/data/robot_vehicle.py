@@ -84,7 +84,7 @@ def parts_of(
     measured = "joint_position" in (meta.get("sensors", {}).get("channels") or {})
     moving = robot.joints if measured and not still else ()
     drives = {} if _undriven(meta) else description.actuators
-    effects = {**_acting(description, meta), **drives}
+    effects = {**acting(description, meta), **drives}
     if not moving:
         of_joints: tuple[Hook, ...] = ("joint_loads", "joint_drive")
         effects = {k: e for k, e in effects.items() if not any(has_hook(e, h) for h in of_joints)}
@@ -239,8 +239,8 @@ def _undriven(meta: Mapping[str, Any]) -> bool:
     return bool(_instances_of(meta)) and all("instance" in e for e in entries)
 
 
-def _acting(description: RobotDescription, meta: Mapping[str, Any]) -> dict[str, Effect]:
-    """Effects of the robot in the nominal model of a log; of a run, those that it lists."""
+def acting(description: RobotDescription, meta: Mapping[str, Any]) -> dict[str, Effect]:
+    """Return the robot's effects in the nominal model of a log; of a run, those that it lists."""
     listed = _instances_of(meta)
     return {k: e for k, e in description.effects.items() if not listed or k in listed}
 

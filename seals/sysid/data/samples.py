@@ -336,9 +336,14 @@ def _smooth(voltage: Floats, step: float) -> Floats:
 
 
 def _xyzw(wxyz: Floats) -> Floats:
-    """Quaternions in the order x, y, z, w with a sign that does not flip along the rows."""
+    """Quaternions in the order x, y, z, w with a sign that does not flip along the rows.
+
+    One of which a component has no sample is none.
+    """
     q: Floats = wxyz[:, [1, 2, 3, 0]]
-    good = np.flatnonzero(np.isfinite(q[:, 0]))
+    whole = np.isfinite(q).all(axis=1)
+    q[~whole] = np.nan
+    good = np.flatnonzero(whole)
     if good.size:
         dots = np.sum(q[good[1:]] * q[good[:-1]], axis=1)
         sign = np.concatenate([[1.0], np.cumprod(np.where(dots < 0.0, -1.0, 1.0))])

@@ -22,7 +22,8 @@ def local_polynomial(
     """Value and slope of a local polynomial fit at every row.
 
     Args:
-        values: evenly spaced rows, NaN where there is no sample, shape (T, k).
+        values: evenly spaced rows, NaN where there is no sample, of each column by itself, shape
+            (T, k).
         step: between rows [s].
         bandwidth: standard deviation of the Gaussian weight [s]; doubled where too few samples lie
             within reach.
@@ -31,7 +32,17 @@ def local_polynomial(
     Returns:
         Values and slopes, each (T, k).
     """
-    good = np.isfinite(values[:, 0])
+    given = np.isfinite(values)
+    if not given.any():
+        return np.full(values.shape, np.nan), np.full(values.shape, np.nan)
+    if (given != given[:, :1]).any():
+        each = [
+            local_polynomial(values[:, [k]], step, bandwidth=bandwidth, degree=degree)
+            for k in range(values.shape[1])
+        ]
+        value, slope = (np.concatenate(parts, axis=1) for parts in zip(*each, strict=True))
+        return value, slope
+    good = given[:, 0]
     half = int(np.ceil(_REACH * bandwidth / step))
     lags = np.arange(-half, half + 1) * step / bandwidth
     weight = np.exp(-0.5 * lags**2)
@@ -72,7 +83,7 @@ def adaptive_polynomial(
     value, slope = local_polynomial(values, step, bandwidth=bandwidth)
     stiff = np.ones(len(values), dtype=bool)
     while bandwidth >= _NARROW * step:
-        square = np.mean(((values - value) / sigma) ** 2, axis=1)
+        square = _mean_square((values - value) / sigma)
         stiff &= _missed(square, max(1, round(bandwidth / step)))
         if not stiff.any():
             break
@@ -80,6 +91,14 @@ def adaptive_polynomial(
         closer = local_polynomial(values, step, bandwidth=bandwidth)
         value[stiff], slope[stiff] = closer[0][stiff], closer[1][stiff]
     return value, slope
+
+
+def _mean_square(residual: Floats) -> Floats:
+    """Mean square of the columns that have a sample in a row, NaN where none has, shape (T,)."""
+    given = np.isfinite(residual)
+    total = np.where(given, residual, 0.0) ** 2
+    mean: Floats = total.sum(axis=1) / np.maximum(given.sum(axis=1), 1)
+    return np.where(given.any(axis=1), mean, np.nan)
 
 
 def _missed(square: Floats, half: int) -> NDArray[np.bool_]:

@@ -92,8 +92,8 @@ def _piece(samples: Samples, vehicle: Vehicle, first: int, last: int) -> Traject
     step = samples.step
     seen = {name: values[first:last] for name, values in samples.channels.items()}
     place = _with_depth(seen, vehicle)
-    gaps = float(np.mean(np.isfinite(place[:, 0])))
-    wide = max(0.06, 2.5 * step) if gaps > 0.5 else 0.15
+    given = float(np.isfinite(place).mean(axis=0).min())
+    wide = max(0.06, 2.5 * step) if given > 0.5 else 0.15
     sigma = vehicle.sigma
     position, ground = adaptive_polynomial(place, step, bandwidth=wide, sigma=sigma["position"])
     # a component of the quaternion is half an angle

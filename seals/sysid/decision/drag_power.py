@@ -59,9 +59,9 @@ def _own_squares(best: EvidenceHypothesis, candidate: Candidate) -> Floats | Non
 
 
 def _two_laws(best: EvidenceHypothesis) -> bool:
-    """Return true if two laws of one variant differ only by the power of the speed."""
+    """Return true if two laws of one variant differ only by power or form of the speed."""
     laws = {
-        (c.identification.family, c.label.partition(" ")[2], c.name)
+        (c.identification.family, tuple(c.variant.items()), c.name, c.law)
         for c in best.candidates
         if c.identification.family
     }

@@ -8,7 +8,7 @@ import numpy as np
 
 from seals.schema import parameters_of
 from seals.sysid.candidates.parameters import Candidate
-from seals.sysid.candidates.reported_values import reported_values, with_interval
+from seals.sysid.candidates.reported_values import at_bound, reported_values, with_interval
 from seals.sysid.decision.answer import Claim
 from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
@@ -16,7 +16,22 @@ from seals.sysid.selection.initial_guesses import law_of
 
 
 def parameters(candidate: Candidate, fit: Fit, hypothesis: EvidenceHypothesis) -> dict[str, Any]:
-    """Fitted parameters with 90 % intervals."""
+    """Fitted parameters with 90 % intervals.
+
+    Of a number that the fit has at its bound, such as a coefficient of zero that cannot be
+    negative, mean and interval are those of a normal law cut off there.
+    """
+    out = _symmetric(candidate, fit, hypothesis)
+    known = hypothesis.fitter.candidate_set.parameters
+    for key, name in zip(candidate.keys, candidate.reported, strict=True):
+        low = known[key].bounds[0]
+        if fit.values[key] <= low + 1e-6 * known[key].scale:
+            out[name] = at_bound(out[name])
+    return out
+
+
+def _symmetric(candidate: Candidate, fit: Fit, hypothesis: EvidenceHypothesis) -> dict[str, Any]:
+    """Fitted parameters with 90 % intervals about them, whatever their bounds."""
     out: dict[str, Any] = {
         name: {"value": value, "low90": value, "high90": value, "unit": "1"}
         for name, value in candidate.variant.items()
@@ -40,6 +55,6 @@ def parameters(candidate: Candidate, fit: Fit, hypothesis: EvidenceHypothesis) -
 def holds_zero(claim: Claim[EvidenceHypothesis]) -> bool:
     """Return true if the 90 % intervals of all parameters of a claim hold zero: no effect."""
     candidate, hypothesis = claim.candidate, claim.hypothesis
-    found = parameters(candidate, hypothesis.fit, hypothesis)
+    found = _symmetric(candidate, hypothesis.fit, hypothesis)
     sizes = [p for name, p in found.items() if name not in candidate.variant]
     return bool(sizes) and all(p["low90"] <= 0.0 <= p["high90"] for p in sizes)

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from seals.errors import ConfigError, LogError
-from seals.logs import refuse_if_bad
 from seals.logs.atomic import write_json
-from seals.logs.log import Log
+from seals.sound_numbers import refuse_undefined, trials
 from seals.sysid.candidates.parameters import CandidateSet
 from seals.sysid.experiment_design.plan import Plan, proposal, table
 from seals.sysid.experiment_design.ranking import STAGES, propose
 from seals.sysid.experiment_design.supposed import variants_of
 from seals.sysid.predictors.problem import prepare
+from seals.sysid.report.given_logs import GivenLogs, given_logs, robot_name
+from seals.sysid.validation.answer import logs_of
 from seals.sysid.validation.answer_form import refuse_damaged
 from seals.untrusted_io import read_json
 
@@ -33,15 +35,16 @@ def execute(config: Any) -> int:
 
     from seals.run.progress import progress
 
-    given = {} if config.diagnosis is None else read_diagnosis(Path(str(config.diagnosis)))
-    names = [str(n) for n in config.effects] or _open_question(given, str(config.diagnosis))
-    place = _log_of(config, given)
+    answer = {} if config.diagnosis is None else read_diagnosis(Path(str(config.diagnosis)))
+    names = [str(n) for n in config.between] or _open_question(answer, str(config.diagnosis))
+    noted = [str(name) for name in answer.get("without") or ()]
+    given = given_logs(config, _logs_of(config, answer), noted=noted)
     out = Path(config.out or HydraConfig.get().runtime.output_dir)
-    with progress("planning", STAGES + 2) as tell:
-        log = _read(config, place)
-        problem = prepare(log)
+    with progress("planning", STAGES + 2) as tell, trials():
+        log, robot = given.read()
+        problem = prepare(log, robot=robot)
         tell(1)
-        known = _known(problem.plant.candidate_set, given, names)
+        known = _known(problem.plant.candidate_set, answer, names)
         found = propose(
             problem,
             names,
@@ -50,19 +53,26 @@ def execute(config: Any) -> int:
             seed=config.seed,
             tell=lambda done: tell(1 + done),
         )
-    write_plan(found, out, log=place, meta=log.meta)
+    refuse_undefined("plan", [found.best.separation])
+    words = [f"robot={robot_name(config)}"] if config.robot.folder else []
+    command = shlex.join(["seals", "run", f"experiment={out / EXPERIMENT}", *words])
+    write_plan(found, out, given=given, meta=log.meta, command=command)
     print(f"{proposal(found)}\n\n{table(found)}\n\n{out / ANSWER}")
+    print(f"Next, to fly it in the simulator:\n  {command} out=ANOTHER_LOG")
     return 0
 
 
-def write_plan(plan: Plan, out: Path, *, log: str, meta: Mapping[str, Any]) -> None:
+def write_plan(
+    plan: Plan, out: Path, *, given: GivenLogs, meta: Mapping[str, Any], command: str
+) -> None:
     """Write the plan's numbers, picture and experiment into a folder.
 
     Args:
         plan: to be written.
         out: folder, made where it is not there.
-        log: for which it was made.
+        given: logs for which it was made.
         meta: description of the vehicle, as the log has it.
+        command: that flies the manoeuvre.
 
     Raises:
         ConfigError: the folder cannot be made.
@@ -74,8 +84,11 @@ def write_plan(plan: Plan, out: Path, *, log: str, meta: Mapping[str, Any]) -> N
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ConfigError(f"out={out} is not a folder: {error}.\nGive another folder.") from error
-    write_json(out / ANSWER, {**plan.to_dict(), "log": log})
-    write_experiment(out / EXPERIMENT, plan, meta)
+    logs = [str(place) for place in given.places]
+    write_json(out / ANSWER, {**plan.to_dict(), "log": logs[0] if len(logs) == 1 else logs})
+    write_experiment(
+        out / EXPERIMENT, plan, meta, without=given.without if given.robot else (), command=command
+    )
     write_pictures(out / PICTURE, plan)
 
 
@@ -121,27 +134,14 @@ def _open_question(given: Mapping[str, Any], place: str) -> list[str]:
     return list(dict.fromkeys(sets[0]))
 
 
-def _log_of(config: Any, given: Mapping[str, Any]) -> str:
-    recorded = given.get("log") or {}
-    place = config.log if config.log is not None else recorded.get("path")
-    if place is None:
+def _logs_of(config: Any, answer: Mapping[str, Any]) -> Any:
+    """Return the paths of the logs that are given, else of those that were diagnosed."""
+    given = config.log if config.log is not None else list(logs_of(answer))
+    if not given:
         raise ConfigError(
             "log is not given.\nSay of which vehicle: seals plan effects=[NAME,NAME] log=FOLDER"
         )
-    if not Path(str(place)).exists():
-        raise ConfigError(f"log={place}: there is no such file or folder.\nGive a log folder.")
-    return str(place)
-
-
-def _read(config: Any, place: str) -> Log:
-    from seals.config.build import build
-
-    logs = build(config.reader, where="reader").read(place)
-    if not logs:
-        raise LogError(f"log={place} holds no run.\nGive a log with a run.")
-    refuse_if_bad(logs[0])
-    log: Log = logs[0]
-    return log
+    return given
 
 
 def _known(

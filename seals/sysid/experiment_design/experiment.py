@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -20,7 +21,11 @@ from seals.untrusted_io import read_plain_yaml
 
 KIND = "planned-manoeuvre"
 """What the file says it is."""
+_OWN = ("logs", "recording", "date", "notes")
+"""Facts of a log that are none of a flight of the same vehicle."""
 _KEYS = ("kind", "name", "words", "effects", "step", "tilt", "gains", "runs", "meta")
+_MAY = ("without",)
+"""Keys that may be left out."""
 _SPACING = 0.02
 """Time between two points of a written reference [s]."""
 MOST_ROWS = 10_000_000
@@ -40,6 +45,7 @@ class Experiment:
         references: one for each run; empty for drops.
         releases: start state of each drop, as in ``initial_state``.
         voltages: of the battery in each run [V].
+        without: effects of the robot's folder that do not act.
     """
 
     name: str
@@ -50,15 +56,25 @@ class Experiment:
     references: tuple[Reference, ...]
     releases: tuple[Mapping[str, Any], ...]
     voltages: tuple[float, ...]
+    without: tuple[str, ...] = ()
 
 
-def write_experiment(path: str | Path, plan: Plan, meta: Mapping[str, Any]) -> None:
+def write_experiment(
+    path: str | Path,
+    plan: Plan,
+    meta: Mapping[str, Any],
+    *,
+    without: Sequence[str] = (),
+    command: str = "",
+) -> None:
     """Write the proposed manoeuvre.
 
     Args:
         path: the file.
         plan: with the proposal.
         meta: description of the vehicle, as its log has it.
+        without: effects of the robot's folder that do not act.
+        command: that flies it.
     """
     manoeuvre, scene, vehicle = plan.best.manoeuvre, plan.scene, plan.problem.vehicle
     runs: list[dict[str, Any]] = []
@@ -83,10 +99,12 @@ def write_experiment(path: str | Path, plan: Plan, meta: Mapping[str, Any]) -> N
         "tilt": scene.tilt,
         "gains": asdict(gains),
         "runs": runs,
-        "meta": dict(meta),
+        "meta": {key: value for key, value in meta.items() if key not in _OWN},
+        **({"without": list(without)} if without else {}),
     }
     text = yaml.safe_dump(plain(content), sort_keys=False, default_flow_style=None, width=140)
-    write_text(path, f"# Fly it: seals run experiment={path} [model=NAME] [out=FOLDER]\n{text}")
+    command = command or shlex.join(["seals", "run", f"experiment={path}"])
+    write_text(path, f"# Fly it: {command} [model=NAME] [out=FOLDER]\n{text}")
 
 
 def _columns(asked: Reference) -> dict[str, Any]:
@@ -125,8 +143,8 @@ def read_experiment(path: str | Path) -> Experiment:
 
 def _check_keys(path: str | Path, content: Mapping[str, Any]) -> None:
     for key in content:
-        if key not in _KEYS:
-            near = suggestion(str(key), _KEYS)
+        if key not in (*_KEYS, *_MAY):
+            near = suggestion(str(key), (*_KEYS, *_MAY))
             raise ConfigError(f"experiment={path}: '{key}' is unknown.\n{near}")
     lacking = [key for key in _KEYS if key not in content]
     if lacking:
@@ -156,6 +174,7 @@ def _experiment(content: Mapping[str, Any]) -> Experiment:
         references=tuple(_reference(r, step) for r in flying),
         releases=tuple(falling),
         voltages=tuple(float(r["voltage"]) for r in flying),
+        without=tuple(str(name) for name in content.get("without") or ()),
     )
 
 

@@ -73,7 +73,9 @@ def _sensors(problem: Problem, step: float) -> tuple[dict[str, int], dict[str, f
     """Sampling interval of each channel in rows, and noise of equal information per second."""
     every, sigma = {}, dict(problem.vehicle.sigma)
     for name, values in problem.samples.channels.items():
-        rate = float(np.mean(np.isfinite(values[:, 0]))) / problem.samples.step
+        given = np.isfinite(values).mean(axis=0)
+        # a column without samples, such as the third axis of a Doppler log, is not read at all
+        rate = float(given[given > 0.0].mean()) / problem.samples.step if given.any() else 0.0
         every[name] = max(1, round(1.0 / max(rate * step, 1e-9)))
         sigma[name] *= float(np.sqrt(1.0 / max(rate * every[name] * step, 1e-9)))
     return every, sigma

@@ -3,30 +3,29 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 from seals.field_roles import roles
+from seals.sysid.report.settings import GivenLogsSettings
 
 
-@roles(data="name effects reader", read="log diagnosis", write="out")
+@roles(data="name between", read="diagnosis", write="out")
 @dataclass(kw_only=True)
-class PlanSettings:
+class PlanSettings(GivenLogsSettings):
     """Settings of a plan: effects to tell apart, and the log or diagnosis they come from.
+
+    Logs and what was left out of the nominal model are those of the diagnosis, unless given.
 
     Args:
         name: of the plan, part of the run folder's name.
-        effects: names of effects in the catalogue; those of the diagnosis when left out.
-        log: log folder or file; that of the diagnosis when left out.
+        between: names of effects in the catalogue, ``effects=[...]`` on the command line; those of
+            the diagnosis when left out.
         diagnosis: folder of an earlier diagnosis, or its file.
-        reader: plug-in that reads the log.
         out: folder of the plan, or None for the run's folder.
         seed: of gusts and noise in the rehearsals.
     """
 
     name: str = "plan"
-    effects: list[str] = field(default_factory=list)
-    log: Any = None
+    between: list[str] = field(default_factory=list)
     diagnosis: str | None = None
-    reader: Any = None
     out: str | None = None
     seed: int = 0

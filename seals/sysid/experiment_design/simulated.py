@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import datetime
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +14,14 @@ from seals.arrays import Floats
 from seals.backend import Configuration
 from seals.batch import TwinState
 from seals.config.overlay import find_overlay, load_overlay, overlay_names, read_overlay
+from seals.config.overrides import typed
 from seals.errors import ConfigError, suggestion
 from seals.file_names import file_name
 from seals.frames import exponential, matrix_of, multiply
 from seals.logs.log import Log
 from seals.logs.native import write_native
 from seals.run.progress import progress
+from seals.sysid.data.robot_description import RobotDescription, describe_robot
 from seals.sysid.data.vehicle import read_vehicle
 from seals.sysid.experiment_design.control import Controller, Wanted
 from seals.sysid.experiment_design.experiment import Experiment, read_experiment
@@ -29,7 +32,7 @@ from seals.sysid.validation.scene import VEHICLE, build_scene
 from seals.world import World
 from seals.world.felt import accelerations
 
-_OPTIONS = ("experiment", "model", "out", "seed")
+_OPTIONS = ("experiment", "model", "out", "robot", "seed")
 _SETTLE = 3.0
 """Time at the start of the reference before the log begins [s]."""
 _PARTS = 2
@@ -46,7 +49,8 @@ def run(arguments: list[str]) -> int:
     """
     options = _options(arguments)
     experiment = read_experiment(options["experiment"])
-    model = nominal(read_vehicle(experiment.meta))
+    robot = _robot(options.get("robot"), experiment.without)
+    model = nominal(read_vehicle(experiment.meta, robot))
     if options.get("model"):
         model = _with_overlay(model, options["model"])
     seed = options.get("seed", "0")
@@ -58,8 +62,20 @@ def run(arguments: list[str]) -> int:
     out = Path(options.get("out") or usual)
     log = simulate(experiment, model, seed=int(seed))
     write_native(log, out)
-    print(f"'{experiment.name}' flown: {log.rows} rows\n{out}\nNext: seals diagnose log={out}")
+    words = [typed("log", str(out))]
+    words += [typed("robot", options["robot"])] if robot else []
+    words += [typed("without", experiment.without)] if experiment.without else []
+    print(f"'{experiment.name}' flown: {log.rows} rows\n{out}")
+    print(f"Next: seals diagnose {' '.join(words)}")
     return 0
+
+
+def _robot(name: str | None, without: Sequence[str]) -> RobotDescription | None:
+    """Return a robot without some of its effects; None for the vehicle of the file."""
+    if not name:
+        return None
+    robot = describe_robot(name)
+    return replace(robot, effects={k: e for k, e in robot.effects.items() if k not in without})
 
 
 def _options(arguments: list[str]) -> dict[str, str]:

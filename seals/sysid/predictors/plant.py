@@ -68,6 +68,8 @@ class Plant:
         timed: instances that change the timing of the actuators.
         command_delay: delay of all commands besides that of those instances [s].
         activity: when the effects act that do so for a time, by the keys of their parameters.
+        half_step_readings: step of a simulation whose half steps the inertial readings follow
+            [s], see `seals.sysid.predictors.linearise.as_simulated`; 0 for none.
     """
 
     def __init__(
@@ -91,6 +93,9 @@ class Plant:
         }
         self.timed = frozenset(n for n, e in effects.items() if _times_actuators(e))
         self.command_delay = 0.0
+        # implicit servos answer a jump of their command up to a step late, which undoes that
+        resting = not np.ptp(samples.joint_command, axis=0).any()
+        self.half_step_readings = (vehicle.simulated_step or 0.0) if resting else 0.0
         self.activity: Mapping[str, Activity] = {}
         self._weights: dict[bool, dict[str, Floats]] = {False: {}, True: {}}
 

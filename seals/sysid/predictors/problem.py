@@ -128,6 +128,7 @@ def prepare(
         speeds=typical_speeds(trajectory),
         logs=max(len(samples.logs), 1),
         shortfall=typical_shortfall(samples.voltage, vehicle.full_voltage),
+        open_loop=log.has("motor_pwm"),
     )
     candidate_set = replace(candidate_set, policy=policy)
     candidate_set = candidate_set if free is None else free(vehicle, candidate_set)

@@ -9,24 +9,29 @@ from seals.arrays import Floats
 from seals.errors import LogError
 from seals.sysid.data.samples import Samples
 
+_LEAST = 2
+"""Rows of the shortest run that is compared."""
+
 
 def window_rows(samples: Samples, length: float, skip: int) -> NDArray[np.int64]:
     """Return the rows of all windows of a common length, shape (W, K).
 
     Raises:
-        LogError: a stretch of the log ends before the first window could begin.
+        LogError: a run has no rows but those that are left out at its start.
     """
     spans = [(first + skip, last) for first, last in samples.runs]
+    for k, (first, last) in enumerate(spans):
+        if last - first < _LEAST:
+            rows, left_out = last - first + skip, skip * samples.step
+            raise LogError(
+                f"run {k + 1} of the log has {rows} rows, {rows * samples.step:.3g} s; the start "
+                f"state of its drives counts for the first {left_out:.3g} s.\n"
+                "Give a longer log, or leave out the runs that are too short."
+            )
     longest = max(last - first for first, last in spans)
     wanted = max(4, min(round(length / samples.step), longest))
     pieces = [max(1, round((last - first) / wanted)) for first, last in spans]
     size = min((last - first) // n for (first, last), n in zip(spans, pieces, strict=True))
-    if size < 1:
-        shortest = min(last - first for first, last in samples.runs)
-        raise LogError(
-            f"the log is too short: a stretch of it without a gap has {shortest} rows, and states "
-            f"settle for {skip}.\nGive a longer log, or one without such gaps."
-        )
     starts = [
         first + k * size
         for (first, last), n in zip(spans, pieces, strict=True)

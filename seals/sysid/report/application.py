@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import shlex
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,17 +10,16 @@ from typing import Any
 from seals.errors import ConfigError, LogError
 from seals.logs.atomic import finite, write_json
 from seals.logs.log import Log
-from seals.run.hidden import hide
 from seals.schema import check_fields
-from seals.sound_numbers import sound_numbers
-from seals.sysid.data.join import join_logs
-from seals.sysid.data.robot_description import RobotDescription, describe_run, described
+from seals.sound_numbers import sound_numbers, trials
+from seals.sysid.data.robot_description import RobotDescription
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis, diagnose
 from seals.sysid.parallel import cores, spread
-from seals.sysid.report.given_logs import make_folder, places_of, read_log, sources
+from seals.sysid.report.given_logs import GivenLogs, given_logs, make_folder, sources
 from seals.sysid.report.sentence import sentence
 from seals.sysid.report.settings import DiagnoseSettings
+from seals.sysid.report.words import next_steps
 from seals.sysid.residual_force import Localisation, locate_residual_force, residual_of
 from seals.sysid.residual_force.residual import Residual
 
@@ -44,15 +42,14 @@ def execute(config: Any) -> int:
 
     if config.log is None:
         raise ConfigError("log is not given.\nSay which: seals diagnose log=FOLDER out=FOLDER")
-    places = places_of(config.log, key="log")
-    robot = described(config) or describe_run(places[0])
+    given = given_logs(config)
     out = Path(config.out or HydraConfig.get().runtime.output_dir)
     make_folder(out)
     with progress("diagnosing", STAGES * _STEP) as tell:
         try:
-            log = join_logs([_without(read_log(config, place), config) for place in places])
-            with sound_numbers("a diagnosis", _ADVICE):
-                found = _found(config, log, robot, places, lambda stage: tell(stage * _STEP))
+            log, robot = given.read()
+            with sound_numbers("a diagnosis", _ADVICE), trials():
+                found = _found(given, log, robot, lambda stage: tell(stage * _STEP))
                 missing, then = _left_over(config, found)
         except LogError as refusal:
             _write(out, _bad(str(refusal)))
@@ -63,41 +60,27 @@ def execute(config: Any) -> int:
         pages = [_report(found, log, out, missing, then)] if config.report else []
     print(sentence(found))
     print(_told(found, missing), end="")
+    print(_commands(found, missing, out), end="")
     for page in (out / ANSWER, *pages):
         print(f"{page}")
     return found.answer.verdict.exit_code
 
 
-def _without(log: Log, config: Any) -> Log:
-    """Return the log with some effects removed from its nominal model."""
-    names = [str(name) for name in config.without]
-    if not names:
-        return log
-    entries, around = log.meta.get("baseline") or [], dict(log.meta.get("environment") or {})
-    gone, change = hide(names, entries, around.get("wave"), key="without")
-    kept = [e for e in entries if str(e.get("instance", e["name"])) not in gone]
-    return replace(log, meta={**log.meta, "baseline": kept, "environment": around | change})
-
-
 def _found(
-    config: Any,
-    log: Log,
-    robot: RobotDescription | None,
-    places: Sequence[Path],
-    tell: Callable[[int], None],
+    given: GivenLogs, log: Log, robot: RobotDescription | None, tell: Callable[[int], None]
 ) -> Diagnosis:
     """Diagnose a log, and propose a flight for effects that it cannot tell apart."""
-    processes = int(config.processes)
+    processes = int(given.config.processes)
     check_fields(DiagnoseSettings, {"processes": processes}, where="")
     found = diagnose(log, robot=robot, processes=processes or cores(), tell=tell)
-    logs = ",".join(map(str, places))
     found = replace(
         found,
-        source=sources(places),
-        given_log=shlex.quote(f"log=[{logs}]" if len(places) > 1 else f"log={logs}"),
-        given_robot=shlex.quote(f"robot={config.robot.folder}") if config.robot.folder else "",
+        source=sources(given.places),
+        without=given.without,
+        given_log=given.log_words,
+        given_robot=given.robot_words,
     )
-    if not config.plan:
+    if not given.config.plan:
         return found
     return replace(found, next_experiment=proposed(found))
 
@@ -154,6 +137,15 @@ def _told(found: Diagnosis, missing: Localisation) -> str:
     if found.next_experiment is not None:
         lines.append(f"Next: {found.next_experiment['sentence']}")
     return "".join(f"{line}\n" for line in lines)
+
+
+def _commands(found: Diagnosis, missing: Localisation, out: Path) -> str:
+    """Return the commands that come next, but for those that the verdict itself names."""
+    table = found.to_dict()
+    if found.answer.verdict is Verdict.cannot_tell and table["stated_wrong"]:
+        return ""
+    lines = next_steps(found, table, missing.formula, out)[1].splitlines()
+    return "".join(["Next:\n", *(f"  {line}\n" for line in lines)]) if lines else ""
 
 
 def _report(

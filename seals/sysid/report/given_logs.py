@@ -1,16 +1,23 @@
-"""Input logs of a command: paths, content, expected run time."""
+"""Input of every command on logs: paths, robot, content, and the words that give them again."""
 
 from __future__ import annotations
 
+import shlex
 import sys
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from seals.config.overrides import typed
 from seals.errors import ConfigError, LogError
 from seals.logs import refuse_if_bad
 from seals.logs.log import Log
+from seals.run.application import short_path
+from seals.run.hidden import hide, holds
+from seals.sysid.data.join import join_logs
+from seals.sysid.data.robot_description import RobotDescription, describe_run, described
+from seals.sysid.data.robot_vehicle import acting
 
 _MOST = 12
 """Logs that a refusal names."""
@@ -49,7 +56,115 @@ def places_of(given: Any, *, key: str) -> list[Path]:
     return places
 
 
-def read_log(config: Any, place: Path) -> Log:
+@dataclass(frozen=True, kw_only=True)
+class GivenLogs:
+    """Logs of one vehicle as a command was given them.
+
+    Args:
+        config: composed configuration, of the fields of `GivenLogsSettings`.
+        places: of the logs.
+        robot: of ``robot=``, else of the run that wrote the first log; None for the vehicle of the
+            metadata.
+        without: effects that are left out of the nominal model.
+        strict: whether each of them must be there; those that an earlier command noted need not.
+    """
+
+    config: Any
+    places: tuple[Path, ...]
+    robot: RobotDescription | None
+    without: tuple[str, ...] = ()
+    strict: bool = True
+
+    def read(self) -> tuple[Log, RobotDescription | None]:
+        """Return all logs joined to one, and the robot, both without what is left out.
+
+        Raises:
+            ConfigError: the nominal model does not hold what is to be left out of it.
+            LogError: a log cannot be used, or they do not belong together.
+        """
+        logs, robot = [], self.robot
+        for place in self.places:
+            log, robot = self._reduced(_read_log(self.config, place), robot)
+            logs.append(log)
+        return join_logs(logs), robot
+
+    def _reduced(
+        self, log: Log, robot: RobotDescription | None
+    ) -> tuple[Log, RobotDescription | None]:
+        """Return a log and the robot without the effects that are left out."""
+        if not self.without:
+            return log, robot
+        entries, around = log.meta.get("baseline") or [], dict(log.meta.get("environment") or {})
+        known, wave = [*entries, *_own_entries(self.robot, log)], around.get("wave")
+        names = [n for n in self.without if self.strict or holds(n, known, wave)]
+        gone, change = hide(names, known, wave, key="without")
+        kept = [e for e in entries if str(e.get("instance", e["name"])) not in gone]
+        meta = {**log.meta, "baseline": kept, "environment": around | change}
+        if robot is not None:
+            effects = {k: e for k, e in robot.effects.items() if k not in gone}
+            robot = replace(robot, effects=effects)
+        return replace(log, meta=meta), robot
+
+    @property
+    def log_words(self) -> str:
+        """Word of the command line that gives the logs."""
+        paths = [str(short_path(place)) for place in self.places]
+        return typed("log", paths[0] if len(paths) == 1 else paths)
+
+    @property
+    def robot_words(self) -> str:
+        """Words that give the robot and what is left out, each behind a blank; empty for none."""
+        words = [typed("robot", robot_name(self.config))] if self.config.robot.folder else []
+        words += [typed("without", self.without)] if self.without else []
+        return "".join(f" {word}" for word in words)
+
+
+def given_logs(
+    config: Any, given: Any = None, *, key: str = "log", noted: Sequence[str] = ()
+) -> GivenLogs:
+    """Return the input of a command on logs.
+
+    Args:
+        config: composed configuration, of the fields of `GivenLogsSettings`.
+        given: one path or a list of them; those of the configuration when left out.
+        key: under which they were given.
+        noted: what an earlier command left out; the configuration rules over it.
+
+    Raises:
+        SealsError: a log is not there or given twice, or the robot cannot be used.
+    """
+    places = places_of(config.log if given is None else given, key=key)
+    own = tuple(str(name) for name in config.without)
+    return GivenLogs(
+        config=config,
+        places=tuple(places),
+        robot=described(config) or describe_run(places[0]),
+        without=own or tuple(noted),
+        strict=bool(own),
+    )
+
+
+def _own_entries(robot: RobotDescription | None, log: Log) -> list[dict[str, str]]:
+    """Effects of a robot folder that act in a log, by the names of plug-in and instance."""
+    from seals.config.plugin_lookup import plugin_name
+
+    if robot is None:
+        return []
+    effects = acting(robot, log.meta)
+    return [{"name": plugin_name("effect", type(e)), "instance": k} for k, e in effects.items()]
+
+
+def robot_name(config: Any) -> str:
+    """Return the value of ``robot=``: an installed robot's name, or the folder of another one."""
+    from seals.config.source import find_robot, robot_names
+
+    name, folder = str(config.robot.name), Path(config.robot.folder)
+    if name in robot_names() and Path(find_robot(name).settings.folder) == folder:
+        return name
+    return str(short_path(folder))
+
+
+def _read_log(config: Any, place: Path) -> Log:
     """Read one log with the reader of a composed configuration.
 
     What the log does not say, the data sheet in the robot's folder may.
@@ -74,18 +189,18 @@ def read_log(config: Any, place: Path) -> Log:
     refuse_if_bad(log)
     if config.robot.folder:
         log = replace(log, meta={**datasheet_of(config.robot.folder), **log.meta})
-    _tell_stated(log)
+    _tell_stated(log, place, robot_name(config) if config.robot.folder else "FOLDER")
     return log
 
 
-def _tell_stated(log: Log) -> None:
+def _tell_stated(log: Log, place: Path, robot: str) -> None:
     """Print that numbers without a stated tolerance count as exact."""
     if log.meta.get("tolerance"):
         return
+    words = shlex.join([f"log={short_path(place)}", f"robot={robot}"])
     print(
         f"log '{log.name}' states no tolerances: every number of the vehicle counts as exact, and "
-        "what misses it as an effect.\nLet the flight write them: "
-        f"seals new datasheet log={log.name} robot=FOLDER",
+        f"what misses it as an effect.\nLet the flight write them: seals new datasheet {words}",
         file=sys.stderr,
     )
 
@@ -122,6 +237,22 @@ def _source(place: Path) -> dict[str, str]:
     except LogError:
         # a foreign format has no table of its own
         return {"path": str(place.resolve())}
+
+
+def without_start(log: Log) -> str:
+    """Return what a log lacks for a diagnosis: where its motion begins; empty where it says that.
+
+    Args:
+        log: as it was converted.
+    """
+    posed = log.has("position") and log.has("orientation")
+    if posed or log.meta.get("initial_state"):
+        return ""
+    lacking = " and ".join(n for n in ("position", "orientation") if not log.has(n))
+    return (
+        f"no diagnosis yet: the log has no {lacking}. Add them, or state initial_state of every "
+        "run (docs/formats.md): seals convert ... meta=FILE"
+    )
 
 
 def make_folder(out: Path) -> None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import inspect
 import math
 import re
+from collections.abc import Sequence
+from pathlib import Path
 
 from seals.report.style import unit_text
 from seals.sysid.candidates.parameters import Candidate
@@ -21,6 +23,17 @@ _PARTS = {
     "servos.kd": "damping of the joint servos",
 }
 """Adjustable values that belong to the vehicle and to no effect."""
+
+
+def log_names(paths: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of logs: the last part of each path, the whole path where two are alike.
+
+    Example:
+        >>> log_names(["flights/a", "flights/b"]), log_names(["one/log", "two/log"])
+        (('a', 'b'), ('one/log', 'two/log'))
+    """
+    short = tuple(Path(path).name for path in paths)
+    return short if len(set(short)) == len(short) else tuple(paths)
 
 
 def effect_words(name: str) -> str:
@@ -77,7 +90,7 @@ def _declared(instance: str, parameter: str) -> str:
 def candidate_words(candidate: Candidate) -> str:
     """Return the name of an effect with its variant."""
     variant = dict(candidate.variant)
-    parts = []
+    parts = [candidate.law] if candidate.law else []
     if "medium" in variant:
         parts.append("water" if variant.pop("medium") else "air")
     if variant.get("link") == 0:

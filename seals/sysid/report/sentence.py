@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from seals.config.overrides import typed
 from seals.report.style import unit_text
 from seals.sysid.candidates.activity import active_words
 from seals.sysid.decision.verdict import Verdict
@@ -48,7 +49,7 @@ def sentence(found: Diagnosis) -> str:
 
 def given_by(found: Diagnosis) -> str:
     """Return the words of the command line that gave log and robot."""
-    return f"{found.given_log} {found.given_robot}".rstrip()
+    return f"{found.given_log}{found.given_robot}"
 
 
 def wrong_lines(found: Sequence[Mapping[str, Any]], given: str = "log=FOLDER") -> list[str]:
@@ -61,18 +62,38 @@ def wrong_lines(found: Sequence[Mapping[str, Any]], given: str = "log=FOLDER") -
     lines = []
     for number in found:
         unit = "" if number["unit"] in ("", "1") else f" {number['unit']}"
-        words = number["words"] + (f" ({number['what']})" if number["calibrates"] else "")
+        named = number["calibrates"] or "set" in number
+        words = number["words"] + (f" ({number['what']})" if named else "")
+        words += f", by the {number['by']}" if "by" in number else ""
         line = (
             f"  stated wrong: {words}: stated {figure(number['stated'])}{unit}, "
             f"found {figure(number['found'])}{unit}, {abs(number['sigma']):.1f} tolerances off"
         )
-        if number["stated"] * number["found"] < 0.0:
+        if "set" not in number and number["stated"] * number["found"] < 0.0:
             line += "; the sign is opposite: check directions and axes"
         lines.append(line)
+    turned = turned_words(found)
+    if turned:
+        return [*lines, *(f"  {words}" for words in turned), f"  then: seals diagnose {given}"]
     if found:
         command = calibration_of(found, given)
         lines.append("  measure again" + (f", or: {command}" if command else ""))
     return lines
+
+
+def turned_words(found: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return the line of the robot's file to change for drives that turn the other way.
+
+    Args:
+        found: entries of ``stated_wrong``.
+    """
+    out = []
+    for number in found:
+        if "set" in number:
+            place, _, name = str(number["what"]).rpartition(".")
+            values = ", ".join(f"{turn:.1f}" for turn in number["set"])
+            out.append(f"they turn the other way: in {number['file']}, {place}: {name}: [{values}]")
+    return out
 
 
 def calibration_of(found: Sequence[Mapping[str, Any]], given: str) -> str:
@@ -82,8 +103,8 @@ def calibration_of(found: Sequence[Mapping[str, Any]], given: str) -> str:
         found: entries of ``stated_wrong``.
         given: words of the command line that gave log and robot.
     """
-    names = ",".join(dict.fromkeys(str(n["what"]) for n in found if n["calibrates"]))
-    return f"seals calibrate {given} parameters=[{names}]" if names else ""
+    names = list(dict.fromkeys(str(n["what"]) for n in found if n["calibrates"]))
+    return f"seals calibrate {given} {typed('parameters', names)}" if names else ""
 
 
 def error_lines(table: Mapping[str, Any]) -> list[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -61,8 +62,12 @@ class Settable:
         return self
 
 
-def read_usable(log: Log | str | Path) -> Log:
+def read_usable(log: Log | str | Path, *, robot: str | Path | None = None) -> Log:
     """Return a log, from its folder or the short name of one that ships.
+
+    Args:
+        log: the log.
+        robot: name or folder of its robot, whose data sheet says what the log does not.
 
     Raises:
         ConfigError: there is no such log.
@@ -70,7 +75,13 @@ def read_usable(log: Log | str | Path) -> Log:
     """
     read = log if isinstance(log, Log) else read_native(find_log(log))
     refuse_if_bad(read)
-    return read
+    if robot is None:
+        return read
+    from seals.config.source import find_robot
+    from seals.run.equipment_metadata import datasheet_of
+
+    sheet = datasheet_of(find_robot(str(robot)).settings.folder)
+    return replace(read, meta={**sheet, **read.meta})
 
 
 def bar(shown: bool, label: str, total: int) -> AbstractContextManager[Callable[[int], None]]:

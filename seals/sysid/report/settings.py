@@ -1,4 +1,4 @@
-"""Typed settings of ``seals diagnose``."""
+"""Typed settings of the input of all commands on logs, and of ``seals diagnose``."""
 
 from __future__ import annotations
 
@@ -10,28 +10,38 @@ from seals.robot.settings import LogRobotSettings
 from seals.schema import count
 
 
-@roles(data="name reader plan report without", read="log", write="out")
+@roles(data="reader without", read="log")
 @dataclass(kw_only=True)
-class DiagnoseSettings(LogRobotSettings):
+class GivenLogsSettings(LogRobotSettings):
+    """Settings of the input that every command on logs reads in the same way.
+
+    Args:
+        log: log folder or file, or a list of them: of one vehicle, fitted together.
+        reader: plug-in that reads the logs.
+        without: effects to leave out of the nominal model: names of instances or of effects,
+            ``waves`` for the waves.
+    """
+
+    log: Any = None
+    reader: Any = None
+    without: list[str] = field(default_factory=list)
+
+
+@roles(data="name plan report", write="out")
+@dataclass(kw_only=True)
+class DiagnoseSettings(GivenLogsSettings):
     """Settings of a diagnosis: logs of one vehicle, and the output folder.
 
     Args:
         name: of the diagnosis, part of the run folder's name.
-        log: log folder or file, or a list of them: of one vehicle, fitted together.
-        reader: plug-in that reads the log.
         out: folder of the answer, or None for the run's folder.
         processes: that share the work; 0 for one per core.
         plan: whether to look for the flight that would settle what stays open.
         report: whether to write the page.
-        without: effects to leave out of the nominal model that the log states: names of instances
-            or of effects, ``waves`` for the waves.
     """
 
     name: str = "diagnose"
-    log: Any = None
-    reader: Any = None
     out: str | None = None
     processes: int = count(0, bounds=(0, 256))
     plan: bool = True
     report: bool = True
-    without: list[str] = field(default_factory=list)

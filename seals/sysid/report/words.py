@@ -6,11 +6,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from seals.config.overrides import typed
 from seals.sysid.candidates.activity import active_words
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis
 from seals.sysid.report.naming import effect_words, figure, interval, percent
-from seals.sysid.report.sentence import calibration_of, given_by
+from seals.sysid.report.sentence import calibration_of, given_by, turned_words
 from seals.sysid.report.tolerances import moved
 from seals.sysid.residual_force import Formula
 
@@ -133,9 +134,9 @@ def next_steps(
     verdict = diagnosis.answer.verdict
     planned = proposed(data.get("next_experiment"))
     words = [planned] if planned else []
-    robot = f" {diagnosis.given_robot}" if diagnosis.given_robot else ""
-    add = f"seals add diagnosis={folder} name=my_model{robot}"
-    plan = f"seals plan diagnosis={folder}"
+    robot, answer = diagnosis.given_robot, typed("diagnosis", str(folder))
+    add = f"seals add {answer} name=my_model{robot}"
+    plan = f"seals plan {answer}{robot}"
     if verdict is Verdict.named:
         alike = [s for s in data["ambiguous_with"] if len(s) > 1]
         if alike:
@@ -161,22 +162,29 @@ def next_steps(
         words.append("Then describe it in an effect of your own.")
         return words, ""
     if verdict in (Verdict.cannot_tell, Verdict.bad_data):
-        return _after_refusal(diagnosis, data, words, plan)
+        return _after_refusal(diagnosis, data, words)
     words.append("Nothing to add. A livelier flight would test the model harder.")
     return words, ""
 
 
 def _after_refusal(
-    diagnosis: Diagnosis, data: Mapping[str, Any], words: list[str], plan: str
+    diagnosis: Diagnosis, data: Mapping[str, Any], words: list[str]
 ) -> tuple[list[str], str]:
     """Return what to do where the log does not tell or cannot be used."""
     if diagnosis.answer.verdict is Verdict.bad_data:
         return [*words, "Correct the log, and diagnose it again."], ""
+    turned = turned_words(data["stated_wrong"])
+    if turned:
+        return [*words, f"Correct the directions: {'; '.join(turned)}."], (
+            f"seals diagnose {given_by(diagnosis)}"
+        )
     if data["stated_wrong"]:
         words.append("Measure these numbers again, or let the log say what they are.")
         return words, calibration_of(data["stated_wrong"], given_by(diagnosis))
     if diagnosis.answer.blind:
-        return [*words, "Fly again and move the vehicle more."], plan
+        plan = f"seals plan {typed('effects', list(diagnosis.answer.blind[:1]))}"
+        words.append("Fly again and move the vehicle more.")
+        return words, f"{plan} {given_by(diagnosis)}"
     exact = "Fly slower, or log at a higher rate: the model is not exact enough here."
     return [*words, exact], ""
 

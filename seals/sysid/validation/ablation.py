@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from seals.config.overlay import Overlay
 from seals.errors import ConfigError, PhysicsError
+from seals.sysid.calibration.free_numbers import number_behind
+from seals.sysid.calibration.stated import SENSORS, hull_of, stated_numbers
 from seals.sysid.candidates.parameters import CandidateSet
+from seals.sysid.data.robot_description import RobotDescription
 from seals.sysid.predictors.problem import Problem
 from seals.sysid.validation.floor import noise_floor
 from seals.sysid.validation.misfit import Fall, Misfit, Yardstick, fall, measure, yardstick
@@ -15,6 +18,10 @@ from seals.sysid.validation.model import Model, nominal, with_speeds
 
 NOMINAL, CALIBRATED, ALONE = "nominal", "calibrated nominal", "calibration alone"
 """Names of the variants below the effects."""
+_MOST_NUMBERS = 3
+"""Stated numbers that are said to be in question beside an effect."""
+_MOVED = 0.1
+"""Change in tolerances from which on a number counts as moved."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -177,6 +184,35 @@ def _without_each(models: list[Model], overlay: Overlay) -> dict[str, Model]:
         part: base.with_overlay(f"without {part}", overlay.only([p for p in parts if p != part]))
         for part in parts[:-1]
     }
+
+
+def numbers_in_question(
+    problem: Problem, overlay: Overlay, effects: Sequence[str], robot: RobotDescription | None
+) -> list[str]:
+    """Return the stated numbers that effects change, and those that move in their place, by name.
+
+    Args:
+        problem: the log made ready.
+        overlay: the model.
+        effects: names of its effects in the catalogue.
+        robot: of the log.
+    """
+    sets, vehicle = problem.plant.candidate_set, problem.vehicle
+    known = [
+        number
+        for number in stated_numbers(vehicle, sets, hull=hull_of(robot)).values()
+        if number.value and not number.name.startswith(f"{SENSORS}.")
+    ]
+    moved = {key: abs(fit.alone - fit.value) for key, fit in overlay.nominal.items()}
+    far = {
+        key: by / sets.parameters[key].tolerance
+        for key, by in moved.items()
+        if key in sets.tolerances
+    }
+    keys = [key for c in sets.candidates if c.name in effects for key in c.keys]
+    keys += sorted((key for key in far if far[key] > _MOVED), key=lambda key: -far[key])
+    found = (number_behind(sets, known, key, vehicle.robot.links[0]) for key in keys)
+    return list(dict.fromkeys(n.name for n in found if n is not None))[:_MOST_NUMBERS]
 
 
 def _alone(problem: Problem, overlay: Overlay) -> Model | None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from seals.config.overrides import typed
 from seals.errors import ConfigError, LogError, suggestion
 from seals.logs.native import TABLES
 from seals.sysid.validation.answer_form import refuse_damaged
@@ -37,8 +38,9 @@ class Finding:
         effects: entries of the answer, in its order.
         verdict: of the answer.
         chosen: whether the user picked one of several.
-        log: folder of the log as the answer names it; empty when it does not.
-        sha256: of the log's table; empty when not known.
+        logs: folder of each log as the answer names it, with the SHA-256 of its table, empty where
+            it is not known; none when it does not name them.
+        without: effects that were left out of the nominal model.
         nominal: fitted nominal values by parameter key, when the answer holds them.
         covariance: ``parameters`` and ``matrix`` of all of them, when the answer holds them.
         formula: entry of an unnamed effect that the user accepts, or None.
@@ -48,11 +50,11 @@ class Finding:
     effects: tuple[Mapping[str, Any], ...]
     verdict: str
     chosen: bool
-    log: str
-    sha256: str
+    logs: Mapping[str, str]
     nominal: Mapping[str, Mapping[str, float]]
     covariance: Mapping[str, Any] = field(default_factory=dict)
     formula: Mapping[str, Any] | None = None
+    without: tuple[str, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -62,7 +64,12 @@ class Finding:
 
 
 def read_answer(
-    where: str | Path, *, choose: str | None = None, accept: str | None = None, key: str = KEY
+    where: str | Path,
+    *,
+    choose: str | None = None,
+    accept: str | None = None,
+    key: str = KEY,
+    robot: str = "",
 ) -> Finding:
     """Read a diagnosis and choose the effects to add.
 
@@ -71,6 +78,7 @@ def read_answer(
         choose: which one of an ambiguous set.
         accept: ``formula`` for the formula found in place of a named effect.
         key: that named it, for messages.
+        robot: words that give the robot, for the command of a message.
 
     Raises:
         ConfigError: there is no diagnosis, or its verdict gives nothing to add.
@@ -90,7 +98,7 @@ def read_answer(
         if verdict not in (*_GIVING, *_REFUSED) or (verdict in _GIVING and not names):
             raise ValueError(f"verdict {verdict!r:.40} with {len(names)} effects")
         why = "; ".join(str(reason) for reason in raw.get("reasons") or ())
-        log, nominal = dict(raw.get("log") or {}), _determined(raw.get("nominal") or {})
+        nominal = _determined(raw.get("nominal") or {})
         text = str((raw.get("formula") or {}).get("text", ""))
     except LogError as cause:
         fault = str(cause).partition("\n")[0].rstrip(".")
@@ -106,19 +114,32 @@ def read_answer(
             f"{path}: the verdict is {verdict}: {_REFUSED[verdict]}{f' ({why})' if why else ''}.\n"
             f"{advice}"
         )
+    plan = f"seals plan {typed('diagnosis', str(where))}{robot}"
     return Finding(
         file=path,
-        effects=() if law is not None else _chosen(effects, verdict, choose, key),
+        effects=() if law is not None else _chosen(effects, verdict, choose, key, plan),
         verdict=verdict,
         chosen=choose is not None,
-        log=str(log.get("path") or ""),
-        sha256=str(log.get("sha256") or ""),
+        logs=logs_of(raw),
         # the nominal values of an answer are those beside its first effect
         nominal=nominal if choose in (None, *names[:1]) else {},
         # so does the covariance: entries of another choice have other numbers
         covariance=dict(raw.get("covariance") or {}) if choose is None else {},
         formula=law,
+        without=tuple(raw.get("without") or ()),
     )
+
+
+def logs_of(answer: Mapping[str, Any]) -> dict[str, str]:
+    """Return the paths of the logs of an answer, with the SHA-256 of each; empty if unknown.
+
+    Example:
+        >>> logs_of({"log": {"logs": [{"path": "/a", "sha256": "0f"}, {"path": "/b"}]}})
+        {'/a': '0f', '/b': ''}
+    """
+    log = answer.get("log") or {}
+    every = log.get("logs") or [log]
+    return {str(one["path"]): str(one.get("sha256") or "") for one in every if one.get("path")}
 
 
 def _determined(nominal: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, float]]:
@@ -143,7 +164,7 @@ def _formula(
 
 
 def _chosen(
-    effects: Sequence[Mapping[str, Any]], verdict: str, choose: str | None, key: str
+    effects: Sequence[Mapping[str, Any]], verdict: str, choose: str | None, key: str, plan: str
 ) -> tuple[Mapping[str, Any], ...]:
     names = [str(e["name"]) for e in effects]
     if choose is None:
@@ -151,7 +172,7 @@ def _chosen(
             own = f", or take one on your own judgement: choose={names[0]}" if key == KEY else ""
             raise ConfigError(
                 f"the diagnosis is ambiguous: {' or '.join(names)}.\n"
-                f"Plan a flight that tells them apart (seals plan effects=[{','.join(names)}]){own}"
+                f"Plan a flight that tells them apart ({plan}){own}"
             )
         return tuple(effects)
     if choose not in names:

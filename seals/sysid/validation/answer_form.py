@@ -31,6 +31,12 @@ def refuse_damaged(answer: Any) -> None:
         _effect(_kind(effect, Mapping, f"effects[{k}]"), f"effects[{k}]")
     for key in ("log", "nominal", "formula"):
         _kind(answer.get(key) or {}, Mapping, key)
+    log = answer.get("log") or {}
+    _kind(log.get("path") or "", str, "log.path")
+    for k, part in enumerate(_kind(log.get("logs") or [], list, "log.logs")):
+        _kind(_kind(part, Mapping, f"log.logs[{k}]").get("path"), str, f"log.logs[{k}].path")
+    for k, name in enumerate(_kind(answer.get("without") or [], list, "without")):
+        _kind(name, str, f"without[{k}]")
     for key, entry in (answer.get("nominal") or {}).items():
         for name, value in _kind(entry, Mapping, f"nominal.{key}").items():
             # null stands for what the log did not determine

@@ -8,17 +8,25 @@ from pathlib import Path
 from typing import Any
 
 from seals.config.overlay import Overlay, find_overlay, load_overlay, overlay_names, read_overlay
+from seals.config.overrides import typed
 from seals.errors import ConfigError, MissingExtra, SealsError, suggestion
 from seals.logs.atomic import write_json
 from seals.logs.log import Log
 from seals.run.progress import progress
-from seals.sysid.data.robot_description import RobotDescription, describe_run, described
+from seals.sound_numbers import refuse_undefined, trials
 from seals.sysid.data.supply import supply_words
 from seals.sysid.predictors.problem import Problem, prepare
-from seals.sysid.report.given_logs import read_log
-from seals.sysid.validation.ablation import Ablation, compare_ends, replay_count, replay_variants
+from seals.sysid.report.given_logs import GivenLogs, given_logs, robot_name, sources
+from seals.sysid.report.naming import log_names
+from seals.sysid.validation.ablation import (
+    Ablation,
+    compare_ends,
+    numbers_in_question,
+    replay_count,
+    replay_variants,
+)
 from seals.sysid.validation.acceleration import acceleration_of, draw_acceleration
-from seals.sysid.validation.answer import log_digest, read_answer
+from seals.sysid.validation.answer import Finding, logs_of, read_answer
 from seals.sysid.validation.drawing import draw_ablation, print_table
 from seals.sysid.validation.refit import refit
 from seals.sysid.validation.verification import Verification, judge, sentences
@@ -39,23 +47,27 @@ def add(config: Any) -> int:
             "diagnosis is not given.\nSay which: seals add diagnosis=FOLDER name=MY_MODEL"
         )
     target = _target(config)
-    finding = read_answer(str(config.diagnosis), choose=config.choose, accept=config.accept)
-    place = str(config.log or finding.log)
-    if not place:
+    robot = f" {typed('robot', robot_name(config))}" if config.robot.folder else ""
+    finding = read_answer(
+        str(config.diagnosis), choose=config.choose, accept=config.accept, robot=robot
+    )
+    if config.log is None and not finding.logs:
         raise ConfigError(f"{finding.file} does not say which log it is of.\nGive it: log=FOLDER")
-    log, digest = _read(config, place, "log"), log_digest(place)
-    if finding.sha256 and finding.sha256 != digest:
-        raise ConfigError(
-            f"log={place} is not the log that was diagnosed: its content differs.\n"
-            "Give the very log, or diagnose this one."
-        )
+    given = given_logs(config, config.log or list(finding.logs), noted=finding.without)
+    source = sources(given.places)
+    _refuse_other_logs(finding.logs, logs_of({"log": source}))
     base = _base(config.base)
-    found = refit(log, finding, robot=_robot(config, place))
-    content = overlay_of(finding, found, base, log=str(Path(place).resolve()), sha256=digest)
+    log, described = given.read()
+    names = _names_in(finding, logs_of({"log": source}))
+    found = refit(log, finding, robot=described, names=names)
+    content = overlay_of(finding, found, base, source=source, without=given.without)
     content["provenance"]["vehicle"] = str((log.meta.get("vehicle") or {}).get("name", ""))
     read_overlay({"name": target.stem, "file": str(target), **content})
+    option = target.stem if target.parent == Path("models") else str(target)
     target.parent.mkdir(parents=True, exist_ok=True)
-    write_overlay(target, target.stem, content)
+    write_overlay(
+        target, option, content, robot=robot or " robot=MY_ROBOT", given=given.robot_words
+    )
     print(f"{content['summary']}: written to {target}")
     for effect in finding.effects:
         if "active" in effect:
@@ -67,9 +79,41 @@ def add(config: Any) -> int:
         print("The log cannot tell this effect from others: it was chosen by you.")
     if finding.formula is not None:
         print(f"An unnamed force, accepted by you: {finding.formula['text']}")
-    option = target.stem if target.parent == Path("models") else target
-    print(f"Next, on a log that was not fitted: seals verify log=FOLDER model={option}")
+    command = f"seals verify log=ANOTHER_LOG {typed('model', option)}{given.robot_words}"
+    print(f"Next, on a log that was not fitted:\n  {command}")
     return 0
+
+
+def _names_in(finding: Finding, given: Mapping[str, str]) -> list[str]:
+    """Return the names that a diagnosis gave some logs; those that have moved keep theirs."""
+    diagnosed = zip(finding.logs.values(), log_names(list(finding.logs)), strict=True)
+    known = {digest: name for digest, name in diagnosed if digest}
+    own = zip(given.values(), log_names(list(given)), strict=True)
+    return [known.get(digest, name) for digest, name in own]
+
+
+def _refuse_other_logs(diagnosed: Mapping[str, str], given: Mapping[str, str]) -> None:
+    """Refuse logs whose contents are not those that were diagnosed.
+
+    Args:
+        diagnosed: paths with the SHA-256 of each table; empty where it is not known.
+        given: likewise.
+
+    Raises:
+        ConfigError: it says which log differs.
+    """
+    if len(given) != len(diagnosed) and diagnosed:
+        raise ConfigError(
+            f"log={','.join(given)}: {len(diagnosed)} logs were diagnosed, {len(given)} given.\n"
+            f"Give the very logs: {typed('log', list(diagnosed))}; or diagnose the given ones."
+        )
+    known = [digest for digest in diagnosed.values() if digest]
+    for place, digest in given.items():
+        if len(known) == len(diagnosed) > 0 and digest not in known:
+            raise ConfigError(
+                f"log={place} is not the log that was diagnosed: its content differs.\n"
+                "Give the very log, or diagnose this one."
+            )
 
 
 def verify(config: Any) -> int:
@@ -94,30 +138,69 @@ def verify(config: Any) -> int:
         raise ConfigError(
             f"model '{overlay.name}' adds no effect.\nGive it one under effects, or add one anew."
         )
-    logs = {p: _read(config, p, k) for p, k in _places(config)}
-    for log in logs.values():
+    noted = overlay.provenance.get("without")
+    noted = [name for name in noted if isinstance(name, str)] if isinstance(noted, list) else []
+    places = [given_logs(config, noted=noted)]
+    places += [given_logs(config, [old], key="older", noted=noted) for old in config.older]
+    problems: dict[str, Problem] = {}
+    logs: list[Log] = []
+    for given in places:
+        log, robot = given.read()
         _same_vehicle(overlay, log)
-    problems = {p: prepare(log, robot=_robot(config, p)) for p, log in logs.items()}
-    found = verified(overlay, problems, str(config.log))
+        logs.append(log)
+        with trials():
+            problems[_name_of(given, log)] = prepare(log, robot=robot)
+    found = verified(overlay, problems, fitted=_was_fitted(overlay, places[0]))
     out = Path(config.out or HydraConfig.get().runtime.output_dir)
-    _write(out, found, logs[str(config.log)])
+    _write(out, found, logs[0])
     print_table(found)
     print("\n".join(sentences(found)))
     _tell_supply(problems)
     if found.withdrawn and _lies_in(overlay.file, raw):
         withdraw(Path(overlay.file), found.withdrawn)
         print(f"{overlay.file}: marked as withdrawn.")
+    print(_commands(found, places[0], next(iter(problems.values()))), end="")
     print(f"\n{out / RESULT}")
     return found.exit_code
 
 
+def _name_of(given: GivenLogs, log: Log) -> str:
+    """Name under which one log or several joined ones stand in the answer."""
+    return given.places[0].name if len(given.places) == 1 else log.name
+
+
+def _was_fitted(overlay: Overlay, given: GivenLogs) -> bool:
+    """Whether a model was fitted on one of some logs."""
+    known = overlay.provenance.get("log_sha256")
+    known = known if isinstance(known, list) else [known]
+    return any(d in known for d in logs_of({"log": sources(given.places)}).values() if d)
+
+
+def _commands(found: Verification, given: GivenLogs, problem: Problem) -> str:
+    """Return what would settle more, as commands."""
+    known = {c.name for c in problem.plant.candidate_set.candidates}
+    effects = [n for n in found.overlay.provenance.get("confidence") or {} if n in known]
+    numbers = numbers_in_question(problem, found.overlay, effects, given.robot)
+    words = f"{given.log_words}{given.robot_words}"
+    out = ""
+    vehicle = problem.vehicle
+    # a body that is thrown through the air has no manoeuvre
+    if effects and (len(vehicle.lag) or vehicle.has_water):
+        command = f"seals plan {typed('effects', effects)} {words}"
+        out += f"The flight that shows {' and '.join(effects)} best:\n  {command}\n"
+    if numbers:
+        command = f"seals calibrate {words} {typed('parameters', numbers)}"
+        out += f"Stated numbers that it changes, or that move in its place:\n  {command}\n"
+    return out
+
+
 def _tell_supply(problems: Mapping[str, Problem]) -> None:
     """Print which logs do not tell the voltage that limits their drives."""
-    for place, problem in problems.items():
+    for name, problem in problems.items():
         samples = problem.samples
         words = supply_words(samples.command, problem.vehicle) if samples.voltage is None else ""
         if words:
-            print(f"{Path(place).name}: {words}")
+            print(f"{name}: {words}")
 
 
 def _lies_in(file: str, model: Mapping[str, Any]) -> bool:
@@ -128,45 +211,31 @@ def _lies_in(file: str, model: Mapping[str, Any]) -> bool:
         return False
 
 
-def verified(overlay: Overlay, problems: Mapping[str, Problem], first: str) -> Verification:
+@trials()
+def verified(overlay: Overlay, problems: Mapping[str, Problem], *, fitted: bool) -> Verification:
     """Verify a model on one log by all variants, on older logs by first and last variant.
 
     Args:
         overlay: the model.
-        problems: logs made ready, by folder.
-        first: folder of the log on which all variants are replayed; the others are older ones.
+        problems: logs made ready, by name: the first is replayed on all variants.
+        fitted: whether the model was fitted on the first.
+
+    Raises:
+        LogError: no error can be computed.
     """
-    fitted = log_digest(first) == overlay.provenance.get("log_sha256")
-    ablation = _with_bar(first, problems[first], overlay, whole=True)
-    older = [
-        _with_bar(place, problem, overlay, whole=False)
-        for place, problem in problems.items()
-        if place != first
-    ]
+    (first, problem), *rest = problems.items()
+    ablation = _with_bar(first, problem, overlay, whole=True)
+    older = [_with_bar(name, other, overlay, whole=False) for name, other in rest]
+    for one in (ablation, *older):
+        refuse_undefined("error", [one.first.level, one.last.level])
     return judge(overlay, ablation, older, fitted=fitted)
 
 
-def _with_bar(place: str, problem: Problem, overlay: Overlay, *, whole: bool) -> Ablation:
-    name, count = Path(place).name, problem.fitter.windows.count
+def _with_bar(name: str, problem: Problem, overlay: Overlay, *, whole: bool) -> Ablation:
+    count = problem.fitter.windows.count
     replays = replay_count(overlay) if whole else 2 + bool(overlay.nominal)
     with progress(f"replaying {name}", count * replays) as tell:
         return (replay_variants if whole else compare_ends)(name, problem, overlay, tell=tell)
-
-
-def _places(config: Any) -> list[tuple[str, str]]:
-    """Paths of all logs, and the keys of the configuration that name them."""
-    return [(str(config.log), "log"), *((str(p), "older") for p in config.older)]
-
-
-def _robot(config: Any, place: str) -> RobotDescription | None:
-    """Return the given robot, else that of a simulated run, else None for a vehicle by log."""
-    return described(config) or describe_run(Path(place))
-
-
-def _read(config: Any, place: str, key: str) -> Log:
-    if not Path(place).exists():
-        raise ConfigError(f"{key}={place}: there is no such file or folder.\nGive a log folder.")
-    return read_log(config, Path(place))
 
 
 def _same_vehicle(overlay: Overlay, log: Log) -> None:

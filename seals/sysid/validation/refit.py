@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from seals.arrays import Floats
 from seals.errors import ConfigError, suggestion
 from seals.logs.log import Log
+from seals.sound_numbers import refuse_undefined, trials
 from seals.sysid.candidates.activity import ACTIVE, read_activity
 from seals.sysid.candidates.parameters import Candidate, CandidateSet
 from seals.sysid.data.robot_description import RobotDescription
@@ -75,13 +76,21 @@ class Refit:
         return out
 
 
-def refit(log: Log, finding: Finding, *, robot: RobotDescription | None = None) -> Refit:
+@trials()
+def refit(
+    log: Log,
+    finding: Finding,
+    *,
+    robot: RobotDescription | None = None,
+    names: Sequence[str] = (),
+) -> Refit:
     """Fit the effects of a diagnosis again, starting from its values.
 
     Args:
-        log: in which they were found.
+        log: in which they were found, or several joined ones.
         finding: effects to fit.
         robot: as its folder describes it; None for the vehicle of the metadata.
+        names: of the logs in the diagnosis; the log's own when left out.
 
     Raises:
         ConfigError: an effect is none that this vehicle could be missing, or has too many variants.
@@ -89,7 +98,7 @@ def refit(log: Log, finding: Finding, *, robot: RobotDescription | None = None) 
     """
     problem = prepare(log, robot=robot)
     choices = [
-        [_acting(c, effect, log.name) for c in candidates_for(problem, effect)]
+        [_acting(c, effect, names or (log.name,)) for c in candidates_for(problem, effect)]
         for effect in finding.effects
     ]
     _refuse_many(choices)
@@ -102,6 +111,7 @@ def refit(log: Log, finding: Finding, *, robot: RobotDescription | None = None) 
     combo = tuple(c.throughout for c in combo)
     for candidate, effect in zip(combo, finding.effects, strict=True):
         values |= stated(candidate, effect, fitter.candidate_set)
+    refuse_undefined("fit", values.values())
     return Refit(
         candidates=combo,
         values=values,
@@ -128,22 +138,22 @@ def _refuse_many(choices: list[list[Candidate]]) -> None:
         )
 
 
-def _acting(candidate: Candidate, effect: Mapping[str, Any], log: str) -> Candidate:
-    """Return the effect with its active times in one log.
+def _acting(candidate: Candidate, effect: Mapping[str, Any], logs: Sequence[str]) -> Candidate:
+    """Return the effect with its active times in some logs.
 
     Raises:
         ConfigError: it does not act there.
     """
     if "active" not in effect:
         return candidate
-    entries = [entry for entry in effect["active"] if entry["log"] == log]
+    entries = [entry for entry in effect["active"] if entry["log"] in logs]
     if not entries:
         others = ", ".join(str(entry["log"]) for entry in effect["active"])
         raise ConfigError(
-            f"'{candidate.name}' does not act in log '{log}'.\n"
+            f"'{candidate.name}' does not act in log '{', '.join(logs)}'.\n"
             f"Give a log in which it does: {others}"
         )
-    return candidate.acting(read_activity(entries, [log]))
+    return candidate.acting(read_activity(entries, list(logs)))
 
 
 def candidates_for(problem: Problem, effect: Mapping[str, Any]) -> list[Candidate]:
@@ -162,7 +172,9 @@ def candidates_for(problem: Problem, effect: Mapping[str, Any]) -> list[Candidat
     found = [
         c
         for c in every
-        if c.name == name and all(given.get(k, v) == v for k, v in c.variant.items())
+        if c.name == name
+        and c.law == str(effect.get("law", ""))
+        and all(given.get(k, v) == v for k, v in c.variant.items())
     ]
     if not found:
         raise ConfigError(

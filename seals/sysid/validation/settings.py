@@ -6,18 +6,20 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from seals.field_roles import roles
-from seals.robot.settings import LogRobotSettings
+from seals.sysid.report.settings import GivenLogsSettings
 
 
 @roles(
-    data="name choose accept reader",
-    read="diagnosis base log",
+    data="name choose accept",
+    read="diagnosis base",
     write="folder",
     permission="replace",
 )
 @dataclass(kw_only=True)
-class AddSettings(LogRobotSettings):
+class AddSettings(GivenLogsSettings):
     """Settings of ``seals add``: the diagnosis to read and the model to write.
+
+    Logs and what was left out of the nominal model are those of the diagnosis, unless given.
 
     Args:
         diagnosis: folder that ``seals diagnose`` wrote, or the file in it.
@@ -26,8 +28,6 @@ class AddSettings(LogRobotSettings):
         base: model whose effects the new one keeps; a name or a file, or None.
         choose: which effect of an ambiguous answer to add, or None.
         accept: ``formula`` to add the formula found for a force that no effect explains, or None.
-        log: log that was diagnosed, when the diagnosis does not name it or it has moved.
-        reader: plug-in that reads the log.
         replace: whether a model of this name may be overwritten.
     """
 
@@ -37,30 +37,24 @@ class AddSettings(LogRobotSettings):
     base: str | None = None
     choose: str | None = None
     accept: str | None = None
-    log: str | None = None
-    reader: Any = None
     replace: bool = False
 
 
-@roles(data="name model reader force", read="log older", write="out")
+@roles(data="name model force", read="older", write="out")
 @dataclass(kw_only=True)
-class VerifySettings(LogRobotSettings):
+class VerifySettings(GivenLogsSettings):
     """Settings of ``seals verify``: model, held-out log, and logs it must not make worse.
 
     Args:
         name: of the verification, part of the run folder's name.
-        log: log folder.
         model: the model, chosen by name or file.
         older: further log folders of the same vehicle.
-        reader: plug-in that reads the logs.
         out: folder of the answer, or None for the run's folder.
         force: whether to take a model that was withdrawn.
     """
 
     name: str = "verify"
-    log: str | None = None
     model: Any = None
     older: list[str] = field(default_factory=list)
-    reader: Any = None
     out: str | None = None
     force: bool = False

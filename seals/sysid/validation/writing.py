@@ -13,20 +13,21 @@ from typing import Any
 import seals
 from seals import registry
 from seals.config.overlay import WAVE, free_name
+from seals.config.overrides import typed
 from seals.effects.effect import Effect, MediumKind
 from seals.errors import ConfigError
 from seals.logs.atomic import plain, write_text
 from seals.schema import parameters_of
 from seals.sysid.candidates.activity import active_words
 from seals.sysid.candidates.parameters import Candidate
-from seals.sysid.validation.answer import FORMULA, Finding
+from seals.sysid.validation.answer import FORMULA, Finding, logs_of
 from seals.sysid.validation.model import by_instance
 from seals.sysid.validation.refit import Refit
 
 _HEAD = """\
 # Model '{name}': {summary}.
-# Use it:     seals run robot=MY_ROBOT +model={name}
-# Verify it:  seals verify log=ANOTHER_LOG model={name}
+# Use it:     seals run{robot} +{model}
+# Verify it:  seals verify log=ANOTHER_LOG {model}{given}
 # Numbers may be edited by hand; names and bounds are checked when the file is read.
 """
 
@@ -49,7 +50,12 @@ class Part:
 
 
 def overlay_of(
-    finding: Finding, found: Refit, base: Mapping[str, Any], *, log: str, sha256: str
+    finding: Finding,
+    found: Refit,
+    base: Mapping[str, Any],
+    *,
+    source: Mapping[str, Any],
+    without: Sequence[str] = (),
 ) -> dict[str, Any]:
     """Return the content of an overlay.
 
@@ -57,8 +63,8 @@ def overlay_of(
         finding: the answer.
         found: fitted values.
         base: content of the model that it adds to; empty for none.
-        log: path of the log.
-        sha256: of its table.
+        source: path and SHA-256 of the log, or a list of them, as in an answer.
+        without: effects that were left out of the nominal model.
 
     Raises:
         ConfigError: the base holds one of the effects already.
@@ -84,14 +90,14 @@ def overlay_of(
         sections["effects"][free_name(FORMULA, sections["effects"])] = entry
     words = [*(str(e["name"]) for e in finding.effects)]
     words += [] if finding.formula is None else ["an unnamed force"]
-    out: dict[str, Any] = {"summary": f"{' and '.join(words)}, found in {Path(log).name}"}
+    out: dict[str, Any] = {"summary": f"{' and '.join(words)}, found in {_names(source)}"}
     out |= {key: value for key, value in sections.items() if value}
     out["nominal"] = {
         key: {k: _short(x) for k, x in {**v, **(finding.nominal.get(key) or {})}.items()}
         for key, v in found.nominal.items()
     }
     out["speeds"] = [_short(x) for x in found.speeds]
-    out["provenance"] = _provenance(finding, base, log=log, sha256=sha256)
+    out["provenance"] = _provenance(finding, base, source, without)
     return out
 
 
@@ -101,11 +107,28 @@ def timed_words(effect: Mapping[str, Any]) -> str:
     return active_words(entries, [str(entry["log"]) for entry in entries])
 
 
-def write_overlay(path: Path, name: str, content: Mapping[str, Any]) -> None:
-    """Write an overlay file with usage comments."""
+def write_overlay(
+    path: Path,
+    option: str,
+    content: Mapping[str, Any],
+    *,
+    robot: str = " robot=MY_ROBOT",
+    given: str = "",
+) -> None:
+    """Write an overlay file with usage comments.
+
+    Args:
+        path: of the file.
+        option: value of ``model=`` that takes it.
+        content: of the file.
+        robot: word of the command line that gives the robot, behind a blank.
+        given: the same and what is left out of the nominal model; empty where the log describes its
+            vehicle.
+    """
     import yaml
 
-    head = _HEAD.format(name=name, summary=content.get("summary", ""))
+    words = {"robot": robot, "given": given, "model": typed("model", option)}
+    head = _HEAD.format(name=path.stem, summary=content.get("summary", ""), **words)
     body = yaml.safe_dump(plain(dict(content)), sort_keys=False, default_flow_style=None, width=100)
     write_text(path, head + body)
 
@@ -208,12 +231,19 @@ def _refuse_twice(part: Part, sections: Mapping[str, Any], base: Mapping[str, An
         )
 
 
+def _names(source: Mapping[str, Any]) -> str:
+    return " and ".join(Path(path).name for path in logs_of({"log": source}))
+
+
 def _provenance(
-    finding: Finding, base: Mapping[str, Any], *, log: str, sha256: str
+    finding: Finding, base: Mapping[str, Any], source: Mapping[str, Any], without: Sequence[str]
 ) -> dict[str, Any]:
+    logs = logs_of({"log": source})
+    paths, digests = list(logs), [digest for digest in logs.values() if digest]
     out: dict[str, Any] = {
-        "log": log,
-        "log_sha256": sha256,
+        "log": paths[0] if len(paths) == 1 else paths,
+        "log_sha256": digests[0] if len(digests) == 1 else digests,
+        **({"without": list(without)} if without else {}),
         "verdict": finding.verdict,
         "confidence": {str(e["name"]): _short(e.get("confidence", 0.0)) for e in finding.effects},
         "diagnosis": str(finding.file.resolve()),

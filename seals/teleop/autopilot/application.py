@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from seals.config.overrides import typed
 from seals.errors import ConfigError
 from seals.run.application import run_into, short_path
 from seals.run.build import build_run
@@ -111,7 +112,7 @@ def _fly(
         kept.time.duration = float(record.log.time[-1])
     write_config(folder, kept)
     if record.ending is Ending.done:
-        print(f"the same again: seals run repeat={short_path(folder)}")
+        print(f"the same again: seals run {typed('repeat', str(short_path(folder)))}")
     return record
 
 

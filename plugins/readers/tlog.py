@@ -1,0 +1,366 @@
+"""Reader of telemetry logs: MAVLink as a ground station received it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.arrays import Floats
+from seals.errors import LogError, suggestion
+from seals.field_roles import roles
+from seals.logs.column_map import ColumnMap
+from seals.logs.log import Log
+from seals.logs.merge import Stream
+from seals.logs.units import STANDARD_GRAVITY
+from seals.plugins.readers.ardupilot import motor_pulses
+from seals.plugins.readers.mapped import ReaderMapped
+from seals.plugins.readers.ned import (
+    enu,
+    flu,
+    flu_in_enu,
+    from_first,
+    in_body,
+    orientation,
+    quaternion_of,
+)
+from seals.plugins.readers.ros_streams import CLOCKS
+from seals.plugins.readers.streams import by_topic, finished, refuse_unknown, vector
+from seals.plugins.readers.tlog_file import Packets, parse
+from seals.untrusted_io import read_bytes
+
+_NO_AUTOPILOT = 8
+_ARDUPILOT = 3
+_SUBMARINE = 12
+_FIX_3D = 3
+_DOWN = 25
+_RPM = 2.0 * np.pi / 60.0
+_CALENDAR = 946_684_800_000_000
+"""Stamps above this are microseconds since 1970, others since the start of the vehicle."""
+_WRAP = 1 << 32
+_LATEST = 5_000_000
+"""A stamp that falls back by more is that of a vehicle that began anew [us]."""
+_PART = re.compile(r"(?P<name>\w+)(?:\[(?P<index>\d{1,3})\])?")
+
+
+@roles(data="topics clock")
+@dataclass(kw_only=True)
+class ReaderTlog(ReaderMapped):
+    """Telemetry logs (``.tlog``) of MAVLink vehicles: ArduPilot, PX4; other fields by a map.
+
+    Channels:
+        ``HIGHRES_IMU``, ``ATTITUDE_QUATERNION`` (else ``ATTITUDE``) with body rates, accelerometer
+        of ``RAW_IMU`` (ArduPilot; else ``SCALED_IMU``, ``SCALED_IMU2``), ``LOCAL_POSITION_NED``
+        (else ``GLOBAL_POSITION_INT``), ``GPS_RAW_INT``, ``BATTERY_STATUS`` (else ``SYS_STATUS``),
+        ``SERVO_OUTPUT_RAW``, ``ESC_TELEMETRY``, ``DISTANCE_SENSOR`` downwards; of submarines the
+        depth. Others by ``columns``.
+    Units:
+        Thousandths of g and of gauss, mrad/s, cm/s, mV, cA, rpm become SI; body
+        forward-right-down and world north-east-down become FLU and ENU; ``motor_pwm`` stays in us.
+        Stamps are those of the vehicle, where a message has one, on the clock of the ground
+        station: as late as the fastest packet. Others have the time of their arrival.
+    Limitations:
+        A radio link carries a few samples a second, too few for a diagnosis of fast motion: take
+        the log on board (``.bin``, ``.ulg``). Fields of a map are numbers as they were sent.
+
+    Args:
+        topics: known messages to read; empty for all.
+        columns: ``MESSAGE/FIELD`` (``SCALED_PRESSURE2/press_abs``, ``BATTERY_STATUS/voltages[0]``)
+            -> column of the log.
+        clock: ``header`` takes the stamp of the vehicle, ``record`` the time of arrival.
+        system: number of the vehicle; 0 for the only one.
+    """
+
+    kind: ClassVar[str] = "tlog"
+
+    topics: list[str] = field(default_factory=list)
+    clock: str = "header"
+    system: int = 0
+
+    def __post_init__(self) -> None:
+        if self.clock not in CLOCKS:
+            raise LogError(f"clock={self.clock!r} is not allowed.\nAllowed: {', '.join(CLOCKS)}")
+
+    def read(self, source: str | Path | None = None) -> list[Log]:
+        """Return the log of one vehicle.
+
+        Raises:
+            LogError: nothing was given, the file cannot be used, or holds several vehicles.
+            MissingExtra: pymavlink is absent.
+        """
+        given, chosen = self.given(source), self.chosen()
+        where = str(given)
+        about = _vehicle(parse(read_bytes(given), where=where), self.system, where)
+        samples = about.samples
+        wanted = by_topic(chosen)
+        refuse_unknown([*self.topics, *wanted], samples, where=where)
+        stamps = _all_stamps(samples, own=self.clock == "header")
+        streams = [
+            Stream(
+                name=topic,
+                stamps=stamps[topic],
+                columns=_mapped(topic, samples[topic], wanted[topic], chosen),
+            )
+            for topic in wanted
+        ]
+        taken = set(self.columns.values())
+        for topic, make in _TOPICS.items():
+            if topic in samples and (not self.topics or topic in self.topics):
+                found = make(samples[topic].rows, about, stamps)
+                columns = {key: values for key, values in found.items() if key not in taken}
+                streams.append(Stream(name=topic, stamps=stamps[topic], columns=columns))
+                taken |= columns.keys()
+        meta: dict[str, Any] = {"motor_command": "pwm"} if "SERVO_OUTPUT_RAW" in samples else {}
+        meta |= self.meta
+        return [finished(streams, given, meta=meta, name=self.name, licence=self.licence)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Vehicle:
+    """Messages of one autopilot by name, and what it says it is."""
+
+    samples: dict[str, Packets]
+    kind: int
+    autopilot: int
+    parameters: dict[str, float]
+
+
+def _vehicle(found: Mapping[tuple[int, int, str], Packets], system: int, where: str) -> _Vehicle:
+    beats = {
+        (sender, component): packets.rows[-1]
+        for (sender, component, name), packets in found.items()
+        if name == "HEARTBEAT" and packets.rows["autopilot"][-1] != _NO_AUTOPILOT
+    }
+    there = ", ".join(str(sender) for sender, _ in sorted(beats))
+    mine = [one for one in sorted(beats) if system in (0, one[0])]
+    if not mine:
+        raise LogError(
+            f"'{where}' holds no messages of {f'vehicle {system}' if system else 'an autopilot'}.\n"
+            f"Vehicles there: {there or '(none)'}"
+        )
+    if len({sender for sender, _ in mine}) > 1:
+        raise LogError(f"'{where}' holds vehicles {there}.\nChoose one: reader.system={mine[0][0]}")
+    sender, component = mine[0]
+    samples = {
+        name: _in_order(_first_instance(packets))
+        for (their_sender, their_component, name), packets in found.items()
+        if (their_sender, their_component) == (sender, component)
+    }
+    told = samples.get("PARAM_VALUE")
+    parameters = {}
+    if told is not None:
+        names = [bytes(one).decode("latin-1") for one in told.rows["param_id"]]
+        parameters = dict(zip(names, told.rows["param_value"].astype(float).tolist(), strict=True))
+    return _Vehicle(
+        samples=samples,
+        kind=int(beats[mine[0]]["type"]),
+        autopilot=int(beats[mine[0]]["autopilot"]),
+        parameters=parameters,
+    )
+
+
+def _first_instance(packets: Packets) -> Packets:
+    """Return the messages of the first battery, sensor or port."""
+    for name in ("id", "port"):
+        if name in (packets.rows.dtype.names or ()):
+            kept = packets.rows[name] == packets.rows[name].min()
+            return Packets(rows=packets.rows[kept], arrived=packets.arrived[kept])
+    return packets
+
+
+def _in_order(packets: Packets) -> Packets:
+    """Return messages in the order of their own stamps; links deliver some late, after others."""
+    own = _own(packets.rows)
+    if own is None or np.diff(own).min(initial=0) < -_LATEST:
+        return packets
+    order = np.argsort(own, kind="stable")
+    return Packets(rows=packets.rows[order], arrived=packets.arrived[order])
+
+
+def _all_stamps(samples: Mapping[str, Packets], *, own: bool) -> dict[str, NDArray[np.int64]]:
+    """Return stamps of all messages [us], on the clock of the ground station."""
+    found = {name: packets.arrived for name, packets in samples.items()}
+    stated = {name: _own(packets.rows) for name, packets in samples.items()} if own else {}
+    told = {name: stamps for name, stamps in stated.items() if stamps is not None}
+    for calendar in (False, True):
+        mine = {name: own for name, own in told.items() if (own[0] > _CALENDAR) == calendar}
+        if mine:
+            delay = min(int((found[name] - own).min()) for name, own in mine.items())
+            found |= {name: own + delay for name, own in mine.items()}
+    return found
+
+
+def _own(rows: NDArray[Any]) -> NDArray[np.int64] | None:
+    """Return the stamps that a message states [us]; None where it states none."""
+    names = rows.dtype.names or ()
+    for name, micro in (("time_boot_ms", 1000), ("time_usec", 1)):
+        if name in names:
+            stamps = rows[name].astype(np.int64)
+            # 32 bits of microseconds begin anew after 72 minutes
+            wraps = np.cumsum(np.append(0, np.diff(stamps) < -_WRAP // 2))
+            stamps = stamps + (_WRAP * wraps if rows[name].dtype.itemsize == 4 else 0)
+            return np.asarray(stamps * micro) if np.all(rows[name] > 0) else None
+    return None
+
+
+def _mapped(
+    topic: str, packets: Packets, fields: dict[str, str], chosen: ColumnMap
+) -> dict[str, Floats]:
+    return {
+        column: chosen.converted(_field(packets.rows, name, topic), f"{topic}/{name}", column)
+        for name, column in fields.items()
+    }
+
+
+def _field(rows: NDArray[Any], path: str, topic: str) -> Floats:
+    match = _PART.fullmatch(path)
+    names = rows.dtype.names or ()
+    if match is None or match["name"] not in names:
+        raise LogError(f"'{topic}' has no field '{path}'.\n" + suggestion(path, names))
+    values = rows[match["name"]]
+    if values.dtype.kind == "S":
+        raise LogError(f"'{topic}/{path}' holds text, a number is needed.")
+    if values.ndim == 2:
+        index = int(match["index"] or values.shape[1])
+        if index >= values.shape[1]:
+            raise LogError(
+                f"'{topic}/{path}': write {match['name']}[0] to [{values.shape[1] - 1}]."
+            )
+        values = values[:, index]
+    return np.asarray(values, dtype=np.float64)
+
+
+def _three(rows: NDArray[Any], names: str) -> tuple[Floats, ...]:
+    return tuple(rows[name].astype(np.float64) for name in names.split())
+
+
+def _imu(
+    rate: float, force: float, field: float, *, only: int | None = None
+) -> Callable[..., dict[str, Floats]]:
+    """Return the maker for an inertial sensor, of the sizes of its units."""
+
+    def make(rows: NDArray[Any], about: _Vehicle, _: Any) -> dict[str, Floats]:
+        if only is not None and about.autopilot != only:
+            return {}
+        columns = vector("specific_force", force * flu(*_three(rows, "xacc yacc zacc")))
+        columns |= vector("angular_velocity", rate * flu(*_three(rows, "xgyro ygyro zgyro")))
+        magnetic = field * flu(*_three(rows, "xmag ymag zmag"))
+        return columns | (vector("magnetic_field", magnetic) if magnetic.any() else {})
+
+    return make
+
+
+def _attitude(rows: NDArray[Any], about: _Vehicle, _: Any) -> dict[str, Floats]:
+    rates = flu(*_three(rows, "rollspeed pitchspeed yawspeed"))
+    return orientation(_turned(rows)) | vector("angular_velocity", rates)
+
+
+def _turned(rows: NDArray[Any]) -> Floats:
+    if "q1" in (rows.dtype.names or ()):
+        return flu_in_enu(*_three(rows, "q1 q2 q3 q4"))
+    return flu_in_enu(*quaternion_of(*_three(rows, "roll pitch yaw")))
+
+
+def _velocity(
+    topic: str, world: Floats, about: _Vehicle, stamps: Mapping[str, NDArray[np.int64]]
+) -> dict[str, Floats]:
+    for name in ("ATTITUDE_QUATERNION", "ATTITUDE"):
+        if name in about.samples:
+            q = _turned(about.samples[name].rows)
+            return vector("velocity", in_body(world, stamps[topic], stamps[name], q))
+    return {}
+
+
+def _local(
+    rows: NDArray[Any], about: _Vehicle, stamps: Mapping[str, NDArray[np.int64]]
+) -> dict[str, Floats]:
+    world = enu(*_three(rows, "vx vy vz"))
+    place = vector("position", enu(*_three(rows, "x y z")))
+    return place | _velocity("LOCAL_POSITION_NED", world, about, stamps)
+
+
+def _global(
+    rows: NDArray[Any], about: _Vehicle, stamps: Mapping[str, NDArray[np.int64]]
+) -> dict[str, Floats]:
+    lat, lon = (np.radians(1e-7 * values) for values in _three(rows, "lat lon"))
+    (up,) = _three(rows, "relative_alt")
+    known = (lat != 0.0) | (lon != 0.0)
+    place = from_first(*(np.where(known, values, np.nan) for values in (lat, lon)), 1e-3 * up)
+    place[:, 2] = 1e-3 * up
+    columns = vector("position", place)
+    world = 1e-2 * enu(*_three(rows, "vx vy vz"))
+    columns |= _velocity("GLOBAL_POSITION_INT", world, about, stamps)
+    return columns | ({"depth": -1e-3 * up} if about.kind == _SUBMARINE else {})
+
+
+def _gps(rows: NDArray[Any], about: _Vehicle, _: Any) -> dict[str, Floats]:
+    fix = rows["fix_type"] >= _FIX_3D
+    lat, lon, up = (np.where(fix, values, np.nan) for values in _three(rows, "lat lon alt"))
+    place = from_first(np.radians(1e-7 * lat), np.radians(1e-7 * lon), 1e-3 * up)
+    return vector("gps_position", place)
+
+
+def _battery(rows: NDArray[Any], about: _Vehicle, _: Any) -> dict[str, Floats]:
+    if "voltages" in (rows.dtype.names or ()):
+        cells = rows["voltages"].astype(np.float64)
+        volts = np.where(cells < 65535, cells, 0.0).sum(axis=1) * 1e-3
+        current = rows["current_battery"]
+    else:
+        volts = np.where(rows["voltage_battery"] < 65535, rows["voltage_battery"] * 1e-3, 0.0)
+        current = rows["current_battery"]
+    left = rows["battery_remaining"]
+    # -1 stands for unknown
+    return {
+        "battery_voltage": np.where(volts > 0.0, volts, np.nan),
+        "battery_current": np.where(current >= 0, current * 1e-2, np.nan),
+        "battery_charge": np.where(left >= 0, left * 1e-2, np.nan),
+    }
+
+
+def _outputs(rows: NDArray[Any], about: _Vehicle, _: Any) -> dict[str, Floats]:
+    widths = {k: rows[f"servo{k}_raw"].astype(np.float64) for k in range(1, 17)}
+    return motor_pulses(widths, about.parameters)
+
+
+def _speeds(first: int) -> Callable[..., dict[str, Floats]]:
+    def make(rows: NDArray[Any], about: _Vehicle, _: Any) -> dict[str, Floats]:
+        speeds = _RPM * rows["rpm"].astype(np.float64)
+        return {
+            f"rotor_speed_{first + k}": speeds[:, k]
+            for k in range(speeds.shape[1])
+            if speeds[:, k].any()
+        }
+
+    return make
+
+
+def _range(rows: NDArray[Any], about: _Vehicle, _: Any) -> dict[str, Floats]:
+    down = rows["orientation"] == _DOWN
+    return {"range": np.where(down, rows["current_distance"] * 1e-2, np.nan)}
+
+
+_MILLI = (1e-3, 1e-3 * STANDARD_GRAVITY, 1e-7)
+_TOPICS: dict[str, Callable[..., dict[str, Floats]]] = {
+    "HIGHRES_IMU": _imu(1.0, 1.0, 1e-4),
+    "ATTITUDE_QUATERNION": _attitude,
+    "ATTITUDE": _attitude,
+    # with PX4 it holds counts of the converter
+    "RAW_IMU": _imu(*_MILLI, only=_ARDUPILOT),
+    "SCALED_IMU": _imu(*_MILLI),
+    "SCALED_IMU2": _imu(*_MILLI),
+    "LOCAL_POSITION_NED": _local,
+    "GLOBAL_POSITION_INT": _global,
+    "GPS_RAW_INT": _gps,
+    "BATTERY_STATUS": _battery,
+    "SYS_STATUS": _battery,
+    "SERVO_OUTPUT_RAW": _outputs,
+    "ESC_TELEMETRY_1_TO_4": _speeds(1),
+    "ESC_TELEMETRY_5_TO_8": _speeds(5),
+    "DISTANCE_SENSOR": _range,
+}
+"""Known messages, the preferred one first where two give the same channel."""

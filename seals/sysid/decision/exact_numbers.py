@@ -1,0 +1,71 @@
+"""Second look at a log whose stated numbers were moved too far to be chance.
+
+A wrong mass, lag or bias is itself an effect of the library. As long as its number may move within
+a tolerance, the fit of every model takes it over, and no effect brings evidence. With the number
+held at its stated value, the effects compete to explain what it did.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+from seals.sysid.decision.evidence import EvidenceAnswer
+from seals.sysid.predictors.plant import Plant
+from seals.sysid.predictors.problem import Linearisation, Problem
+from seals.sysid.scores.held_out import held_out_misfit
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
+
+
+def numbers_to_hold(problem: Problem, answer: EvidenceAnswer) -> tuple[str, ...]:
+    """Return the keys of the numbers that a second search holds at their stated values.
+
+    A moved number is held together with the others of its effect, such as the three coordinates of
+    a centre of gravity; one that no effect of the library changes keeps its tolerance.
+
+    Args:
+        problem: of the log.
+        answer: of the first search.
+    """
+    known = problem.plant.candidate_set
+    moved = {m.key for m in answer.stated_wrong}
+    keys = (c.all_keys for c in known.candidates if moved & set(c.all_keys))
+    found = dict.fromkeys(k for own in keys for k in own)
+    return tuple(k for k in found if known.parameters[k].tolerance > 0.0)
+
+
+def with_exact(problem: Problem, keys: Iterable[str]) -> Problem:
+    """Return the problem with some stated numbers taken as exact; no fit moves them.
+
+    Args:
+        problem: of the log.
+        keys: of the numbers' parameters.
+    """
+    known, held = problem.plant.candidate_set, set(keys)
+    parameters = {
+        k: replace(p, tolerance=0.0) if k in held else p for k, p in known.parameters.items()
+    }
+    exact = replace(known, parameters=parameters)
+    plant = Plant(problem.vehicle, exact, problem.samples, parts=problem.plant.parts)
+    fitter = Linearisation.of(problem.fitter).fitter(plant)
+    return replace(problem, plant=plant, fitter=fitter)
+
+
+def explains_as_well(
+    first: EvidenceAnswer, second: EvidenceAnswer, model: EvidenceHypothesis
+) -> bool:
+    """Return whether named effects stand for the numbers that a first answer moved.
+
+    Those of the first answer are among them, and the held-out misfit does not rise by more than
+    the share that a name must let it fall.
+
+    Args:
+        first: answer with the numbers free within their tolerances.
+        second: answer with some of them held.
+        model: of the first answer.
+    """
+    if not second.claims or not {c.name for c in first.claims} <= {c.name for c in second.claims}:
+        return False
+    found = second.claims[0].hypothesis
+    most = 1.0 + found.fitter.candidate_set.policy.error_falls
+    return held_out_misfit(found) <= most * held_out_misfit(model)

@@ -1,0 +1,188 @@
+"""From a log to a calibrated robot: every command but the first is the one that was printed."""
+
+from __future__ import annotations
+
+import gzip
+import json
+import re
+import shlex
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from seals.cli.main import main
+
+DATA = Path(__file__).parent / "strangers"
+ROBOT = "quad, lent (1)"
+"""A name that a shell and Hydra would each take apart."""
+TUTORIAL = Path(__file__).parents[2] / "docs" / "tutorial_own_flight.md"
+
+
+class Shell:
+    """Console of a user who types what was printed.
+
+    Attributes:
+        said: all that was printed since the last command but one.
+    """
+
+    def __init__(self, capsys: pytest.CaptureFixture[str]) -> None:
+        self._capsys = capsys
+        self.said = ""
+
+    def types(self, line: str, *more: str, code: int = 0) -> str:
+        """Run a command line with further words; return what it printed."""
+        program, *words = shlex.split(line)
+        assert program == "seals"
+        assert main([*words, *more]) == code, line
+        printed = self._capsys.readouterr()
+        self.said = printed.out + printed.err
+        return self.said
+
+    def printed(self, verb: str, said: str = "") -> str:
+        """Return the command of a verb that was printed."""
+        found = re.findall(rf"^.*?(seals {verb} .*?)(?:; or say .*)?$", said or self.said, re.M)
+        assert len(found) == 1, (verb, said or self.said)
+        return str(found[0])
+
+    def follow(self, verb: str, *more: str, code: int = 0, log: str = "") -> str:
+        """Type the command of a verb that was printed, with a log in the place of ANOTHER_LOG."""
+        line = self.printed(verb)
+        assert ("ANOTHER_LOG" in line) == bool(log)
+        return self.types(line.replace("log=ANOTHER_LOG", log), *more, code=code)
+
+
+@pytest.fixture
+def shell(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Shell:
+    """A console in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    return Shell(capsys)
+
+
+def answer() -> dict[str, Any]:
+    """Answer of the last diagnosis."""
+    found: dict[str, Any] = json.loads(Path("answer/diagnosis.json").read_text())
+    return found
+
+
+def robot_of_tutorial() -> None:
+    """Write the robot folder of the page on one's own flight."""
+    main(["new", "robot", "my_quad", "--urdf", "own_flight/quad"])
+    (text,) = re.findall(r"^```yaml\n(summary:.*?)^```", TUTORIAL.read_text(), re.M | re.S)
+    Path("my_quad/robot.yaml").write_text(text)
+    Path("my_quad").rename(ROBOT)
+
+
+def verified(shell: Shell, other: str, *, seen: str = "never fitted") -> str:
+    """Follow add and verify; return what verify printed."""
+    shell.follow("add")
+    said = shell.follow("verify", log=other)
+    assert seen in said
+    return said
+
+
+def planned_and_calibrated(shell: Shell, said: str) -> dict[str, Any]:
+    """Follow the plan to a flown manoeuvre and its diagnosis, and the calibration."""
+    shell.types(shell.printed("plan", said), "out=plan")
+    shell.types(shell.printed("run").replace("ANOTHER_LOG", "flown"))
+    assert "log=flown" in shell.printed("diagnose")
+    shell.types(shell.printed("calibrate", said), "out=calibrated", "plan=false", "report=false")
+    found: dict[str, Any] = json.loads(Path("calibrated/calibration.json").read_text())
+    return found
+
+
+@pytest.mark.slow
+def test_the_ulog_of_an_autopilot(shell: Shell) -> None:
+    """From ten seconds of a flight recorded by PX4 to the weak rotor; verified on two logs."""
+    robot_of_tutorial()
+    robot, flight = f"\"robot='{ROBOT}'\"", "seals convert log=own_flight/flight_1.ulg.gz rate=100"
+    shell.types(f"{flight} {robot} span=[10,14] out=second")
+    shell.types(f"{flight} {robot} span=[14,18] \"out='third, last'\"")
+    shell.types(f"{flight} {robot} span=[0,10] \"out='flight, 1'\"")
+    shell.follow("new datasheet")
+    shell.follow("diagnose", "report=false", code=10)
+    assert [effect["name"] for effect in answer()["effects"]] == ["weak_rotor"]
+    assert answer()["effects"][0]["parameters"]["rotor"]["value"] == 2
+    said = verified(shell, "\"log=[second,'third, last']\"")
+    assert said.count("\"log=[second,'third, last']\"") == 2
+    found = planned_and_calibrated(shell, said)
+    assert "actuators.rotors.thrust_coefficient" in found["parameters"]
+
+
+@pytest.mark.slow
+def test_the_csv_file_of_another_simulator(shell: Shell) -> None:
+    """From six seconds in a wind to the wind, its plan and the numbers that stand for it."""
+    shutil.copytree(DATA / "quad", ROBOT)
+    Path("log.csv").write_bytes(gzip.decompress((DATA / "wind.csv.gz").read_bytes()))
+    first = f"seals convert log=log.csv map={DATA / 'map.yaml'} \"robot='{ROBOT}'\" rate=100"
+    shell.types(f"{first} span=[6,9] \"out='flight (2)'\"")
+    shell.types(f"{first} span=[0,6] \"out='flight (1)'\"")
+    shell.follow("new datasheet")
+    shell.follow("diagnose", "report=false", code=10)
+    (wind,) = answer()["effects"]
+    assert wind["name"] == "wind"
+    for axis, truth in zip("xyz", (3.0, -1.5, 0.0), strict=True):
+        found = wind["parameters"][f"velocity_{axis}"]
+        assert found["low90"] < truth < found["high90"]
+    said = verified(shell, "\"log='flight (2)'\"")
+    assert planned_and_calibrated(shell, said)["parameters"]
+
+
+@pytest.mark.slow
+def test_a_run_of_ones_own(shell: Shell) -> None:
+    """Rotors that are stated too strong: the calibration finds the coefficient of the run."""
+    run = (
+        "seals run robot=crazyflie guide=waypoints controller=cascade initial.position=[0,0,2] "
+        "actuators.rotors.thrust_coefficient=[1.2e-8]"
+    )
+    shell.types(f"{run} 'guide.places=[[-1,0.5,2],[0,1,2.5]]' time.duration=3 out=second")
+    shell.types(f"{run} 'guide.places=[[1,0.5,2],[0,0,2.5]]' time.duration=4 \"out='one, two'\"")
+    shell.types("seals convert \"log='one, two'\" out=converted", code=2)
+    # without robot= the model would be that of the run itself
+    shell.follow("diagnose", "robot=crazyflie", "out=answer", "report=false", code=10)
+    assert [effect["name"] for effect in answer()["effects"]] == ["thrust_coefficient"]
+    said = verified(shell, "log=second")
+    (found,) = planned_and_calibrated(shell, said)["parameters"].values()
+    assert found["low90"] < 1.2e-8 < found["high90"]
+    assert found["stated"] == pytest.approx(1.28e-8)
+
+
+def test_a_thrown_ball(shell: Shell) -> None:
+    """A drag that is stated too small, in a run of a third of a second."""
+    run = (
+        "seals run robot=ball time.step=0.004 time.duration=0.3 effects.air_drag.coefficient_x=0.03"
+    )
+    shell.types(f"{run} initial.velocity=[6,0,2] \"out='one, two'\"")
+    words = shlex.join(["seals", "diagnose", "log='one, two'", "robot=ball", "out=answer"])
+    shell.types(words, "report=false", "plan=false", code=10)
+    assert [effect["name"] for effect in answer()["effects"]] == ["quadratic_drag"]
+    said = verified(shell, "\"log='one, two'\"", seen="used in the fit")
+    shell.types(shell.printed("calibrate", said), "out=calibrated", "plan=false", "report=false")
+    found = json.loads(Path("calibrated/calibration.json").read_text())["parameters"]
+    drag = found["effects.air_drag.coefficient_x"]
+    assert drag["low90"] < 0.03 < drag["high90"]
+
+
+@pytest.mark.slow
+def test_rotors_stated_reversed(shell: Shell) -> None:
+    """The line of robot.yaml that is printed makes the model whole."""
+    shutil.copytree(DATA / "quad", ROBOT)
+    stated = Path(ROBOT) / "robot.yaml"
+    right = "direction: [-1.0, 1.0, -1.0, 1.0]"
+    assert right in stated.read_text()
+    wrong = stated.read_text().replace(right, "direction: [1.0, -1.0, 1.0, -1.0]")
+    stated.write_text(wrong)
+    Path("log.csv").write_bytes(gzip.decompress((DATA / "reversed.csv.gz").read_bytes()))
+    first = f"seals convert log=log.csv map={DATA / 'map.yaml'} \"robot='{ROBOT}'\" rate=100"
+    shell.types(f"{first} out=flight")
+    shell.follow("new datasheet")
+    said = shell.follow("diagnose", "report=false", code=13)
+    (entry,) = [one for one in answer()["stated_wrong"] if "set" in one]
+    assert entry["words"] == "directions of rotors"
+    line = re.search(r"in robot\.yaml, actuators\.rotors: (direction: .*)$", said, re.M)
+    assert line is not None
+    stated.write_text(re.sub(r"direction: .*", line[1], wrong))
+    shell.follow("diagnose", "report=false", "out=answer", code=0)
