@@ -89,6 +89,20 @@ ROLES_AND_READERS: dict[str, Guard] = {
         "tests/unit/test_logs_atomic.py",
         "comes_second",
     ),
+    "log of a diagnosis": Guard(
+        "seals.sysid.validation.answer",
+        "if Path(place).exists() and log_digest(place) != digest:",
+        "if False:",
+        ROLES,
+        "diagnosis_does and plan",
+    ),
+    "log without a checksum": Guard(
+        "seals.sysid.validation.answer",
+        "        if not digest:\n",
+        "        if False:\n",
+        ROLES,
+        "diagnosis_does",
+    ),
     "names of what is installed": Guard(
         "seals.config.foreign_values",
         "        and _SHIPPED.fullmatch(one) is not None\n",

@@ -201,7 +201,11 @@ RUN_FOLDERS: dict[str, Guard] = {
         "strangers_sweep",
     ),
     "notes of a sweep": Guard(
-        "seals.sweep.watch", "if path.is_symlink():", "if False:", FOLDERS, "strangers_sweep"
+        "seals.sweep.watch",
+        "if path.is_symlink() or strange:",
+        "if strange:",
+        FOLDERS,
+        "strangers_sweep",
     ),
     "instants of another run": Guard(
         "seals.run.particle_snapshots",

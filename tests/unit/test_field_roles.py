@@ -24,6 +24,7 @@ from seals.environment.ground_settings import ObstacleSettings
 from seals.errors import ConfigError
 from seals.field_roles import Role, parts_of, roles, roles_of
 from seals.learn.evaluation.variants import Variant
+from seals.logs.shipped import find_log
 from seals.run.object_settings import ObjectSettings
 
 pytestmark = pytest.mark.usefixtures("elsewhere")
@@ -230,6 +231,25 @@ def test_a_note_of_a_sweep_sets_data_only(word: str, capsys: pytest.CaptureFixtu
     assert main(["run", "resume=sweep"]) != 0
     log = "".join(path.read_text() for path in Path("sweep").rglob("*") if path.is_file())
     assert "files set data only" in log + capsys.readouterr().err
+
+
+@pytest.mark.parametrize("digest", [None, "0" * 64])
+@pytest.mark.parametrize("verb", ["add", "plan"])
+def test_a_diagnosis_does_not_choose_what_is_read(
+    verb: str, digest: str | None, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The log that it notes is read where its content is the one that it notes."""
+    shutil.copytree(find_log("hidden_effect/flight_a"), "private")
+    note = {"path": str(Path("private").absolute()), **({"sha256": digest} if digest else {})}
+    effect = {"name": "payload", "parameters": {}}
+    answer = {"verdict": "named", "effects": [effect], "ambiguous_with": [["payload", "wind"]]}
+    Path("theirs.json").write_text(json.dumps({**answer, "log": note}))
+    more = ["name=a"] if verb == "add" else ["between=[payload,wind]"]
+    Path("theirs").mkdir()
+    Path("theirs.json").rename("theirs/diagnosis.json")
+    assert main([verb, "diagnosis=theirs", *more]) == 2
+    said = capsys.readouterr().err
+    assert ("its content differs" if digest else "without its checksum") in said, said
 
 
 def test_installed_things_may_be_named() -> None:

@@ -16,7 +16,7 @@ from seals.sysid.experiment_design.ranking import STAGES, propose
 from seals.sysid.experiment_design.supposed import variants_of
 from seals.sysid.predictors.problem import prepare
 from seals.sysid.report.given_logs import GivenLogs, given_logs, robot_name
-from seals.sysid.validation.answer import logs_of
+from seals.sysid.validation.answer import logs_of, noted_logs
 from seals.sysid.validation.answer_form import refuse_damaged
 from seals.untrusted_io import read_json
 
@@ -136,7 +136,7 @@ def _open_question(given: Mapping[str, Any], place: str) -> list[str]:
 
 def _logs_of(config: Any, answer: Mapping[str, Any]) -> Any:
     """Return the paths of the logs that are given, else of those that were diagnosed."""
-    given = config.log if config.log is not None else list(logs_of(answer))
+    given = config.log if config.log is not None else noted_logs(logs_of(answer))
     if not given:
         raise ConfigError(
             "log is not given.\nSay of which vehicle: seals plan effects=[NAME,NAME] log=FOLDER"

@@ -142,6 +142,31 @@ def logs_of(answer: Mapping[str, Any]) -> dict[str, str]:
     return {str(one["path"]): str(one.get("sha256") or "") for one in every if one.get("path")}
 
 
+def noted_logs(logs: Mapping[str, str]) -> list[str]:
+    """Return the paths that an answer notes, where each has the content that it notes, too.
+
+    By a path alone, a stranger's answer would choose what is read.
+
+    Args:
+        logs: paths with the SHA-256 of each table, as `logs_of` returns them.
+
+    Raises:
+        ConfigError: no checksum is noted, or the content is another one.
+    """
+    for place, digest in logs.items():
+        if not digest:
+            raise ConfigError(
+                f"the diagnosis notes the log {place} without its checksum.\n"
+                "Say yourself which log it is of: log=FOLDER"
+            )
+        if Path(place).exists() and log_digest(place) != digest:
+            raise ConfigError(
+                f"log={place} is not the log that was diagnosed: its content differs.\n"
+                "Give the very log, or diagnose this one."
+            )
+    return list(logs)
+
+
 def _determined(nominal: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, float]]:
     return {k: {n: x for n, x in v.items() if x is not None} for k, v in nominal.items()}
 

@@ -26,7 +26,7 @@ from seals.sysid.validation.ablation import (
     replay_variants,
 )
 from seals.sysid.validation.acceleration import acceleration_of, draw_acceleration
-from seals.sysid.validation.answer import Finding, logs_of, read_answer
+from seals.sysid.validation.answer import Finding, logs_of, noted_logs, read_answer
 from seals.sysid.validation.drawing import draw_ablation, print_table
 from seals.sysid.validation.refit import refit
 from seals.sysid.validation.verification import Verification, judge, sentences
@@ -53,7 +53,7 @@ def add(config: Any) -> int:
     )
     if config.log is None and not finding.logs:
         raise ConfigError(f"{finding.file} does not say which log it is of.\nGive it: log=FOLDER")
-    given = given_logs(config, config.log or list(finding.logs), noted=finding.without)
+    given = given_logs(config, config.log or noted_logs(finding.logs), noted=finding.without)
     source = sources(given.places)
     _refuse_other_logs(finding.logs, logs_of({"log": source}))
     base = _base(config.base)
