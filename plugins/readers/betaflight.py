@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from seals.errors import LogError
+from seals.logs.content import BLACKBOX, DECODE
 from seals.logs.csv import log_of_columns
 from seals.logs.log import Log
 from seals.logs.table import header, read_csv_columns
@@ -16,9 +17,6 @@ from seals.logs.units import find_unit
 from seals.plugins.readers.mapped import ReaderMapped
 from seals.untrusted_io import read_bytes
 
-DECODE = "blackbox_decode --unit-rotation deg/s --unit-acceleration g FILE"
-"""Command of the program of Betaflight that makes tables of its logs."""
-RAW = b"H Product:Blackbox"
 _FIRST_LINES = 400
 _TITLE = re.compile(r"(?P<name>.*?)\s*(?:\((?P<unit>[^()]*)\))?")
 _COUNTED = re.compile(r"(?P<stem>\w+)\[(?P<k>\d)\]")
@@ -73,7 +71,7 @@ class ReaderBetaflight(ReaderMapped):
         """
         given, chosen = self.given(source), self.chosen()
         content = read_bytes(given)
-        if content[: len(RAW)] == RAW:
+        if content.startswith(BLACKBOX):
             raise LogError(f"'{given}' is a log of Betaflight as recorded.\nDecode it: {DECODE}")
         skipped = _lines_before(content, given)
         titles = _titles(header(given, content, skip_lines=skipped))
@@ -160,9 +158,3 @@ def _column(name: str) -> str | None:
         return f"{_AXES[stem]}_{'xyz'[k]}"
     numbered = {"motor": "motor_pwm", "eRPM": "rotor_speed"}.get(stem)
     return f"{numbered}_{k + 1}" if numbered else None
-
-
-def looks_like(raw: bytes) -> bool:
-    """Return whether text begins as a table of blackbox_decode or of the viewer of logs."""
-    start = raw.lstrip(b'\xef\xbb\xbf" ')
-    return start.startswith((b"loopIteration", b'Product","Blackbox'))
