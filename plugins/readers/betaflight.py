@@ -140,7 +140,7 @@ def _lines_before(content: bytes, given: Path) -> int:
 
 def _titles(names: list[str]) -> dict[str, tuple[str, str]]:
     """Return column without unit -> column as it is written, and its unit."""
-    found = {}
+    found: dict[str, tuple[str, str]] = {}
     for whole in names:
         match = _TITLE.fullmatch(whole)
         bare, unit = (match["name"], match["unit"] or "") if match else (whole, "")

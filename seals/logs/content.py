@@ -99,7 +99,8 @@ def _telemetry(start: bytes) -> bool:
     """Return whether a time of this century and a packet of MAVLink stand there."""
     if len(start) < 11 or start[8] not in _MAVLINK:
         return False
-    return _CENTURY[0] < struct.unpack_from(">Q", start)[0] < _CENTURY[1]
+    stamp = int(struct.unpack_from(">Q", start)[0])
+    return _CENTURY[0] < stamp < _CENTURY[1]
 
 
 def _crazyflie(start: bytes) -> bool:
