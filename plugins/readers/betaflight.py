@@ -15,6 +15,7 @@ from seals.logs.log import Log
 from seals.logs.table import header, read_csv_columns
 from seals.logs.units import find_unit
 from seals.plugins.readers.mapped import ReaderMapped
+from seals.schema import setting
 from seals.untrusted_io import read_bytes
 
 _FIRST_LINES = 400
@@ -52,8 +53,8 @@ class ReaderBetaflight(ReaderMapped):
 
     kind: ClassVar[str] = "Betaflight"
 
-    gyro_scale: float = 0.0
-    acc_1g: float = 0.0
+    gyro_scale: float = setting(0.0, "deg/s", bounds=(0.0, 1e3), source="not set")
+    acc_1g: float = setting(0.0, "1", bounds=(0.0, 1e6), source="not set")
     poles: int = 14
 
     def __post_init__(self) -> None:
