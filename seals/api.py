@@ -114,8 +114,8 @@ def load_logs(source: str | Path, *, reader: str | None = None, **options: Any) 
 
     Args:
         source: path, or the name of a log that comes with SEALS: ``hidden_effect/flight_a``.
-        reader: name of the reader plug-in; when left out, the suffix decides, and a folder is read
-            as a log folder.
+        reader: name of the reader plug-in; when left out, the content decides, and a folder is
+            read as a log folder.
         options: fields of the reader, such as ``columns`` of ``csv``.
 
     Raises:

@@ -9,16 +9,15 @@ from pathlib import Path
 from typing import ClassVar
 
 from seals.errors import LogError
+from seals.logs.content import BLACKBOX, DECODE
 from seals.logs.csv import log_of_columns
 from seals.logs.log import Log
 from seals.logs.table import header, read_csv_columns
 from seals.logs.units import find_unit
 from seals.plugins.readers.mapped import ReaderMapped
+from seals.schema import setting
 from seals.untrusted_io import read_bytes
 
-DECODE = "blackbox_decode --unit-rotation deg/s --unit-acceleration g FILE"
-"""Command of the program of Betaflight that makes tables of its logs."""
-RAW = b"H Product:Blackbox"
 _FIRST_LINES = 400
 _TITLE = re.compile(r"(?P<name>.*?)\s*(?:\((?P<unit>[^()]*)\))?")
 _COUNTED = re.compile(r"(?P<stem>\w+)\[(?P<k>\d)\]")
@@ -54,8 +53,8 @@ class ReaderBetaflight(ReaderMapped):
 
     kind: ClassVar[str] = "Betaflight"
 
-    gyro_scale: float = 0.0
-    acc_1g: float = 0.0
+    gyro_scale: float = setting(0.0, "deg/s", bounds=(0.0, 1e3), source="not set")
+    acc_1g: float = setting(0.0, "1", bounds=(0.0, 1e6), source="not set")
     poles: int = 14
 
     def __post_init__(self) -> None:
@@ -73,7 +72,7 @@ class ReaderBetaflight(ReaderMapped):
         """
         given, chosen = self.given(source), self.chosen()
         content = read_bytes(given)
-        if content[: len(RAW)] == RAW:
+        if content.startswith(BLACKBOX):
             raise LogError(f"'{given}' is a log of Betaflight as recorded.\nDecode it: {DECODE}")
         skipped = _lines_before(content, given)
         titles = _titles(header(given, content, skip_lines=skipped))
@@ -142,7 +141,7 @@ def _lines_before(content: bytes, given: Path) -> int:
 
 def _titles(names: list[str]) -> dict[str, tuple[str, str]]:
     """Return column without unit -> column as it is written, and its unit."""
-    found = {}
+    found: dict[str, tuple[str, str]] = {}
     for whole in names:
         match = _TITLE.fullmatch(whole)
         bare, unit = (match["name"], match["unit"] or "") if match else (whole, "")
@@ -160,9 +159,3 @@ def _column(name: str) -> str | None:
         return f"{_AXES[stem]}_{'xyz'[k]}"
     numbered = {"motor": "motor_pwm", "eRPM": "rotor_speed"}.get(stem)
     return f"{numbered}_{k + 1}" if numbered else None
-
-
-def looks_like(raw: bytes) -> bool:
-    """Return whether text begins as a table of blackbox_decode or of the viewer of logs."""
-    start = raw.lstrip(b'\xef\xbb\xbf" ')
-    return start.startswith((b"loopIteration", b'Product","Blackbox'))

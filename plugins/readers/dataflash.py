@@ -122,9 +122,12 @@ def _instances(found: dict[str, Messages]) -> Iterator[tuple[str, Messages]]:
 
 
 def _clock(messages: Messages) -> tuple[str, int] | None:
-    """Return the field of the time, and its microseconds."""
-    return next((one for one in (("TimeUS", 1), ("TimeMS", 1000)) if one[0] in messages.letters),
-                None)  # fmt: skip
+    """Return the field of the time since the start, and its microseconds."""
+    if {"TimeMS", "Week", "T"} <= messages.letters.keys():
+        # before 3.3 TimeMS of a GPS counted from the start of the week
+        return "T", 1000
+    clocks = (("TimeUS", 1), ("TimeMS", 1000))
+    return next((clock for clock in clocks if clock[0] in messages.letters), None)
 
 
 def _stamps(messages: Messages) -> NDArray[np.int64]:
@@ -240,7 +243,9 @@ def _outputs(topic: str, about: _Known) -> dict[str, Floats]:
     """Pulse widths of the motors [us]: by the parameters, else of all outputs in use."""
     messages = about.samples[topic]
     outputs = {
-        int(name.lstrip("Ch")): name for name in messages.letters if re.fullmatch(r"Ch?\d+", name)
+        int(match[1]): name
+        for name in messages.letters
+        if (match := re.fullmatch(r"C(?:h|han)?(\d{1,2})", name))
     }
     widths = {n: _column(messages, name, topic) for n, name in outputs.items()}
     return motor_pulses(widths, about.parameters)

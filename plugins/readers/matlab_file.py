@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -71,10 +71,14 @@ def _numbers(values: Any) -> Any:
 def _classic(path: Path) -> Iterator[tuple[str, Any]]:
     """Yield arrays of MATLAB 4 to 7.2."""
     from scipy.io import loadmat
+    from scipy.io.matlab import MatlabFunction, MatlabOpaque
 
     content = loadmat(str(path), struct_as_record=True, squeeze_me=False, mat_dtype=True)
     for name, value in content.items():
-        if not name.startswith("__"):
+        if isinstance(value, MatlabFunction | MatlabOpaque):
+            # an object has no name of its own there
+            yield "an object or function", None
+        elif not name.startswith("__"):
             yield from _fields(name, value, 0)
 
 
@@ -96,7 +100,7 @@ def _modern(path: Path) -> Iterator[tuple[str, Any]]:
         yield from _groups("", file, 0, h5py)
 
 
-def _groups(prefix: str, group: Mapping[str, Any], depth: int, h5py: Any) -> Iterator[Any]:
+def _groups(prefix: str, group: Any, depth: int, h5py: Any) -> Iterator[Any]:
     for name in sorted(group)[:_MOST_NAMES]:
         if name.startswith("#") or not isinstance(group.get(name, getlink=True), h5py.HardLink):
             continue

@@ -151,11 +151,13 @@ def _vehicle(found: Mapping[tuple[int, int, str], Packets], system: int, where: 
         for (their_sender, their_component, name), packets in found.items()
         if (their_sender, their_component) == (sender, component)
     }
-    told = samples.get("PARAM_VALUE")
+    values = samples.get("PARAM_VALUE")
     parameters = {}
-    if told is not None:
-        names = [bytes(one).decode("latin-1") for one in told.rows["param_id"]]
-        parameters = dict(zip(names, told.rows["param_value"].astype(float).tolist(), strict=True))
+    if values is not None:
+        names = [bytes(one).decode("latin-1") for one in values.rows["param_id"]]
+        parameters = dict(
+            zip(names, values.rows["param_value"].astype(float).tolist(), strict=True)
+        )
     return _Vehicle(
         samples=samples,
         kind=int(beats[mine[0]]["type"]),
@@ -186,9 +188,9 @@ def _all_stamps(samples: Mapping[str, Packets], *, own: bool) -> dict[str, NDArr
     """Return stamps of all messages [us], on the clock of the ground station."""
     found = {name: packets.arrived for name, packets in samples.items()}
     stated = {name: _own(packets.rows) for name, packets in samples.items()} if own else {}
-    told = {name: stamps for name, stamps in stated.items() if stamps is not None}
+    clocked = {name: stamps for name, stamps in stated.items() if stamps is not None}
     for calendar in (False, True):
-        mine = {name: own for name, own in told.items() if (own[0] > _CALENDAR) == calendar}
+        mine = {name: own for name, own in clocked.items() if (own[0] > _CALENDAR) == calendar}
         if mine:
             delay = min(int((found[name] - own).min()) for name, own in mine.items())
             found |= {name: own + delay for name, own in mine.items()}
@@ -290,7 +292,8 @@ def _global(
     lat, lon = (np.radians(1e-7 * values) for values in _three(rows, "lat lon"))
     (up,) = _three(rows, "relative_alt")
     known = (lat != 0.0) | (lon != 0.0)
-    place = from_first(*(np.where(known, values, np.nan) for values in (lat, lon)), 1e-3 * up)
+    lat, lon = (np.where(known, values, np.nan) for values in (lat, lon))
+    place = from_first(lat, lon, 1e-3 * up)
     place[:, 2] = 1e-3 * up
     columns = vector("position", place)
     world = 1e-2 * enu(*_three(rows, "vx vy vz"))

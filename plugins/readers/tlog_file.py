@@ -49,7 +49,8 @@ def looks_like(raw: bytes) -> bool:
     """Return whether bytes begin with a time of this century and a packet."""
     if len(raw) < _STAMP + 3 or raw[_STAMP] not in _HEADER:
         return False
-    return _STAMPS[0] < struct.unpack_from(">Q", raw)[0] < _STAMPS[1]
+    stamp = int(struct.unpack_from(">Q", raw)[0])
+    return _STAMPS[0] < stamp < _STAMPS[1]
 
 
 def parse(raw: bytes, *, where: str) -> dict[tuple[int, int, str], Packets]:
@@ -155,8 +156,8 @@ def _sound(body: NDArray[np.uint8], extra: int) -> NDArray[np.bool_]:
         low = column ^ (crc & 0xFF).astype(np.uint8)
         low = (low ^ (low << 4)).astype(np.uint16)
         crc = (crc >> 8) ^ (low << 8) ^ (low << 3) ^ (low >> 4)
-    told = body[:, -2].astype(np.uint16) | body[:, -1].astype(np.uint16) << 8
-    matches: NDArray[np.bool_] = crc == told
+    sent = body[:, -2].astype(np.uint16) | body[:, -1].astype(np.uint16) << 8
+    matches: NDArray[np.bool_] = crc == sent
     return matches
 
 

@@ -29,7 +29,7 @@ _MOST_FINDINGS = 12
 
 
 def convert(arguments: list[str]) -> int:
-    """Convert a log; the reader is chosen by the suffix unless it is named."""
+    """Convert a log; the reader is chosen by the content unless it is named."""
     from seals.cli.hydra_app import launch
 
     words = list(arguments)
@@ -47,7 +47,7 @@ def convert(arguments: list[str]) -> int:
 
 
 def _reader_of(place: Path) -> str:
-    """Return the reader chosen by the suffix or by a file inside the folder."""
+    """Return the reader chosen by the content of the file or folder."""
     found = foreign_reader_of(place)
     if found is not None:
         return found
@@ -57,7 +57,7 @@ def _reader_of(place: Path) -> str:
             f"Use it as it is: seals diagnose {typed('log', str(place))}; or say reader=native"
         )
     raise ConfigError(
-        f"log={place}: its name does not show which reader to use.\n"
+        f"log={place}: its content does not show which reader to use.\n"
         "Say how: reader=csv, reader=witmotion ... See: seals list reader"
     )
 

@@ -1,4 +1,4 @@
-"""Protocol of readers, and choice of a reader by the name of a file or content of a folder."""
+"""Protocol of readers, and choice of a reader by the content of a file or folder."""
 
 from __future__ import annotations
 
@@ -7,11 +7,20 @@ from pathlib import Path
 from typing import Protocol, runtime_checkable
 
 from seals.errors import ConfigError
+from seals.logs.content import reader_by_content
 from seals.logs.log import Log
 from seals.logs.native import TABLES
 
-BY_SUFFIX: Mapping[str, str] = {".ulg": "ulog", ".mcap": "mcap", ".db3": "rosbag2"}
-"""Reader by suffix of a file; ``.gz`` after it is ignored."""
+BY_SUFFIX: Mapping[str, str] = {
+    ".ulg": "ulog",
+    ".mcap": "mcap",
+    ".db3": "rosbag2",
+    ".bag": "rosbag1",
+    ".tlog": "tlog",
+    ".mat": "matlab",
+}
+"""Reader by suffix of a file whose content does not tell, as a damaged one; ``.gz`` after it is
+ignored."""
 
 
 @runtime_checkable
@@ -32,25 +41,29 @@ class Reader(Protocol):
 
 
 def foreign_reader_of(place: Path) -> str | None:
-    """Return the reader for a file of another program; None where its name does not decide."""
+    """Return the reader for a log of another program, by its content; None where it does not tell.
+
+    Raises:
+        LogError: it is of a kind that no reader takes; the next step is said.
+    """
+    if place.is_dir():
+        return "rosbag2" if (place / "metadata.yaml").is_file() else None
     suffix = Path(place.stem).suffix if place.suffix == ".gz" else place.suffix
-    if (place / "metadata.yaml").is_file():
-        return "rosbag2"
-    return BY_SUFFIX.get(suffix)
+    return reader_by_content(place) or BY_SUFFIX.get(suffix.lower())
 
 
 def reader_of(place: Path) -> str:
-    """Return the reader for a path: by suffix, else ``native`` for folders and log tables.
+    """Return the reader for a path: ``native`` for folders and log tables, else by content.
 
     Raises:
-        ConfigError: the name of the file does not tell how to read it.
+        ConfigError: the content does not tell how to read it.
+        LogError: it is of a kind that no reader takes; the next step is said.
     """
-    found = foreign_reader_of(place)
-    if found is None and (place.is_dir() or place.name in TABLES):
-        found = "native"
+    native = place.name in TABLES or (place.is_dir() and not (place / "metadata.yaml").is_file())
+    found = "native" if native else foreign_reader_of(place)
     if found is None:
         raise ConfigError(
-            f"'{place}': its name does not show which reader to use.\n"
+            f"'{place}': its content does not show which reader to use.\n"
             "Name the reader, for instance reader='csv'. See: seals list reader"
         )
     return found

@@ -31,6 +31,8 @@ FORMATS = {
     "MAG": (73, "QBhhh", "TimeUS,I,MagX,MagY,MagZ"),
     "CTUN": (74, "Qff", "TimeUS,Alt,BAlt"),
     "RFND": (75, "QBCB", "TimeUS,Instance,Dist,Stat"),
+    "RCO2": (77, "Ihh", "TimeMS,Chan1,Chan2"),
+    "GPS2": (78, "BIHLLefffI", "Status,TimeMS,Week,Lat,Lng,Alt,Spd,GCrs,VZ,T"),
     "PIDR": (76, "Qff", "TimeUS,P,I"),
 }
 
@@ -150,6 +152,20 @@ def test_motors_are_those_of_the_parameters(tmp_path: Path) -> None:
     bare = flight().replace(b"SERVO", b"RCVER")
     log = _read(tmp_path, bare)
     assert log.channel("motor_pwm")[0].tolist() == [1500.0, 1600.0, 1100.0, 1200.0, 1900.0]
+
+
+def test_logs_of_2014_have_another_clock(tmp_path: Path) -> None:
+    """Milliseconds; those of a GPS count from the start of the week, and T from that of the log."""
+    raw = b"".join(declared(name) for name in ("FMT", "RCO2", "GPS2"))
+    for k in range(5):
+        raw += packed("RCO2", 6000 + 100 * k, 1500, 1100 + k)
+        place = (471234567 + k, 10, 5, 1.0, 2.0, 3.0)
+        raw += packed("GPS2", 3, 108_996_600 + 100 * k, 1820, *place, 6010 + 100 * k)
+    for old, name in ((b"RCO2", b"RCOU"), (b"GPS2", b"GPS\0")):
+        raw = raw.replace(old, name)
+    log = _read(tmp_path, raw)
+    assert log.time[-1] == pytest.approx(0.41)
+    assert log.channel("motor_pwm")[0].tolist() == [1500.0, 1100.0]
 
 
 def test_a_copter_has_no_depth(tmp_path: Path) -> None:

@@ -75,6 +75,7 @@ CHECKED = {
     "seals/hydrostatics/references.py",
     "seals/learn/environments/posterior.py",
     "seals/learn/metadata.py",
+    "seals/logs/content.py",
     "seals/logs/datasets.py",
     "seals/logs/parquet_pages.py",
     "seals/robot/macros_child.py",

@@ -13,7 +13,7 @@ from seals.frames import exponential, matrix_of, multiply
 from seals.motion import Reading
 from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.predictors.plant import Plant, nonzero
-from seals.sysid.predictors.sensor_place import add_centripetal, at_sensor, skew
+from seals.sysid.predictors.sensor_place import add_centripetal, as_simulated, at_sensor, skew
 from seals.sysid.predictors.trajectory_cache import (
     ExpansionPoint,
     TrajectoryCache,
@@ -141,35 +141,9 @@ def predict(
     if late:
         reading = _delayed(plant, reading, late)
     if step := plant.half_step_readings:
-        reading = as_simulated(plant, reading, cache.sensor_rates(used).angular_velocity, step)
+        rate = cache.sensor_rates(used).angular_velocity
+        reading = as_simulated(plant.vehicle, plant.samples, reading, rate, step)
     return Prediction(defect=defect, reading=reading)
-
-
-def as_simulated(plant: Plant, reading: Floats, spin_rate: Floats, step: float) -> Floats:
-    """Return the readings as a simulation with half-step velocities tells them.
-
-    Equation:
-        An accelerometer tells the forces at the start of the step that has just ended, f(t - h); a
-        gyroscope the velocity at the middle of that step and half a step of the acceleration that
-        led there, w(t) - h / 2 (w'(t) - w'(t - h)).
-
-    Args:
-        plant: with the log, whose rows are equal steps within a run.
-        reading: gyroscope and accelerometer, sensor axes, shape (T, 6).
-        spin_rate: w' in body axes, shape (T, 3) [rad/s^2].
-        step: h of the simulation [s].
-    """
-    rate = spin_rate @ plant.vehicle.imu_turn
-    both = np.concatenate([rate, reading[:, 3:]], axis=1)
-    before = both.copy()
-    for first, last in plant.samples.runs:
-        # straight pieces: a command that jumps bends the force at its row
-        at = np.maximum(np.arange(last - first) - step / plant.samples.step, 0.0)
-        low = np.minimum(at.astype(int), max(last - first - 2, 0))
-        share, own = (at - low)[:, None], both[first:last]
-        before[first:last] = own[low] + share * (own[np.minimum(low + 1, len(own) - 1)] - own[low])
-    late = 0.5 * step * (rate - before[:, :3])
-    return np.concatenate([reading[:, :3] - late, before[:, 3:]], axis=1)
 
 
 def _delayed(plant: Plant, reading: Floats, delay: float, order: int = 0) -> Floats:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from seals.arrays import Floats
+from seals.sysid.data.samples import Samples
 from seals.sysid.data.vehicle import Vehicle
 
 
@@ -52,3 +53,33 @@ def skew(vector: Floats) -> Floats:
     out[:, 0, 1], out[:, 0, 2], out[:, 1, 2] = -z, y, -x
     out[:, 1, 0], out[:, 2, 0], out[:, 2, 1] = z, -y, x
     return out
+
+
+def as_simulated(
+    vehicle: Vehicle, samples: Samples, reading: Floats, angular_acceleration: Floats, step: float
+) -> Floats:
+    """Return the readings as a simulation with half-step velocities tells them.
+
+    Equation:
+        An accelerometer tells the forces at the start of the step that has just ended, f(t - h); a
+        gyroscope the velocity at the middle of that step and half a step of the acceleration that
+        led there, w(t) - h / 2 (w'(t) - w'(t - h)).
+
+    Args:
+        vehicle: with its sensor.
+        samples: the log, whose rows are equal steps within a run.
+        reading: gyroscope and accelerometer, sensor axes, shape (T, 6).
+        angular_acceleration: w' in body axes, shape (T, 3) [rad/s^2].
+        step: h of the simulation [s].
+    """
+    rate = angular_acceleration @ vehicle.imu_turn
+    both = np.concatenate([rate, reading[:, 3:]], axis=1)
+    before = both.copy()
+    for first, last in samples.runs:
+        # straight pieces: a command that jumps bends the force at its row
+        at = np.maximum(np.arange(last - first) - step / samples.step, 0.0)
+        low = np.minimum(at.astype(int), max(last - first - 2, 0))
+        share, own = (at - low)[:, None], both[first:last]
+        before[first:last] = own[low] + share * (own[np.minimum(low + 1, len(own) - 1)] - own[low])
+    late = 0.5 * step * (rate - before[:, :3])
+    return np.concatenate([reading[:, :3] - late, before[:, 3:]], axis=1)
