@@ -256,6 +256,8 @@ class _Entry(NamedTuple):
 def _entry(motion: Motion, medium: Medium, params: Parameters) -> _Entry | None:
     """Return the entry's part of M(s); None where NumPy's rows have none."""
     s, floating = medium.submersion, "floating" in params
+    if motion.body.entry_shares is None:
+        return None
     end = params["floating_fraction"] if floating else 0.5
     if type(s) is np.ndarray and not ((s > 0.0) & (s < end)).any():
         return None

@@ -114,11 +114,7 @@ def test_a_free_fall_is_exact_between_the_rows(problem: Problem) -> None:
 
 @pytest.mark.parametrize("key", ["slamming_change.coefficient", "added_mass_change.mass_z"])
 def test_responses_match_a_simulated_impact(problem: Problem, key: str) -> None:
-    """Responses that a fit uses at the impact are those of two simulations, to a few per cent.
-
-    The force of an added mass begins at once when the flat face touches: a row of four parts does
-    not resolve it there, and its neighbour takes up the most of what it misses.
-    """
+    """Responses that a fit uses at the impact are those of two simulations, to a few per cent."""
     integrator, trajectory = SubstepIntegrator(problem.plant), problem.fitter.trajectory
     substeps = integrator.substeps(trajectory, {})
     disturbance = UnmodelledDisturbance(gusts=1.3, surface_error=None)
@@ -128,15 +124,7 @@ def test_responses_match_a_simulated_impact(problem: Problem, key: str) -> None:
     after = integrator.substeps(trajectory, {key: step})
     exact = (after.defect - substeps.defect) / step
     assert np.abs(exact).max() > 0.1
-    apart, largest = np.abs(found - exact)[:-1], np.abs(exact).max()
-    if key.startswith("added_mass"):
-        touched = int(np.argmax(np.abs(exact).max(axis=1) > 0.1))
-        pair = slice(touched, touched + 2)
-        assert apart[pair].max() < 0.2 * largest
-        together = np.abs((found - exact)[pair].sum(axis=0)).max()
-        assert together < 0.07 * np.abs(exact[pair].sum(axis=0)).max()
-        apart[pair] = 0.0
-    assert apart.max() < 0.04 * largest
+    assert np.abs(found - exact)[:-1].max() < 0.04 * np.abs(exact).max()
 
 
 def test_an_impact_is_doubted_and_a_floating_hull_is_not(problem: Problem) -> None:

@@ -133,6 +133,10 @@ def _vehicle_of(
         if robot is None
         else _of_robot(meta, environment, entries, robot, still)
     )
+    step = (meta.get("simulated") or {}).get("step")
+    if step is None:
+        # the format states the force of entry as -d/dt (s M_A v), s the submerged share
+        made["robot"] = replace(made["robot"], by_waterline=False)
     sea, beside = known_sea(meta, environment)
     if sea is None and robot is not None and (meta["environment"].get("wave") is not None):
         sea = robot.sea
@@ -140,7 +144,6 @@ def _vehicle_of(
     imu = meta.get("sensors", {}).get("imu", {})
     channels = meta.get("sensors", {}).get("channels", {})
     gust = meta.get("disturbance") or {}
-    step = (meta.get("simulated") or {}).get("step")
     return Vehicle(
         **made,
         environment=environment,

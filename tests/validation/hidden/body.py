@@ -10,7 +10,6 @@ from __future__ import annotations
 import numpy as np
 
 from tests.validation.hidden import forces, outsiders, surroundings
-from tests.validation.hidden.entering import beyond, widest
 from tests.validation.hidden.forces import Motion
 from tests.validation.hidden.hull import filling_rate, submerged
 from tests.validation.hidden.plant import Plant
@@ -60,7 +59,6 @@ class Body:
         self._moment = plant["mass"] * plant["com"] + plant["payload_mass"] * plant["payload_place"]
         place, axis = plant["act_place"], plant["act_axis"]
         self._mixing = np.concatenate((axis, cross(place, axis)))
-        self._widest: Array | None = None
         self._on = {key: bool(np.any(value)) for key, value in plant.items()}
         self._wavy = bool(plant["wave"][0].any())
         self._reach = (
@@ -71,21 +69,10 @@ class Body:
         self.gust = np.zeros((6, self.size))
         self.seen: Motion | None = None
 
-    def _mass_with(self, wet: Array, more: tuple[Array, Array] | None = None) -> Array:
+    def _mass_with(self, wet: Array) -> Array:
         out: Array = self._rigid.copy()
         out[:, range(6), range(6)] += (wet * self._added).T
-        if more is not None:
-            out += np.einsum("n,in,jn->nij", more[0], more[1], more[1])
         return out
-
-    def _beyond(self, wet: Array, turn: Array, centroid: Array) -> tuple[Array, Array, Array]:
-        """Added mass of entering beyond the wet share's, its slope and its direction."""
-        if self._widest is None:
-            plant = self.plant
-            self._widest = widest(
-                plant["cell_place"], plant["cell_share"], plant["volume"], plant["cell_thick"]
-            )
-        return beyond(wet, turn[2], centroid, self._added, self._widest)
 
     def still(self, place: Array, q: Array, velocity: Array, spin: Array, act: Array) -> Array:
         """State (k, n) of given motion; place, velocity (world) and spin (body) are (3, n)."""
@@ -101,16 +88,10 @@ class Body:
         """The state with the momentum that belongs to a body velocity and spin (3, n)."""
         state = state.copy()
         place, turn = state[0:3], matrix(state[3:7])
-        wet, centroid, layer = self._wet(place, turn, t)
+        wet = self._wet(place, turn, t)[0]
         stream = self._stream(place, turn, t)[0]
         mass = self._mass_with(wet)
-        if layer is not None:
-            more, _, way = self._beyond(wet, turn, centroid)
-            mass = self._mass_with(wet, (more, way))
-            state[7:13] = -more * way * (way[:3] * stream).sum(0)
-        else:
-            state[7:13] = 0.0
-        state[7:13] += np.einsum("nij,jn->in", mass, np.concatenate((velocity, spin)))
+        state[7:13] = np.einsum("nij,jn->in", mass, np.concatenate((velocity, spin)))
         state[7:10] -= wet * self._added[:3] * stream
         return state
 
@@ -159,10 +140,7 @@ class Body:
             inverse = self._whole if wet is self._one else self._dry
             nu = (inverse * momentum).sum(1)
         else:
-            more, _, way = self._beyond(wet, turn, centroid)
-            momentum += more * way * (way[:3] * stream).sum(0)
-            mass = self._mass_with(wet, (more, way))
-            nu = np.linalg.solve(mass, momentum.T[..., None])[..., 0].T
+            nu = np.linalg.solve(self._mass_with(wet), momentum.T[..., None])[..., 0].T
         v, w = nu[:3], nu[3:]
         filling = self._zero
         if layer is not None:
@@ -184,20 +162,12 @@ class Body:
         force, torque = self._loads(state, m, t, out)
         added = m.wet * self._added
         fluid = added[:3] * m.through_water
-        entering = self.water and bool(((m.wet > 0.0) & (m.wet < 1.0)).any())
-        if entering:
-            more, slope, way = self._beyond(m.wet, m.turn, m.centroid)
-            along = (way[:3] * m.through_water).sum(0) + (way[3:] * m.spin).sum(0)
-            fluid = fluid + more * way[:3] * along
         if surge is not None:
             force = force + m.wet * plant["density"] * plant["volume"] * surge
         if self.water:
             emptying = np.minimum(m.filling, 0.0) * self._added
             force = force + emptying[:3] * m.through_water
             torque = torque + emptying[3:] * m.spin + cross(stream, fluid)
-            if entering:
-                lost = np.minimum(m.filling, 0.0) * slope * along * way
-                force, torque = force + lost[:3], torque + lost[3:]
         out[7:10] = force - cross(m.spin, state[7:10])
         out[10:13] = torque - cross(m.spin, state[10:13]) - cross(m.velocity, state[7:10])
         if self.count:
