@@ -246,7 +246,7 @@ def _compared(nose: str, speed: int, found: Entry, drops: Sequence[Drop]) -> lis
         relative(f"{name}: peak, {MASS:g} kg [m/s^2]", found.peak, peak, None),
     ]
     at = _mean_speed(drops)
-    ends = STEP * np.arange(len(found.felt) + 1)
+    ends: Floats = STEP * np.arange(len(found.felt) + 1, dtype=float)
     own = MASS * impulses(ends, found.felt, at)
     rows = [impulses(d.time, 0.5 * (d.felt[1:] + d.felt[:-1]), d.speed) for d in drops]
     for depth, mine, each in zip(DEPTHS, own, np.mean(rows, axis=0), strict=True):

@@ -101,7 +101,8 @@ def cone(depth: Floats | float) -> Floats:
     """
     b = np.asarray(depth, dtype=float)
     drag: Floats = 0.5 * np.pi * CONE_DRAG * np.maximum(b - EDGE, 0.0)
-    return 4.0 / 3.0 * (np.minimum(b, EDGE) / EDGE) ** 3 + drag
+    impulse: Floats = 4.0 / 3.0 * (np.minimum(b, EDGE) / EDGE) ** 3 + drag
+    return impulse
 
 
 class Slam(NamedTuple):
