@@ -153,7 +153,12 @@ class DragQuadratic(Effect):
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
         """Return the candidates: drag in each medium; its exponent has a tolerance."""
         return power_law_additions(
-            cls, name, subject, power=2, share={MediumKind.water: 3.0, MediumKind.air: 0.01}
+            cls,
+            name,
+            subject,
+            power=2,
+            share={MediumKind.water: 3.0, MediumKind.air: 0.01},
+            forms=(DragForm.isotropic,),
         )
 
     @classmethod

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from seals.arrays import Floats
 from seals.effects.discrepancy import DragExponent
 from seals.effects.drag_form import DragForm
 from seals.effects.drag_spread import fitted_spread
@@ -19,11 +18,18 @@ _EXPONENT = 0.05
 
 
 def power_law_additions(
-    law: type[Effect], name: str, subject: Subject, *, power: int, share: Mapping[MediumKind, float]
+    law: type[Effect],
+    name: str,
+    subject: Subject,
+    *,
+    power: int,
+    share: Mapping[MediumKind, float],
+    forms: Sequence[DragForm] = (),
 ) -> list[Addition]:
     """Return the candidates: drag in each medium; its exponent has a tolerance.
 
-    Where nothing is known of the body's shape, the drag may act spread along the vehicle.
+    Where nothing is known of the body's shape, the drag may act spread along the vehicle, or have
+    another form.
 
     Args:
         law: class with ``coefficient_x``, ``coefficient_y``, ``coefficient_z`` and ``medium``.
@@ -31,6 +37,7 @@ def power_law_additions(
         subject: the vehicle.
         power: of the speed, 1 or 2.
         share: of the weight that the drag has at 1 m/s, by medium, at most.
+        forms: tried besides where neither a stated drag nor the hull says how it acts.
     """
     found = []
     made: Any = law
@@ -56,7 +63,7 @@ def power_law_additions(
                 order=order,
             )
         )
-        for form in _other_forms(effect, nominal):
+        for form in forms if squares is None and not nominal.any() else ():
             found.append(
                 Addition(
                     instance=f"{name}_{medium.value}_{form.value}",
@@ -85,13 +92,3 @@ def power_law_additions(
                 )
             )
     return found
-
-
-def _other_forms(effect: Effect, nominal: Floats) -> tuple[DragForm, ...]:
-    """Return the forms that a drag may have besides its usual one.
-
-    Where neither a stated drag nor the hull says how it acts, the speed of the whole body may count
-    along each axis; forms with a size need a hull.
-    """
-    usual = getattr(effect, "form", None)
-    return (DragForm.isotropic,) if usual is DragForm.per_axis and not nominal.any() else ()

@@ -85,7 +85,10 @@ def answer(
     rounds = (tuple(sorted((best, *others), key=lambda h: -h.score)),)
     found = Search(nominal=base, best=best, rounds=rounds if best.candidates else ())
     problem: Any = SimpleNamespace(
-        policy=POLICY, impact=False, samples=SimpleNamespace(posed=True, logs=logs), vehicle=None
+        policy=POLICY,
+        impact=False,
+        samples=SimpleNamespace(posed=True, logs=logs),
+        vehicle=SimpleNamespace(simulated_step=None),
     )
     return decide(problem, found)
 

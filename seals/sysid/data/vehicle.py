@@ -126,17 +126,15 @@ def _vehicle_of(
     if robot is None:
         _part(meta, "vehicle")
     environment = _environment(_part(meta, "environment"))
-    entries = list(meta.get("baseline") or [])
-    entries = [entry for entry in entries if entry["name"] not in sea_laws()]
+    entries = [e for e in meta.get("baseline") or [] if e["name"] not in sea_laws()]
     made = (
         _of_meta(meta, environment, entries)
         if robot is None
         else _of_robot(meta, environment, entries, robot, still)
     )
     step = (meta.get("simulated") or {}).get("step")
-    if step is None:
-        # the format states the force of entry as -d/dt (s M_A v), s the submerged share
-        made["robot"] = replace(made["robot"], by_waterline=False)
+    # else the format states the force of entry as -d/dt (s M_A v), s the submerged share
+    made["robot"] = replace(made["robot"], by_waterline=step is not None)
     sea, beside = known_sea(meta, environment)
     if sea is None and robot is not None and (meta["environment"].get("wave") is not None):
         sea = robot.sea
