@@ -10,7 +10,6 @@ import numpy as np
 
 from seals.arrays import Array, Floats, as_like
 from seals.hydrostatics import Hull
-from seals.hydrostatics.entry import ELLIPSOID, entry_shares
 from seals.motion import Body
 from seals.multibody.spatial import rigid_inertia
 from seals.multibody.tree import Tree
@@ -58,8 +57,6 @@ class RobotModel:
         legs: by name.
         surface: contact coefficients in place of those in the URDF, or None.
         held: whether its joints are held, see `seals.robot.fusing`.
-        by_waterline: whether the added mass of hulls that enter water follows the wetted waterline;
-            else it is in proportion to the submerged share, as the format of logs has it.
     """
 
     name: str
@@ -79,7 +76,6 @@ class RobotModel:
     legs: Mapping[str, Leg] = field(default_factory=dict)
     surface: Surface | None = None
     held: bool = False
-    by_waterline: bool = True
 
     @cached_property
     def spatial_inertia(self) -> Floats:
@@ -93,18 +89,11 @@ class RobotModel:
         return self.tree.joints + (0 if self.tree.fixed_base else 6)
 
     @cached_property
-    def _sizes(self) -> tuple[Floats, ...]:
-        """Volumes [m^3], plan areas [m^2] and entry shares of the hulls, from many cuts each.
-
-        Shapes (L, 1), (L, 1) and (L, 6); the shares by waterline only.
-        """
+    def _sizes(self) -> tuple[Floats, Floats]:
+        """Volumes [m^3] and plan areas [m^2] of the hulls, many cuts each, shape (L, 1)."""
         volumes = [0.0 if h is None else h.volume for h in self.hulls]
         plans = [0.0 if h is None else h.plan_area for h in self.hulls]
-        sizes = np.array(volumes)[:, None], np.array(plans)[:, None]
-        if not self.by_waterline:
-            return sizes
-        entries = [ELLIPSOID if h is None else entry_shares(h) for h in self.hulls]
-        return *sizes, np.array(entries)
+        return np.array(volumes)[:, None], np.array(plans)[:, None]
 
     def bodies(self, like: Array, batch: int = 1) -> Body:
         """Return the constant properties of all links, in the library of ``like``.

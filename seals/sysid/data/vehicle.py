@@ -133,8 +133,6 @@ def _vehicle_of(
         else _of_robot(meta, environment, entries, robot, still)
     )
     step = (meta.get("simulated") or {}).get("step")
-    # else the format states the force of entry as -d/dt (s M_A v), s the submerged share
-    made["robot"] = replace(made["robot"], by_waterline=step is not None)
     sea, beside = known_sea(meta, environment)
     if sea is None and robot is not None and (meta["environment"].get("wave") is not None):
         sea = robot.sea
