@@ -240,8 +240,8 @@ ROLES_AND_READERS: dict[str, Guard] = {
     ),
     "numbers of a diagnosis": Guard(
         "seals.sysid.report.application",
-        'with sound_numbers("a diagnosis", _ADVICE):',
-        "if True:",
+        'with sound_numbers("a diagnosis", _ADVICE), trials():',
+        "with trials():",
         NUMBERS,
         "short_logs",
     ),

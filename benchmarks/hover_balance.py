@@ -101,7 +101,11 @@ def _weak(healthy: Floats, rotor: int) -> Floats:
     `WeakRotor` keeps the torque; a blade with less lift at equal drag would leave no change of
     the yaw balance, for the other rotors would compensate it like a payload's.
     """
-    params = {"relative_loss": SIZES[:, None], "rotor": np.full((1, 1), rotor + 1.0)}
+    params = {
+        "relative_loss": SIZES[:, None],
+        "torque_share": np.zeros((1, 1)),
+        "rotor": np.full((1, 1), rotor + 1.0),
+    }
     return _restored(WeakRotor, healthy, params)
 
 

@@ -46,7 +46,7 @@ class MotorCurve(Effect):
         force alone are left as they are.
 
     References:
-        Bangura and Mahony 2014, Thrust Control for Multirotor Aerial Vehicles, IEEE T-RO 33(2):
+        Bangura and Mahony 2017, Thrust Control for Multirotor Aerial Vehicles, IEEE T-RO 33(2):
         speed over duty cycle of small motors.
 
     Example:

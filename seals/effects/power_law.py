@@ -82,13 +82,9 @@ def power_law_additions(
                 medium=medium,
                 squares=squares,
             )
+            exponent = {"exponent": Freed(tolerance=_EXPONENT, scale=0.1)}
+            place = f"{name}_{medium.value}_shape"
             found.append(
-                Addition(
-                    instance=f"{name}_{medium.value}_shape",
-                    effect=shape,
-                    parameters={"exponent": Freed(tolerance=_EXPONENT, scale=0.1)},
-                    named=(),
-                    order=order,
-                )
+                Addition(instance=place, effect=shape, parameters=exponent, named=(), order=order)
             )
     return found

@@ -107,11 +107,13 @@ def test_one_of_several_logs_is_chosen_by_its_name(tmp_path: Path) -> None:
 
 
 def test_a_log_whose_name_does_not_tell_its_reader_is_refused(tmp_path: Path) -> None:
-    """A suffix of no reader asks for one, a field that the reader lacks is named."""
+    """Content of no reader asks for one, a field that the reader lacks is named."""
     place = tmp_path / "flight.csv"
-    place.write_text("t,position_z\n0,1\n0.1,0.9\n", encoding="utf-8")
+    place.write_bytes(bytes(range(7, 200)))
     with pytest.raises(ConfigError, match="does not show which reader to use"):
         seals.load_log(place)
+    place.write_text("t,position_z\n0,1\n0.1,0.9\n", encoding="utf-8")
+    assert seals.load_log(place).rows == 2
     with pytest.raises(ConfigError, match="'colums' is not a field of the reader 'csv'"):
         seals.load_log(place, reader="csv", colums={})
     with pytest.raises(UnknownPlugin, match="Did you mean 'csv'"):

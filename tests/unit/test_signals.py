@@ -27,6 +27,7 @@ from seals.logs.shipped import shipped_logs
 from seals.run import application, simulation
 from seals.run.stopping import stoppable
 from seals.sweep.rows import find_rows
+from seals.sysid.report.given_logs import sources
 from seals.view.films.files import Frames
 from seals.world import World
 
@@ -159,7 +160,7 @@ def commands(elsewhere: Path, flown: Path) -> dict[str, list[str]]:
         "verdict": "named",
         "effects": [{"name": "wind", "confidence": 0.98, "parameters": {
             "velocity_x": {"value": 1.5, "low90": 1.4, "high90": 1.6}}}],
-        "log": {"path": str(shipped_logs()["hidden_effect/flight_a"])},
+        "log": sources([Path(shipped_logs()["hidden_effect/flight_a"])]),
     }  # fmt: skip
     (elsewhere / "diagnosis.json").write_text(json.dumps(answer))
     (elsewhere / "a.csv").write_text("t,depth\n" + "".join(f"{k / 9},1\n" for k in range(99)))

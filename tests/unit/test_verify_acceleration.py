@@ -14,17 +14,18 @@ from seals.logs import Log
 from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.predictors.problem import _astray
+from seals.sysid.report.given_logs import given_logs
 from seals.sysid.validation.acceleration import acceleration_of, draw_acceleration
-from seals.sysid.validation.application import _robot
 
 
 @pytest.mark.parametrize("root", ["add", "verify"])
 def test_a_robot_may_be_given_where_the_log_describes_none(root: str, tmp_path: Path) -> None:
     """Both verbs take the model from a robot's folder, as a diagnosis does."""
-    given = _robot(compose(["robot=auv"], root=root), str(tmp_path))
+    words = [f"log={tmp_path}"]
+    given = given_logs(compose(["robot=auv", *words], root=root)).robot
     assert given is not None
     assert given.robot.name == "auv"
-    assert _robot(compose([], root=root), str(tmp_path)) is None
+    assert given_logs(compose(words, root=root)).robot is None
 
 
 def replayed(rows: Any, force: Any) -> Any:

@@ -18,6 +18,7 @@ from seals.logs.native import read_native
 from seals.sysid.predictors.linearise import predict
 from seals.sysid.predictors.problem import Problem, prepare
 from seals.sysid.predictors.window_rows import window_rows
+from seals.sysid.report.given_logs import sources
 from seals.sysid.validation.ablation import model_variants
 from seals.sysid.validation.misfit import Misfit, Yardstick, measure, yardstick
 from seals.sysid.validation.model import Model, nominal
@@ -65,7 +66,7 @@ def flights(tmp_path_factory: pytest.TempPathFactory) -> Path:
     answer = {
         "verdict": "named",
         "effects": [{"name": "wind", "confidence": 0.98, "parameters": parameters}],
-        "log": {"path": str(folder / "windy")},
+        "log": sources([folder / "windy"]),
     }
     (folder / "diagnosis.json").write_text(json.dumps(answer), encoding="utf-8")
     return folder
