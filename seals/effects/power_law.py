@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -39,7 +40,7 @@ def power_law_additions(
         share: of the weight that the drag has at 1 m/s, by medium, at most.
         forms: tried besides where neither a stated drag nor the hull says how it acts.
     """
-    found = []
+    found: list[Addition] = []
     made: Any = law
     for index, medium in enumerate(subject.media):
         water = medium is MediumKind.water
@@ -48,6 +49,7 @@ def power_law_additions(
         least = 0.25 * size if power == 1 and water else 0.3 * size
         scale = np.maximum(0.5 * nominal, least)
         drawn = subject.spread("drag_coefficient") * nominal
+        coefficients = along_axes("coefficient", drawn, scale, low=-nominal)
         order = (Stage.flow, index, power - 1)
         options = law.options_on(subject.robot, subject.effects, medium)
         effect = made(medium=medium, **options)
@@ -57,23 +59,15 @@ def power_law_additions(
             Addition(
                 instance=f"{name}_{medium.value}_change",
                 effect=effect,
-                parameters={**along_axes("coefficient", drawn, scale, low=-nominal), **beside},
+                parameters={**coefficients, **beside},
                 nuisance=tuple(beside),
                 variant={"medium": int(water)},
                 order=order,
             )
         )
-        for form in forms if squares is None and not nominal.any() else ():
-            found.append(
-                Addition(
-                    instance=f"{name}_{medium.value}_{form.value}",
-                    effect=made(medium=medium, form=form),
-                    parameters=along_axes("coefficient", drawn, scale, low=-nominal),
-                    variant={"medium": int(water)},
-                    law=form.value,
-                    order=order,
-                )
-            )
+        if squares is None and not nominal.any():
+            usual = replace(found[-1], parameters=coefficients, nuisance=())
+            found += [_in_form(usual, f, made(medium=medium, form=f)) for f in forms]
         if nominal.any():
             shape = DragExponent(
                 power=power,
@@ -82,9 +76,22 @@ def power_law_additions(
                 medium=medium,
                 squares=squares,
             )
-            exponent = {"exponent": Freed(tolerance=_EXPONENT, scale=0.1)}
-            place = f"{name}_{medium.value}_shape"
-            found.append(
-                Addition(instance=place, effect=shape, parameters=exponent, named=(), order=order)
-            )
+            found.append(_inexact(shape, f"{name}_{medium.value}_shape", order))
     return found
+
+
+def _inexact(shape: DragExponent, instance: str, order: tuple[int, int, int]) -> Addition:
+    """Return the tolerance of the exponent of a stated drag; no candidate."""
+    return Addition(
+        instance=instance,
+        effect=shape,
+        parameters={"exponent": Freed(tolerance=_EXPONENT, scale=0.1)},
+        named=(),
+        order=order,
+    )
+
+
+def _in_form(usual: Addition, form: DragForm, effect: Effect) -> Addition:
+    """Return a candidate in another form of its law."""
+    instance = usual.instance.removesuffix("change") + form.value
+    return replace(usual, instance=instance, effect=effect, law=form.value)
