@@ -81,7 +81,8 @@ class ColumnMap:
         Example:
             >>> import numpy as np
             >>> gyro = ColumnMap(units={"g": "deg/s"}, scale={"g": 1 / 16.4}, offset={"g": -2.0})
-            >>> float(np.degrees(gyro.converted(np.array([1640.0]), "g", "angular_velocity_x"))[0])
+            >>> rate = gyro.converted(np.array([1640.0]), "g", "angular_velocity_x")[0]
+            >>> round(float(np.degrees(rate)), 6)
             98.0
         """
         if theirs in self.scale:
