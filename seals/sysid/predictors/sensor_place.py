@@ -72,7 +72,7 @@ def as_simulated(
         angular_acceleration: w' in body axes, shape (T, 3) [rad/s^2].
         step: h of the simulation [s].
     """
-    rate = angular_acceleration @ vehicle.imu_turn
+    rate = angular_acceleration @ vehicle.imu_turn.T
     both = np.concatenate([rate, reading[:, 3:]], axis=1)
     before = both.copy()
     for first, last in samples.runs:
