@@ -65,6 +65,9 @@ class DragRotor(Effect):
     typical: float = param(
         1.0, "N", bounds=(1e-4, 1e5), tolerance=0.0, source="a share of the weight", fit=False
     )
+    lever: float = param(
+        0.0, "m", bounds=(-1.0, 1.0), tolerance=0.01, source="flapping is not on data sheets"
+    )
     medium: MediumKind = MediumKind.air
     accounts_for: ClassVar[tuple[str, ...]] = ("rotor drag",)
     identification: ClassVar[Identification] = Identification(
@@ -95,8 +98,8 @@ class DragRotor(Effect):
             Addition(
                 instance=name,
                 effect=cls(exponent=own.exponent, typical=own.typical),
-                parameters={"coefficient": size, "exponent": bend},
-                nuisance=("exponent",),
+                parameters={"coefficient": size, "exponent": bend, "lever": Freed(scale=0.02, bounds=(-0.2, 0.2))},
+                nuisance=("exponent", "lever"),
                 order=(Stage.actuators, 0, 6),
             )
         ]
@@ -124,9 +127,10 @@ class DragRotor(Effect):
         ahead = slope * (relative[:, 0:1] + q * z - r * y)
         aside = slope * (relative[:, 1:2] + r * x - p * z)
         force_x, force_y = xp.sum(ahead, axis=1), xp.sum(aside, axis=1)
+        arm = z + params["lever"]
         torque = columns(
-            xp.sum(-z * aside, axis=1),
-            xp.sum(z * ahead, axis=1),
+            xp.sum(-arm * aside, axis=1),
+            xp.sum(arm * ahead, axis=1),
             xp.sum(x * aside - y * ahead, axis=1),
         )
         return Wrench(columns(force_x, force_y, force_x * 0.0), torque), memory

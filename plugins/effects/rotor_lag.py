@@ -16,6 +16,12 @@ _PLAUSIBLE = 0.03
 _ASYMMETRY = 0.5
 """Plausible difference of rise and fall from their mean, as a share of the change."""
 
+_LEAST = 0.01
+"""Stated lag from which on a fit may start at it [s]."""
+
+_NUDGE = 0.004
+"""Step of the difference quotient at a stated lag below that [s]."""
+
 
 @dataclass(kw_only=True)
 class RotorLag(Effect):
@@ -74,6 +80,8 @@ class RotorLag(Effect):
             # a share of a stated lag of zero would be no size at all
             scale=mean or _PLAUSIBLE,
             bounds=(-0.9 * float(subject.lag.min()), math.inf),
+            # the response to a lag far below the step of a log is flat: it needs a longer step
+            nudge=_NUDGE if mean < _LEAST else 0.0,
             changes=Property(
                 name="time_constant",
                 value=mean,
@@ -92,6 +100,8 @@ class RotorLag(Effect):
                     "asymmetry": Freed(scale=_ASYMMETRY, bounds=(-1.0, 1.0)),
                 },
                 nuisance=("asymmetry",),
+                # a lag below the step of a log hardly has a slope: no fit leaves it
+                starts=((0.0, 0.0), (_PLAUSIBLE, 0.0)) if mean < _LEAST else (),
                 order=(Stage.actuators, 0, 3),
             )
         ]

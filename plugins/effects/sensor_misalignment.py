@@ -82,7 +82,7 @@ class SensorMisalignment(Effect):
     def measure(reading: Reading, params: Parameters) -> Reading:
         """Angular velocity and specific force in the misaligned axes [rad/s, m/s^2]."""
         turn = SensorMisalignment.axis_misalignment(params)
-        return Reading(
+        return reading._replace(
             angular_velocity=unrotate(turn, reading.angular_velocity),
             specific_force=unrotate(turn, reading.specific_force),
         )

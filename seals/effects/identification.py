@@ -181,6 +181,7 @@ class Freed:
             that stays below it is not named.
         changes: number of the stated model of which the tolerance is the accuracy; None where that
             is a field of an effect of the same law.
+        nudge: step of the difference quotient by it; 0 for a share of its size.
     """
 
     tolerance: float = 0.0
@@ -188,6 +189,7 @@ class Freed:
     bounds: tuple[float, float] = (-math.inf, math.inf)
     least: float = 0.0
     changes: Property | None = None
+    nudge: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -39,6 +39,12 @@ _ASSUMED = {
     "sensor_misalignment": _Assumed(0.01, "rad, each axis", "half a degree of mounting"),
     "sensor_delay": _Assumed(0.003, "s", "filters of the sensor"),
 }
+_OF_MARKERS = {
+    "pose_misalignment": _Assumed(0.02, "rad, each axis", "markers levelled by eye"),
+}
+"""The same of poses so exact that they are of motion capture."""
+_OPTICAL = 0.002
+"""Noise of a position up to which it is of motion capture [m]."""
 _ASSUMED_IN_WATER = {
     "displaced_volume": _Assumed(0.01, "relative", "trimmed to float, without trapped air"),
     "centre_of_buoyancy": _Assumed(0.005, "m, each axis", "from a drawing"),
@@ -107,14 +113,17 @@ def _channel(stem: str, sigma: float, facts: FlightFacts) -> str:
     least = _LEAST.get(stem, 0.0)
     source = "measured" if sigma >= least else "assumed: its noise is smaller, its error is not"
     if stem in facts.differing:
-        source = f"measured: differs so much from the pose; its white noise is {_figure(sigma)}"
+        other = "gyroscope" if stem == "orientation" else "pose"
+        source = f"measured: differs so much from the {other}; its white noise is {_figure(sigma)}"
     value = _figure(max(facts.differing.get(stem, sigma), least, 1e-6))
     entry = f"sigma: {value}, rate: {_figure(facts.rate[stem])}, unit: {unit_of(stem)}"
     return f"{stem}: {{{entry}}}  # {source}"
 
 
 def _tolerances(facts: FlightFacts, wet: bool) -> dict[str, _Assumed]:
-    table = _ASSUMED | (_ASSUMED_IN_WATER if wet else {})
+    noise = facts.noise
+    optical = "orientation" in noise and 0.0 < noise.get("position", math.inf) < _OPTICAL
+    table = _ASSUMED | (_OF_MARKERS if optical else {}) | (_ASSUMED_IN_WATER if wet else {})
     found = {name: a._replace(why=f"assumed: {a.why}") for name, a in table.items()}
     for name, fact in (
         ("gyroscope_bias", facts.gyroscope_bias),
@@ -176,7 +185,8 @@ def _told(log: Log, vehicle: Mapping[str, Any], facts: FlightFacts) -> Iterator[
         rate = f"{facts.rate[stem]:.4g} Hz"
         yield f"measured: noise of {stem} {_figure(sigma)} {unit_of(stem)} at {rate}"
     for stem, sigma in facts.differing.items():
-        words = f"{stem} differs from the pose like noise of {_figure(sigma)} {unit_of(stem)}"
+        other = "the gyroscope" if stem == "orientation" else "the pose"
+        words = f"{stem} differs from {other} like noise of {_figure(sigma)} {unit_of(stem)}"
         yield f"measured: {words}: filters, filled-in samples or a clock that jitters"
     ratio = facts.hover_ratio
     if ratio is not None:

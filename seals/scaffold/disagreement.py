@@ -27,6 +27,11 @@ _SMOOTH = 15
 _CLEAR = 2.0
 """Deviation, over that by the white noises, from which it counts."""
 _ROBUST = 1.4826
+_SLOW = 51
+"""Rows of the local parabolas that leave the fast part of a motion, in which noise stands out."""
+
+_SURE = 0.1
+"""Least share of the sensor in a difference: a flight tells it no better."""
 
 
 class Disagreement(NamedTuple):
@@ -35,10 +40,13 @@ class Disagreement(NamedTuple):
     Args:
         sigma: equivalent white noise at the time step `STEP`, in the channel's unit.
         white: part of sigma that the white noise of both channels explains.
+        of_pose: error of the pose that explains the rest of the difference, as white noise in its
+            unit; 0 where that is not told.
     """
 
     sigma: float
     white: float
+    of_pose: float = 0.0
 
     @property
     def clear(self) -> bool:
@@ -77,8 +85,17 @@ def _rates(rows: Even, gyro: Floats, noise: Mapping[str, float]) -> Disagreement
     turning = np.gradient(true, STEP, axis=0)
     left = _left(smooth(gyro), [true, turning], rows.there)
     gain = _gain(smooth)
-    of_pose = _gain(lambda v: smooth(np.gradient(v, STEP, axis=0))) * noise.get("orientation", 0.0)
-    return _against(left, gain, of_pose, noise["angular_velocity"])
+    slope = _gain(lambda v: smooth(np.gradient(v, STEP, axis=0)))
+    whole = _against(left, gain, slope * noise.get("orientation", 0.0), noise["angular_velocity"])
+    if not whole.clear:
+        return whole
+    inner = _inner(rows.there)
+    share = _share(_fast(smooth(gyro))[inner], _fast(true)[inner])
+    return whole._replace(
+        sigma=whole.sigma * share**0.5,
+        white=noise["angular_velocity"],
+        of_pose=whole.sigma * (1.0 - share) ** 0.5 * gain / slope,
+    )
 
 
 def _forces(rows: Even, force: Floats, noise: Mapping[str, float]) -> Disagreement:
@@ -91,7 +108,12 @@ def _forces(rows: Even, force: Floats, noise: Mapping[str, float]) -> Disagreeme
     jerk = np.gradient(true, STEP, axis=0)
     left = _left(rotate(back, sensed), [true, jerk, turning], rows.there)
     of_pose = _gain(second_derivative) * noise.get("position", 0.0)
-    return _against(left, _gain(filtered_alike), of_pose, noise["specific_force"])
+    whole = _against(left, _gain(filtered_alike), of_pose, noise["specific_force"])
+    if not whole.clear:
+        return whole
+    inner = _inner(rows.there)
+    share = _share(rotate(back, sensed)[inner], true[inner])
+    return whole._replace(sigma=whole.sigma * share**0.5, white=noise["specific_force"])
 
 
 def _against(left: Floats, gain: float, of_pose: float, white: float) -> Disagreement:
@@ -101,6 +123,26 @@ def _against(left: Floats, gain: float, of_pose: float, white: float) -> Disagre
         sigma=float(np.sqrt(np.mean(spread**2))) / gain,
         white=float(np.hypot(of_pose / gain, white)),
     )
+
+
+def _fast(values: Floats) -> Floats:
+    from scipy.signal import savgol_filter
+
+    fast: Floats = values - savgol_filter(values, _SLOW, 2, axis=0)
+    return fast
+
+
+def _share(sensed: Floats, posed: Floats) -> float:
+    """Share of a sensor in the variance of its difference from the pose.
+
+    Equation:
+        With the motion s, a = s + e_a and b = s + e_b: var(e_a) = var(a) - cov(a, b).
+    """
+    a, b = sensed - sensed.mean(axis=0), posed - posed.mean(axis=0)
+    both = np.sum(a * b)
+    own, other = max(np.sum(a * a) - both, 0.0), max(np.sum(b * b) - both, 0.0)
+    share = float(own / (own + other)) if own + other > 0.0 else 1.0
+    return max(share, _SURE)
 
 
 def smooth(values: Floats) -> Floats:
@@ -118,11 +160,17 @@ def _earlier(time: Floats, values: Floats, late: float) -> Floats:
 def _left(values: Floats, known: list[Floats], there: NDArray[np.bool_]) -> Floats:
     """Residual of a regression on a constant and known columns, at valid rows, shape (n, k)."""
     columns = np.concatenate([np.ones((len(values), 1)), *known], axis=1)
-    inner = there.copy()
-    inner[: 2 * _SMOOTH] = inner[-2 * _SMOOTH :] = False
+    inner = _inner(there)
     model = np.linalg.lstsq(columns[inner], values[inner], rcond=None)[0]
     left: Floats = values[inner] - columns[inner] @ model
     return left
+
+
+def _inner(there: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Valid samples away from the ends, where the filters lean on nothing."""
+    inner = there.copy()
+    inner[: 2 * _SMOOTH] = inner[-2 * _SMOOTH :] = False
+    return inner
 
 
 def _gain(filtered: Any) -> float:

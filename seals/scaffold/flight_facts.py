@@ -14,7 +14,7 @@ from seals.logs.channels import CHANNELS
 from seals.logs.check_thrust import hover_ratio
 from seals.logs.log import Log
 from seals.logs.time_offset import time_offset
-from seals.scaffold.disagreement import disagreement
+from seals.scaffold.disagreement import Disagreement, disagreement
 from seals.scaffold.torque import (
     Disturbance,
     disturbing_torque,
@@ -59,8 +59,8 @@ class FlightFacts(NamedTuple):
         late: lateness of inertial channels against the pose [s].
         gust: standard deviation of force that comes and goes, over mass [m/s^2].
         torque: torque that comes and goes, beside the commanded one [N m].
-        differing: by channel, how much an inertial channel differs from the pose, where its white
-            noise does not explain it.
+        differing: by channel, error of an inertial channel or of the attitude, where its white noise
+            does not explain their difference.
         full_voltage: highest voltage of the battery [V].
         seconds_at_rest: time that the vehicle stood still [s].
     """
@@ -91,7 +91,7 @@ def flight_facts(log: Log, vehicle: Mapping[str, Any]) -> FlightFacts:
     seconds = float(rest.sum()) * _step(log)
     offset = time_offset(log)
     noise = {stem: _noise(log, stem) for stem in held}
-    differing = {stem: each.sigma for stem, each in disagreement(log, noise).items() if each.clear}
+    differing = _differing(disagreement(log, noise), noise)
     return FlightFacts(
         noise=noise,
         rate={stem: _rate(log, stem) for stem in held},
@@ -106,6 +106,17 @@ def flight_facts(log: Log, vehicle: Mapping[str, Any]) -> FlightFacts:
         full_voltage=_full(log),
         seconds_at_rest=seconds,
     )
+
+
+def _differing(
+    found: Mapping[str, Disagreement], noise: Mapping[str, float]
+) -> dict[str, float]:
+    """Errors of inertial channels and attitude that their white noise does not explain."""
+    out = {stem: each.sigma for stem, each in found.items() if each.clear}
+    turned = found.get("angular_velocity")
+    if turned is not None and turned.of_pose > noise.get("orientation", 0.0):
+        out["orientation"] = turned.of_pose
+    return out
 
 
 def _step(log: Log) -> float:

@@ -36,6 +36,7 @@ class Parameter:
         unit: SI unit of the value; empty where its effect states it.
         changes: number of the stated model that the parameter changes; None for a field of an
             effect.
+        stated_nudge: step of the difference quotient by it; 0 for a share of its size.
     """
 
     key: str
@@ -48,6 +49,7 @@ class Parameter:
     start: float = 0.0
     unit: str = ""
     changes: Property | None = None
+    stated_nudge: float = 0.0
 
     @property
     def instance(self) -> str:
@@ -63,7 +65,7 @@ class Parameter:
     def nudge(self) -> float:
         """Step of the finite difference by this parameter."""
         size = self.tolerance if self.tolerance > 0.0 else 0.1 * self.scale
-        return 0.02 * size
+        return self.stated_nudge or 0.02 * size
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -259,6 +261,7 @@ class Collector:
                 least=known_size.least,
                 adds=parameter in known.adds_only,
                 changes=known_size.changes,
+                stated_nudge=known_size.nudge,
             )
         named = tuple(addition.parameters) if addition.named is None else addition.named
         if addition.named is None:

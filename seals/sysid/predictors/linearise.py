@@ -33,7 +33,8 @@ class Prediction:
 
     Args:
         defect: state error after one step, against the next row, shape (T, n).
-        reading: of the inertial sensors, angular velocity and specific force, shape (T, 6).
+        reading: of the inertial sensors, angular velocity and specific force, and the turn of the
+            measured attitude where an effect turns it, shape (T, 6 or 9).
     """
 
     defect: Floats
@@ -92,7 +93,7 @@ class Columns:
     Args:
         keys: of the parameters.
         push: state error after one step, shape (T, n, p).
-        reading: of the inertial sensors, shape (T, 6, p).
+        reading: of the inertial sensors and the turn of the pose, shape (T, 6 or 9, p).
     """
 
     keys: tuple[str, ...]
@@ -136,7 +137,7 @@ def predict(
         change[:, 6:12], change[:, 12 + joints :] = rate[:, :6], rate[:, 6:]
         pushed = dynamics.pushed(change[:, :, None])[:, :, 0]
         defect = dynamics.corrected(expansion_point.defect) + pushed
-    reading = _stacked(plant.reading(cache.state, cache.sensor_rates(used), used))
+    reading = stacked(plant.reading(cache.state, cache.sensor_rates(used), used))
     late = used.get(plant.candidate_set.sensor_delay, 0.0) - delay
     if late:
         reading = _delayed(plant, reading, late)
@@ -271,7 +272,7 @@ def columns_along(
     cache = TrajectoryCache(plant, trajectory) if cache is None else cache
     index = {key: i for i, key in enumerate(keys)}
     rate = np.zeros((count, size, len(keys)))
-    reading = np.zeros((count, 6, len(keys)))
+    reading = np.zeros((count, plant.reading_size, len(keys)))
     sensed = [k for k in keys if plant.changes_readings(k.partition(".")[0])]
     moving = [k for k in keys if k not in sensed]
     for key, change in cache.changes(used, moving).items():
@@ -302,7 +303,7 @@ def _sensed(
         return {}
     plant, rates = cache.plant, cache.sensor_rates(used)
     late = plant.candidate_set.sensor_delay
-    seen = _stacked(plant.reading(cache.state, rates, used))
+    seen = stacked(plant.reading(cache.state, rates, used))
     out = {}
     for key in keys:
         if key == late:
@@ -310,14 +311,15 @@ def _sensed(
             continue
         step = plant.candidate_set.parameters[key].nudge
         later = {**used, key: used.get(key, 0.0) + step}
-        out[key] = (_stacked(plant.reading(cache.state, rates, later)) - seen) / step
+        out[key] = (stacked(plant.reading(cache.state, rates, later)) - seen) / step
     return out
 
 
 def _reading_change(plant: Plant, change: Floats) -> Floats:
     """Change of the inertial readings by accelerations and specific force, shape (T, 6)."""
-    force = at_sensor(plant.vehicle, change)
-    return np.concatenate([np.zeros_like(force), force], axis=1)
+    out = np.zeros((len(change), plant.reading_size))
+    out[:, 3:6] = at_sensor(plant.vehicle, change)
+    return out
 
 
 def discrete(state_matrix: Floats, step: float) -> tuple[Floats, Floats]:
@@ -437,6 +439,9 @@ def _kinematics(state_matrix: Floats, trajectory: Trajectory) -> None:
         state_matrix[:, 12 + k, 12 + joints + k] = 1.0
 
 
-def _stacked(reading: Reading) -> Floats:
-    both: Floats = np.concatenate([reading.angular_velocity, reading.specific_force], axis=1)
+def stacked(reading: Reading) -> Floats:
+    parts = [reading.angular_velocity, reading.specific_force]
+    both: Floats = np.concatenate(
+        parts if reading.pose_turn is None else [*parts, reading.pose_turn], axis=1
+    )
     return both

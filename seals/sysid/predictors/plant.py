@@ -89,8 +89,9 @@ class Plant:
         effects = candidate_set.effects
         self._stiff = {n for n, e in effects.items() if e.stiff and of_joints_alone(e)}
         self._quiet = {
-            n for n, e in effects.items() if any(has_hook(e, h) for h in ("measure", "timing"))
+            n for n, e in effects.items() if any(has_hook(e, h) for h in ("measure", "pose_turn", "timing"))
         }
+        self._turning = {n for n, e in effects.items() if has_hook(e, "pose_turn")}
         self.timed = frozenset(n for n, e in effects.items() if _times_actuators(e))
         self.command_delay = 0.0
         # implicit servos answer a jump of their command up to a step late, which undoes that
@@ -160,6 +161,11 @@ class Plant:
             lag += timing[1]
             asymmetry += timing[2]
         return delay, lag, asymmetry
+
+    @property
+    def reading_size(self) -> int:
+        """Columns of a reading: inertial sensors, and the turn of the pose if an effect has one."""
+        return 9 if self._turning else 6
 
     def changes_readings(self, instance: str) -> bool:
         """Return true if an instance changes the inertial readings but not the motion."""
@@ -355,6 +361,8 @@ class Plant:
         turn = self.vehicle.imu_turn.T
         reading = Reading(spin @ turn, force @ turn)
         used = {key.partition(".")[0] for key in values}
+        if self._turning:
+            reading = reading._replace(pose_turn=self._pose_turn(values, len(spin)))
         effects = self.candidate_set.effects
         sensors = {n for n in used if n in effects and has_hook(effects[n], "measure")}
         if not sensors:
@@ -366,6 +374,15 @@ class Plant:
         for b in sorted(bound.measures, key=lambda b: b.effect.order):
             reading = b.hooks.measure(reading, b.params)
         return reading
+
+
+    def _pose_turn(self, values: Values, rows: int) -> Floats:
+        """Rotation vector of the measured against the true attitude, shape (rows, 3) [rad]."""
+        changes = self.applied(values, rows).items()
+        given = {k: v for k, v in changes if k.partition(".")[0] in self._turning}
+        bound = self._bound_alone(self._turning).with_values(given, np.zeros(1), rows)
+        turns = [b.hooks.pose_turn(b.params) for b in bound.bound]
+        return np.broadcast_to(np.sum(turns, axis=0), (rows, 3))
 
 
 def of_joints_alone(effect: Effect) -> bool:

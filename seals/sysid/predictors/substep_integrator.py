@@ -18,6 +18,7 @@ from seals.sysid.predictors.linearise import (
     Prediction,
     columns_along,
     dynamics_along,
+    stacked,
 )
 from seals.sysid.predictors.plant import Plant, nonzero
 from seals.sysid.predictors.whitened import Whitened
@@ -64,7 +65,7 @@ class SubstepIntegrator:
             states.append(state)
             state, rates = self.fine.advance(twin, state, rows * self.parts + part, None)
             seen = self.fine.reading(states[-1], rates, used)
-            readings.append(np.concatenate([seen.angular_velocity, seen.specific_force], axis=1))
+            readings.append(stacked(seen))
         names = (
             "position",
             "quaternion",

@@ -294,12 +294,16 @@ class Windows:
         Args:
             states: at these rows, shape (k, W, n, c).
             part: the rows.
-            direct: what the inertial sensors read beside the states, shape (k, W, 6, c).
+            direct: what the inertial sensors read beside the states, and the turn of the pose if
+                anything turns it, shape (k, W, 6 or 9, c).
             out: to fill in, shape (W, k, ny, c).
         """
         for i, r in enumerate(self._reads):
             if r is not None:
                 out[:, :, i] = states[:, :, r].transpose(1, 0, 2)
+        if direct.shape[2] > 6:
+            for i in (i for i, n in enumerate(self.channel_of) if n == "orientation"):
+                out[:, :, i] += direct[:, :, 6 + self._axis(i)].transpose(1, 0, 2)
         force = np.matmul(self._march[1][part], states)
         spin = states[:, :, 9:12]
         if not np.array_equal(self.vehicle.imu_turn, np.eye(3)):

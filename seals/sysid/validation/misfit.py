@@ -232,7 +232,7 @@ def _errors(track: Track, ruler: Yardstick, *, delay: float, blank: bool) -> dic
         "depth": base * level - position[..., 2:3],
         "joint_position": base * trajectory.joints[rows] + e[..., 12 : 12 + joints],
         "angular_velocity": _shifted(track.reading[..., :3], late),
-        "specific_force": _shifted(track.reading[..., 3:], late),
+        "specific_force": _shifted(track.reading[..., 3:6], late),
     }
     out = {}
     for name, values in problem.samples.channels.items():
