@@ -203,15 +203,19 @@ def _turning(log: Log, vehicle: Mapping[str, Any]) -> tuple[Floats, Floats] | No
     gyro = log.channel("angular_velocity")
     if speed.shape[1] != len(rotors) or not np.isfinite(gyro).all(axis=1).mean() > 0.9:
         return None
-    place = np.array([r["position"] for r in rotors], dtype=float)
-    axis = np.array([r["axis"] for r in rotors], dtype=float)
     factor = np.array([float(r["thrust_coefficient"]) for r in rotors])
-    thrust = speed**2 * factor
-    torque = thrust @ np.cross(place - np.asarray(vehicle["centre_of_gravity"]), axis)
+    torque = (speed**2 * factor) @ _arms(vehicle)
     wanted = torque @ np.linalg.inv(np.asarray(vehicle["inertia"], dtype=float)).T
     good = np.isfinite(gyro).all(axis=1)
     even = np.stack([np.interp(log.time, log.time[good], v) for v in gyro[good].T], axis=1)
     return wanted[:, :2], np.gradient(even, _step(log), axis=0)[:, :2]
+
+
+def _arms(vehicle: Mapping[str, Any]) -> Floats:
+    """Torque about the centre of gravity of a unit of each thrust, shape (n, 3) [m]."""
+    place = np.array([r["position"] for r in vehicle["rotors"]], dtype=float)
+    axis = np.array([r["axis"] for r in vehicle["rotors"]], dtype=float)
+    return np.cross(place - np.asarray(vehicle["centre_of_gravity"], dtype=float), axis)
 
 
 def _response(log: Log, vehicle: Mapping[str, Any]) -> Measured | None:
@@ -244,7 +248,10 @@ def _torque(log: Log, vehicle: Mapping[str, Any]) -> Disturbance | None:
     flying, thrust = _flying(log, vehicle), _thrusts(log, vehicle)
     gyro = np.nan_to_num(log.channel("angular_velocity")[:, :2])
     noise = _noise(log, "angular_velocity")
-    return disturbing_torque(thrust[flying], gyro[flying], step, inertia_of(vehicle), noise)
+    velocity = velocity_of(log, step)
+    velocity = None if velocity is None else velocity[flying]
+    arms, inertia = _arms(vehicle)[:, :2], inertia_of(vehicle)
+    return disturbing_torque(thrust[flying], gyro[flying], step, inertia, arms, noise, velocity)
 
 
 def _flying(log: Log, vehicle: Mapping[str, Any]) -> NDArray[np.bool_]:

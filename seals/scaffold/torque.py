@@ -15,8 +15,11 @@ _ROBUST = 1.4826
 _LEAST_TIME = 0.05
 _SHARE = 0.1
 """Share of unexplained angular acceleration above which a log's commands are a poor sample."""
-_DELAYS = np.arange(0.0, 0.2, 0.02)
-"""Delays at which commands are regressed on: any lag of rotors and any delay [s]."""
+_DELAYS = np.arange(0.0, 0.07, 0.01)
+_MOST = 4.0
+"""Largest inertia, over the stated one, by which commands may turn a vehicle less."""
+_LAGS = (0.0, 0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2)
+"""Delays of commands and lags of rotors of which the best pair counts [s]."""
 
 
 class Disturbance(NamedTuple):
@@ -39,9 +42,15 @@ class Disturbance(NamedTuple):
 
 
 def disturbing_torque(
-    thrust: Floats, turned: Floats, step: float, inertia: Floats, noise: float
+    thrust: Floats,
+    turned: Floats,
+    step: float,
+    inertia: Floats,
+    arms: Floats,
+    noise: float,
+    velocity: Floats | None = None,
 ) -> Disturbance | None:
-    """Return the torque that neither commands nor damping explain.
+    """Return the torque that neither commands, after one lag and delay, nor damping explain.
 
     A controller answers faster than a log's rows, so that rows of its commands are samples of
     what the rotors got; on a small vehicle that is more than gusts.
@@ -50,8 +59,10 @@ def disturbing_torque(
         thrust: commanded, of each rotor; each may be weak [N], shape (T, n).
         turned: measured rates about x and y [rad/s], shape (T, 2).
         step: of the even rows [s].
-        inertia: about x and y, shape (2,).
+        inertia: about x and y, as stated, shape (2,).
+        arms: stated torque about x and y of a unit of each thrust [m], shape (n, 2).
         noise: white noise of the gyroscope [rad/s].
+        velocity: body axes [m/s], shape (T, 3), for moments of drag; None where it is unknown.
     """
     if len(turned) < 300:
         return None
@@ -59,10 +70,24 @@ def disturbing_torque(
     measured = np.gradient(rates, step, axis=0)
     shifts = np.unique(np.round(_DELAYS / step).astype(int))
     first = int(shifts[-1])
-    delayed = [asked[first - k : len(asked) - k] for k in shifts]
-    known = np.concatenate([np.ones((len(rates) - first, 1)), rates[first:], *delayed], axis=1)
-    measured = measured[first:]
-    left = measured - known @ np.linalg.lstsq(known, measured, rcond=None)[0]
+    beside = [np.ones((len(rates), 1)), rates]
+    if velocity is not None:
+        beside.append(velocity)
+    fixed, measured = np.concatenate(beside, axis=1)[first:], measured[first:]
+    best = None
+    for lag in _LAGS:
+        lagged = _lagged(asked, lag, step)
+        for k in shifts:
+            known = np.concatenate([fixed, lagged[first - k : len(asked) - k]], axis=1)
+            slope = np.linalg.lstsq(known, measured, rcond=None)[0]
+            rest = measured - known @ slope
+            if best is None or np.sum(rest**2) < np.sum(best[0] ** 2):
+                best = rest, slope[fixed.shape[1] :]
+    assert best is not None
+    left, gain = best
+    # a fit gives a vehicle that answers less a larger inertia, and the torque counts with that
+    answered = np.sum(gain * arms, axis=0) / np.maximum(np.sum(arms**2, axis=0), 1e-12)
+    felt = np.clip(1.0 / np.maximum(answered, 1e-9), inertia, _MOST * inertia)
     pulse = np.zeros((401, 1))
     pulse[200] = 1.0
     white = noise * float(np.sqrt(np.sum(np.gradient(smooth(pulse), step, axis=0) ** 2)))
@@ -70,10 +95,19 @@ def disturbing_torque(
     level = np.sqrt(np.maximum(spread**2 - white**2, 0.0))
     whole = _ROBUST * np.median(np.abs(measured - measured.mean(axis=0)), axis=0)
     return Disturbance(
-        sigma=float(np.sqrt(np.mean((level * inertia) ** 2))),
+        sigma=float(np.sqrt(np.mean((level * felt) ** 2))),
         time=_time(left, step),
         share=float(np.sum(level**2) / max(float(np.sum(whole**2)), 1e-12)),
     )
+
+
+def _lagged(thrust: Floats, lag: float, step: float) -> Floats:
+    """Thrusts after a lag of first order, from a steady start, shape (T, n)."""
+    from scipy.signal import lfilter
+
+    keep = np.exp(-step / lag) if lag > 0.0 else 0.0
+    found: Floats = thrust[0] + lfilter([1.0 - keep], [1.0, -keep], thrust - thrust[0], axis=0)
+    return found
 
 
 def _time(left: Floats, step: float) -> float:
