@@ -55,8 +55,9 @@ class AddedMass(Effect):
         e = m_n y^2 / (y + s / 10), y = max(0, S(s / s_e) / 2 - s), m_n = n^T M_A n, h = (n, r x n),
         r the centroid of the submerged volume; S and s_e by `seals.hydrostatics.entry`: S rises
         from 0 to 1 until the hull is at its widest, at s = s_e. The part M nu_r' joins the inertia
-        of the link; the term -(dM/ds) (ds/dt) nu_r is a load and acts only while s rises. With
-        ``floating``, s M_A is replaced by straight lines in s: zero in air, A_inf at
+        of the link; the term -(dM/ds) (ds/dt) nu_r is a load and acts only while s rises. That of e
+        has n at rest in the world: e h (n . (w x v_r)) in place of its Coriolis and Munk terms.
+        With ``floating``, s M_A is replaced by straight lines in s: zero in air, A_inf at
         s = floating_fraction, M_A under water, and the entering course ends at A_inf. With
         ``entry=submerged_share``, e = 0.
 
@@ -88,8 +89,8 @@ class AddedMass(Effect):
         No dependence on frequency near the surface (`radiation_memory` has it), none on nearby
         walls. A flat face takes up its momentum over some way instead of at once, a pointed one
         too early. No cavity: beyond half immersion M goes on to M_A, where a fast body leaves air
-        behind it and takes up less. Turning of h is left out of the Coriolis terms. Beyond the
-        floating share the entry force takes the mean slope M(s) / s.
+        behind it and takes up less. The way of r in the link is left out of the velocity terms.
+        Beyond the floating share the entry force takes the mean slope M(s) / s.
 
     References:
         Lamb 1932, Hydrodynamics, ch. 6; Fossen 2011, ch. 6 and 8; von Karman 1929, NACA TN 321;
@@ -242,25 +243,44 @@ class AddedMass(Effect):
     def loads(
         motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
     ) -> tuple[Wrench, Array]:
-        """Water-entry force -(dM/ds) (ds/dt) nu_r while the submersion s rises [N, N m]."""
-        if type(medium.submersion_rate) is np.ndarray and not (medium.submersion_rate > 0.0).any():
+        """Water-entry force -(dM/ds) (ds/dt) nu_r while the submersion s rises [N, N m].
+
+        Beside it, what e h h^T has less of Coriolis and Munk terms than M_A, see the equation.
+        """
+        entry = _entry(motion, medium, params)
+        rises = (
+            type(medium.submersion_rate) is not np.ndarray or (medium.submersion_rate > 0.0).any()
+        )
+        if entry is None and not rises:
             nothing = motion.velocity * 0.0
             return Wrench(nothing, nothing), memory
         rising = 0.5 * (medium.submersion_rate + abs(medium.submersion_rate))
-        relative = motion.velocity - medium.velocity
-        force, torque = momentum(_at(medium.submersion, params), relative, motion.angular_velocity)
-        entry = _entry(motion, medium, params)
-        if entry is not None:
-            n, arm = entry.way[:, :3], entry.way[:, 3:]
-            speed = relative * n + motion.angular_velocity * arm
-            gain = entry.slope * (speed[:, 0:1] + speed[:, 1:2] + speed[:, 2:3])
-            force, torque = force + gain * n, torque + gain * arm
-            # a face that is wetted within a step stops, and is not thrown back: no step takes up
-            # more momentum than the link and its water have
-            carried = motion.body.mass + entry.line * medium.submersion + entry.mass
-            most = carried / (abs(entry.line + entry.slope) * inputs.step + INSTANT)
-            rising = namespace(rising).minimum(rising, most)
-        return Wrench(-rising * force, -rising * torque), memory
+        relative, spin = motion.velocity - medium.velocity, motion.angular_velocity
+        force, torque = momentum(_at(medium.submersion, params), relative, spin)
+        if entry is None:
+            return Wrench(-rising * force, -rising * torque), memory
+        n, arm = entry.way[:, :3], entry.way[:, 3:]
+        speed = _along(relative, n) + _along(spin, arm)
+        gain = entry.slope * speed
+        force, torque = force + gain * n, torque + gain * arm
+        # a face that is wetted within a step stops, and is not thrown back: no step takes up
+        # more momentum than the link and its water have
+        carried = motion.body.mass + entry.line * medium.submersion + entry.mass
+        most = carried / (abs(entry.line + entry.slope) * inputs.step + INSTANT)
+        rising = namespace(rising).minimum(rising, most)
+        # n stays upright while the link turns and goes on: e h (n . (w x v)) in place of w x p and
+        # w x L + v x p, which turn a ball that enters aslant
+        held = entry.mass * _along(cross(spin, relative), n)
+        linear, angular = entry.mass * speed * n, entry.mass * speed * arm
+        back = cross(spin, linear) - held * n
+        turned = cross(spin, angular) + cross(relative, linear) - held * arm
+        return Wrench(back - rising * force, turned - rising * torque), memory
+
+
+def _along(values: Array, way: Array) -> Array:
+    """Return the component of each row along another, shape (N, 1)."""
+    each = values * way
+    return each[:, 0:1] + each[:, 1:2] + each[:, 2:3]
 
 
 class _Entry(NamedTuple):

@@ -134,6 +134,29 @@ def test_sphere_takes_up_the_momentum_of_theory(bench: Bench) -> None:
 
 
 @pytest.mark.parametrize("engine", ["world", "twin"])
+def test_water_does_not_turn_a_sphere(bench: Bench, engine: str) -> None:
+    """A ball that enters aslant keeps its way and gets no spin: all pressure is through its middle.
+
+    What it turns already it goes on turning, and loses nothing by the water that follows.
+    """
+    effects = {"added": AddedMass(mass_x=WHOLE, mass_y=WHOLE, mass_z=WHOLE)}
+    for spin in ([0.0, 0.0, 0.0], [3.0, -2.0, 5.0]):
+        settings = bench.settings(
+            bench.body(MASS, (0.1,) * 3, size=[RADIUS]),
+            effects,
+            step=5e-4,
+            duration=0.1,
+            environment=WATER,
+            position=[0, 0, 1.001 * RADIUS],
+            velocity=[2.0, -1.0, -3.0],
+            angular_velocity=spin,
+        )
+        run = bench.run(engine, settings)
+        np.testing.assert_allclose(run.angular_velocity[-1], spin, atol=1e-9)
+        assert run.velocity[-1, 2] > -2.99
+
+
+@pytest.mark.parametrize("engine", ["world", "twin"])
 @pytest.mark.parametrize("turn", [0.0, 0.5])
 def test_flat_face_takes_up_the_same_momentum(bench: Bench, engine: str, turn: float) -> None:
     """A box slows to m v0 / (m + A), flat or on its edge, and no faster than that."""
