@@ -30,12 +30,15 @@ class Body(NamedTuple):
         centre_of_mass: in link axes [m], shape (N, 3).
         volume: displaced volume when fully submerged [m^3], shape (N, 1).
         plan_area: area of the hull projected along link z [m^2], shape (N, 1).
+        entry_shares: submerged shares of `seals.hydrostatics.entry.entry_shares` [1], shape (N, 6);
+            None for those of an ellipsoid.
     """
 
     mass: Array
     centre_of_mass: Array
     volume: Array
     plan_area: Array
+    entry_shares: Array | None = None
 
 
 class Motion(NamedTuple):
@@ -242,7 +245,11 @@ class AddedInertia(NamedTuple):
     Args:
         matrix: 6x6, order [linear, angular] [kg, kg m, kg m^2], shape (1 or N, 6, 6).
         weight: [1], shape (N, 1).
+        more: further inertia that changes with the state, likewise, shape (N, 6, 6); None for none.
+        apart: whether engines leave it out of their masses; that of ``more``.
     """
 
     matrix: Array
     weight: Array
+    more: Array | None = None
+    apart: bool = False

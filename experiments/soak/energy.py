@@ -8,6 +8,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.backend import Dynamics
+from seals.multibody.equations import weightless
 from seals.multibody.spatial import added_terms
 from seals.state_records import state_record
 from seals.world import Actor
@@ -24,7 +25,7 @@ class Instant(NamedTuple):
         rates: of the joints, shape (J,).
         efforts: forces on the joints over the step that begins here [N m], shape (J,).
         water: power that the velocity terms of the added inertias take [W].
-        added: weight of every added inertia at each of its links, one array an effect.
+        added: added inertia of every link [kg, kg m, kg m^2], shape (L, 6, 6).
     """
 
     kinetic: float
@@ -33,7 +34,7 @@ class Instant(NamedTuple):
     rates: Floats
     efforts: Floats
     water: float
-    added: list[Floats]
+    added: Floats
 
 
 @state_record
@@ -75,7 +76,6 @@ class Books:
 
     def __init__(self, actor: Actor) -> None:
         self.actor = actor
-        self._matrices: list[tuple[Any, Floats]] = []
         self._last: Instant | None = None
         body: Any = actor.body
         self._apply, body.apply = body.apply, self._hear
@@ -102,33 +102,29 @@ class Books:
         actor, twists = self.actor, dynamics.moving.twists[0]
         kinetic = 0.5 * np.einsum("lk,lkm,lm->", twists, actor.robot.spatial_inertia, twists)
         loads = np.einsum("elk,lk->e", actor.ledger.wrenches[-1], twists)
-        water, weights, matrices = 0.0, [], []
+        water, inertia = 0.0, np.zeros((len(twists), 6, 6))
         for _, rows, added, medium in dynamics.found.inertias:
             picked = slice(None) if rows is None else rows
             own = twists[picked]
-            weights.append(np.broadcast_to(added.weight, (len(own), 1)).copy())
-            matrices.append((picked, added.matrix))
-            if weights[-1].any():
+            if not weightless(added):
+                inertia[picked] += added.weight[:, :, None] * added.matrix
                 motion = dynamics.motion._replace(velocity=own[:, :3], angular_velocity=own[:, 3:])
                 force, torque = added_terms(added, medium, motion)
                 water -= float((force * own[:, :3]).sum() + (torque * own[:, 3:]).sum())
-        self._matrices = matrices
         lead = 0 if actor.robot.tree.fixed_base else 6
         rates = dynamics.moving.speed[0, lead:].copy()
         body: Any = actor.body
         efforts = np.array(body.joint_forces())
-        return Instant(float(kinetic), twists.copy(), loads, rates, efforts, water, weights)
+        return Instant(float(kinetic), twists.copy(), loads, rates, efforts, water, inertia)
 
     def _grown(self, a: Instant, b: Instant, step: float) -> Totals:
         t = self.totals
         work = 0.5 * step * (a.loads + b.loads)
         joints = 0.5 * step * float(a.efforts @ (a.rates + b.rates))
         water = 0.5 * step * (a.water + b.water)
-        for (rows, matrix), u, v in zip(self._matrices, a.added, b.added, strict=True):
-            before, after = a.twists[rows], b.twists[rows]
-            if u.any() or v.any():
-                turned = np.matmul(matrix, (after - before)[:, :, None])[:, :, 0]
-                water -= 0.25 * float(((u + v) * turned * (after + before)).sum())
+        if a.added.any() or b.added.any():
+            turned = np.matmul(a.added + b.added, (b.twists - a.twists)[:, :, None])[:, :, 0]
+            water -= 0.25 * float((turned * (a.twists + b.twists)).sum())
         moved = float(np.abs(work).sum()) + abs(joints) + abs(water)
         gained = t.gained + b.kinetic - a.kinetic
         return Totals(t.work + work, t.joints + joints, t.water + water, t.moved + moved, gained)

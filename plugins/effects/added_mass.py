@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from enum import Enum
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -13,8 +15,11 @@ from seals.effects.discrepancy import AddedMassCentre
 from seals.effects.effect import Effect, MediumKind, Parameters
 from seals.environment.seawater import FRESH_WATER
 from seals.errors import ConfigError
+from seals.frames import cross
+from seals.hydrostatics.entry import course, entry_share
 from seals.motion import AddedInertia, Inputs, Medium, Motion, Wrench
 from seals.multibody.spatial import momentum
+from seals.robot.model import RobotModel
 from seals.schema import LATER, param
 
 _LIMITS: dict[str, Any] = {
@@ -24,8 +29,19 @@ _LIMITS: dict[str, Any] = {
     "source": "zero unless the vehicle states it",
 }
 _EYE = np.eye(6)[None]
+INSTANT = 1e-12
+"""Growth of an added mass within a step that stands for none [kg]."""
+BLEND = 0.1
+"""Width of the change from the entering sphere's course to the straight line, as a share of it."""
 _CENTRE = 0.03
 """1-sigma of the added mass's centre, as a share of the hull's size."""
+
+
+class EntryLaw(Enum):
+    """Course of an added mass while its hull enters water."""
+
+    waterline = "waterline"
+    submerged_share = "submerged_share"
 
 
 @dataclass(kw_only=True)
@@ -33,10 +49,17 @@ class AddedMass(Effect):
     """Added mass of a link, with its Coriolis and Munk terms and the water-entry force.
 
     Equation:
-        (F, T) = -d/dt (s M_A nu_r) - Coriolis and Munk terms of s M_A (Kirchhoff), nu_r = (v_r,
-        w). The part s M_A nu_r' joins the inertia of the link; the term -(ds/dt) M_A nu_r is a load
-        and acts only while s rises. With ``floating``, s M_A is replaced by straight lines in s:
-        zero in air, A_inf at s = floating_fraction, M_A under water.
+        (F, T) = -d/dt (M nu_r) - Coriolis and Munk terms of M (Kirchhoff), nu_r = (v_r, w), with
+        M(s) = s M_A + e h h^T. The second part lets M along the normal n of the water surface grow
+        as that of a sphere that enters, with the wetted waterline and the rise of the water:
+        e = m_n y^2 / (y + s / 10), y = max(0, S(s / s_e) / 2 - s), m_n = n^T M_A n, h = (n, r x n),
+        r the centroid of the submerged volume; S and s_e by `seals.hydrostatics.entry`: S rises
+        from 0 to 1 until the hull is at its widest, at s = s_e. The part M nu_r' joins the inertia
+        of the link; the term -(dM/ds) (ds/dt) nu_r is a load and acts only while s rises. That of e
+        has n at rest in the world: e h (n . (w x v_r)) in place of its Coriolis and Munk terms.
+        With ``floating``, s M_A is replaced by straight lines in s: zero in air, A_inf at
+        s = floating_fraction, M_A under water, and the entering course ends at A_inf. With
+        ``entry=submerged_share``, e = 0.
 
     Args:
         mass_x: along body x [kg].
@@ -50,20 +73,28 @@ class AddedMass(Effect):
         floating: A_inf, symmetric 6x6 matrix of the floating hull at infinite frequency, same order
             [kg, kg m, kg m^2]; empty where s M_A stands for it.
         floating_fraction: submerged share of the hull at which A_inf holds [1].
+        entry: course of M while the hull enters: by its ``waterline``, or by the
+            ``submerged_share`` alone, which a log means that does not state the course.
         medium: water.
 
     Assumptions:
-        Ideal flow; the matrix grows in proportion to the submerged share, or along the lines above.
+        Ideal flow. What an entering body loses of its momentum the water has: M v. Water that a
+        leaving body carried stays behind with its momentum: no suction.
 
     Valid range:
-        Deeply submerged bodies at any acceleration; near the surface for slow motion.
+        Deeply submerged bodies at any acceleration; near the surface for slow motion. Entry along
+        the normal: a sphere's slam within 15 % to 0.3 radii, its momentum within 10 % to one.
 
     Limitations:
         No dependence on frequency near the surface (`radiation_memory` has it), none on nearby
-        walls. Beyond the floating share the entry force takes the mean slope M(s) / s.
+        walls. A flat face takes up its momentum over some way instead of at once, a pointed one
+        too early. No cavity: beyond half immersion M goes on to M_A, where a fast body leaves air
+        behind it and takes up less. The way of r in the link is left out of the velocity terms.
+        Beyond the floating share the entry force takes the mean slope M(s) / s.
 
     References:
-        Lamb 1932, Hydrodynamics, ch. 6; Fossen 2011, ch. 6 and 8.
+        Lamb 1932, Hydrodynamics, ch. 6; Fossen 2011, ch. 6 and 8; von Karman 1929, NACA TN 321;
+        Wagner 1932, ZAMM 12; Shiffman and Spencer 1947, Quart. Appl. Math. 5.
 
     Example:
         >>> AddedMass(mass_z=0.8).mass_z
@@ -87,9 +118,11 @@ class AddedMass(Effect):
         fit=False,
         later=True,
     )
+    entry: EntryLaw = field(default=EntryLaw.waterline, metadata=LATER)
     medium: MediumKind = MediumKind.water
     accounts_for: ClassVar[tuple[str, ...]] = ("added mass",)
     zero_when_dry: ClassVar[bool] = True
+    log_words: ClassVar[Mapping[str, Enum]] = {"entry": EntryLaw.submerged_share}
     identification: ClassVar[Identification] = Identification(
         confounders=("accelerometer_scale", "buoyancy"),
         answers=True,
@@ -109,6 +142,14 @@ class AddedMass(Effect):
     )
 
     @classmethod
+    def options_on(
+        cls, robot: RobotModel, effects: Mapping[str, Effect], medium: MediumKind | None
+    ) -> dict[str, Any]:
+        """Return the course of the model's own added mass; none without one."""
+        own = [e for e in effects.values() if isinstance(e, cls) and not e.correction]
+        return {"entry": own[0].entry} if own else {}
+
+    @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
         """Return the candidates: change of the diagonal, and offset of the added-mass centre."""
         hull = subject.hull
@@ -125,8 +166,10 @@ class AddedMass(Effect):
             **along_axes("mass", share * mass, linear),
             **along_axes("inertia", share * turn, angular),
         }
+        words = {} if subject.simulated else cls.log_words
+        effect = cls(**{**words, **cls.options_on(subject.robot, subject.effects, None)})
         found = [
-            Addition(instance=f"{name}_change", effect=cls(), parameters=parameters, order=order)
+            Addition(instance=f"{name}_change", effect=effect, parameters=parameters, order=order)
         ]
         if mass.any():
             found.append(
@@ -182,27 +225,111 @@ class AddedMass(Effect):
         """Return the couplings, and the added mass of the floating hull, shape (1, 6, 6) each."""
         matrix = np.asarray(self.coupling, dtype=float) if self.coupling else np.zeros((6, 6))
         floating = {"floating": np.asarray([self.floating], dtype=float)} if self.floating else {}
-        return {"coupling": matrix[None], **floating}
+        entry = {"waterline": np.ones((1, 1))} if self.entry is EntryLaw.waterline else {}
+        return {"coupling": matrix[None], **floating, **entry}
 
     @staticmethod
     def inertia(
         motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
     ) -> tuple[AddedInertia, Array]:
-        """Matrix M_A about the link origin [kg, kg m, kg m^2], weighted by the submersion s."""
-        return AddedInertia(_at(medium.medium_fraction, params), medium.medium_fraction), memory
+        """Matrix M_A about the link origin [kg, kg m, kg m^2] by the submersion s, and e h h^T."""
+        s = medium.medium_fraction
+        entry, more = _entry(motion, medium, params), None
+        if entry is not None:
+            more = entry.mass[:, :, None] * entry.way[:, :, None] * entry.way[:, None, :]
+        return AddedInertia(_at(s, params), s, more), memory
 
     @staticmethod
     def loads(
         motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
     ) -> tuple[Wrench, Array]:
-        """Water-entry force -(ds/dt) M_A nu_r while the submersion s rises [N, N m]."""
-        if type(medium.submersion_rate) is np.ndarray and not (medium.submersion_rate > 0.0).any():
+        """Water-entry force -(dM/ds) (ds/dt) nu_r while the submersion s rises [N, N m].
+
+        Beside it, what e h h^T has less of Coriolis and Munk terms than M_A, see the equation.
+        """
+        entry = _entry(motion, medium, params)
+        rises = (
+            type(medium.submersion_rate) is not np.ndarray or (medium.submersion_rate > 0.0).any()
+        )
+        if entry is None and not rises:
             nothing = motion.velocity * 0.0
             return Wrench(nothing, nothing), memory
         rising = 0.5 * (medium.submersion_rate + abs(medium.submersion_rate))
-        relative = motion.velocity - medium.velocity
-        force, torque = momentum(_at(medium.submersion, params), relative, motion.angular_velocity)
-        return Wrench(-rising * force, -rising * torque), memory
+        relative, spin = motion.velocity - medium.velocity, motion.angular_velocity
+        force, torque = momentum(_at(medium.submersion, params), relative, spin)
+        if entry is None:
+            return Wrench(-rising * force, -rising * torque), memory
+        n, arm = entry.way[:, :3], entry.way[:, 3:]
+        speed = _along(relative, n) + _along(spin, arm)
+        gain = entry.slope * speed
+        force, torque = force + gain * n, torque + gain * arm
+        # a face that is wetted within a step stops, and is not thrown back: no step takes up
+        # more momentum than the link and its water have
+        carried = motion.body.mass + entry.line * medium.submersion + entry.mass
+        most = carried / (abs(entry.line + entry.slope) * inputs.step + INSTANT)
+        rising = namespace(rising).minimum(rising, most)
+        # n stays upright while the link turns and goes on: e h (n . (w x v)) in place of w x p and
+        # w x L + v x p, which turn a ball that enters aslant
+        held = entry.mass * _along(cross(spin, relative), n)
+        linear, angular = entry.mass * speed * n, entry.mass * speed * arm
+        back = cross(spin, linear) - held * n
+        turned = cross(spin, angular) + cross(relative, linear) - held * arm
+        return Wrench(back - rising * force, turned - rising * torque), memory
+
+
+def _along(values: Array, way: Array) -> Array:
+    """Return the component of each row along another, shape (N, 1)."""
+    each = values * way
+    return each[:, 0:1] + each[:, 1:2] + each[:, 2:3]
+
+
+class _Entry(NamedTuple):
+    """Added mass of the entering hull beyond M_A's growth with the submerged share.
+
+    Args:
+        mass: e [kg], shape (N, 1).
+        slope: de/ds [kg], shape (N, 1).
+        line: growth of the rest of M along the normal with s [kg], shape (N, 1).
+        way: h, its direction [1, m], shape (N, 6).
+    """
+
+    mass: Array
+    slope: Array
+    line: Array
+    way: Array
+
+
+def _entry(motion: Motion, medium: Medium, params: Parameters) -> _Entry | None:
+    """Return the entry's part of M(s); None where NumPy's rows have none."""
+    s, floating = medium.submersion, "floating" in params
+    if "waterline" not in params:
+        return None
+    end = params["floating_fraction"] if floating else 0.5
+    if type(s) is np.ndarray and not ((s > 0.0) & (s < end)).any():
+        return None
+    xp, n = namespace(s), medium.normal
+    share = entry_share(motion.body.entry_shares, n)
+    held = xp.clip(0.5 * course(end / share)[0], end, None) if floating else 0.5
+    taken, slope = course(s / share)
+    # up to A_inf, or half of M_A; a straight line to there grows with s already
+    part = xp.clip(0.5 * taken / held, None, 1.0)
+    over = xp.clip(part - s / end, 0.0, None)
+    rise = xp.astype(part < 1.0, s.dtype) * (0.5 * slope / (share * held)) - 1.0 / end
+    # e = y^2 / (y + d): the force would jump where the straight line takes over at an angle
+    blend = BLEND * s / end + 1e-12
+    ratio = over / (over + blend)
+    rise = ratio * ((2.0 - ratio) * rise - ratio * BLEND / end)
+    whole = params["floating"] if floating else 0.5 * _matrix(params)
+    block = _for_rows(whole, n)[:, :3, :3]
+    along = xp.sum(block * n[:, :, None] * n[:, None, :], axis=(1, 2))[:, None]
+    way = xp.concat((n, cross(medium.buoyancy_centre + 0.0 * n, n)), axis=1)
+    return _Entry(along * over * ratio, along * rise, along / end, way)
+
+
+def _for_rows(matrix: Array, rows: Array) -> Array:
+    """Repeat a matrix of each of several links for the link's rows; others are broadcast."""
+    links, count = matrix.shape[0], rows.shape[0]
+    return np.repeat(matrix, count // links, axis=0) if 1 < links < count else matrix
 
 
 def _refuse_indefinite(matrix: Floats, name: str, allowed: str) -> None:

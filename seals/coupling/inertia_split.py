@@ -149,7 +149,7 @@ class InertiaSplit:
 
     def _wanted(self, found: Evaluation) -> Floats | None:
         """Return the isotropic part of the added inertias, shape (L, 2); None for nothing."""
-        carried = [x for x in found.inertias if not weightless(x[2])]
+        carried = [x for x in found.inertias if not (x[2].apart or weightless(x[2]))]
         if not carried and not self._raised:
             return None
         wanted = np.zeros_like(self._iso)
@@ -198,7 +198,7 @@ class InertiaSplit:
         `update`.
 
         Args:
-            found: traced; matrices of added inertias are numbers.
+            found: traced; matrices of added inertias are numbers, but for those apart.
             isotropic: mass and moment that the engine holds besides the robot's, shape (L, 2).
         """
         xp, robot = namespace(isotropic), self._robot
@@ -209,6 +209,8 @@ class InertiaSplit:
         engine = pair[:, 0] * xp.asarray(mass) + pair[:, 1] * xp.asarray(moment[None])
         wanted, links = xp.zeros_like(isotropic), len(robot.links)
         for b, rows, added, _ in found.inertias:
+            if added.apart:
+                continue
             matrix = added.matrix.numbers
             if matrix is None:
                 raise ConfigError(

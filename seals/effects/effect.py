@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from enum import Enum
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeAlias, runtime_checkable
 
 from seals.arrays import Array, Floats
@@ -125,6 +126,9 @@ class Effect(EffectOptions):
     zero_when_dry: ClassVar[bool] = False
     """Whether nothing is left of the effect in water where nothing of the robot is submerged."""
 
+    log_words: ClassVar[Mapping[str, Enum]] = {}
+    """Words of fields in which a log that states none means another than the field's default."""
+
     def __init_subclass__(cls) -> None:
         """Accept hooks and attributes under their former names."""
         super().__init_subclass__()
@@ -177,7 +181,7 @@ class Effect(EffectOptions):
         """
         # a log states a medium for every effect, though some have none
         own = {} if medium is None or cls.medium is None else {"medium": MediumKind(medium)}
-        options: dict[str, Any] = {**parameters, **own}
+        options: dict[str, Any] = {**cls.log_words, **parameters, **own}
         return name if medium is None else f"{name}_{medium}", cls(**options)
 
     @classmethod

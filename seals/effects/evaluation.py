@@ -197,6 +197,10 @@ class Evaluator:
             _keep(new, b, kept)
             if dry and b.name in self._drying:
                 self._dry[b.name] = out[-1]
+            if added.more is not None:
+                out[-1] = b, rows, added._replace(more=None), medium
+                one = 0.0 * added.weight + 1.0
+                out.append((b, rows, AddedInertia(added.more, one, apart=True), medium))
         return out
 
     def supplied(self, memory: Memory) -> Array | None:

@@ -242,6 +242,7 @@ class Subject:
         noise: 1-sigma of each measured channel, in its unit.
         shortfall: typical missing share of the battery's full voltage [1].
         open_loop: whether the rotors' speeds were computed from signals to the motors.
+        simulated: whether the logs are runs of SEALS, whose laws are those of this version.
     """
 
     robot: RobotModel
@@ -258,6 +259,7 @@ class Subject:
     noise: Mapping[str, float] = field(default_factory=dict)
     shortfall: float = 0.1
     open_loop: bool = False
+    simulated: bool = False
 
     @property
     def mass(self) -> float:

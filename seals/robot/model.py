@@ -10,6 +10,7 @@ import numpy as np
 
 from seals.arrays import Array, Floats, as_like
 from seals.hydrostatics import Hull
+from seals.hydrostatics.entry import ELLIPSOID, entry_shares
 from seals.motion import Body
 from seals.multibody.spatial import rigid_inertia
 from seals.multibody.tree import Tree
@@ -89,11 +90,15 @@ class RobotModel:
         return self.tree.joints + (0 if self.tree.fixed_base else 6)
 
     @cached_property
-    def _sizes(self) -> tuple[Floats, Floats]:
-        """Volumes [m^3] and plan areas [m^2] of the hulls, many cuts each, shape (L, 1)."""
+    def _sizes(self) -> tuple[Floats, Floats, Floats]:
+        """Volumes [m^3], plan areas [m^2] and entry shares of the hulls, from many cuts each.
+
+        Shapes (L, 1), (L, 1) and (L, 6).
+        """
         volumes = [0.0 if h is None else h.volume for h in self.hulls]
         plans = [0.0 if h is None else h.plan_area for h in self.hulls]
-        return np.array(volumes)[:, None], np.array(plans)[:, None]
+        entries = [ELLIPSOID if h is None else entry_shares(h) for h in self.hulls]
+        return np.array(volumes)[:, None], np.array(plans)[:, None], np.array(entries)
 
     def bodies(self, like: Array, batch: int = 1) -> Body:
         """Return the constant properties of all links, in the library of ``like``.

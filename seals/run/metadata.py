@@ -193,7 +193,8 @@ def _effect(name: str, effect: Any) -> dict[str, Any]:
     medium = "any" if kind is None else kind.value
     found = _plugin("effect", effect)
     words = {k: v for k, v in vars(effect).items() if isinstance(v, Enum) and k != "medium"}
-    choices = {k: v.value for k, v in words.items() if v is not getattr(type(effect), k)}
+    usual = {**vars(type(effect)), **getattr(effect, "log_words", {})}
+    choices = {k: v.value for k, v in words.items() if v is not usual[k]}
     if "parameters" in found:
         # sizes and places at their default say nothing
         known, default = parameters_of(effect), vars(type(effect))

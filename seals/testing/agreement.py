@@ -188,7 +188,8 @@ def _reference(
     Memory is advanced once a step, to first order: that error is extrapolated away.
     """
     if not any(b.effect.memory_size for b in effects.bound):
-        step = SAMPLE / 2.0 if effects.joint_loads else SAMPLE
+        # the entering force begins and ends with kinks
+        step = SAMPLE / (4.0 if effects.inertias else 2.0 if effects.joint_loads else 1.0)
         return follow(robot, effects, starts, step=step, duration=duration)
     coarse, fine = (
         follow(robot, effects, starts, step=step, duration=duration)

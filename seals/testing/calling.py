@@ -19,7 +19,7 @@ QUIET = ("measure", "timing")
 WIDTHS: dict[str, tuple[tuple[int, ...], ...]] = {
     "loads": ((3,), (3,)),
     "drive_loads": ((3,), (3,)),
-    "inertia": ((6, 6), (1,)),
+    "inertia": ((6, 6), (1,), (6, 6), (1,)),
     "inertia_change": ((6, 6),),
     "flow": ((3,),),
     "measure": ((3,), (3,)),

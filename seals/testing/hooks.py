@@ -291,13 +291,11 @@ def _filled(output: Any) -> Any:
 
 
 def _apart(found: Any, expected: Any) -> float:
-    """Largest difference relative to the largest value or 1; infinite if structures differ."""
+    """Largest difference relative to the largest value or 1; None stands for zero, as in motion."""
     most = 0.0
     pairs = list(zip(leaves(found), leaves(expected), strict=True))
-    for a, b in pairs:
-        if a is None or b is None:
-            most = most if a is b else np.inf
-            continue
+    for pair in pairs:
+        a, b = (0.0 if x is None else x for x in pair)
         wide = np.broadcast_shapes(np.shape(a), np.shape(b))
         scale = max(1.0, float(np.abs(b).max(initial=0.0)))
         difference = np.abs(np.broadcast_to(a, wide) - np.broadcast_to(b, wide))

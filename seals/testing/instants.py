@@ -40,6 +40,7 @@ def random_instant(rng: np.random.Generator, rows: int, *, still: bool = False) 
         centre_of_mass=0.05 * normal((rows, 3)),
         volume=rng.uniform(1e-3, 4e-3, (rows, 1)),
         plan_area=rng.uniform(0.01, 0.1, (rows, 1)),
+        entry_shares=rng.uniform(0.1, 2.0, (rows, 6)),
     )
     motion = Motion(
         time=np.array([[0.37]]),

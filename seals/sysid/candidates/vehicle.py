@@ -132,6 +132,7 @@ def subject_of(vehicle: Vehicle, speeds: Floats) -> Subject:
         speeds=speeds,
         media=media,
         noise=vehicle.sigma,
+        simulated=vehicle.simulated_step is not None,
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from enum import Enum
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from seals.effects.binding import has_hook
 from seals.effects.effect import ActuatorOptions, Effect
 from seals.effects.hooks import Hook
 from seals.environment.settings import EnvironmentSettings
-from seals.errors import LogError
+from seals.errors import LogError, suggestion
 from seals.plugin_options import options_of
 from seals.robot.fusing import fused
 from seals.robot.limbs import standing
@@ -240,9 +241,49 @@ def _undriven(meta: Mapping[str, Any]) -> bool:
 
 
 def acting(description: RobotDescription, meta: Mapping[str, Any]) -> dict[str, Effect]:
-    """Return the robot's effects in the nominal model of a log; of a run, those that it lists."""
+    """Return the robot's effects in the nominal model of a log; of a run, those that it lists.
+
+    Each has the form of its law that the log means.
+
+    Raises:
+        LogError: the log states a form that the law does not have.
+    """
     listed = _instances_of(meta)
-    return {k: e for k, e in description.effects.items() if not listed or k in listed}
+    kept = {k: e for k, e in description.effects.items() if not listed or k in listed}
+    return {k: _as_logged(k, e, meta) for k, e in kept.items()}
+
+
+def _as_logged(name: str, effect: Effect, meta: Mapping[str, Any]) -> Effect:
+    """Return an effect of the robot in the form that a log's entry of it states or leaves open."""
+    if not effect.log_words:
+        return effect
+    own = plugin_name("effect", type(effect))
+    entries = [e for e in meta.get("baseline") or [] if e["name"] == own]
+    entry = next((e for e in entries if e.get("instance", name) == name), {})
+    stated = words_of(own, effect, entry.get("options") or {})
+    return replace(effect, **{**effect.log_words, **stated})
+
+
+def words_of(name: str, effect: Effect, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options of a baseline entry that choose one word of several, by field.
+
+    Args:
+        name: under which the effect is installed.
+        effect: whose fields they are, such as the form of a drag.
+        given: words by field, as the log states them.
+
+    Raises:
+        LogError: there is no such field, or no such word.
+    """
+    known = {k: type(v) for k, v in vars(effect).items() if isinstance(v, Enum) and k != "medium"}
+    for key, word in given.items():
+        where = f"meta.yaml: baseline: {name}.options"
+        if key not in known:
+            raise LogError(f"{where}: there is no '{key}'.\n{suggestion(str(key), known)}")
+        words = [member.value for member in known[key]]
+        if word not in words:
+            raise LogError(f"{where}.{key}={word}.\n{suggestion(str(word), words)}")
+    return {key: known[key](word) for key, word in given.items()}
 
 
 def _channel(actuator: Effect) -> str:

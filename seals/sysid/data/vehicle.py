@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from enum import Enum
 from typing import Any
 
 import numpy as np
@@ -21,7 +20,7 @@ from seals.registry import get
 from seals.robot.model import RobotModel
 from seals.sysid.data.known_sea import known_sea, sea_laws
 from seals.sysid.data.robot_description import RobotDescription
-from seals.sysid.data.robot_vehicle import falls, parts_of
+from seals.sysid.data.robot_vehicle import falls, parts_of, words_of
 
 _STRUCTURE = {"rotor_thrust": "rotors", "thruster_force": "thrusters", "arm": "servos"}
 """Names in the baseline that stand for actuators."""
@@ -431,18 +430,5 @@ def _effect(
     law: type[Effect] = get("effect", name).load()
     parameters = {k: float(v) for k, v in (entry.get("parameters") or {}).items()}
     instance, effect = law.of_log(name, parameters, entry.get("medium"), environment)
-    options = _choices(name, effect, entry.get("options") or {})
+    options = words_of(name, effect, entry.get("options") or {})
     return {instance: replace(effect, **options) if options else effect}
-
-
-def _choices(name: str, effect: Effect, given: Mapping[str, Any]) -> dict[str, Any]:
-    """Options of a baseline entry that choose one word of several, such as the form of a drag."""
-    known = {k: type(v) for k, v in vars(effect).items() if isinstance(v, Enum) and k != "medium"}
-    for key, word in given.items():
-        where = f"meta.yaml: baseline: {name}.options"
-        if key not in known:
-            raise LogError(f"{where}: there is no '{key}'.\n{suggestion(str(key), known)}")
-        words = [member.value for member in known[key]]
-        if word not in words:
-            raise LogError(f"{where}.{key}={word}.\n{suggestion(str(word), words)}")
-    return {key: known[key](word) for key, word in given.items()}
