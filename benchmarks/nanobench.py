@@ -149,9 +149,12 @@ def engine_answers(name: str, found: Mapping[str, Any]) -> Iterator[Answer]:
         yield name, "drag_rate_1_s", f"{value('rotor_drag', 'coefficient') * _GRAVITY:.3f}"
     if "battery_sag" in effects:
         yield name, "sag_k", f"{value('battery_sag', 'sensitivity'):.2f}"
-    for effect, part in zip(_LAG, ("time_constant_change", "delay"), strict=True):
-        if effect in effects:
-            yield name, "lag_s", f"{value(effect, part):.4f}"
+    # named or not, the lag is a number of the model that was fitted
+    parts = dict(zip(_LAG, ("time_constant_change", "delay"), strict=True))
+    keys = (f"{e}.{p}" for e, p in parts.items() if e not in effects)
+    lag = sum(value(e, p) for e, p in parts.items() if e in effects)
+    lag += sum(found["nominal"][k]["value"] for k in keys if k in found["nominal"])
+    yield name, "lag_s", f"{lag:.4f}"
     known = {*_DRAG, *_LAG, "battery_sag"}
     named = [one["name"] for one in found["effects"]]
     yield name, "verdict", str(found["verdict"])

@@ -65,9 +65,7 @@ class PoseMisalignment(Effect):
             return []
         parameters = along_axes("rotation", subject.spread(name), 0.05)
         order = (Stage.sensors, 0, 9)
-        return [
-            Addition(instance=name, effect=cls(), parameters=parameters, order=order, named=())
-        ]
+        return [Addition(instance=name, effect=cls(), parameters=parameters, order=order, named=())]
 
     @staticmethod
     def pose_turn(params: Parameters) -> Array:

@@ -98,7 +98,11 @@ class DragRotor(Effect):
             Addition(
                 instance=name,
                 effect=cls(exponent=own.exponent, typical=own.typical),
-                parameters={"coefficient": size, "exponent": bend, "lever": Freed(scale=0.02, bounds=(-0.2, 0.2))},
+                parameters={
+                    "coefficient": size,
+                    "exponent": bend,
+                    "lever": Freed(scale=0.02, bounds=(-0.2, 0.2)),
+                },
                 nuisance=("exponent", "lever"),
                 order=(Stage.actuators, 0, 6),
             )

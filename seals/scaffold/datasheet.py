@@ -43,6 +43,9 @@ _OF_MARKERS = {
     "pose_misalignment": _Assumed(0.02, "rad, each axis", "markers levelled by eye"),
 }
 """The same of poses so exact that they are of motion capture."""
+_LEFT_OUT = _Assumed(0.003, "s", "robot.yaml states no lag: one is a missing effect")
+_NO_LAG = 1e-3
+"""Time constant below which a lag is left out of a model [s]."""
 _OPTICAL = 0.002
 """Noise of a position up to which it is of motion capture [m]."""
 _ASSUMED_IN_WATER = {
@@ -103,7 +106,7 @@ def _lines(log: Log, vehicle: Mapping[str, Any], facts: FlightFacts) -> Iterator
         yield f"    {_channel(stem, sigma, facts)}"
     yield "tolerance:"
     wet = log.has("depth")
-    for name, (sigma, meaning, why) in _tolerances(facts, wet).items():
+    for name, (sigma, meaning, why) in _tolerances(facts, vehicle, wet).items():
         yield f"  {name}: {{sigma: {_figure(sigma)}, meaning: '{meaning}'}}  # {why}"
     yield from _disturbance(facts, mass, "water" if wet else "air")
     yield from _motors(log)
@@ -120,19 +123,26 @@ def _channel(stem: str, sigma: float, facts: FlightFacts) -> str:
     return f"{stem}: {{{entry}}}  # {source}"
 
 
-def _tolerances(facts: FlightFacts, wet: bool) -> dict[str, _Assumed]:
+def _tolerances(facts: FlightFacts, vehicle: Mapping[str, Any], wet: bool) -> dict[str, _Assumed]:
     noise = facts.noise
     optical = "orientation" in noise and 0.0 < noise.get("position", math.inf) < _OPTICAL
     table = _ASSUMED | (_OF_MARKERS if optical else {}) | (_ASSUMED_IN_WATER if wet else {})
+    rotors = vehicle.get("rotors") or []
+    if rotors and max(float(r["time_constant"]) for r in rotors) < _NO_LAG:
+        table = table | {"rotor_time_constant": _LEFT_OUT}
     found = {name: a._replace(why=f"assumed: {a.why}") for name, a in table.items()}
     for name, fact in (
         ("gyroscope_bias", facts.gyroscope_bias),
         ("accelerometer_bias", facts.accelerometer_bias),
     ):
         if fact is not None:
-            least = 0.2 * _ASSUMED[name].sigma
+            # a larger one than is usual is a fault, which a tolerance would hide
+            usual = _ASSUMED[name].sigma
             why = f"measured: {fact.how} {_figure(fact.value)}"
-            found[name] = found[name]._replace(sigma=max(fact.value, least), why=why)
+            if fact.value > usual:
+                why = f"assumed: {_ASSUMED[name].why}; {why}"
+            sigma = min(max(fact.value, 0.2 * usual), usual)
+            found[name] = found[name]._replace(sigma=sigma, why=why)
     return found
 
 
@@ -212,7 +222,7 @@ def _told(log: Log, vehicle: Mapping[str, Any], facts: FlightFacts) -> Iterator[
         yield f"measured: {words}"
     if facts.gyroscope_bias is None:
         yield "assumed: biases, for the vehicle never stood still"
-    table = _tolerances(facts, log.has("depth"))
+    table = _tolerances(facts, vehicle, log.has("depth"))
     guesses = [name for name, each in table.items() if "assumed" in each.why]
     yield f"assumed tolerances: {', '.join(guesses)}"
 

@@ -59,7 +59,7 @@ class FlightFacts(NamedTuple):
         late: lateness of inertial channels against the pose [s].
         gust: standard deviation of force that comes and goes, over mass [m/s^2].
         torque: torque that comes and goes, beside the commanded one [N m].
-        differing: by channel, error of an inertial channel or of the attitude, where its white noise
+        differing: by channel, error of an inertial channel or of the attitude, where white noise
             does not explain their difference.
         full_voltage: highest voltage of the battery [V].
         seconds_at_rest: time that the vehicle stood still [s].
@@ -108,9 +108,7 @@ def flight_facts(log: Log, vehicle: Mapping[str, Any]) -> FlightFacts:
     )
 
 
-def _differing(
-    found: Mapping[str, Disagreement], noise: Mapping[str, float]
-) -> dict[str, float]:
+def _differing(found: Mapping[str, Disagreement], noise: Mapping[str, float]) -> dict[str, float]:
     """Errors of inertial channels and attitude that their white noise does not explain."""
     out = {stem: each.sigma for stem, each in found.items() if each.clear}
     turned = found.get("angular_velocity")
@@ -251,7 +249,10 @@ def _torque(log: Log, vehicle: Mapping[str, Any]) -> Disturbance | None:
     velocity = velocity_of(log, step)
     velocity = None if velocity is None else velocity[flying]
     arms, inertia = _arms(vehicle)[:, :2], inertia_of(vehicle)
-    return disturbing_torque(thrust[flying], gyro[flying], step, inertia, arms, noise, velocity)
+    return disturbing_torque(
+        thrust[flying], gyro[flying], step,
+        inertia=inertia, arms=arms, noise=noise, velocity=velocity,
+    )  # fmt: skip
 
 
 def _flying(log: Log, vehicle: Mapping[str, Any]) -> NDArray[np.bool_]:

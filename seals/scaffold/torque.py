@@ -12,6 +12,8 @@ from seals.logs.log import Log
 from seals.scaffold.disagreement import smooth
 
 _ROBUST = 1.4826
+_TAIL, _TAIL_SIGMAS = 0.9, 1.6449
+"""Share of samples inside so many standard deviations of a normal distribution."""
 _LEAST_TIME = 0.05
 _SHARE = 0.1
 """Share of unexplained angular acceleration above which a log's commands are a poor sample."""
@@ -45,6 +47,7 @@ def disturbing_torque(
     thrust: Floats,
     turned: Floats,
     step: float,
+    *,
     inertia: Floats,
     arms: Floats,
     noise: float,
@@ -91,7 +94,8 @@ def disturbing_torque(
     pulse = np.zeros((401, 1))
     pulse[200] = 1.0
     white = noise * float(np.sqrt(np.sum(np.gradient(smooth(pulse), step, axis=0) ** 2)))
-    spread = _ROBUST * np.median(np.abs(left), axis=0)
+    # lost packets and filled-in rows have longer tails than a normal distribution
+    spread = np.quantile(np.abs(left), _TAIL, axis=0) / _TAIL_SIGMAS
     level = np.sqrt(np.maximum(spread**2 - white**2, 0.0))
     whole = _ROBUST * np.median(np.abs(measured - measured.mean(axis=0)), axis=0)
     return Disturbance(

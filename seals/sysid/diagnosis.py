@@ -263,7 +263,7 @@ def diagnose(
     chosen = answer.claims[0].hypothesis if answer.claims else found.nominal
     held = numbers_to_hold(problem, answer)
     if held:
-        exact = with_exact(problem, held)
+        exact = with_exact(problem, held, found=len(answer.claims))
         again = search_log(exact, processes=processes)
         second = decide(exact, again, processes=processes)
         if explains_as_well(answer, second, chosen):

@@ -16,6 +16,9 @@ from seals.sysid.predictors.problem import Linearisation, Problem
 from seals.sysid.scores.held_out import held_out_misfit
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
+_MOST = 5
+"""Effects that a second search looks for at most."""
+
 
 def numbers_to_hold(problem: Problem, answer: EvidenceAnswer) -> tuple[str, ...]:
     """Return the keys of the numbers that a second search holds at their stated values.
@@ -34,18 +37,23 @@ def numbers_to_hold(problem: Problem, answer: EvidenceAnswer) -> tuple[str, ...]
     return tuple(k for k in found if known.parameters[k].tolerance > 0.0)
 
 
-def with_exact(problem: Problem, keys: Iterable[str]) -> Problem:
+def with_exact(problem: Problem, keys: Iterable[str], *, found: int = 0) -> Problem:
     """Return the problem with some stated numbers taken as exact; no fit moves them.
 
     Args:
         problem: of the log.
         keys: of the numbers' parameters.
+        found: effects that the first search found.
     """
     known, held = problem.plant.candidate_set, set(keys)
     parameters = {
         k: replace(p, tolerance=0.0) if k in held else p for k, p in known.parameters.items()
     }
-    exact = replace(known, parameters=parameters)
+    # each effect behind them comes on top of those that the first search found
+    more = len({k.partition(".")[0] for k in held})
+    effects = max(known.budget.effects, min(found + more, _MOST))
+    budget = replace(known.budget, effects=effects)
+    exact = replace(known, parameters=parameters, budget=budget)
     plant = Plant(problem.vehicle, exact, problem.samples, parts=problem.plant.parts)
     fitter = Linearisation.of(problem.fitter).fitter(plant)
     return replace(problem, plant=plant, fitter=fitter)

@@ -440,6 +440,7 @@ def _kinematics(state_matrix: Floats, trajectory: Trajectory) -> None:
 
 
 def stacked(reading: Reading) -> Floats:
+    """Return a reading as rows, shape (N, 6); (N, 9) with the turn of the pose."""
     parts = [reading.angular_velocity, reading.specific_force]
     both: Floats = np.concatenate(
         parts if reading.pose_turn is None else [*parts, reading.pose_turn], axis=1

@@ -89,7 +89,9 @@ class Plant:
         effects = candidate_set.effects
         self._stiff = {n for n, e in effects.items() if e.stiff and of_joints_alone(e)}
         self._quiet = {
-            n for n, e in effects.items() if any(has_hook(e, h) for h in ("measure", "pose_turn", "timing"))
+            n
+            for n, e in effects.items()
+            if any(has_hook(e, h) for h in ("measure", "pose_turn", "timing"))
         }
         self._turning = {n for n, e in effects.items() if has_hook(e, "pose_turn")}
         self.timed = frozenset(n for n, e in effects.items() if _times_actuators(e))
@@ -374,7 +376,6 @@ class Plant:
         for b in sorted(bound.measures, key=lambda b: b.effect.order):
             reading = b.hooks.measure(reading, b.params)
         return reading
-
 
     def _pose_turn(self, values: Values, rows: int) -> Floats:
         """Rotation vector of the measured against the true attitude, shape (rows, 3) [rad]."""
