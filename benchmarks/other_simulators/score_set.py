@@ -1,4 +1,4 @@
-"""Count the answers to a set: right, set, silent, refused or wrong.
+"""Count the answers to a set: right, set, silent, refused or wrong; cases not asked are left out.
 
     python -m benchmarks.other_simulators.score_set SET OUT
 
@@ -83,6 +83,8 @@ def main() -> None:
     asked = parser.parse_args()
     counts: Counter[str] = Counter()
     for path in sorted(asked.set.glob("cases/*/truth.yaml")):
+        if not (asked.out / path.parent.name).is_dir():
+            continue
         truth, found = yaml.safe_load(path.read_text()), answer_of(asked.out / path.parent.name)
         kind = sort_of(truth["answers"], found)
         counts[kind] += 1
