@@ -24,6 +24,10 @@ _WINDOW = 800
 _OUTLIER = 5.0
 """Robust standard deviations at which samples are cut: a hard landing must not decide."""
 _LEAST_RATE = 0.05
+_LEAST_LIKENESS = 0.3
+"""Correlation of noise alone at the best of all offsets, with room."""
+_SURE, _SHARE = 0.01, 3.0
+"""Spread of the stretches up to which an offset is told [s], and its share of a larger offset."""
 
 
 class Offset(NamedTuple):
@@ -43,10 +47,11 @@ class Offset(NamedTuple):
 def time_offset(log: Log) -> Offset | None:
     """Estimate the delay of the inertial channels of a log against its pose.
 
-    The gyroscope is compared with the rate of the attitude; without either, or where the body
-    hardly turns, there is None. Each stretch of some seconds gives an offset; the weight of one is
-    c^2 / (1 - c^2) with the correlation c. (The accelerometer tells nothing more: its level
-    components follow the attitude, whose clock is that of the pose.)
+    The gyroscope is compared with the rate of the attitude; without either, where the body hardly
+    turns, or turns so steadily that the stretches disagree, there is None. Each stretch of some
+    seconds gives an offset; the weight of one is c^2 / (1 - c^2) with the correlation c. (The
+    accelerometer tells nothing more: its level components follow the attitude, whose clock is that
+    of the pose.)
     """
     rows = even(log, ("orientation", "angular_velocity"))
     if rows is None:
@@ -55,7 +60,10 @@ def time_offset(log: Log) -> Offset | None:
     if float(np.sqrt(np.mean(rates[rows.there] ** 2))) < _LEAST_RATE:
         return None
     gyro = _smooth(rows.channels["angular_velocity"])
-    return _median(rates, gyro, rows.there)
+    found = _median(rates, gyro, rows.there)
+    if found is None or found.likeness < _LEAST_LIKENESS:
+        return None
+    return found if found.spread <= max(_SURE, abs(found.late) / _SHARE) else None
 
 
 def _median(true: Floats, late: Floats, there: NDArray[np.bool_]) -> Offset | None:

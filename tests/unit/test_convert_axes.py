@@ -12,6 +12,7 @@ from seals.logs.axes import AxesSettings, with_axes
 from seals.logs.check import check_log
 from seals.logs.log import Log
 from seals.logs.resample import even_rows
+from seals.logs.time_offset import time_offset
 
 Columns = dict[str, NDArray[np.float64]]
 ROWS, STEP = 2400, 0.01
@@ -116,6 +117,24 @@ def test_a_late_clock_is_found_and_mended() -> None:
     mended = even_rows(log, 0.0, {"position": shift, "orientation": shift})
     assert "time_offset" not in _found(mended)
     assert "time_offset" not in _found(_flight())
+
+
+@pytest.mark.parametrize("rate", [0.0, 0.12])
+def test_a_body_that_turns_steadily_tells_no_offset_of_its_clocks(rate: float) -> None:
+    """A level circle, nose first, and swings of 0.12 rad/s at most: nothing late is claimed."""
+    rng = np.random.default_rng(8)
+    time = np.arange(1800) * 0.02
+    yaw = 0.42 * time + rate / 0.9 * np.sin(0.9 * time)
+    turn = Rotation.from_euler("z", yaw[:, None]) * Rotation.from_rotvec(
+        rng.normal(0.0, 0.004, (1800, 3))
+    )
+    columns: Columns = {"t": time}
+    columns |= {f"orientation_{a}": turn.as_quat()[:, k] for k, a in enumerate("xyzw")}
+    spin = 0.42 + rate * np.cos(0.9 * time)
+    gyro = np.stack([0.0 * time, 0.0 * time, spin], 1) + rng.normal(0.0, 0.02, (1800, 3))
+    columns |= {f"angular_velocity_{a}": gyro[:, k] for k, a in enumerate("xyz")}
+    offset = time_offset(Log(name="circle", columns=columns))
+    assert offset is None or abs(offset.late) < 0.01
 
 
 def test_even_rows_keep_slow_channels_sparse_and_bridge_no_gap() -> None:
