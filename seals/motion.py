@@ -218,13 +218,10 @@ class Reading(NamedTuple):
     Args:
         angular_velocity: [rad/s].
         specific_force: [m/s^2].
-        pose_turn: rotation vector of a measured against the true attitude, body axes [rad]; None
-            where nothing turns it.
     """
 
     angular_velocity: Array
     specific_force: Array
-    pose_turn: Array | None = None
 
 
 class Wrench(NamedTuple):

@@ -27,13 +27,15 @@ class DragRotor(Effect):
     """Induced and flapping drag of rotors, proportional to thrust and speed.
 
     Equation:
-        F_xy = -c abs(T) (abs(T) / T_0)^(e - 1) v_hub,xy at each hub with v_hub = v + w x r - u the
-        velocity of the hub relative to the air, body axes; times the share of the medium.
+        F_xy = -c abs(T) (abs(T) / T_0)^(e - 1) v_hub,xy for each hub at r; v_hub = v + w x r - u is
+        its velocity relative to the air, body axes; times the share of the medium. The
+        force acts at r + (0, 0, l): discs that flap turn a vehicle as a force above the hub would.
 
     Args:
         coefficient: c [s/m].
         exponent: e, power of the thrust [1].
         typical: T_0, thrust of a rotor at which the exponent changes nothing [N].
+        lever: l, height of the force above the hubs [m].
         medium: air.
         links: the link of the rotors, the root by default.
 
@@ -45,7 +47,8 @@ class DragRotor(Effect):
         Advance ratios below about 0.1.
 
     Limitations:
-        No drag along the axis, no side force from flapping, no torque at the hub.
+        No drag along the axis, no side force from flapping; the moment of flapping at a hub is that
+        of its lever.
 
     References:
         Faessler, Franchi, Scaramuzza 2018, IEEE Robotics and Automation Letters 3(2); Mahony,

@@ -173,7 +173,7 @@ def _needs_joints(law: type[Effect], hook: str) -> bool:
 
 _HOOKS = (
     *("loads", "inertia", "flow", "joint_loads", "joint_drive", "actuation"),
-    *("drive_loads", "inertia_change", "measure", "timing"),
+    *("drive_loads", "inertia_change", "measure", "pose_turn", "timing"),
 )
 
 

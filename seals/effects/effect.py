@@ -99,6 +99,8 @@ class Effect(EffectOptions):
       power of all drives [W], and ``state(memory, params) -> (voltage, current, charge)`` of it.
     - ``timing(params) -> Timing``: later commands, slower actuators, late sensors.
     - ``measure(reading, params) -> Reading``: what the inertial sensors really report.
+    - ``pose_turn(params) -> rotation vector``: turn of the measured against the true attitude, body
+      axes [rad], shape (N, 3); a fit knows it, a simulation records the true attitude.
     - ``inertia_change(body, params) -> matrix``: change of the rigid inertia of the link, 6x6 about
       its origin; weight and centre of mass follow from it.
 

@@ -12,7 +12,7 @@ from seals.errors import ConfigError, nearest
 
 Hook: TypeAlias = Literal[
     "loads", "inertia", "flow", "joint_loads", "joint_drive", "drives", "drive_loads", "actuation",
-    "battery_update", "inertia_change", "measure", "timing",
+    "battery_update", "inertia_change", "measure", "pose_turn", "timing",
 ]  # fmt: skip
 """Names of the hooks; what each takes and returns is told by `seals.effects.Effect`."""
 Pick: TypeAlias = Callable[[tuple[Any, ...]], tuple[Any, ...]]

@@ -13,7 +13,7 @@ from seals.testing.instants import JOINTS, Instant
 DRIVEN = ("actuation", "drive_loads")
 """Hooks that need actuators on the link."""
 
-QUIET = ("measure", "timing")
+QUIET = ("measure", "pose_turn", "timing")
 """Hooks that do not move the body."""
 
 WIDTHS: dict[str, tuple[tuple[int, ...], ...]] = {
@@ -23,6 +23,7 @@ WIDTHS: dict[str, tuple[tuple[int, ...], ...]] = {
     "inertia_change": ((6, 6),),
     "flow": ((3,),),
     "measure": ((3,), (3,)),
+    "pose_turn": ((3,),),
     "timing": ((1,), (1,), (1,), (1,)),
 }
 """Shape of each output for one row; other hooks have that of the joints or drives."""
@@ -38,6 +39,7 @@ def call_hook(
         "drives": (now.inputs,),
         "measure": (now.reading,),
         "inertia_change": (now.motion.body,),
+        "pose_turn": (),
         "timing": (),
     }
     if hook in plain:
@@ -69,6 +71,7 @@ def nothing(hook: str, instant: Instant) -> Any:
     return {
         "actuation": instant.drives,
         "measure": instant.reading,
+        "pose_turn": instant.reading.angular_velocity * 0.0,
         "inertia_change": instant.motion.body.mass[:, :, None] * 0.0,
         "timing": Timing(*(instant.motion.body.mass[:1] * 0.0,) * 4),
     }.get(hook)

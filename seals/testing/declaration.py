@@ -36,6 +36,7 @@ HOOKS = (
     "drive_loads",
     "drives",
     "measure",
+    "pose_turn",
     "timing",
 )
 """Hooks an effect may define; with ``drives`` it is an actuator."""

@@ -122,6 +122,20 @@ def test_rotor_drag_acts_at_every_hub() -> None:
     assert DragRotor().medium is MediumKind.air
 
 
+def test_drag_above_the_hubs_turns_by_its_lever() -> None:
+    """The force stays, (-16, -312) mN, and turns with a lever of 0.3 m more."""
+    bound = bind_effects({"it": DragRotor(coefficient=0.02, lever=0.3)}, ["base"]).bound[0]
+    inputs = Inputs(0.004, np.zeros((1, 0)))
+    (force, torque), _ = DragRotor.drive_loads(
+        drives(), motion(), medium(1.0), inputs, None, bound.params
+    )
+    assert force is not None
+    assert torque is not None
+    assert_allclose(force, [[-0.016, -0.312, 0.0]], atol=1e-15)
+    expected = [[0.0156 + 0.3 * 0.312, -0.0008 - 0.3 * 0.016, 0.008]]
+    assert_allclose(torque, expected, atol=1e-15)
+
+
 def test_rotor_drag_may_grow_with_another_power_of_the_thrust() -> None:
     """With a power of one half and 4 N typical, 3 and 5 N brake by sqrt(4 / T) of themselves."""
     inputs, forces = Inputs(0.004, np.zeros((1, 0))), []

@@ -93,6 +93,35 @@ def test_slow_errors_of_sensors_are_seen_against_the_pose(tmp_path: Path) -> Non
     assert any("differs from the pose" in line for line in told)
 
 
+def test_errors_of_the_pose_are_not_those_of_the_sensor() -> None:
+    """An attitude that wobbles faster than the motion is stated for the attitude."""
+    clean = _log(0.0, 0.0)
+    wobble = Rotation.from_rotvec(_slow(np.random.default_rng(11), 0.02, 0.05, 3))
+    turned = Rotation.from_quat(clean.channel("orientation")[:, [1, 2, 3, 0]]) * wobble
+    q = turned.as_quat()
+    columns = dict(clean.columns) | {f"orientation_{a}": q[:, k] for k, a in enumerate("xyzw")}
+    log = Log(name="flight", columns=columns)
+    found = disagreement(log, flight_facts(clean, VEHICLE).noise)["angular_velocity"]
+    of_gyro = disagreement(_log(0.1, 0.0), flight_facts(clean, VEHICLE).noise)["angular_velocity"]
+    # as the equivalent white noise of what the filter passes: 0.02 rad at most
+    assert 0.004 < found.of_pose < 0.02 * np.sqrt(2.0 * 0.05 / STEP)
+    assert found.sigma**2 < 0.15 * (found.sigma**2 + (found.of_pose / STEP) ** 2)
+    assert of_gyro.of_pose < 0.2 * found.of_pose
+
+
+def test_the_torque_counts_with_the_inertia_that_commands_show() -> None:
+    """A vehicle twice as inert as stated: the torque beside the commanded one is twice as large."""
+    rng = np.random.default_rng(5)
+    thrust = 2.45 + _slow(rng, 0.1, 0.1, 4)
+    arms = 0.1 * np.array([[1.0, -1.0, 1.0, -1.0], [-1.0, -1.0, 1.0, 1.0]])
+    turning = (thrust @ arms.T + _slow(rng, 0.02, 0.3, 2)) / 0.02
+    gyro = lfilter([STEP], [1.0, -0.97], turning - turning.mean(axis=0), axis=0)
+    stated = np.array([0.01, 0.01])
+    found = disturbing_torque(thrust, gyro, STEP, inertia=stated, arms=arms.T, noise=1e-4)
+    assert found is not None
+    assert found.sigma == pytest.approx(0.02, rel=0.3)
+
+
 def test_torque_beside_the_commanded_is_measured() -> None:
     """Lag, a weak rotor and damping are no disturbance; what commands do not tell is."""
     rng = np.random.default_rng(5)
@@ -104,7 +133,8 @@ def test_torque_beside_the_commanded_is_measured() -> None:
         turning = (followed @ arms.T + extra * disturbance) / 0.01
         gyro = lfilter([STEP], [1.0, -0.97], turning - turning.mean(axis=0), axis=0)
         gyro = gyro + 0.002 * rng.standard_normal((ROWS, 2))
-        found = disturbing_torque(thrust, gyro, STEP, np.array([0.01, 0.01]), 0.002)
+        inertia = np.array([0.01, 0.01])
+        found = disturbing_torque(thrust, gyro, STEP, inertia=inertia, arms=arms.T, noise=0.002)
         assert found is not None
         assert found.clear == (extra > 0.0)
         assert found.share < share

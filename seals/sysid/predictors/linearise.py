@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from seals.arrays import Floats
-from seals.batch import TwinState
+from seals.batch import Rates, TwinState
 from seals.frames import exponential, matrix_of, multiply
-from seals.motion import Reading
 from seals.sysid.data.trajectory import Trajectory
-from seals.sysid.predictors.plant import Plant, nonzero
+from seals.sysid.predictors.plant import Plant, Values, nonzero
 from seals.sysid.predictors.sensor_place import add_centripetal, as_simulated, at_sensor, skew
 from seals.sysid.predictors.trajectory_cache import (
     ExpansionPoint,
@@ -137,7 +136,7 @@ def predict(
         change[:, 6:12], change[:, 12 + joints :] = rate[:, :6], rate[:, 6:]
         pushed = dynamics.pushed(change[:, :, None])[:, :, 0]
         defect = dynamics.corrected(expansion_point.defect) + pushed
-    reading = stacked(plant.reading(cache.state, cache.sensor_rates(used), used))
+    reading = read_rows(plant, cache.state, cache.sensor_rates(used), used)
     late = used.get(plant.candidate_set.sensor_delay, 0.0) - delay
     if late:
         reading = _delayed(plant, reading, late)
@@ -303,7 +302,7 @@ def _sensed(
         return {}
     plant, rates = cache.plant, cache.sensor_rates(used)
     late = plant.candidate_set.sensor_delay
-    seen = stacked(plant.reading(cache.state, rates, used))
+    seen = read_rows(plant, cache.state, rates, used)
     out = {}
     for key in keys:
         if key == late:
@@ -311,7 +310,7 @@ def _sensed(
             continue
         step = plant.candidate_set.parameters[key].nudge
         later = {**used, key: used.get(key, 0.0) + step}
-        out[key] = (stacked(plant.reading(cache.state, rates, later)) - seen) / step
+        out[key] = (read_rows(plant, cache.state, rates, later) - seen) / step
     return out
 
 
@@ -439,10 +438,13 @@ def _kinematics(state_matrix: Floats, trajectory: Trajectory) -> None:
         state_matrix[:, 12 + k, 12 + joints + k] = 1.0
 
 
-def stacked(reading: Reading) -> Floats:
-    """Return a reading as rows, shape (N, 6); (N, 9) with the turn of the pose."""
+def read_rows(plant: Plant, state: TwinState, rates: Rates, values: Values) -> Floats:
+    """Return readings as rows: both inertial sensors, and the turn of the pose if there is one.
+
+    Shape (N, 6 or 9) [rad/s, m/s^2, rad].
+    """
+    reading = plant.reading(state, rates, values)
     parts = [reading.angular_velocity, reading.specific_force]
-    both: Floats = np.concatenate(
-        parts if reading.pose_turn is None else [*parts, reading.pose_turn], axis=1
-    )
+    turn = plant.pose_turn(values, len(parts[0]))
+    both: Floats = np.concatenate(parts if turn is None else [*parts, turn], axis=1)
     return both

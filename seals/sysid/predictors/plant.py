@@ -363,8 +363,6 @@ class Plant:
         turn = self.vehicle.imu_turn.T
         reading = Reading(spin @ turn, force @ turn)
         used = {key.partition(".")[0] for key in values}
-        if self._turning:
-            reading = reading._replace(pose_turn=self._pose_turn(values, len(spin)))
         effects = self.candidate_set.effects
         sensors = {n for n in used if n in effects and has_hook(effects[n], "measure")}
         if not sensors:
@@ -377,8 +375,13 @@ class Plant:
             reading = b.hooks.measure(reading, b.params)
         return reading
 
-    def _pose_turn(self, values: Values, rows: int) -> Floats:
-        """Rotation vector of the measured against the true attitude, shape (rows, 3) [rad]."""
+    def pose_turn(self, values: Values, rows: int) -> Floats | None:
+        """Return the rotation vector of the measured against the true attitude, (rows, 3) [rad].
+
+        None where no effect turns it.
+        """
+        if not self._turning:
+            return None
         changes = self.applied(values, rows).items()
         given = {k: v for k, v in changes if k.partition(".")[0] in self._turning}
         bound = self._bound_alone(self._turning).with_values(given, np.zeros(1), rows)

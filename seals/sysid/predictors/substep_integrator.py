@@ -18,7 +18,7 @@ from seals.sysid.predictors.linearise import (
     Prediction,
     columns_along,
     dynamics_along,
-    stacked,
+    read_rows,
 )
 from seals.sysid.predictors.plant import Plant, nonzero
 from seals.sysid.predictors.whitened import Whitened
@@ -64,8 +64,7 @@ class SubstepIntegrator:
         for part in range(self.parts):
             states.append(state)
             state, rates = self.fine.advance(twin, state, rows * self.parts + part, None)
-            seen = self.fine.reading(states[-1], rates, used)
-            readings.append(stacked(seen))
+            readings.append(read_rows(self.fine, states[-1], rates, used))
         names = (
             "position",
             "quaternion",

@@ -294,24 +294,25 @@ class Windows:
         Args:
             states: at these rows, shape (k, W, n, c).
             part: the rows.
-            direct: what the inertial sensors read beside the states, and the turn of the pose if
-                anything turns it, shape (k, W, 6 or 9, c).
+            direct: what sensors read beside the states, and the pose's turn, (k, W, 6 or 9, c).
             out: to fill in, shape (W, k, ny, c).
         """
         for i, r in enumerate(self._reads):
             if r is not None:
                 out[:, :, i] = states[:, :, r].transpose(1, 0, 2)
-        if direct.shape[2] > 6:
-            for i in (i for i, n in enumerate(self.channel_of) if n == "orientation"):
-                out[:, :, i] += direct[:, :, 6 + self._axis(i)].transpose(1, 0, 2)
+        if direct.shape[2] > 6 and "orientation" in self.channel_of:
+            first = self.channel_of.index("orientation")
+            out[:, :, first : first + 3] += direct[:, :, 6:9].transpose(1, 0, 2, 3)
         force = np.matmul(self._march[1][part], states)
         spin = states[:, :, 9:12]
         if not np.array_equal(self.vehicle.imu_turn, np.eye(3)):
             spin = np.matmul(self.vehicle.imu_turn, spin)
         for i in self._inertial:
             axis = self._axis(i)
-            seen = spin[:, :, axis] if _gyro(self.channel_of[i]) else force[:, :, axis]
-            axis += 0 if _gyro(self.channel_of[i]) else 3
+            seen = (
+                spin[:, :, axis] if self.channel_of[i] == "angular_velocity" else force[:, :, axis]
+            )
+            axis += 0 if self.channel_of[i] == "angular_velocity" else 3
             out[:, :, i] = (seen + direct[:, :, axis]).transpose(1, 0, 2)
 
     def _axis(self, i: int) -> int:
@@ -434,10 +435,6 @@ def _outer(matrix: Floats, weights: Floats) -> Floats:
 
 def _imu(name: str) -> bool:
     return name in ("angular_velocity", "specific_force")
-
-
-def _gyro(name: str) -> bool:
-    return name == "angular_velocity"
 
 
 def by_channel(windows: Windows, misfit: Floats) -> Mapping[str, float]:

@@ -15,7 +15,6 @@ import numpy as np
 from seals.arrays import Floats
 from seals.batch import TwinState
 from seals.frames import exponential, multiply
-from seals.motion import Reading
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.predictors.normal_equations import newton_step, reserve
@@ -93,11 +92,12 @@ def tipped(fitter: Fitter) -> float:
     return torque / inertia * float(np.sqrt(2.0 * min(vehicle.gust_time, span) * span**3 / 3.0))
 
 
-def attitude_read(state: TwinState, read: Reading) -> Floats:
+def _attitude(plant: Plant, state: TwinState, values: Mapping[str, float]) -> Floats:
     """Measured attitude q_WB_xyzw: the true one, turned where an effect turns the pose."""
-    if read.pose_turn is None:
-        return state.quaternion
-    return multiply(state.quaternion, exponential(read.pose_turn))
+    turn = plant.pose_turn(values, len(state.quaternion))
+    if turn is None:
+        return np.asarray(state.quaternion)
+    return np.asarray(multiply(state.quaternion, exponential(turn)))
 
 
 def simulated_readings(
@@ -127,7 +127,7 @@ def simulated_readings(
         read = fine.reading(state, rates, used)
         found = {
             "position": state.position,
-            "orientation": attitude_read(state, read),
+            "orientation": _attitude(fine, state, used),
             "velocity": state.velocity,
             "depth": level - state.position[:, 2:3],
             "angular_velocity": read.angular_velocity,
