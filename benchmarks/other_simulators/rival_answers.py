@@ -3,8 +3,8 @@
     python -m benchmarks.other_simulators.rival_answers SET OUT [--only NAME ...] [--jobs 2]
 
 Every case goes the newcomer's way to its data sheet. The methods of `benchmarks.answers` then see
-the samples and the effects of the diagnosis; only the inference differs. Where pysindy is installed, its
-STLSQ is one of them. OUT/METHOD/CASE holds an answer as ``diagnosis.json``, so that
+the samples and the effects of the diagnosis; only the inference differs. Where pysindy is there,
+its STLSQ is one of them. OUT/METHOD/CASE holds an answer as ``diagnosis.json``, so that
 `benchmarks.other_simulators.score_set SET OUT/METHOD` counts it as it counts ours.
 """
 
