@@ -381,7 +381,11 @@ def columns(command: str) -> dict[str, Any]:
     return {"reader": "csv", "columns": _POSE | _IMU | names | _SPEEDS}
 
 
-MAPS = {"map.yaml": columns("rotor_speed_cmd"), "map_percent.yaml": columns("motor_pwm")}
+MAPS = {
+    "map.yaml": columns("rotor_speed_cmd"),
+    "map_percent.yaml": columns("motor_pwm"),
+    "ground.yaml": {"environment": {"ground_level": 0.0}},
+}
 PATHS: dict[str, Callable[..., Path3]] = {
     "sines": sines,
     "circle": circle,

@@ -76,9 +76,14 @@ def second_derivative(position: Floats) -> Floats:
 
 
 def filtered_alike(acceleration: Floats) -> Floats:
-    """Return an acceleration filtered like `second_derivative` filters a position."""
-    speed = np.cumsum(acceleration, axis=0) * STEP
-    return second_derivative(np.cumsum(speed, axis=0) * STEP)
+    """Return an acceleration filtered like `second_derivative` filters a position.
+
+    The place of row n + 1 is the double sum up to row n: its second difference about a row is the
+    acceleration of that row. A sum up to the row itself would be a step early.
+    """
+    place = np.zeros_like(acceleration)
+    np.cumsum(np.cumsum(acceleration[:-1], axis=0), axis=0, out=place[1:])
+    return second_derivative(place * STEP**2)
 
 
 def world_acceleration(orientation: Floats, force: Floats) -> Floats:

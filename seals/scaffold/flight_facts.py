@@ -273,7 +273,7 @@ def _thrusts(log: Log, vehicle: Mapping[str, Any]) -> Floats:
 
 
 def _gust_in_motion(log: Log, vehicle: Mapping[str, Any]) -> Measured | None:
-    """Specific force of gusts along x and y, less linear drag [m/s^2]."""
+    """Specific force of gusts along x and y, less a drag [m/s^2]."""
     rotors, step = vehicle.get("rotors") or [], _step(log)
     if not (rotors and log.has("rotor_speed_cmd") and log.has("specific_force")):
         return None
@@ -292,7 +292,7 @@ def _gust_in_motion(log: Log, vehicle: Mapping[str, Any]) -> Measured | None:
         level.append((1.4826 * float(np.median(np.abs(fast)))) ** 2)
     white = _noise(log, "specific_force") ** 2 / short
     value = math.sqrt(max(float(np.mean(level)) - white, 0.0) / (1.0 - 2.0 * _GUST_TIME / _WINDOW))
-    return Measured(value, "level specific force beside a linear drag, faster than two seconds")
+    return Measured(value, "level specific force beside a drag, faster than two seconds")
 
 
 def _mean(values: Floats, rows: int) -> Floats:

@@ -124,14 +124,19 @@ def _time(left: Floats, step: float) -> float:
 
 
 def unexplained_force(force: Floats, velocity: Floats, thrust: Floats) -> Floats:
-    """Return the specific force along x and y that neither linear drag nor thrust explains.
+    """Return the specific force along x and y that neither a drag nor thrust explains.
+
+    Drags are linear, or quadratic in the speed along each axis or in the whole speed: what is taken
+    for gusts would hide them from a diagnosis.
 
     Args:
         force: specific force about x and y, shape (T, 2).
         velocity: body axes, shape (T, 3).
         thrust: over mass, shape (T,).
     """
-    known = np.column_stack([np.ones(len(force)), velocity, thrust])
+    own = np.abs(velocity) * velocity
+    whole = np.linalg.norm(velocity, axis=1, keepdims=True) * velocity
+    known = np.column_stack([np.ones(len(force)), velocity, own, whole, thrust])
     left: Floats = force - known @ np.linalg.lstsq(known, force, rcond=None)[0]
     return left
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from seals.errors import LogError
+from seals.logs.accelerations import filtered_alike, second_derivative
 from seals.logs.axes import AxesSettings, with_axes
 from seals.logs.check import check_log
 from seals.logs.log import Log
@@ -106,6 +107,14 @@ def test_quaternions_are_told_without_a_gyroscope(option: str) -> None:
     assert option in _found(wrong)["attitude_convention"]
     axes = AxesSettings(quaternion="xyzw") if "xyzw" in option else AxesSettings(inverse=True)
     assert _found(with_axes(wrong, axes)[0]) == {}
+
+
+def test_accelerations_are_filtered_like_positions_without_a_shift() -> None:
+    """Of a sine both filters leave the same but for the error of a sum, w^2 h^2 / 12."""
+    time, w = np.arange(1200) * 0.01, 4.0
+    place, bend = np.sin(w * time)[:, None], -w * w * np.sin(w * time)[:, None]
+    left = (filtered_alike(bend) - second_derivative(place))[60:-60]
+    assert np.abs(left).max() < 2 * w**2 * w**2 * 0.01**2 / 12
 
 
 def test_a_late_clock_is_found_and_mended() -> None:

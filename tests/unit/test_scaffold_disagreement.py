@@ -16,7 +16,7 @@ from seals.logs.log import Log
 from seals.scaffold.datasheet import write_datasheet
 from seals.scaffold.disagreement import disagreement
 from seals.scaffold.flight_facts import flight_facts
-from seals.scaffold.torque import disturbing_torque
+from seals.scaffold.torque import disturbing_torque, unexplained_force
 
 STEP, ROWS = 0.01, 3000
 TIME = STEP * np.arange(ROWS)
@@ -140,3 +140,14 @@ def test_torque_beside_the_commanded_is_measured() -> None:
         assert found.share < share
     assert found.sigma == pytest.approx(0.02, rel=0.4)
     assert found.time == pytest.approx(0.3, rel=0.6)
+
+
+@pytest.mark.parametrize("whole", [False, True])
+def test_a_quadratic_drag_is_no_gust(whole: bool) -> None:
+    """-c v|v| an axis, and -c |v| v of the whole speed: what is left is the white noise."""
+    rng = np.random.default_rng(7)
+    velocity = np.stack([2.5 * np.sin(1.2 * TIME), 2.0 * np.sin(1.4 * TIME), np.cos(TIME)], axis=1)
+    size = np.linalg.norm(velocity, axis=1, keepdims=True) if whole else np.abs(velocity)
+    force = (-0.08 * size * velocity)[:, :2] + rng.normal(0.0, 0.02, (ROWS, 2))
+    left = unexplained_force(force, velocity, np.full(ROWS, 9.81))
+    assert left.std() == pytest.approx(0.02, rel=0.05)
