@@ -56,6 +56,8 @@ _ASSUMED_IN_WATER = {
 """The same of hulls, where the log has a depth."""
 _LEAST = {"position": 0.005, "orientation": 0.005, "velocity": 0.02}
 """Error of a pose beside its noise [m, rad, m/s]: filters and cameras are smooth, not exact."""
+_FILTERED = 0.3
+"""Noise, as a share of that error, from which a pose is not smoothed."""
 _ONBOARD = ("angular_velocity", "specific_force", "motor_pwm", "battery_voltage")
 _GUST = 0.02
 """Gusts over mass where the flight does not tell them [m/s^2]: still air indoors."""
@@ -114,6 +116,9 @@ def _lines(log: Log, vehicle: Mapping[str, Any], facts: FlightFacts) -> Iterator
 
 def _channel(stem: str, sigma: float, facts: FlightFacts) -> str:
     least = _LEAST.get(stem, 0.0)
+    if sigma > _FILTERED * least:
+        # noise as large is no filter's: what a sensor shows is its error
+        least = 0.0
     source = "measured" if sigma >= least else "assumed: its noise is smaller, its error is not"
     if stem in facts.differing:
         other = "gyroscope" if stem == "orientation" else "pose"
