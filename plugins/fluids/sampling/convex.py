@@ -46,7 +46,7 @@ def inscribed(hull: Any) -> tuple[Floats, float]:
     normals, offsets = hull.equations[:, :3], hull.equations[:, 3]
     table = np.column_stack((normals, np.ones(len(normals))))
     ways = [(None, None)] * 3 + [(0.0, None)]
-    found = linprog([0.0, 0.0, 0.0, -1.0], A_ub=table, b_ub=-offsets, bounds=ways)
+    found: Any = linprog([0.0, 0.0, 0.0, -1.0], A_ub=table, b_ub=-offsets, bounds=ways)
     return found.x[:3], float(found.x[3])
 
 
