@@ -17,7 +17,7 @@ MASS = {
     "cylinder": 4.7,
     "free_arm": 1.35,
     "hexacopter": 3.1,
-    "impactor": 0.8,
+    "impactor": 0.51,
     "pendulum": 0.1,
     "sea_spider": 0.024,
     "ship_section": 46.8,

@@ -51,6 +51,9 @@ class EffectOptions:
     material: ClassVar[Mapping[str, Any]] = {}
     """Values with which it is tried out, where defaults and natural scales are no good ones."""
 
+    log_words: ClassVar[Mapping[str, Enum]] = {}
+    """Words of fields in which a log that states none means another than the field's default."""
+
     @property
     def full_voltage(self) -> float | None:
         """Voltage of the full battery [V]; None for an effect that knows no battery."""
@@ -127,9 +130,6 @@ class Effect(EffectOptions):
 
     zero_when_dry: ClassVar[bool] = False
     """Whether nothing is left of the effect in water where nothing of the robot is submerged."""
-
-    log_words: ClassVar[Mapping[str, Enum]] = {}
-    """Words of fields in which a log that states none means another than the field's default."""
 
     def __init_subclass__(cls) -> None:
         """Accept hooks and attributes under their former names."""

@@ -189,11 +189,12 @@ def _elsewhere(effect: Any, sensors: Mapping[str, Any]) -> bool:
 
 
 def _effect(name: str, effect: Any) -> dict[str, Any]:
-    kind = options_of(effect, EffectOptions).medium
+    options = options_of(effect, EffectOptions)
+    kind = options.medium
     medium = "any" if kind is None else kind.value
     found = _plugin("effect", effect)
     words = {k: v for k, v in vars(effect).items() if isinstance(v, Enum) and k != "medium"}
-    usual = {**vars(type(effect)), **getattr(effect, "log_words", {})}
+    usual = {**vars(type(effect)), **options.log_words}
     choices = {k: v.value for k, v in words.items() if v is not usual[k]}
     if "parameters" in found:
         # sizes and places at their default say nothing

@@ -95,6 +95,27 @@ def test_closed_meshes_keep_volume_and_centre(spacing: float) -> None:
     assert found.volumes.max() <= spacing**3 * 1.02
 
 
+@pytest.mark.parametrize("spacing", [0.02, 0.03])
+def test_a_convex_mesh_has_its_face_half_a_spacing_in(spacing: float) -> None:
+    """A cone's samples stand as those of a sphere do, not where its faces cut a lattice."""
+    outline = [(0.0, -0.15), (0.12, -0.11), (0.12, 0.15), (0.0, 0.15)]
+    shape = trimesh.creation.revolve(np.array(outline))
+    found = sample_pieces([mesh_piece(shape)], spacing)
+    normals = shape.face_normals
+    under = (shape.triangles[:, 0] * normals).sum(1) - found.points @ normals.T
+    np.testing.assert_allclose(under.min(axis=1), 0.5 * spacing, rtol=1e-6)
+    # the layer one spacing thick, of a cone whose face lies deeper at the same distance from it
+    slope = math.atan2(0.04, 0.12)
+    rim, tip = 0.12 - spacing, -0.15 + spacing / math.cos(slope)
+    edge = tip + rim * math.tan(slope)
+    inner = math.pi * rim**2 * (0.15 - spacing - edge + (edge - tip) / 3.0)
+    whole = math.pi * 0.12**2 * (0.26 + 0.04 / 3.0)
+    assert found.volumes.sum() == pytest.approx(whole - inner, rel=0.02)
+    near = cKDTree(found.points).query(found.points, k=2)[0][:, 1] / (PITCH * spacing)
+    assert near.min() > 0.5
+    assert near.max() < 1.3
+
+
 def test_hollow_meshes_stay_hollow() -> None:
     """The room inside a thick-walled tube is no solid."""
     shape = trimesh.creation.annulus(r_min=0.1, r_max=0.2, height=0.3, sections=64)
@@ -137,9 +158,13 @@ def test_too_coarse_is_refused_with_the_bound() -> None:
 
 
 def test_thickness_of_meshes() -> None:
-    """The thickness of a mesh is that of a plate of its volume and area."""
+    """Of a convex mesh that of the largest ball in it, of others of a plate of equal volume."""
     plate = trimesh.creation.box((0.4, 0.3, 0.01))
-    assert thickness(mesh_piece(plate)) == pytest.approx(0.0098, rel=0.06)
+    assert thickness(mesh_piece(plate)) == pytest.approx(0.01, rel=1e-6)
+    ball = trimesh.creation.icosphere(subdivisions=3, radius=0.11)
+    assert thickness(mesh_piece(ball)) == pytest.approx(0.22, rel=0.02)
+    ring = trimesh.creation.annulus(r_min=0.195, r_max=0.2, height=0.3, sections=64)
+    assert thickness(mesh_piece(ring)) == pytest.approx(0.005, rel=0.06)
 
 
 def test_walls_continue_the_lattice() -> None:

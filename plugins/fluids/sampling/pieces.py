@@ -9,7 +9,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from seals.errors import PhysicsError
-from seals.plugins.fluids.sampling.faces import THICK, fine_face
+from seals.plugins.fluids.sampling.convex import convex_face, hull_of, inscribed
+from seals.plugins.fluids.sampling.faces import PITCH, THICK, fine_face
 from seals.plugins.fluids.sampling.meshes import (
     is_closed,
     sample_closed,
@@ -64,7 +65,10 @@ def _sampled(piece: Piece, spacing: float, thin: Thin, layers: int) -> Samples:
     if piece.kind == "mesh":
         assert piece.vertices is not None
         closed = is_closed(piece.faces) and volume_of(piece.vertices, piece.faces) > 0.0
-        if closed:
+        hull = hull_of(piece.vertices, own_volume(piece)) if closed else None
+        if hull is not None and layers == SEEN and thickness(piece) >= THICK * spacing:
+            found = convex_face(hull, spacing, PITCH * spacing)
+        elif closed:
             found = sample_closed(piece.vertices, piece.faces, spacing, layers)
         else:
             found = sample_sheet(piece.vertices, piece.faces, spacing)
@@ -119,7 +123,10 @@ def own_volume(piece: Piece) -> float:
 
 
 def thickness(piece: Piece) -> float:
-    """Return the thickness of a piece [m]; for a mesh that of a plate of equal volume and area.
+    """Return the thickness of a piece [m].
+
+    Of a convex mesh twice the radius of the largest ball in it, of others the thickness of a plate
+    of equal volume and area.
 
     Example:
         >>> thickness(Piece("cylinder", (0.1, 0.05), np.zeros(3), np.eye(3)))
@@ -132,6 +139,9 @@ def thickness(piece: Piece) -> float:
     if piece.kind in ("sphere", "capsule"):
         return 2.0 * piece.size[0]
     assert piece.vertices is not None
+    hull = hull_of(piece.vertices, own_volume(piece)) if own_volume(piece) > 0.0 else None
+    if hull is not None:
+        return 2.0 * inscribed(hull)[1]
     a, b, c = (piece.vertices[np.asarray(piece.faces)[:, k]] for k in range(3))
     area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
     # a plate of thickness t has the volume A t and the area 2 A; a ball gives 2 D / 3

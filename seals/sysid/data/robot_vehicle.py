@@ -259,7 +259,7 @@ def _as_logged(name: str, effect: Effect, meta: Mapping[str, Any]) -> Effect:
         return effect
     own = plugin_name("effect", type(effect))
     entries = [e for e in meta.get("baseline") or [] if e["name"] == own]
-    entry = next((e for e in entries if e.get("instance", name) == name), {})
+    entry: Mapping[str, Any] = next((e for e in entries if e.get("instance", name) == name), {})
     stated = words_of(own, effect, entry.get("options") or {})
     return replace(effect, **{**effect.log_words, **stated})
 
