@@ -179,7 +179,13 @@ class Takeover:
         )
 
     def write(self, path: Path) -> None:
-        """Write the modified URDF."""
+        """Write the modified URDF; frames get a mass of zero, which PyBullet takes without a warning."""
+        for link in self.root.findall("link"):
+            if link.find("inertial") is None:
+                inertial = ElementTree.SubElement(link, "inertial")
+                ElementTree.SubElement(inertial, "mass", value="0")
+                moments = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+                ElementTree.SubElement(inertial, "inertia", dict.fromkeys(moments, "0"))
         # PyBullet breaks lines of more than a thousand signs, in the middle of a name too
         ElementTree.indent(self.root)
         text = ElementTree.tostring(self.root, encoding="unicode")

@@ -42,12 +42,7 @@ def add_wing_frames(root: Element, wings: Sequence[Wing]) -> list[str]:
         while frame in names:
             frame += "_2"
         names.append(frame)
-        inertial = ElementTree.SubElement(
-            ElementTree.SubElement(root, "link", name=frame), "inertial"
-        )
-        ElementTree.SubElement(inertial, "mass", value="0")
-        moments = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-        ElementTree.SubElement(inertial, "inertia", dict.fromkeys(moments, "0"))
+        ElementTree.SubElement(root, "link", name=frame)
         joint = ElementTree.SubElement(root, "joint", name=f"{frame}_joint", type="fixed")
         ElementTree.SubElement(joint, "parent", link=wing.link)
         ElementTree.SubElement(joint, "child", link=frame)
