@@ -179,7 +179,7 @@ class Takeover:
         )
 
     def write(self, path: Path) -> None:
-        """Write the modified URDF; frames get a mass of zero, which PyBullet takes without a warning."""
+        """Write the modified URDF; frames get a mass of zero: PyBullet warns of links without."""
         for link in self.root.findall("link"):
             if link.find("inertial") is None:
                 inertial = ElementTree.SubElement(link, "inertial")
