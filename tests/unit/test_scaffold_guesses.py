@@ -283,7 +283,8 @@ def test_a_volume_without_its_centre(tmp_path: Path) -> None:
 
 BLADE = (
     '<gazebo><plugin filename="gz-sim-lift-drag-system" name="l{0}"><cla>4.2</cla>'
-    "<area>0.002</area><cp>{2} 0 0</cp><forward>0 1 0</forward><upward>0 0 1</upward><air_density>1.2</air_density>"
+    "<area>0.002</area><cp>{2} 0 0</cp><forward>0 1 0</forward><upward>0 0 1</upward>"
+    "<air_density>1.2</air_density>"
     "<link_name>{1}</link_name></plugin></gazebo>"
 )
 
