@@ -127,7 +127,8 @@ class Station(VehicleController):
             f"controller=station: the {layout.drives} drives of robot '{self._plant.robot.name}' "
             f"do not command {missing}.\n"
             "It takes surge, yaw, mostly sway and, unless the vehicle floats, heave; for a vehicle "
-            "that steers: controller=autopilot guide=los; for rotors that push upward: controller=cascade"
+            "that steers: controller=autopilot guide=los; for rotors that push upward: "
+            "controller=cascade"
         )
 
     def start(self) -> StationState:
