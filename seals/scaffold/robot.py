@@ -139,15 +139,14 @@ def _fill(
     drives = drives_of(robot, source, extents_of(source.root, folder), medium=given or "")
     propellers = source.children_of([joint for each in drives for joint in each.joints])
     propellers |= {link for each in drives if each.kind == ROTOR for link in each.links}
-    for each in drives:
-        source.fix_joints(each.joints, each.kind)
+    held = _held(drives, source)
     source.changes += leave_out_blades(source.stated.wings, propellers)
     wings = add_wing_frames(source.root, source.stated.wings)
     if source.fixed_base and _only_drives(robot, drives) and robot.mass[0] > 0.0:
         # a vehicle on a test stand, or one that another file lets fly
         source.fixed_base = False
         source.changes.append("bolted to the world in the file, freed: fixed_base of robot.yaml")
-    if wings or any(each.joints for each in drives) or source.fixed_base != settings.fixed_base:
+    if wings or held or source.fixed_base != settings.fixed_base:
         source.write(path)
         settings = replace(settings, fixed_base=source.fixed_base)
         robot = build_robot(settings)
@@ -182,6 +181,19 @@ def _fill(
     for file in ("robot.yaml", "README.md"):
         (folder / file).write_text(rendered(f"{file}.jinja", facts), encoding="utf-8")
     return made
+
+
+def _held(drives: list[Drives], source: Takeover) -> bool:
+    """Fix the joints that drives turn, and those that turn thrusters; return whether there are."""
+    held = False
+    for each in drives:
+        source.fix_joints(each.joints, each.kind)
+        held |= bool(each.joints)
+        if each.kind != ROTOR and each.tilting:
+            source.fix_legs(each.tilting)
+            each.tilting.clear()
+            held = True
+    return held
 
 
 def _only_drives(robot: RobotModel, drives: list[Drives]) -> bool:

@@ -359,3 +359,20 @@ def test_motor_models_of_a_vehicle_with_hydrodynamics_are_thrusters(tmp_path: Pa
     made, _ = taken(tmp_path, text)
     assert [each.kind for each in made.drives] == ["thruster"]
     np.testing.assert_allclose(made.drives[0].thrust, 25.0)  # 1e-4 x 500^2
+
+
+def test_legs_that_turn_thrusters_are_held(tmp_path: Path) -> None:
+    """Outboard engines: their force would keep to zero while the leg swings in the flow."""
+    text = link("hull", 60.0, box="1.2 0.6 0.3", moment=5.0)
+    for side, y in (("left", 0.25), ("right", -0.25)):
+        text += link(f"{side}_leg", 1.0, box="0.05 0.05 0.3", moment=0.01)
+        text += joint(f"{side}_leg_joint", "hull", f"{side}_leg", at=f"-0.6 {y} 0", axis="0 0 1")
+        text += link(f"{side}_thruster", 0.1, moment=1e-4)
+        text += joint(
+            f"{side}_screw", f"{side}_leg", f"{side}_thruster", at="0 0 -0.3", axis="1 0 0"
+        ).replace("revolute", "continuous")
+    made, _ = taken(tmp_path, text)
+    assert [each.kind for each in made.drives] == ["thruster"]
+    assert made.robot.joints == ()
+    assert sum("fixed at zero" in words for words in made.changes) == 2
+    assert not any("joint zero" in words for words in made.remarks)
