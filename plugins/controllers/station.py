@@ -16,13 +16,15 @@ from seals.control.axes import HEAVE, STATION_ORDER, SURGE, YAW
 from seals.control.filters import summed
 from seals.control.limbs import joint_targets
 from seals.control.plant import Layout
+from seals.environment.seawater import FRESH_WATER
 from seals.field_roles import roles
 from seals.plugins.controllers.vehicle import VehicleController
 from seals.schema import setting
 from seals.state_records import state_record
 
 NEEDED = (SURGE, HEAVE, YAW)
-"""Axes without which a vehicle cannot hold its depth, heading and distance ahead."""
+"""Axes without which a vehicle cannot hold its depth, heading and distance ahead; what floats needs
+no heave."""
 
 
 @state_record
@@ -49,7 +51,8 @@ class Station(VehicleController):
 
     Axes that the thrusters cannot command are passive: a vehicle of four to eight thrusters is
     flown in surge, sway, heave and yaw, and its roll and pitch are left to the buoyancy. Without
-    sway it holds depth and heading, and its place along its own nose only.
+    sway it holds depth and heading, and its place along its own nose only. Without heave a boat is
+    held in its place on the surface, and heave is left to the buoyancy as well.
 
     Equation:
         F = M (a + k_p (v_ref - v) + k_i sum) + weight - buoyancy, T = J (-k_R e_R - k_w (w - w_d)
@@ -73,8 +76,8 @@ class Station(VehicleController):
         quicker: how many times faster than by their own lag the thrusters are made to follow [1].
 
     Assumptions:
-        The drives command surge, heave and yaw; a passive roll or pitch rights itself. The
-        model of the robot is known, its load is not.
+        The drives command surge, yaw and, unless it floats, heave; a passive roll or pitch rights
+        itself. The model of the robot is known, its load is not.
 
     Valid range:
         Submerged vehicles at speeds that its thrusters hold against the drag.
@@ -110,17 +113,22 @@ class Station(VehicleController):
         """Find the commanded axes, allocation, added mass and rest pose of the robot.
 
         Raises:
-            ConfigError: the drives do not command surge, heave and yaw.
+            ConfigError: the drives do not command surge, yaw and, unless it floats, heave.
         """
-        self._allocate(plant, plant.layout, STATION_ORDER, NEEDED)
+        robot = plant.robot
+        displaced = FRESH_WATER * sum(h.volume for h in robot.hulls if h is not None)
+        floats = displaced > float(robot.mass.sum())
+        needed = [k for k in NEEDED if k != HEAVE or not floats]
+        self._allocate(plant, plant.layout, STATION_ORDER, needed)
 
     def _unfit(self, layout: Layout, missing: str) -> str:
         """Return the refusal of a robot whose drives do not command some axes."""
         return (
             f"controller=station: the {layout.drives} drives of robot '{self._plant.robot.name}' "
             f"do not command {missing}.\n"
-            "It takes surge, heave, yaw and mostly sway; for a vehicle that steers: "
-            "controller=autopilot guide=los; for rotors that push upward: controller=cascade"
+            "It takes surge, yaw, mostly sway and, unless the vehicle floats, heave; for a vehicle "
+            "that steers: controller=autopilot guide=los; for rotors that push upward: "
+            "controller=cascade"
         )
 
     def start(self) -> StationState:

@@ -18,14 +18,19 @@ from seals.check.lift import (
 )
 from seals.control.axes import wrench_matrix
 from seals.control.fins import with_fins
-from seals.control.plant import ROTOR, Layout, layout_of
+from seals.control.plant import ROTOR, Layout, layout_of, rest_poses
 from seals.control.tilts import tilts_of
 from seals.effects.binding import bind_effects
-from seals.effects.effect import Effect
+from seals.effects.effect import Effect, MediumKind
 from seals.robot.model import RobotModel
 from seals.robot.whole_body import whole_body
 
-GRAVITY = 9.81
+GRAVITY, AIR = 9.81, 1.2041
+"""Gravity [m/s^2] and density of air [kg/m^3]."""
+ATTACK = 0.2
+"""Angle of attack below stall at which wings carry a vehicle [rad]."""
+LEVEL = 0.7
+"""Upright part of the normal of a wing that carries [1]."""
 THIN_MARGIN = 1.3
 """Full thrust by weight below which a robot hovers, but hardly steers [1]."""
 STIFF = 100.0
@@ -35,7 +40,11 @@ SLUGGISH = {"roll": 5.0, "pitch": 5.0, "yaw": 0.5}
 
 
 def look_at_drives(
-    robot: RobotModel, actuators: Mapping[str, Effect], *, steers: bool = False
+    robot: RobotModel,
+    actuators: Mapping[str, Effect],
+    *,
+    steers: bool = False,
+    wings: float = 0.0,
 ) -> Iterator[RobotFinding]:
     """Yield findings about thrust and control allocation.
 
@@ -43,6 +52,7 @@ def look_at_drives(
         robot: the robot.
         actuators: by instance name; servos are passed over.
         steers: whether it commands surge and yaw by thrusters or fins: other axes may be passive.
+        wings: slope of the lift of its level wings in air, from `lift_slope` [m^2].
 
     Raises:
         ConfigError: the actuators do not fit together or sit on unknown links.
@@ -61,11 +71,44 @@ def look_at_drives(
     if tilts.joints:
         # what a tilt pushes aside, the lean takes back
         flying[:2], matrix[:2] = 0.0, 0.0
+    weight = body.mass * GRAVITY
+    if wings > 0.0 and rotor.all() and (hover_share(flying, weight) or math.inf) > 1.0:
+        yield _on_wings(weight, wings)
+        return
     if rotor.any():
         yield from _hover(flying, body.mass, int(rotor.sum()))
     yield from _allocation(layout, whole, matrix, body, steers)
     if rotor.any():
         yield from _authority(robot, flying, body.mass)
+
+
+def lift_slope(robot: RobotModel, effects: Mapping[str, Effect]) -> float:
+    """Return the sum of A_L of the effects ``lift`` in air whose wings lie level [m^2].
+
+    Args:
+        robot: joints at zero.
+        effects: by instance name.
+    """
+    turns, total = rest_poses(robot)[1], 0.0
+    for bound in bind_effects(effects, robot.links).loads:
+        if "lift" not in bound.effect.accounts_for or bound.kind is MediumKind.water:
+            continue
+        slope = float(np.reshape(bound.params["coefficient"], -1)[0])
+        total += sum(slope for link in bound.links if abs(turns[link][2, 2]) > LEVEL)
+    return total
+
+
+def _on_wings(weight: float, wings: float) -> RobotFinding:
+    """Tell the speed of level flight, rho A_L a V^2 / 2 = weight, of what cannot hover."""
+    speed = math.sqrt(2.0 * weight / (AIR * wings * ATTACK))
+    words = (
+        f"its rotors do not carry it, its wings do at {speed:.3g} m/s with {ATTACK:g} rad of attack"
+    )
+    advice = (
+        "No controller that ships flies or starts it; controller=direct takes commands of its "
+        "drives and joints."
+    )
+    return warned("on wings", words, advice)
 
 
 def _hover(matrix: Floats, mass: float, count: int) -> Iterator[RobotFinding]:

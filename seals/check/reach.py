@@ -97,6 +97,11 @@ class Reach(NamedTuple):
         return held and not self.rotors and -self.up < self.net < self.down
 
     @property
+    def keeps_afloat(self) -> bool:
+        """Whether it floats, and commands surge, sway and yaw."""
+        return not self.rotors and {SURGE, SWAY, YAW} <= set(self.axes) and self.net > 0.0
+
+    @property
     def steers(self) -> bool:
         """Whether it commands surge and yaw."""
         return not self.rotors and {SURGE, YAW} <= set(self.axes)
@@ -107,6 +112,8 @@ class Reach(NamedTuple):
             return "guide=hover controller=cascade initial.position=[0,0,2]"
         if self.keeps_station:
             return "water=fossen guide=hover controller=station initial.position=[0,0,-2]"
+        if self.keeps_afloat and HEAVE not in self.axes:
+            return "water=fossen guide=hover controller=station initial.position=[0,0,0]"
         lifted = -self.up < self.net < self.down and self.down > 0.0
         finned = PITCH in self.axes and self.fins > 0
         if self.steers and (lifted or finned or self.net > 0.0):

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from seals.arrays import Floats
-from seals.check.drives import look_at_drives
+from seals.check.drives import lift_slope, look_at_drives
 from seals.check.finding import RobotFinding, Verdict, failed, listed, passed, triple, warned
 from seals.check.floating import FloatingBody
 from seals.check.joints import look_at_joints, look_at_servos
@@ -49,7 +49,12 @@ def check_robot(
     looks = (_mass, _inertia, _links, _floating)
     found = [finding for look in looks for finding in look(robot)]
     reach = reach_of(robot, actuators or {}, effects)
-    found += look_at_drives(robot, actuators or {}, steers=reach is not None and reach.steers)
+    found += look_at_drives(
+        robot,
+        actuators or {},
+        steers=reach is not None and reach.steers,
+        wings=lift_slope(robot, effects or {}),
+    )
     found += [] if reach is None else look_at_reach(reach, FloatingBody(robot))
     found += [*look_at_joints(robot), *look_at_limbs(robot)]
     found += look_at_servos(robot, actuators or {})

@@ -228,7 +228,8 @@ def _told(name: str, made: NewRobot) -> Iterator[str]:
     for change in made.changes:
         yield f"  {change}"
     if made.unused:
-        yield f"  {made.unused} kinds of entries of the file not used: {name}/README.md says why"
+        kinds = "1 kind" if made.unused == 1 else f"{made.unused} kinds"
+        yield f"  {kinds} of entries of the file not used: {name}/README.md says why"
     if made.remarks:
         yield "Look at:"
         yield from (f"  {remark}" for remark in made.remarks)

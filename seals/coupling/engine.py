@@ -131,11 +131,14 @@ class EngineBody(EngineMotion, Protocol):
         joint_speed_limit: of every joint [rad/s or m/s], shape (J,); infinite for none.
         contact_motors: whether the engine solves joint motors together with its contacts. Without
             them joint drives are predicted on standing robots as on all others.
+        stops_taken_back: share of the way beyond a joint's limit that the engine takes back in a
+            step [1]; the limit acts from the step on that finds the joint beyond it.
     """
 
     moments: Floats
     joint_speed_limit: Floats
     contact_motors: bool
+    stops_taken_back: float
 
     def mass_matrix(self, joints: Floats) -> Floats:
         """Return the generalised inertia at joint positions, base first, shape (n, n).

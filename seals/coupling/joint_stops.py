@@ -8,16 +8,13 @@ import numpy as np
 
 from seals.arrays import Floats
 
-_NEAR = 1e-6
-"""Distance to a limit at which a joint stands at it [rad or m]."""
-
 
 class NearStops(NamedTuple):
-    """Joints that stand at a limit or reach it in the next step.
+    """Joints whose limits act in the next step of the engine.
 
     Args:
-        low: least acceleration that keeps every joint inside [rad/s^2 or m/s^2], shape (J,); minus
-            infinity for joints that are far from their lower limit.
+        low: least acceleration that the lower limits allow [rad/s^2 or m/s^2], shape (J,); minus
+            infinity for joints that have not passed theirs.
         high: greatest, likewise.
     """
 
@@ -64,19 +61,25 @@ class NearStops(NamedTuple):
 
 
 class JointStops:
-    """Limits of the joints of a robot.
+    """Limits of the joints of a robot, as the engine keeps them.
+
+    Equation:
+        A limit acts in a step at whose start the joint has passed it by d >= 0, and leaves the rate
+        c d / h inwards at least: v' <= -c d / h at an upper limit. A limit that is reached within
+        the step does not act yet: a load that counted on its reaction would push the joint through.
 
     Args:
         lower: [rad or m], minus infinity for none, shape (J,).
         upper: likewise.
+        taken_back: c, share of d that the engine takes back in a step [1].
     """
 
-    def __init__(self, lower: Floats, upper: Floats) -> None:
-        self._lower, self._upper = lower, upper
+    def __init__(self, lower: Floats, upper: Floats, taken_back: float) -> None:
+        self._lower, self._upper, self._taken_back = lower, upper, taken_back
         self._any = bool(np.isfinite(lower).any() or np.isfinite(upper).any())
 
     def near(self, joints: Floats, rates: Floats, step: float) -> NearStops | None:
-        """Return the limits that matter in the next step; None for none.
+        """Return the limits that act in the next step; None for none.
 
         Args:
             joints: positions [rad or m], shape (J,).
@@ -85,13 +88,11 @@ class JointStops:
         """
         if not self._any:
             return None
-        low, high = np.full(len(joints), -np.inf), np.full(len(joints), np.inf)
-        ahead = joints + step * rates
-        below, above = ahead <= self._lower + _NEAR, ahead >= self._upper - _NEAR
+        below, above = joints <= self._lower, joints >= self._upper
         if not (below.any() or above.any()):
             return None
-        # the rate that just reaches the limit, none beyond it
-        room = np.minimum(self._lower - joints, 0.0), np.maximum(self._upper - joints, 0.0)
-        low[below] = ((room[0] / step - rates) / step)[below]
-        high[above] = ((room[1] / step - rates) / step)[above]
+        low, high = np.full(len(joints), -np.inf), np.full(len(joints), np.inf)
+        back = self._taken_back / step
+        low[below] = ((back * (self._lower - joints) - rates) / step)[below]
+        high[above] = ((back * (self._upper - joints) - rates) / step)[above]
         return NearStops(low, high)

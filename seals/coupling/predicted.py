@@ -33,7 +33,7 @@ class PredictedForces:
         self._lead = 0 if robot.tree.fixed_base else 6
         self._split = InertiaSplit(engine, robot)
         self._servo = JointServo(engine, self._lead)
-        self._stops = JointStops(robot.lower, robot.upper)
+        self._stops = JointStops(robot.lower, robot.upper, engine.stops_taken_back)
         self._motors = StandingMotors(engine, joints)
         self._feet = frozenset(leg.foot for leg in robot.legs.values())
         if not engine.contact_motors:

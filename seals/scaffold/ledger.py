@@ -137,14 +137,29 @@ _BRANCHES = {
         "robot/material visual/material": _DRAWN,
         "robot/transmission robot/ros2_control": _MOTION,
         "link/sensor robot/sensor gazebo/sensor": _SENSORS,
-        "gazebo/* robot/*": _PROGRAM,
+        "gazebo/material gazebo/visual gazebo/laserRetro": _DRAWN,
+        "gazebo/collision gazebo/mu* gazebo/fdir* gazebo/kp gazebo/kd gazebo/minDepth "
+        "gazebo/maxVel gazebo/maxContacts gazebo/bounce* gazebo/selfCollide gazebo/self_collide "
+        "link/contact": _CONTACT,
+        "gazebo/dampingFactor gazebo/springStiffness gazebo/springReference "
+        "gazebo/implicitSpringDamper gazebo/stop* gazebo/fudgeFactor gazebo/cfmDamping": _FRICTION,
+        "gazebo/turnGravityOff gazebo/gravity gazebo/static gazebo/enable_wind gazebo/battery "
+        "gazebo/provideFeedback gazebo/preserveFixedJoint gazebo/disableFixedJointLumping "
+        "gazebo/kinematic gazebo/pose gazebo/velocity_decay gazebo/camera gazebo/light "
+        "robot/group robot/group_state robot/disable_collisions robot/properties robot/frame "
+        "robot/static_map": _PROGRAM,
+        "gazebo/neutrally_buoyant": KEY,
+        "robot/loop_joint robot/*:bushing": "bonds between bodies: all joints move freely",
     },
     "sdf": {
         "visual/material visual/transparency visual/cast_shadows visual/meta visual/laser_retro "
         "visual/visibility_flags": _DRAWN,
         "collision/surface collision/max_contacts collision/laser_retro": _CONTACT,
         "link/sensor joint/sensor": _SENSORS,
-        "link/light world/light world/scene world/physics world/gui world/* link/velocity_decay "
+        "link/light world/light world/scene world/physics world/gui "
+        "world/gravity world/magnetic_field "
+        "world/atmosphere world/wind world/spherical_coordinates world/audio world/road "
+        "world/state world/population world/actor world/plugin world/frame link/velocity_decay "
         "link/particle_emitter link/battery link/audio_source joint/physics model/gripper "
         "": _PROGRAM,
         "mesh/submesh": "parts of a mesh: the whole file is taken",

@@ -41,13 +41,20 @@ def without_strange_laws(motors: Sequence[Motor], weight: float, changes: list[s
     return found
 
 
+def flies(source: Takeover, medium: str) -> bool:
+    """Return whether propellers work in air: said so, or beside wings in air."""
+    return medium == "air" or any(wing.density < LIQUID for wing in source.stated.wings)
+
+
 def level_ones(
     motors: Sequence[Motor], robot: RobotModel, source: Takeover, medium: str
 ) -> list[Motor]:
-    """Return motor models of propellers that lie level, in water, as thrusters along their axes."""
-    flies = medium == "air" or any(wing.density < LIQUID for wing in source.stated.wings)
+    """Return motor models of propellers that lie level, in water, as thrusters along their axes.
+
+    Of a vehicle whose hydrodynamics the file states all propellers are, unless they all lift it.
+    """
     rotors = [m for m in motors if m.kind == ROTOR and m.values]
-    if flies or not rotors or len(rotors) < len(motors):
+    if flies(source, medium) or not rotors or len(rotors) < len(motors):
         return list(motors)
     links = [link_of(motor, robot, source) for motor in rotors]
     turns = rest_poses(robot)[1]
@@ -55,7 +62,9 @@ def level_ones(
         axis_of(robot, k, ROTOR) if m.axis is None else turns[k] @ np.array(m.axis)
         for k, m in zip(links, rotors, strict=True)
     ]
-    if np.mean(np.abs(np.array(axes)[:, 2])) > UPRIGHT:
+    upright = np.abs(np.array(axes)[:, 2])
+    dives = bool(source.stated.hydrodynamics) and float(upright.min()) < UPRIGHT
+    if np.mean(upright) > UPRIGHT and not dives:
         return list(motors)
     found = []
     for motor, k, axis in zip(rotors, links, axes, strict=True):
@@ -70,7 +79,11 @@ def level_ones(
                 axis=(float(own[0]), float(own[1]), float(own[2])),
             )
         )
-    source.changes.append("propellers that lie level are thrusters")
+    source.changes.append(
+        "propellers that lie level are thrusters"
+        if not dives
+        else "propellers of a vehicle with stated hydrodynamics are thrusters"
+    )
     return found
 
 

@@ -39,7 +39,7 @@ from seals.scaffold.rotors import GRAVITY, WATER, Drives, by_carrier, drives_of,
 from seals.scaffold.shapes import LinkHull, extents_of, hulls_of, rounded, with_volumes
 from seals.scaffold.stance import stances_of
 from seals.scaffold.takeover import Takeover
-from seals.scaffold.wings import add_wing_frames, lift_effects
+from seals.scaffold.wings import add_wing_frames, leave_out_blades, lift_effects
 from seals.scaffold.writing import beside_of, flow, free_name, plain, rendered
 
 SOURCE_OF = {
@@ -130,7 +130,6 @@ def _fill(
         links = add_inertials(source.root, hulls_of(source.root, folder, set()), density)
         words = f"mass at {density:g} kg/m^3 of its shapes given to: {', '.join(links) or 'none'}"
         source.changes.append(words)
-    wings = add_wing_frames(source.root, source.stated.wings)
     path = folder / f"{name}.urdf"
     source.write(path)
     settings = RobotSettings(
@@ -140,13 +139,14 @@ def _fill(
     drives = drives_of(robot, source, extents_of(source.root, folder), medium=given or "")
     propellers = source.children_of([joint for each in drives for joint in each.joints])
     propellers |= {link for each in drives if each.kind == ROTOR for link in each.links}
-    for each in drives:
-        source.fix_joints(each.joints, each.kind)
+    held = _held(drives, source)
+    source.changes += leave_out_blades(source.stated.wings, propellers)
+    wings = add_wing_frames(source.root, source.stated.wings)
     if source.fixed_base and _only_drives(robot, drives) and robot.mass[0] > 0.0:
         # a vehicle on a test stand, or one that another file lets fly
         source.fixed_base = False
         source.changes.append("bolted to the world in the file, freed: fixed_base of robot.yaml")
-    if any(each.joints for each in drives) or source.fixed_base != settings.fixed_base:
+    if wings or held or source.fixed_base != settings.fixed_base:
         source.write(path)
         settings = replace(settings, fixed_base=source.fixed_base)
         robot = build_robot(settings)
@@ -181,6 +181,19 @@ def _fill(
     for file in ("robot.yaml", "README.md"):
         (folder / file).write_text(rendered(f"{file}.jinja", facts), encoding="utf-8")
     return made
+
+
+def _held(drives: list[Drives], source: Takeover) -> bool:
+    """Fix the joints that drives turn, and those that turn thrusters; return whether there are."""
+    held = False
+    for each in drives:
+        source.fix_joints(each.joints, each.kind)
+        held |= bool(each.joints)
+        if each.kind != ROTOR and each.tilting:
+            source.fix_legs(each.tilting)
+            each.tilting.clear()
+            held = True
+    return held
 
 
 def _only_drives(robot: RobotModel, drives: list[Drives]) -> bool:

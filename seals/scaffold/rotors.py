@@ -16,6 +16,7 @@ from seals.robot.model import RobotModel
 from seals.scaffold.motors import (
     UPRIGHT,
     axis_of,
+    flies,
     hubs_of,
     level_ones,
     link_of,
@@ -42,7 +43,6 @@ _NOT = r"guard|mount|shroud|duct|arm|frame|base|cage|servo|nacelle|tilt"
 LEAST_DRAG = 0.02
 """Drag coefficient by volume^(2/3) of the most slender hulls [1]; torpedoes have 0.025 (Hoerner
 1965, ch. 6). A stated drag below it was never measured, and no measure of thrusters."""
-_FEWEST = {ROTOR: 2, THRUSTER: 1}
 
 
 @dataclass(kw_only=True)
@@ -100,7 +100,9 @@ def drives_of(
     """
     motors = source.stated.motors
     if not motors:
-        motors = _named(robot, medium, wet=bool(source.stated.hydrodynamics))
+        winged = medium != "water" and flies(source, "")
+        wet = bool(source.stated.hydrodynamics)
+        motors = _named(robot, "air" if winged else medium, wet=wet, fewest=1 if winged else 2)
     motors = without_strange_laws(motors, GRAVITY * float(robot.mass.sum()), source.changes)
     motors = level_ones(motors, robot, source, medium)
     found = []
@@ -147,8 +149,15 @@ def _rows(drives: Drives, rows: list[int]) -> Drives:
     return replace(drives, links=[drives.links[k] for k in rows], **arrays)
 
 
-def _named(robot: RobotModel, medium: str, *, wet: bool) -> list[Motor]:
-    """Find drives by names of links: those with a level axis are thrusters, upright ones rotors."""
+def _named(robot: RobotModel, medium: str, *, wet: bool, fewest: int) -> list[Motor]:
+    """Find drives by names of links: those with a level axis are thrusters, upright ones rotors.
+
+    Args:
+        robot: as read from the URDF.
+        medium: in which propellers are known to work.
+        wet: whether the file states hydrodynamics.
+        fewest: rotors.
+    """
     for words in _WORDS:
         links = _links_named(robot, words)
         if not links:
@@ -159,7 +168,7 @@ def _named(robot: RobotModel, medium: str, *, wet: bool) -> list[Motor]:
             kind = ROTOR if np.mean(upright) > UPRIGHT else THRUSTER
         if words == _WORDS[2] and kind == ROTOR and len(links) < 3:
             continue
-        if len(links) >= _FEWEST[kind]:
+        if len(links) >= (fewest if kind == ROTOR else 1):
             said = f"names of links ({words.replace('|', ', ')})"
             return [Motor(kind, robot.links[k], "", {}, said) for k in links]
     return []

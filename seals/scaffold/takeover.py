@@ -153,16 +153,31 @@ class Takeover:
     def fix_joints(self, names: list[str], kind: str = "rotor") -> None:
         """Convert joints of rotors or thrusters to fixed joints."""
         self.spun |= self.children_of(names)
+        self._fix(names)
+        if names:
+            self.changes.append(
+                f"{len(names)} {kind} joint(s) fixed: a {kind}'s speed belongs to its actuator"
+            )
+
+    def fix_legs(self, turned: Mapping[str, str]) -> None:
+        """Fix the joints that turn thrusters: the force of a thruster does not turn with a joint.
+
+        Args:
+            turned: joint by the link of the thruster.
+        """
+        self._fix(list(turned.values()))
+        self.changes += [
+            f"joint {joint} fixed at zero, it turns {link}: the thrusters of SEALS sit on the base"
+            for link, joint in turned.items()
+        ]
+
+    def _fix(self, names: list[str]) -> None:
         for joint in self.root.findall("joint"):
             if joint.get("name") in names and joint.get("type") != "fixed":
                 joint.set("type", "fixed")
                 for tag in ("axis", "limit", "dynamics", "mimic", "safety_controller"):
                     for part in joint.findall(tag):
                         joint.remove(part)
-        if names:
-            self.changes.append(
-                f"{len(names)} {kind} joint(s) fixed: a {kind}'s speed belongs to its actuator"
-            )
 
     def copy_meshes(self, folder: Path, *, boxes: bool = False) -> None:
         """Copy every mesh to ``folder/meshes`` and update its path.
@@ -179,7 +194,13 @@ class Takeover:
         )
 
     def write(self, path: Path) -> None:
-        """Write the modified URDF."""
+        """Write the modified URDF; frames get a mass of zero: PyBullet warns of links without."""
+        for link in self.root.findall("link"):
+            if link.find("inertial") is None:
+                inertial = ElementTree.SubElement(link, "inertial")
+                ElementTree.SubElement(inertial, "mass", value="0")
+                moments = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+                ElementTree.SubElement(inertial, "inertia", dict.fromkeys(moments, "0"))
         # PyBullet breaks lines of more than a thousand signs, in the middle of a name too
         ElementTree.indent(self.root)
         text = ElementTree.tostring(self.root, encoding="unicode")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 from xml.etree import ElementTree
 
@@ -14,6 +14,22 @@ from seals.scaffold.motors import LIQUID
 from seals.scaffold.takeover import Element
 from seals.scaffold.wing_plug_ins import Wing
 from seals.scaffold.writing import plain
+
+
+def leave_out_blades(wings: list[Wing], propellers: Collection[str]) -> list[str]:
+    """Take the blades of propellers out of the wings, and tell of them in words.
+
+    A drive's thrust is that of its blades: their lift would count twice, and on a propeller whose
+    turning is no motion of the model it would act as that of a wing that stands still.
+
+    Args:
+        wings: stated lifting surfaces; changed.
+        propellers: links that drives turn.
+    """
+    blades = [wing for wing in wings if wing.link in propellers]
+    wings[:] = [wing for wing in wings if wing.link not in propellers]
+    names = ", ".join(dict.fromkeys(wing.link for wing in blades))
+    return [f"lift of blades left out, it is the thrust of their drive: {names}"] if blades else []
 
 
 def add_wing_frames(root: Element, wings: Sequence[Wing]) -> list[str]:
@@ -42,12 +58,7 @@ def add_wing_frames(root: Element, wings: Sequence[Wing]) -> list[str]:
         while frame in names:
             frame += "_2"
         names.append(frame)
-        inertial = ElementTree.SubElement(
-            ElementTree.SubElement(root, "link", name=frame), "inertial"
-        )
-        ElementTree.SubElement(inertial, "mass", value="0")
-        moments = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-        ElementTree.SubElement(inertial, "inertia", dict.fromkeys(moments, "0"))
+        ElementTree.SubElement(root, "link", name=frame)
         joint = ElementTree.SubElement(root, "joint", name=f"{frame}_joint", type="fixed")
         ElementTree.SubElement(joint, "parent", link=wing.link)
         ElementTree.SubElement(joint, "child", link=frame)

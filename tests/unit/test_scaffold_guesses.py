@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +11,11 @@ import numpy as np
 import pytest
 import yaml
 
+from seals.check.robot import Verdict, check_robot
 from seals.cli.main import main
+from seals.config.compose import compose
 from seals.errors import ConfigError, RobotError
+from seals.run.build import build_run
 from seals.scaffold.robot import NewRobot, scaffold_robot
 
 INERTIA = '<inertia ixx="{0}" iyy="{0}" izz="{0}" ixy="0" ixz="0" iyz="0"/>'
@@ -279,3 +283,96 @@ def test_a_volume_without_its_centre(tmp_path: Path) -> None:
     assert data["hulls"]["hull"]["displaced_volume"] == 0.0105
     assert "centre_of_buoyancy" not in data["hulls"]["hull"]
     assert made.folder.is_dir()
+
+
+BLADE = (
+    '<gazebo><plugin filename="gz-sim-lift-drag-system" name="l{0}"><cla>4.2</cla>'
+    "<area>0.002</area><cp>{2} 0 0</cp><forward>0 1 0</forward><upward>0 0 1</upward>"
+    "<air_density>1.2</air_density>"
+    "<link_name>{1}</link_name></plugin></gazebo>"
+)
+
+
+def test_lift_of_blades_is_the_thrust_of_their_rotor(tmp_path: Path) -> None:
+    """A file whose propellers are spinning wings: four rotors, no wing that stands still."""
+    text = link("base_link", 0.5, box="0.1 0.1 0.02")
+    for k, (x, y) in enumerate(PLACES):
+        text += link(f"rotor_{k}", 0.01, moment=1e-6)
+        text += joint(f"r{k}", "base_link", f"rotor_{k}", at=f"{x} {y} 0.01", axis="0 0 1").replace(
+            "revolute", "continuous"
+        )
+        text += BLADE.format(f"{k}a", f"rotor_{k}", 0.05) + BLADE.format(
+            f"{k}b", f"rotor_{k}", -0.05
+        )
+    made, facts = taken(tmp_path, text, medium="air")
+    assert [each.links for each in made.drives] == [[f"rotor_{k}" for k in range(4)]]
+    assert not any("wing" in name for name in made.robot.links)
+    assert not any(e["effect"] == "lift" for e in facts["effects"].values())
+    assert any("rotor_0" in words and "blades" in words for words in made.changes)
+
+
+def test_the_one_propeller_of_a_plane_is_a_rotor(tmp_path: Path) -> None:
+    """Its axis lies level, but beside a wing in air it pulls in air."""
+    text = link("base_link", 1.0, box="0.4 1.2 0.05") + BLADE.format("w", "base_link", 0.0)
+    text += link("propeller", 0.02, moment=1e-6)
+    text += joint("p", "base_link", "propeller", at="0.3 0 0", axis="1 0 0").replace(
+        "revolute", "continuous"
+    )
+    made, facts = taken(tmp_path, text)
+    assert [(each.kind, each.links) for each in made.drives] == [("rotor", ["propeller"])]
+    np.testing.assert_allclose(np.abs(made.drives[0].axis), [[1.0, 0.0, 0.0]], atol=1e-9)
+    assert any(e["effect"] == "lift" for e in facts["effects"].values())
+    # it need not hover: 1.02 kg on 4.2 x 0.002 m^2, half of 1.2041 kg/m^3, 0.2 rad
+    run = build_run(compose([f"robot={made.folder}"]))
+    found = check_robot(run.robot, run.actuators, run.effects)
+    assert not any(each.verdict is Verdict.FAIL for each in found)
+    words = next(str(each) for each in found if "wings" in str(each))
+    told = re.search(r"at ([\d.]+) m/s", words)
+    assert told is not None
+    assert float(told[1]) == pytest.approx(
+        math.sqrt(2 * 1.02 * 9.81 / (1.2041 * 0.0084 * 0.2)), rel=0.01
+    )
+
+
+def test_motor_models_of_a_vehicle_with_hydrodynamics_are_thrusters(tmp_path: Path) -> None:
+    """Two that push ahead and four that push up, of an underwater vehicle: none is a rotor."""
+    text = link("hull", 10.0, box="0.4 0.3 0.2", moment=0.1)
+    places = [(0.2, 0.1), (0.2, -0.1), (-0.2, 0.1), (-0.2, -0.1)]
+    poses = [(f"{x} {y} 0", "0 0 1") for x, y in places]
+    poses += [("-0.2 0.1 0", "1 0 0"), ("-0.2 -0.1 0", "1 0 0")]
+    for k, (at, axis) in enumerate(poses):
+        text += link(f"motor{k}", 0.05, moment=1e-5)
+        text += joint(f"m{k}", "hull", f"motor{k}", at=at, axis=axis).replace(
+            "revolute", "continuous"
+        )
+        text += (
+            '<gazebo><plugin filename="gz-sim-multicopter-motor-model-system" name="m">'
+            f"<jointName>m{k}</jointName><linkName>motor{k}</linkName><motorConstant>1e-4"
+            "</motorConstant><momentConstant>0.01</momentConstant><maxRotVelocity>500"
+            "</maxRotVelocity><turningDirection>ccw</turningDirection></plugin></gazebo>"
+        )
+    text += (
+        '<gazebo><plugin filename="gz-sim-hydrodynamics-system" name="h"><link_name>hull'
+        "</link_name><xDotU>-5</xDotU><yDotV>-6</yDotV><zDotW>-7</zDotW><xUU>-20</xUU>"
+        "<yVV>-30</yVV><zWW>-40</zWW></plugin></gazebo>"
+    )
+    made, _ = taken(tmp_path, text)
+    assert [each.kind for each in made.drives] == ["thruster"]
+    np.testing.assert_allclose(made.drives[0].thrust, 25.0)  # 1e-4 x 500^2
+
+
+def test_legs_that_turn_thrusters_are_held(tmp_path: Path) -> None:
+    """Outboard engines: their force would keep to zero while the leg swings in the flow."""
+    text = link("hull", 60.0, box="1.2 0.6 0.3", moment=5.0)
+    for side, y in (("left", 0.25), ("right", -0.25)):
+        text += link(f"{side}_leg", 1.0, box="0.05 0.05 0.3", moment=0.01)
+        text += joint(f"{side}_leg_joint", "hull", f"{side}_leg", at=f"-0.6 {y} 0", axis="0 0 1")
+        text += link(f"{side}_thruster", 0.1, moment=1e-4)
+        text += joint(
+            f"{side}_screw", f"{side}_leg", f"{side}_thruster", at="0 0 -0.3", axis="1 0 0"
+        ).replace("revolute", "continuous")
+    made, _ = taken(tmp_path, text)
+    assert [each.kind for each in made.drives] == ["thruster"]
+    assert made.robot.joints == ()
+    assert sum("fixed at zero" in words for words in made.changes) == 2
+    assert not any("joint zero" in words for words in made.remarks)

@@ -157,3 +157,14 @@ def test_what_is_left_out_is_told(tmp_path: Path) -> None:
     told = (made.folder / "README.md").read_text(encoding="utf-8")
     assert f"- {UNKNOWN}: `robot/joint@hue`" in told
     assert made.unused > 0
+
+
+@pytest.mark.parametrize("above", ["robot", "gazebo"])
+def test_elements_without_a_name_in_the_tables_are_unknown(above: str) -> None:
+    """No reason stands for whatever an element may be: only elements that are known have one."""
+    root = ElementTree.fromstring('<robot name="r"><link name="a"/><gazebo reference="a"/></robot>')
+    place = root if above == "robot" else root.find("gazebo")
+    assert place is not None
+    ElementTree.SubElement(place, "ballast", mass="3")
+    found = dict(entries(root))
+    assert found[f"{above}/ballast@mass"] == UNKNOWN

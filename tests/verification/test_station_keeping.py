@@ -9,8 +9,11 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
+from seals.errors import ConfigError
+from seals.run import build_world
 from seals.run.build import build_run
 from seals.run.simulation import simulate
+from seals.scaffold.robot import scaffold_robot
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "unit"))
 from rov_layouts import LAYOUTS, PASSIVE, rov_folder
@@ -62,3 +65,60 @@ def test_a_vehicle_reaches_its_waypoint_and_holds_it_in_a_current(
     assert lean.max() < 25.0
     # commanded, the attitude error decays with k_R / k_I = 3 s after the turn
     assert lean[-1] < (5.0 if PASSIVE[name] else 0.5)
+
+
+BOAT = """<?xml version="1.0"?>
+<robot name="boat">
+  <link name="hull"><inertial><mass value="60"/>
+    <inertia ixx="2" iyy="8" izz="9" ixy="0" ixz="0" iyz="0"/></inertial>
+    <collision><geometry><box size="1.2 0.6 0.3"/></geometry></collision></link>
+  {thrusters}
+</robot>"""
+THRUSTER = """
+  <link name="thruster_{k}"><inertial><mass value="0.1"/>
+    <inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="t{k}" type="fixed"><parent link="hull"/><child link="thruster_{k}"/>
+    <origin xyz="{x} {y} -0.1" rpy="0 0 {turn}"/></joint>"""
+
+
+@pytest.mark.parametrize("engine", ["pybullet", "mujoco"])
+def test_a_boat_of_four_thrusters_is_held_in_its_place(engine: str, tmp_path: Path) -> None:
+    """No drive pushes it up: the surface holds it, and thrusters its place in a current."""
+    pytest.importorskip(engine)
+    corners = ((0.5, 0.25, -0.8), (0.5, -0.25, 0.8), (-0.5, 0.25, 0.8), (-0.5, -0.25, -0.8))
+    thrusters = "".join(
+        THRUSTER.format(k=k, x=x, y=y, turn=turn) for k, (x, y, turn) in enumerate(corners)
+    )
+    (tmp_path / "boat.urdf").write_text(BOAT.format(thrusters=thrusters), encoding="utf-8")
+    made = scaffold_robot("my_boat", tmp_path / "boat.urdf", parent=tmp_path)
+    goal = (0.8, 0.6)
+    words = [
+        *(f"robot={made.folder}", f"backend={engine}", "water=fossen", "controller=station"),
+        *("guide=hover", f"guide.position=[{goal[0]},{goal[1]},0]", "guide.yaw=[0.5]"),
+        *("initial.position=[0,0,0.06]", "+effect@effects.current=current", "guide.speed=0.4"),
+        *("effects.current.velocity_x=0.2", "effects.current.velocity_y=-0.1"),
+        *("time.step=0.02", "controller.rate=50", "guide.rate=50", "time.duration=16"),
+    ]
+    record = simulate(build_run(compose(words)))
+    assert record.error is None
+    log = record.log
+    late = log.time > 12.0
+    away = np.linalg.norm(log.channel("position")[:, :2] - goal, axis=1)
+    assert away[late].max() < 0.05
+    # 60.4 kg on 0.72 m^2: the box of 0.3 m floats with 0.084 m under water
+    height = 0.15 - 60.4 / 998.2 / 0.72
+    assert np.abs(log.channel("position")[late, 2] - height).max() < 0.01
+
+
+def test_what_sinks_is_not_held_without_heave(tmp_path: Path) -> None:
+    """The same four thrusters under a hull of twice its weight in water."""
+    corners = ((0.5, 0.25, -0.8), (0.5, -0.25, 0.8), (-0.5, 0.25, 0.8), (-0.5, -0.25, -0.8))
+    thrusters = "".join(
+        THRUSTER.format(k=k, x=x, y=y, turn=turn) for k, (x, y, turn) in enumerate(corners)
+    )
+    text = BOAT.format(thrusters=thrusters).replace('mass value="60"', 'mass value="600"')
+    (tmp_path / "boat.urdf").write_text(text, encoding="utf-8")
+    made = scaffold_robot("my_boat", tmp_path / "boat.urdf", parent=tmp_path)
+    words = [f"robot={made.folder}", "water=fossen", "controller=station", "guide=hover"]
+    with pytest.raises(ConfigError, match="do not command heave"):
+        build_world(build_run(compose(words)))

@@ -39,6 +39,8 @@ class PybulletBody:
 
     top_speed = TOP_SPEED
     contact_motors = True
+    stops_taken_back = 0.2
+    """Error reduction of joint limits (``m_erp``, Bullet 3.25)."""
 
     def __init__(self, engine: Any, client: int, robot: RobotModel, scene: object) -> None:
         self._p, self._client, self._scene = engine, client, scene
