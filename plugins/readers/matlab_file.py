@@ -110,6 +110,7 @@ def _groups(prefix: str, group: Any, depth: int, h5py: Any) -> Iterator[Any]:
                 yield from _groups(f"{prefix}{name}.", entry, depth + 1, h5py)
         elif (
             not isinstance(entry, h5py.Dataset)
+            or entry.shape is None
             or entry.external
             or entry.is_virtual
             or entry.dtype.kind not in "biuf"
