@@ -6,7 +6,7 @@ from benchmarks.guard import Guard
 
 HOSTILE = "tests/unit/test_hostile_vehicle_logs.py"
 FLASH = "tests/unit/test_logs_dataflash.py"
-BAGS, MATLAB = "tests/unit/test_logs_rosbag1.py", "tests/unit/test_logs_matlab.py"
+BAGS = "tests/unit/test_logs_rosbag1.py"
 _FLASH, _LINK = "seals.plugins.readers.dataflash_file", "seals.plugins.readers.tlog_file"
 _BAG, _MATLAB = "seals.plugins.readers.rosbag1_file", "seals.plugins.readers.matlab_file"
 _MAP = "seals.logs.column_map"
@@ -119,8 +119,8 @@ VEHICLES: dict[str, Guard] = {
         _MATLAB,
         "or not isinstance(group.get(name, getlink=True), h5py.HardLink)",
         "",
-        MATLAB,
-        "",
+        HOSTILE,
+        "of_other_files",
         "h5py",
     ),
     "data of MATLAB files elsewhere": Guard(

@@ -23,6 +23,7 @@ from seals.plugins.readers import dataflash_file, rosbag1_file, tlog_file
 from seals.plugins.readers.betaflight import ReaderBetaflight
 from seals.plugins.readers.dataflash import ReaderDataflash
 from seals.plugins.readers.matlab import ReaderMatlab
+from seals.plugins.readers.matlab_file import arrays_of
 from seals.plugins.readers.ned import quaternion_of
 from seals.plugins.readers.recording import ReaderRosbag1
 
@@ -210,6 +211,10 @@ def _modern(file: Path, more: str) -> None:
             secret = file.with_name("secret")
             secret.write_bytes(np.full(10, 7.0).tobytes())
             out.create_dataset("x", (10,), "<f8", external=[(str(secret), 0, 80)])
+        elif more == "link":
+            with h5py.File(file.with_name("secret"), "w") as secret_file:
+                secret_file["x"] = np.full(10, 7.0)
+            out["x"] = h5py.ExternalLink(str(file.with_name("secret")), "x")
         elif more == "virtual":
             with h5py.File(file.with_name("secret"), "w") as secret_file:
                 secret_file["x"] = np.full(10, 7.0)
@@ -230,8 +235,9 @@ def _modern(file: Path, more: str) -> None:
 def test_a_type_of_hdf5_is_no_array(tmp_path: Path) -> None:
     """A named type beside the arrays keeps none of them from being read."""
     _modern(tmp_path / "a.mat", "type")
-    (log,) = ReaderMatlab().read(tmp_path / "a.mat")
-    assert log.columns["depth"].tolist() == list(range(10))
+    found = arrays_of(tmp_path / "a.mat")
+    assert found.pop("") == ["of_mine", "of_no_shape"]
+    assert sorted(found) == ["depth", "t"]
 
 
 def test_a_file_loads_no_filter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -255,19 +261,20 @@ def test_a_file_loads_no_filter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert not ran.exists()
 
 
-@pytest.mark.parametrize("more", ["elsewhere", "virtual"])
+@pytest.mark.parametrize("more", ["elsewhere", "virtual", "link"])
 def test_numbers_of_other_files_are_no_array(more: str, tmp_path: Path) -> None:
     """What HDF5 would fetch from another file, of any kind and place, is left alone."""
     _modern(tmp_path / "a.mat", more)
-    with pytest.raises(LogError, match=r"no array 'x'.[^$]*Not columns of numbers: x"):
-        ReaderMatlab(columns={"t": "t", "x": "depth"}).read(tmp_path / "a.mat")
+    found = arrays_of(tmp_path / "a.mat")
+    assert found.pop("") == ([] if more == "link" else ["x"])
+    assert sorted(found) == ["depth", "t"]
 
 
 def test_declared_values_are_counted_before_they_are_there(tmp_path: Path) -> None:
     """A few kilobytes declare eight terabytes."""
     _modern(tmp_path / "a.mat", "declared")
     with pytest.raises(LogError, match=r"'x' declares 1,000,000,000,000 values"):
-        ReaderMatlab().read(tmp_path / "a.mat")
+        arrays_of(tmp_path / "a.mat")
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes here")
