@@ -91,7 +91,8 @@ KERNELS = OPENBLAS_CORETYPE=Nehalem ATEN_CPU_CAPABILITY=default \
 DISPATCHED = from numpy._core._multiarray_umath import __cpu_dispatch__ as names, __cpu_features__ as has; \
 	print(*(n for n in names if has[n]))
 KERNEL_TESTS = $(filter-out \
-	$(foreach name,dfsph droplets fluid fused learn optics pbf sight,tests/verification/test_$(name)%), $(wildcard \
+	$(foreach name,dfsph droplets fluid fused learn optics pbf rods sight solid,tests/verification/test_$(name)%) \
+	tests/unit/test_water_slam.py, $(wildcard \
 	$(foreach name,animal_four animal_gaits animals control diagnose drop_figures dynamics effects frames hulls imu medium \
 	plan_motions rivals robot water world,tests/unit/test_$(name)*.py) tests/verification/test_*.py))
 test-kernels: .venv-test/installed

@@ -41,8 +41,9 @@ from benchmarks.fuzz_stored import STORED
 from benchmarks.fuzz_targets import TARGETS as PLAIN
 from benchmarks.fuzz_targets import Target
 from benchmarks.fuzz_tensors import TENSORS
+from benchmarks.fuzz_vehicles import VEHICLES
 
-TARGETS = {**PLAIN, **PUBLISHED, **STORED, **HOSTILE, **DESCRIBED, **PEERS, **TENSORS}
+TARGETS = {**PLAIN, **PUBLISHED, **STORED, **HOSTILE, **DESCRIBED, **PEERS, **TENSORS, **VEHICLES}
 """Every reader and loader by name."""
 
 LONGEST = 5.0

@@ -32,6 +32,7 @@ from benchmarks.guards_roles import ROLES_AND_READERS
 from benchmarks.guards_runs import RUN_FOLDERS
 from benchmarks.guards_sight import SIGHT
 from benchmarks.guards_states import STORED_STATES
+from benchmarks.guards_vehicles import VEHICLES
 
 DEMOS, POLICY = "tests/unit/test_learn_demonstrations.py", "tests/unit/test_learn_policy.py"
 SWEEP, RUNS = "tests/unit/test_sweep.py", "tests/unit/test_runs_verb.py"
@@ -62,6 +63,7 @@ GUARDS: dict[str, Guard] = {
     **DESCRIPTIONS,
     **SIGHT,
     **ROLES_AND_READERS,
+    **VEHICLES,
     "form of a training": Guard(
         "seals.learn.training.resumption",
         "    conform(stored(state), stored(fresh), tables=GROWN)\n",

@@ -36,6 +36,8 @@ PATIENCE = 12.0
 MOST_BYTES = 1 << 32
 """Largest content that a child may hand over [byte]."""
 _KIND = "content of a foreign file"
+_NO_FILTERS = {"HDF5_PLUGIN_PRELOAD": "::"}
+"""Else HDF5 loads every library of a folder for a packing that it does not know."""
 
 
 def read_isolated(reader: str, path: str | Path) -> Any:
@@ -61,7 +63,7 @@ def read_isolated(reader: str, path: str | Path) -> Any:
         try:
             done = subprocess.run(
                 command(__file__, *words),
-                env=environment(),
+                env={**environment(), **_NO_FILTERS},
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,

@@ -19,7 +19,6 @@ from seals.schema import setting
 from seals.untrusted_io import read_bytes
 
 _FIRST_LINES = 400
-_TITLE = re.compile(r"(?P<name>.*?)\s*(?:\((?P<unit>[^()]*)\))?")
 _COUNTED = re.compile(r"(?P<stem>\w+)\[(?P<k>\d)\]")
 _ONCE = {"time": "t", "vbatLatest": "battery_voltage", "amperageLatest": "battery_current"}
 _AXES = {"gyroADC": "angular_velocity", "accSmooth": "specific_force"}
@@ -143,9 +142,11 @@ def _titles(names: list[str]) -> dict[str, tuple[str, str]]:
     """Return column without unit -> column as it is written, and its unit."""
     found: dict[str, tuple[str, str]] = {}
     for whole in names:
-        match = _TITLE.fullmatch(whole)
-        bare, unit = (match["name"], match["unit"] or "") if match else (whole, "")
-        found.setdefault(bare, (whole, "" if unit == "raw" else unit))
+        # by position: a pattern takes the square of the length of a title of blanks
+        start = whole.rfind("(") if whole.endswith(")") else -1
+        bare, unit = (whole[:start], whole[start + 1 : -1]) if start >= 0 else (whole, "")
+        named, unit = (whole, "") if ")" in unit else (bare.rstrip(), unit)
+        found.setdefault(named, (whole, "" if unit == "raw" else unit))
     return found
 
 

@@ -123,11 +123,16 @@ def _instances(found: dict[str, Messages]) -> Iterator[tuple[str, Messages]]:
 
 def _clock(messages: Messages) -> tuple[str, int] | None:
     """Return the field of the time since the start, and its microseconds."""
-    if {"TimeMS", "Week", "T"} <= messages.letters.keys():
+    if {"TimeMS", "Week", "T"} <= messages.letters.keys() and _counts(messages, "T"):
         # before 3.3 TimeMS of a GPS counted from the start of the week
         return "T", 1000
     clocks = (("TimeUS", 1), ("TimeMS", 1000))
-    return next((clock for clock in clocks if clock[0] in messages.letters), None)
+    return next((clock for clock in clocks if _counts(messages, clock[0])), None)
+
+
+def _counts(messages: Messages, name: str) -> bool:
+    """Return whether a field is declared as a whole number."""
+    return messages.rows.dtype[name].kind in "iu" if name in messages.letters else False
 
 
 def _stamps(messages: Messages) -> NDArray[np.int64]:
@@ -141,7 +146,7 @@ def _parameters(found: dict[str, Messages]) -> dict[str, float]:
     messages = found.get("PARM")
     if messages is None or not {"Name", "Value"} <= messages.letters.keys():
         return {}
-    if messages.letters["Name"] != "N" or messages.letters["Value"] in "nNZ":
+    if messages.letters["Name"] != "N" or messages.letters["Value"] in "nNZa":
         return {}
     names = [bytes(one).decode("latin-1") for one in messages.rows["Name"]]
     return dict(zip(names, messages.column("Value").tolist(), strict=True))

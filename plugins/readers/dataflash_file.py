@@ -27,6 +27,7 @@ _TYPES: dict[str, tuple[str, float]] = {
 """Letter of a format -> type of NumPy, and what a number is multiplied by; 0 for text."""
 _LIST = "a"
 _LIST_LENGTH = 32
+_MOST_MESSAGES = 20_000_000
 _MOST_STRANGE = 0.1
 """Largest share of bytes that belong to no message."""
 
@@ -67,8 +68,8 @@ def parse(raw: bytes, *, where: str) -> dict[str, Messages]:
     sizes: dict[int, int] = {_FMT: _FMT_SIZE}
     declared: dict[int, bytes] = {}
     places: dict[int, array[int]] = {}
-    place, strange, end = 0, 0, len(raw)
-    while place + 3 <= end:
+    place, strange, end, count = 0, 0, len(raw), 0
+    while place + 3 <= end and strange <= _MOST_STRANGE * end:
         size = sizes.get(raw[place + 2], 0) if raw[place : place + 2] == HEAD else 0
         if not size:
             after = raw.find(HEAD, place + 1)
@@ -84,9 +85,12 @@ def parse(raw: bytes, *, where: str) -> dict[str, Messages]:
         else:
             places.setdefault(kind, array("q")).append(place)
         place += size
+        count += 1
+        if count > _MOST_MESSAGES:
+            raise LogError(f"'{where}' holds more than {_MOST_MESSAGES:,} messages.\nCut it.")
     if strange > _MOST_STRANGE * end:
         raise LogError(
-            f"'{where}' is damaged: {strange:,} of {end:,} bytes belong to no message.\n"
+            f"'{where}' is damaged: of {end:,} bytes {strange:,} or more belong to no message.\n"
             "Download it from the vehicle again."
         )
     content = np.frombuffer(raw, dtype=np.uint8)

@@ -109,7 +109,9 @@ def _groups(prefix: str, group: Any, depth: int, h5py: Any) -> Iterator[Any]:
             if depth < _DEEPEST:
                 yield from _groups(f"{prefix}{name}.", entry, depth + 1, h5py)
         elif (
-            entry.external
+            not isinstance(entry, h5py.Dataset)
+            or entry.shape is None
+            or entry.external
             or entry.is_virtual
             or entry.dtype.kind not in "biuf"
             or entry.ndim > _DEEPEST

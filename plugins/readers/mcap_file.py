@@ -102,11 +102,16 @@ def _wanted(
                 yield Message(name, kind, encoding, record.log_time, record.data)
 
 
+def most_unpacked(size: int) -> int:
+    """Return how many bytes the chunks of a recording of so many bytes may unpack to."""
+    return min(_MOST_UNPACKED, _FREE + _RATIO * size)
+
+
 def _records(stream: Any, file: Path) -> Iterator[Any]:
     from mcap.records import Chunk
     from mcap.stream_reader import StreamReader, breakup_chunk
 
-    total, most = 0, min(_MOST_UNPACKED, _FREE + _RATIO * file.stat().st_size)
+    total, most = 0, most_unpacked(file.stat().st_size)
     for record in StreamReader(stream, emit_chunks=True, record_size_limit=_MOST_RECORD).records:
         if not isinstance(record, Chunk):
             yield record

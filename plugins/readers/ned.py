@@ -15,15 +15,14 @@ _SQUEEZED = 6.69437999014e-3
 
 
 def quaternion_of(roll: Floats, pitch: Floats, yaw: Floats) -> tuple[Floats, ...]:
-    """Return w, x, y, z of the turn Rz(yaw) Ry(pitch) Rx(roll), angles in rad.
+    """Return w, x, y, z of the turn Rz(yaw) Ry(pitch) Rx(roll), angles in rad; NaN if infinite.
 
     Example:
         >>> [float(np.round(part, 3)) for part in quaternion_of(*np.radians([0.0, 0.0, 90.0]))]
         [0.707, 0.0, 0.0, 0.707]
     """
-    (cr, cp, cy), (sr, sp, sy) = (
-        [turn(0.5 * angle) for angle in (roll, pitch, yaw)] for turn in (np.cos, np.sin)
-    )
+    known = [0.5 * np.where(np.isfinite(angle), angle, np.nan) for angle in (roll, pitch, yaw)]
+    (cr, cp, cy), (sr, sp, sy) = ([turn(half) for half in known] for turn in (np.cos, np.sin))
     return (
         cr * cp * cy + sr * sp * sy,
         sr * cp * cy - cr * sp * sy,

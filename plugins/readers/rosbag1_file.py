@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from seals.errors import LogError, optional_import
-from seals.plugins.readers.mcap_file import MOST_BYTES, unpacked_lz4
+from seals.plugins.readers.mcap_file import MOST_BYTES, most_unpacked, unpacked_lz4
 from seals.plugins.readers.ros_streams import Message
 from seals.untrusted_io import regular_file
 
@@ -22,7 +22,6 @@ MAGIC = b"#ROSBAG V2.0\n"
 _MESSAGE, _BAG, _CHUNK, _CONNECTION = 2, 3, 5, 7
 _MOST_HEADER = 1 << 16
 _MOST_RECORD = 1 << 26
-_MOST_UNPACKED = 1 << 32
 _MOST_CONNECTIONS = 4096
 _ENCODING = "ros1"
 Wants = Callable[[str, str, str], bool]
@@ -34,6 +33,7 @@ class _State:
 
     wants: Wants
     present: dict[str, str]
+    most: int
     topics: dict[int, tuple[str, str]] = field(default_factory=dict)
     unpacked: int = 0
 
@@ -53,7 +53,7 @@ def messages(path: Path, wants: Wants, present: dict[str, str]) -> Iterator[Mess
         MissingExtra: the package for chunks packed with lz4 is absent.
     """
     file = regular_file(path, most=MOST_BYTES)
-    state = _State(wants=wants, present=present)
+    state = _State(wants=wants, present=present, most=most_unpacked(file.stat().st_size))
     with file.open("rb") as stream:
         if stream.read(len(MAGIC)) != MAGIC:
             raise LogError(
@@ -72,12 +72,14 @@ def messages(path: Path, wants: Wants, present: dict[str, str]) -> Iterator[Mess
 
 def _taken(header: dict[str, bytes], data: bytes, state: _State) -> Iterator[Message]:
     """Yield the wanted messages of one record, and of the records that a chunk packs."""
-    kind = header["op"][0] if header.get("op") else 0
+    if not header.get("op"):
+        raise ValueError("a record says not what it is")
+    kind = header["op"][0]
     if kind == _CHUNK:
         raw = _unpacked(header, data)
         state.unpacked += len(raw)
-        if state.unpacked > _MOST_UNPACKED:
-            raise ValueError(f"it unpacks to more than {_MOST_UNPACKED:,} bytes: cut it")
+        if state.unpacked > state.most:
+            raise ValueError(f"it unpacks to more than {state.most:,} bytes")
         for inner, part in _parts(raw):
             if inner.get("op") != bytes([_CHUNK]):
                 yield from _taken(inner, part, state)

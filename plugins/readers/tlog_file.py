@@ -28,6 +28,7 @@ _STAMPS = (946_684_800_000_000, 4_102_444_800_000_000)
 _MOST_STRANGE = 0.5
 """Largest share of bytes that belong to no packet; links of radios lose some."""
 _MOST_KINDS = 4096
+_MOST_PACKETS = 8_000_000
 _NEXT = re.compile(rb"\x00[\x03-\x0e].{6}[\xfd\xfe]", re.DOTALL)
 """A time of this century and the first byte of a packet."""
 
@@ -70,8 +71,13 @@ def parse(raw: bytes, *, where: str) -> dict[tuple[int, int, str], Packets]:
         raise LogError(f"'{where}' is not a telemetry log: it does not start as one.")
     known = _definitions()
     places: dict[tuple[int, int, int, int, int], array[int]] = {}
-    place, strange, end = 0, 0, len(raw)
+    place, strange, end, count = 0, 0, len(raw), 0
     while place + _STAMP + 3 <= end:
+        count += 1
+        if count > _MOST_PACKETS:
+            raise LogError(
+                f"'{where}' holds more than {_MOST_PACKETS:,} packets and gaps.\nCut it."
+            )
         size = _size(raw, place)
         if not size or place + size > end:
             after = _NEXT.search(raw, place + 1)

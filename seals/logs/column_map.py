@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Collection, Mapping
+import sys
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
+
+import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import LogError, suggestion
@@ -30,7 +32,7 @@ class ColumnMap:
         negate: columns of the file whose sign is turned.
 
     Raises:
-        LogError: two columns have one target, or a factor is zero or not finite.
+        LogError: two columns have one target, a name is no text, or a factor is zero or not finite.
     """
 
     columns: Mapping[str, str] = field(default_factory=dict)
@@ -40,6 +42,10 @@ class ColumnMap:
     negate: Collection[str] = ()
 
     def __post_init__(self) -> None:
+        for what, names in self._names():
+            for name in names:
+                if not isinstance(name, str):
+                    raise LogError(f"{what}: {name!r:.40} is no name.\nAllowed: text")
         targets = list(self.columns.values())
         twice = sorted({ours for ours in targets if targets.count(ours) > 1})
         if twice:
@@ -49,6 +55,12 @@ class ColumnMap:
                 raise LogError(f"scale of '{theirs}' is 0.\nAllowed: any other number.")
         for theirs, shift in self.offset.items():
             _number(shift, f"offset of '{theirs}'")
+
+    def _names(self) -> Iterator[tuple[str, Collection[Any]]]:
+        """Yield what has to be text, and what it belongs to."""
+        yield "columns", [*self.columns, *self.columns.values()]
+        yield "negate", self.negate
+        yield from ((f"unit of '{theirs}'", [unit]) for theirs, unit in self.units.items())
 
     def refuse_stray(self) -> None:
         """Refuse units, factors and signs of columns that are not mapped.
@@ -76,15 +88,26 @@ class ColumnMap:
             where: what a column is called in messages.
 
         Raises:
-            LogError: the unit is unknown, or measures another quantity than the channel.
+            LogError: the unit is unknown, measures another quantity than the channel, or a finite
+                number becomes too large.
 
         Example:
-            >>> import numpy as np
             >>> gyro = ColumnMap(units={"g": "deg/s"}, scale={"g": 1 / 16.4}, offset={"g": -2.0})
             >>> rate = gyro.converted(np.array([1640.0]), "g", "angular_velocity_x")[0]
             >>> round(float(np.degrees(rate)), 6)
             98.0
         """
+        with np.errstate(over="ignore"):
+            ready = self._in_si(values, theirs, ours, where)
+        if np.any(np.isfinite(values) & ~np.isfinite(ready)):
+            raise LogError(
+                f"{where} '{theirs}': scale, offset and unit make of it numbers beyond what a "
+                "number can hold.\nGive smaller ones."
+            )
+        return ready
+
+    def _in_si(self, values: Floats, theirs: str, ours: str, where: str) -> Floats:
+        """Return the values after factor, offset, unit and sign."""
         if theirs in self.scale:
             values = values * float(self.scale[theirs])
         if theirs in self.offset:
@@ -98,6 +121,8 @@ class ColumnMap:
 
 
 def _number(given: Any, what: str) -> float:
-    if isinstance(given, bool) or not isinstance(given, int | float) or not math.isfinite(given):
+    fits = isinstance(given, int | float) and not isinstance(given, bool)
+    # also whole numbers that are longer than a float
+    if not fits or not abs(given) <= sys.float_info.max:
         raise LogError(f"{what} is {given!r:.40}.\nAllowed: a finite number.")
     return float(given)

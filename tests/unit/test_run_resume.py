@@ -108,21 +108,31 @@ def test_an_interrupted_run_in_particles_goes_on_bit_for_bit(
     elsewhere: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Water, ball, ledger and the books of the fluid go on where they were."""
-    interrupted(TANK, elsewhere, monkeypatch)
+    # the ball meets the water at 0.14 s, and is cut off at 0.18 s
+    interrupted([*TANK, "time.duration=0.22"], elsewhere, monkeypatch, after=45)
     whole, on = elsewhere / "whole", elsewhere / "on"
     same(whole, on, "log.parquet", "ledger.parquet", "fluid.parquet")
-    assert len(read_parquet(on / "log.parquet")["t"]) == 101
+    assert len(read_parquet(on / "log.parquet")["t"]) == 56
 
 
-def interrupted(words: list[str], elsewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Make three run folders: one cut off, the one that goes on, and one never cut off."""
+def interrupted(
+    words: list[str], elsewhere: Path, monkeypatch: pytest.MonkeyPatch, *, after: int = 70
+) -> None:
+    """Make three run folders: one cut off after some steps, the one that goes on, and a whole one.
+
+    Args:
+        words: of the run.
+        elsewhere: folder to work in.
+        monkeypatch: undone before the run goes on.
+        after: steps before the interruption.
+    """
     whole, cut, on = elsewhere / "whole", elsewhere / "cut", elsewhere / "on"
     record, steps = checkpoint.Checkpoints.record, [0]
 
     def stopping(self: checkpoint.Checkpoints, moment: Moment) -> None:
         record(self, moment)
         steps[0] += 1
-        if steps[0] == 70:
+        if steps[0] == after:
             raise KeyboardInterrupt
 
     monkeypatch.setattr(checkpoint.Checkpoints, "record", stopping)

@@ -8,6 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from seals.logs.log import Log
+from seals.logs.native import read_native
+from seals.sysid.diagnosis import Diagnosis, diagnose
+
 ROOT = Path(__file__).resolve().parents[2]
 BESIDE = ROOT.parent / "shared" / "data"
 if str(ROOT) not in sys.path:
@@ -32,3 +36,21 @@ def hovering(tmp_path_factory: pytest.TempPathFactory) -> Path:
     words = ["--level", "confounded", "--vehicle", "quad", "--effect", "accelerometer_scale"]
     generate.main([str(folder), *words, "--count", "1", "--seed", "3", "--no-gain"])
     return next(p for p in sorted(folder.iterdir()) if p.is_dir())
+
+
+@pytest.fixture(scope="session")
+def windy_case(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a quadrotor in wind that its model does not know, with its truth."""
+    from tests.validation.hidden import generate
+
+    folder = tmp_path_factory.mktemp("windy")
+    words = ["--level", "clear", "--vehicle", "quad", "--effect", "wind"]
+    generate.main([str(folder), *words, "--count", "1", "--seed", "11", "--no-gain"])
+    return next(p for p in sorted(folder.iterdir()) if p.is_dir())
+
+
+@pytest.fixture(scope="session")
+def windy(windy_case: Path) -> tuple[Diagnosis, Log]:
+    """Its diagnosis and its log; several files look at them."""
+    log = read_native(windy_case)
+    return diagnose(log), log

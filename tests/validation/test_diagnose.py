@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 import yaml
 
+from seals.logs.log import Log
 from seals.logs.native import read_native
 from seals.sysid.diagnosis import Diagnosis, diagnose
 from seals.sysid.report.sentence import sentence
@@ -26,11 +27,15 @@ def answered(folder: Path, *words: str) -> tuple[Diagnosis, dict[str, dict[str, 
     """Make one log and diagnose it; return the answer and the true parameters by effect."""
     assert generate.main([str(folder), "--count", "1", *words]) in (None, 0)
     case = next(p for p in sorted(folder.iterdir()) if p.is_dir())
+    return diagnose(read_native(case)), truth_of(case)
+
+
+def truth_of(case: Path) -> dict[str, dict[str, float]]:
+    """True parameters of a log, by effect."""
     truth = yaml.safe_load((case / "truth.yaml").read_text(encoding="utf-8"))
-    table = {
+    return {
         e["name"]: {k: v["value"] for k, v in e["parameters"].items()} for e in truth["effects"]
     }
-    return diagnose(read_native(case)), table
 
 
 def test_nothing_is_missing_in_a_sound_model(tmp_path: Path) -> None:
@@ -40,10 +45,9 @@ def test_nothing_is_missing_in_a_sound_model(tmp_path: Path) -> None:
     assert found.held_out["before"] == pytest.approx(1.0, abs=0.05)
 
 
-def test_wind_is_named_and_measured(tmp_path: Path) -> None:
+def test_wind_is_named_and_measured(windy: tuple[Diagnosis, Log], windy_case: Path) -> None:
     """Wind is named, its speed lies within a few per cent, and the misfit falls to the floor."""
-    words = ("--level", "clear", "--vehicle", "quad", "--effect", "wind", "--seed", "11")
-    found, truth = answered(tmp_path, *words)
+    found, truth = windy[0], truth_of(windy_case)
     answer = found.to_dict()
     assert answer["verdict"] == "named"
     assert [e["name"] for e in answer["effects"]] == ["wind"]

@@ -57,13 +57,6 @@ def made(folder: Path, *words: str) -> tuple[Diagnosis, Log]:
 
 
 @pytest.fixture(scope="module")
-def windy(tmp_path_factory: pytest.TempPathFactory) -> tuple[Diagnosis, Log]:
-    """A quadrotor in wind that its model does not know."""
-    words = ("--level", "clear", "--vehicle", "quad", "--effect", "wind", "--seed", "11")
-    return made(tmp_path_factory.mktemp("windy"), *words)
-
-
-@pytest.fixture(scope="module")
 def report(windy: tuple[Diagnosis, Log], tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of the report on it."""
     folder = tmp_path_factory.mktemp("report")

@@ -125,6 +125,7 @@ def test_a_periodic_torque_gives_its_line(tmp_path: Path) -> None:
     assert after < 0.5 * before
 
 
+@pytest.mark.slow
 def test_a_sensor_fault_is_no_force(tmp_path: Path) -> None:
     """A biased accelerometer: no force could explain the misfit, and the words say so."""
     problem = flown(tmp_path, "clear", "quad", "accelerometer_bias", 3)

@@ -78,6 +78,7 @@ def test_a_strangers_force_is_named_added_and_verified(
     assert (proof / "verify.json").is_file()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("coral")
 def test_a_strangers_sensor_fault_is_named(tmp_path: Path) -> None:
     """A fault of the gyroscope that this package does not have is told from its own faults."""
