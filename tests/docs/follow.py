@@ -20,7 +20,7 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-from tests.docs.pages import Block, blocks, pages
+from tests.docs.pages import Block, blocks, name_of, pages
 from tests.docs.session import ROOT, Session, stop
 
 
@@ -74,7 +74,7 @@ def walk(
         session.follow(block)
         done += block.language != "printed"
         tell(block, time.perf_counter() - start, "\n".join(session.printed[before:]))
-    faults = [f"{page.name}:{fault}" for fault in session.faults]
+    faults = [f"{name_of(page)}.md:{fault}" for fault in session.faults]
     return Tally(done, session.commands, session.figures, faults)
 
 
@@ -110,7 +110,7 @@ class Progress:
             left = clock(self.left / self.jobs * self.spent / self.said)
             first = block.steps[0].command if block.language == "console" else "a program"
             print(
-                f"[{self.done}/{self.total}] {page.name}:{block.line}  {seconds:.1f} s  "
+                f"[{self.done}/{self.total}] {name_of(page)}.md:{block.line}  {seconds:.1f} s  "
                 f"{first.partition(chr(10))[0][:60]}  (about {left} left)",
                 flush=True,
             )

@@ -15,7 +15,16 @@ if str(ROOT) not in sys.path:
     sys.path.append(str(ROOT))
 
 from tests.docs.follow import follow, main, walk  # noqa: E402
-from tests.docs.pages import OBSTACLES, WHENS, blocks, pages, steps, told, untied  # noqa: E402
+from tests.docs.pages import (  # noqa: E402
+    OBSTACLES,
+    WHENS,
+    blocks,
+    name_of,
+    pages,
+    steps,
+    told,
+    untied,
+)
 
 PAGES = pages(ROOT)
 # their own tests look at what they make, too
@@ -32,11 +41,6 @@ LASTS = re.compile(r"\d+ (s|min)\b")
 COMMAND = re.compile(r"^\s*(?:\$ )?(?:seals|python|pip|pytest|make|git|apt-get) \S", re.M)
 
 
-def name_of(page: Path) -> str:
-    """The name of a test: that of its page."""
-    return page.stem
-
-
 @pytest.mark.parametrize("page", [p for p in PAGES if p.name not in TUTORIALS], ids=name_of)
 def test_a_page_runs_as_printed(page: Path, tmp_path: Path) -> None:
     """Its commands and programs end and print as it says; ``make pages`` runs the slow ones."""
@@ -50,7 +54,7 @@ def test_a_page_hides_no_command(page: Path) -> None:
     """Commands stand in blocks that are run, or that say in words why they are not."""
     text = page.read_text(encoding="utf-8")
     for block in blocks(text):
-        where = f"{page.name}:{block.line}"
+        where = f"{name_of(page)}:{block.line}"
         assert block.language in LANGUAGES, f"{where}: language {block.language!r}"
         assert block.when in WHENS, f"{where}: {block.when!r} is none of {WHENS}"
         assert block.when != "slow" or LASTS.match(block.reason), f"{where}: how long?"
@@ -61,13 +65,13 @@ def test_a_page_hides_no_command(page: Path) -> None:
             assert not COMMAND.search(block.text), f"{where}: a command that nobody runs"
     outside = re.sub(r"^```.*?^```", "", text, flags=re.S | re.M)
     hidden = [line for line in outside.splitlines() if re.match(r" {4}", line)]
-    assert not [line for line in hidden if COMMAND.match(line)], page.name
+    assert not [line for line in hidden if COMMAND.match(line)], name_of(page)
 
 
 def test_few_blocks_are_never_run() -> None:
     """Only what no test can have."""
     never = [
-        f"{page.name}:{block.line}"
+        f"{name_of(page)}:{block.line}"
         for page in PAGES
         for block in blocks(page.read_text(encoding="utf-8"))
         if block.when == "never"
