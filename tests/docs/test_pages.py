@@ -233,6 +233,27 @@ def test_a_failure_says_where_and_what(tmp_path: Path, capsys: pytest.CaptureFix
     assert "1 commands run, 1 figures compared, 1 wrong, in 0 s" in out
 
 
+def test_results_survive_and_what_is_green_is_not_run_again(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A page is run again where it was wrong or has changed; what is kept counts all the same."""
+    kept = tmp_path / "pages.json"
+    good, wrong = tmp_path / "good.md", tmp_path / "wrong.md"
+    good.write_text(f"```console\n$ echo 1.5; touch {tmp_path}/run\n1.5\n```\n", encoding="utf-8")
+    wrong.write_text("```console\n$ echo 1.5\n1.7\n```\n", encoding="utf-8")
+    words = [str(good), str(wrong), "--results", str(kept)]
+    assert main(words) == 1
+    assert "2 pages: 2 commands run, 2 figures compared, 1 wrong" in capsys.readouterr().out
+    (tmp_path / "run").unlink()
+    wrong.write_text("```console\n$ echo 1.7\n1.7\n```\n", encoding="utf-8")
+    assert main(words) == 0
+    assert "2 pages: 2 commands run, 2 figures compared, 0 wrong" in capsys.readouterr().out
+    assert not (tmp_path / "run").exists()
+    good.write_text(good.read_text() + "\nMore.\n", encoding="utf-8")
+    assert main(words) == 0
+    assert (tmp_path / "run").exists()
+
+
 TEN_LINES = {
     "autopilots.md": 2,  # ArduPilot and PX4
     "ros2.md": 3,  # ROS 2, a recording, Foxglove
