@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import NoReturn
 
-from seals.cli.main import two_lines
+from seals.cli.main import left_by_reader, two_lines
 from seals.cli.of_system import explained
 from seals.errors import ConfigError, SealsError
 from seals.run.stopping import stoppable
@@ -91,7 +91,11 @@ def ended(main: Callable[[Sequence[str] | None], int]) -> int:
     """
     try:
         with stoppable():
-            return main(None)
+            code = main(None)
+            sys.stdout.flush()
+            return code
+    except BrokenPipeError:
+        return left_by_reader()
     except SealsError as refusal:
         print(two_lines(refusal), file=sys.stderr)
         return refusal.exit_code

@@ -20,7 +20,7 @@ from seals.logs.native import TABLES, write_native
 from seals.logs.reader import foreign_reader_of
 from seals.logs.resample import even_rows
 from seals.logs.shipped import find_log
-from seals.untrusted_io import read_bytes, read_yaml
+from seals.untrusted_io import read_bytes, read_json, read_yaml
 
 _QUOTES = "'\""
 _HEAD = ("format", "format_version")
@@ -54,12 +54,35 @@ def _reader_of(place: Path) -> str:
     if place.is_dir() and (place / "meta.yaml").is_file():
         raise ConfigError(
             f"log={place} is a log folder already; nothing is to be converted.\n"
-            f"Use it as it is: seals diagnose {typed('log', str(place))}; or say reader=native"
+            f"{_as_it_is(place)}; or say reader=native"
         )
     raise ConfigError(
         f"log={place}: its content does not show which reader to use.\n"
         "Say how: reader=csv, reader=witmotion ... See: seals list reader"
     )
+
+
+def _as_it_is(place: Path) -> str:
+    """Return the commands that take a log folder; a run may be held against its robot's folder."""
+    line, robot = f"seals diagnose {typed('log', str(place))}", _robot_of_run(place)
+    own = f"Use it as it is: {line} out=answer"
+    if not robot:
+        return own
+    stated = f"{line} {typed('robot', robot)} out=answer"
+    return f"{own}; or, with the robot as its folder states it: {stated}"
+
+
+def _robot_of_run(place: Path) -> str:
+    """Return the value of ``robot=`` for the robot of a run folder; empty where it is not there."""
+    from seals.config.source import is_robot_folder
+    from seals.sysid.report.given_logs import robot_word
+
+    path = place / "run.json"
+    stated = read_json(path).get("robot") if path.is_file() else None
+    if not isinstance(stated, Mapping):
+        return ""
+    name, folder = (str(stated.get(key) or "") for key in ("name", "folder"))
+    return robot_word(name, Path(folder)) if is_robot_folder(folder) else ""
 
 
 def _task(config: Any) -> int:

@@ -348,9 +348,7 @@ def _ended(words: list[str], *, ours: bool) -> int:
         print("Interrupted.", file=sys.stderr)
         return 130
     except BrokenPipeError:
-        # the reader of a pipe, such as head, has left: nothing to say, and nothing to flush at exit
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
+        return left_by_reader()
     except SealsError as refusal:
         return _refused(explained(refusal) or refusal)
     except Exception as fault:
@@ -375,6 +373,15 @@ def _of_numbers(fault: Exception) -> ConfigError | None:
         "Look for one far from all others, or for zeros: masses, gravity, gains, steps, lengths of "
         "logs. SEALS_DEBUG=1 shows where it arose."
     )
+
+
+def left_by_reader() -> int:
+    """Return the exit code where the reader of a pipe, such as head, has left.
+
+    There is nothing to say, and nothing is left to flush at exit.
+    """
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return 0
 
 
 def _refused(refusal: SealsError) -> int:

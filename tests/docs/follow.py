@@ -2,13 +2,15 @@
 
 Without names, all pages. ``--slow`` runs the slow blocks, too; ``--jobs N`` follows N pages at a
 time; ``--upto SECONDS`` leaves out pages whose blocks take longer; ``--show`` shows all that the
-commands print. Exit code: 0 when all is as
-printed, 1 when not.
+commands print. ``--results FILE`` writes after each page what was found, and the same words go on
+with what is not in it, has changed or was wrong. Exit code: 0 when all is as printed, 1 when not.
 """
 
 from __future__ import annotations
 
 import argparse
+import hashlib
+import json
 import signal
 import sys
 import tempfile
@@ -18,9 +20,9 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from tests.docs.pages import Block, blocks, pages
+from tests.docs.pages import Block, blocks, name_of, pages
 from tests.docs.session import ROOT, Session, stop
 
 
@@ -31,6 +33,39 @@ class Tally(NamedTuple):
     commands: int
     figures: int
     faults: list[str]
+    seconds: float = 0.0
+
+
+class Results:
+    """What was found on pages, in a file that is whole after each of them.
+
+    Args:
+        path: of the file; None keeps nothing.
+    """
+
+    def __init__(self, path: Path | None) -> None:
+        self.path = path
+        kept = json.loads(path.read_text("utf-8")) if path and path.is_file() else {}
+        self.kept: dict[str, dict[str, Any]] = kept
+
+    def of(self, page: Path, *, slow: bool) -> Tally | None:
+        """Return what was found on a page that is still the same; None where it must be run."""
+        kept = self.kept.get(name_of(page))
+        if kept is None or kept["page"] != _digest(page, slow=slow) or kept["faults"]:
+            return None
+        return Tally(**{name: kept[name] for name in Tally._fields})
+
+    def note(self, page: Path, found: Tally, *, slow: bool) -> None:
+        """Write down what was found on a page."""
+        self.kept[name_of(page)] = {"page": _digest(page, slow=slow), **found._asdict()}
+        if self.path is not None:
+            part = self.path.with_name(f"{self.path.name}.part")
+            part.write_text(json.dumps(self.kept, indent=1), encoding="utf-8")
+            part.replace(self.path)
+
+
+def _digest(page: Path, *, slow: bool) -> str:
+    return hashlib.sha256(page.read_bytes() + bytes([slow])).hexdigest()
 
 
 def follow(page: Path, folder: Path, *, slow: bool = False) -> Tally:
@@ -64,7 +99,7 @@ def walk(
         slow: whether slow blocks are run, too.
         tell: called with each block that was followed, the seconds it took, and what it printed.
     """
-    session, done = Session(folder), 0
+    session, done, begun = Session(folder), 0, time.perf_counter()
     for block in blocks(page.read_text(encoding="utf-8")):
         if not due(block, slow=slow):
             if block.steps:
@@ -74,8 +109,9 @@ def walk(
         session.follow(block)
         done += block.language != "printed"
         tell(block, time.perf_counter() - start, "\n".join(session.printed[before:]))
-    faults = [f"{page.name}:{fault}" for fault in session.faults]
-    return Tally(done, session.commands, session.figures, faults)
+    faults = [f"{name_of(page)}.md:{fault}" for fault in session.faults]
+    took = time.perf_counter() - begun
+    return Tally(done, session.commands, session.figures, faults, took)
 
 
 def due(block: Block, *, slow: bool) -> bool:
@@ -110,7 +146,7 @@ class Progress:
             left = clock(self.left / self.jobs * self.spent / self.said)
             first = block.steps[0].command if block.language == "console" else "a program"
             print(
-                f"[{self.done}/{self.total}] {page.name}:{block.line}  {seconds:.1f} s  "
+                f"[{self.done}/{self.total}] {name_of(page)}.md:{block.line}  {seconds:.1f} s  "
                 f"{first.partition(chr(10))[0][:60]}  (about {left} left)",
                 flush=True,
             )
@@ -131,39 +167,45 @@ def main(words: list[str]) -> int:
     parser.add_argument("--show", action="store_true")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--upto", type=float, default=float("inf"))
+    parser.add_argument("--results", type=Path)
     told = parser.parse_args(words)
     # a shell ignores Ctrl-C for what it starts in the background, and so would every command
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    results = Results(told.results)
+    done = [found for page in told.pages if (found := results.of(page, slow=told.slow))]
     work = {
         page: [b for b in blocks(page.read_text(encoding="utf-8")) if due(b, slow=told.slow)]
         for page in told.pages
+        if results.of(page, slow=told.slow) is None
     }
     cost = {page: sum(block.seconds for block in found) for page, found in work.items()}
     names = sorted((page for page in work if cost[page] <= told.upto), key=lambda page: cost[page])
     progress = Progress({page: work[page] for page in names}, jobs=told.jobs, show=told.show)
     start = time.perf_counter()
-    done: list[Tally] = []
 
     def one(page: Path) -> None:
         with tempfile.TemporaryDirectory() as place:
             folder = Path(place) / "bare"
             folder.mkdir()
-            done.append(walk(page, folder, slow=told.slow, tell=partial(progress.tell, page)))
-        for fault in done[-1].faults:
+            found = walk(page, folder, slow=told.slow, tell=partial(progress.tell, page))
+        with progress.lock:
+            done.append(found)
+            results.note(page, found, slow=told.slow)
+        for fault in found.faults:
             print(f"\n{fault}\n", file=sys.stderr, flush=True)
 
     with ThreadPoolExecutor(told.jobs) as pool:
-        results = [pool.submit(one, page) for page in names]
+        running = [pool.submit(one, page) for page in names]
         try:
-            for result in results:
-                result.result()
+            for page in running:
+                page.result()
         except KeyboardInterrupt:
             pool.shutdown(wait=False, cancel_futures=True)
             stop()
             return 130
     faults = sum(len(tally.faults) for tally in done)
     print(
-        f"{len(names)} pages: {sum(t.commands for t in done)} commands run, "
+        f"{len(done)} pages: {sum(t.commands for t in done)} commands run, "
         f"{sum(t.figures for t in done)} figures compared, {faults} wrong, "
         f"in {clock(time.perf_counter() - start)}"
     )

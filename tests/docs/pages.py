@@ -169,8 +169,23 @@ def untied(block: Block) -> list[str]:
 
 
 def pages(root: Path) -> list[Path]:
-    """Return the pages of a repository whose blocks are run: the readme and those in ``docs/``."""
-    return [root / "README.md", root / "CONTRIBUTING.md", *sorted((root / "docs").glob("*.md"))]
+    """Return the pages of a repository whose blocks are run: readmes and those in ``docs/``."""
+    own = [root / "README.md", root / "CONTRIBUTING.md", *sorted((root / "docs").glob("*.md"))]
+    for folder in ("experiments", "tests/validation", "animals", "robots"):
+        own += sorted((root / folder).glob("*/README.md"))
+    return [*own, root / "experiments" / "README.md"]
+
+
+def name_of(page: Path) -> str:
+    """The name of a page: that of its file, of a readme below the top with that of its folder.
+
+    Example:
+        >>> name_of(Path("experiments/soak/README.md"))
+        'soak/README'
+    """
+    if page.stem == "README" and not (page.parent / "pyproject.toml").is_file():
+        return f"{page.absolute().parent.name}/{page.stem}"
+    return page.stem
 
 
 def _pattern(part: str) -> str:

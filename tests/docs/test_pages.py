@@ -15,7 +15,16 @@ if str(ROOT) not in sys.path:
     sys.path.append(str(ROOT))
 
 from tests.docs.follow import follow, main, walk  # noqa: E402
-from tests.docs.pages import OBSTACLES, WHENS, blocks, pages, steps, told, untied  # noqa: E402
+from tests.docs.pages import (  # noqa: E402
+    OBSTACLES,
+    WHENS,
+    blocks,
+    name_of,
+    pages,
+    steps,
+    told,
+    untied,
+)
 
 PAGES = pages(ROOT)
 # their own tests look at what they make, too
@@ -32,11 +41,6 @@ LASTS = re.compile(r"\d+ (s|min)\b")
 COMMAND = re.compile(r"^\s*(?:\$ )?(?:seals|python|pip|pytest|make|git|apt-get) \S", re.M)
 
 
-def name_of(page: Path) -> str:
-    """The name of a test: that of its page."""
-    return page.stem
-
-
 @pytest.mark.parametrize("page", [p for p in PAGES if p.name not in TUTORIALS], ids=name_of)
 def test_a_page_runs_as_printed(page: Path, tmp_path: Path) -> None:
     """Its commands and programs end and print as it says; ``make pages`` runs the slow ones."""
@@ -50,7 +54,7 @@ def test_a_page_hides_no_command(page: Path) -> None:
     """Commands stand in blocks that are run, or that say in words why they are not."""
     text = page.read_text(encoding="utf-8")
     for block in blocks(text):
-        where = f"{page.name}:{block.line}"
+        where = f"{name_of(page)}:{block.line}"
         assert block.language in LANGUAGES, f"{where}: language {block.language!r}"
         assert block.when in WHENS, f"{where}: {block.when!r} is none of {WHENS}"
         assert block.when != "slow" or LASTS.match(block.reason), f"{where}: how long?"
@@ -61,13 +65,13 @@ def test_a_page_hides_no_command(page: Path) -> None:
             assert not COMMAND.search(block.text), f"{where}: a command that nobody runs"
     outside = re.sub(r"^```.*?^```", "", text, flags=re.S | re.M)
     hidden = [line for line in outside.splitlines() if re.match(r" {4}", line)]
-    assert not [line for line in hidden if COMMAND.match(line)], page.name
+    assert not [line for line in hidden if COMMAND.match(line)], name_of(page)
 
 
 def test_few_blocks_are_never_run() -> None:
     """Only what no test can have."""
     never = [
-        f"{page.name}:{block.line}"
+        f"{name_of(page)}:{block.line}"
         for page in PAGES
         for block in blocks(page.read_text(encoding="utf-8"))
         if block.when == "never"
@@ -227,6 +231,27 @@ def test_a_failure_says_where_and_what(tmp_path: Path, capsys: pytest.CaptureFix
     out, err = capsys.readouterr()
     assert "page.md:4: echo 12.5 seals\n  expected: 13.5 seals\n  got:      12.5 seals" in err
     assert "1 commands run, 1 figures compared, 1 wrong, in 0 s" in out
+
+
+def test_results_survive_and_what_is_green_is_not_run_again(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A page is run again where it was wrong or has changed; what is kept counts all the same."""
+    kept = tmp_path / "pages.json"
+    good, wrong = tmp_path / "good.md", tmp_path / "wrong.md"
+    good.write_text(f"```console\n$ echo 1.5; touch {tmp_path}/run\n1.5\n```\n", encoding="utf-8")
+    wrong.write_text("```console\n$ echo 1.5\n1.7\n```\n", encoding="utf-8")
+    words = [str(good), str(wrong), "--results", str(kept)]
+    assert main(words) == 1
+    assert "2 pages: 2 commands run, 2 figures compared, 1 wrong" in capsys.readouterr().out
+    (tmp_path / "run").unlink()
+    wrong.write_text("```console\n$ echo 1.7\n1.7\n```\n", encoding="utf-8")
+    assert main(words) == 0
+    assert "2 pages: 2 commands run, 2 figures compared, 0 wrong" in capsys.readouterr().out
+    assert not (tmp_path / "run").exists()
+    good.write_text(good.read_text() + "\nMore.\n", encoding="utf-8")
+    assert main(words) == 0
+    assert (tmp_path / "run").exists()
 
 
 TEN_LINES = {

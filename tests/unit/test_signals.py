@@ -9,6 +9,7 @@ import json
 import os
 import shutil
 import signal
+import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -234,3 +235,14 @@ def test_nothing_is_said_before_the_program_begins(monkeypatch: pytest.MonkeyPat
     assert entry.main() == 7
     assert set(seen) == {signal.SIG_DFL}
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_an_experiment_whose_reader_leaves_ends_without_a_word() -> None:
+    """``python -m seals.experiments.NAME | head`` prints no traceback."""
+    words = [sys.executable, "-m", "seals.experiments.self_play", "table"]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as shown:
+        assert shown.stdout is not None
+        assert shown.stderr is not None
+        shown.stdout.close()
+        said = shown.stderr.read()
+    assert (shown.returncode, said) == (0, b"")

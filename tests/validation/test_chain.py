@@ -24,33 +24,44 @@ class Shell:
     """Console of a user who types what was printed.
 
     Attributes:
-        said: all that was printed since the last command but one.
+        said: all that the last command printed.
     """
 
     def __init__(self, capsys: pytest.CaptureFixture[str]) -> None:
         self._capsys = capsys
         self.said = ""
 
-    def types(self, line: str, *more: str, code: int = 0) -> str:
-        """Run a command line with further words; return what it printed."""
+    def types(self, line: str, *, code: int = 0) -> str:
+        """Run a command line; return what it printed."""
         program, *words = shlex.split(line)
         assert program == "seals"
-        assert main([*words, *more]) == code, line
+        assert main(words) == code, line
         printed = self._capsys.readouterr()
         self.said = printed.out + printed.err
         return self.said
 
-    def printed(self, verb: str, said: str = "") -> str:
-        """Return the command of a verb that was printed."""
-        found = re.findall(rf"^.*?(seals {verb} .*?)(?:; or say .*)?$", said or self.said, re.M)
+    def printed(self, verb: str, *, said: str = "", option: str = "") -> str:
+        """Return the command of a verb that was printed, of several the one with an option."""
+        lines = re.findall(rf"seals {verb} [^;\n]*", said or self.said)
+        found = [line.rstrip() for line in lines if option in line]
         assert len(found) == 1, (verb, said or self.said)
         return str(found[0])
 
-    def follow(self, verb: str, *more: str, code: int = 0, log: str = "") -> str:
-        """Type the command of a verb that was printed, with a log in the place of ANOTHER_LOG."""
-        line = self.printed(verb)
+    def follow(
+        self, verb: str, *, code: int = 0, said: str = "", option: str = "", log: str = ""
+    ) -> str:
+        """Type the command of a verb that was printed; another log is the one value to fill in."""
+        line = self.printed(verb, said=said, option=option)
         assert ("ANOTHER_LOG" in line) == bool(log)
-        return self.types(line.replace("log=ANOTHER_LOG", log), *more, code=code)
+        return self.types(
+            line.replace("log=ANOTHER_LOG", log).replace("ANOTHER_LOG", log), code=code
+        )
+
+    def read(self, name: str) -> dict[str, Any]:
+        """Return the content of a file whose path the last command printed."""
+        (path,) = re.findall(rf"^(.*{re.escape(name)})$", self.said, re.M)
+        found: dict[str, Any] = json.loads(Path(path).read_text())
+        return found
 
 
 @pytest.fixture
@@ -62,12 +73,6 @@ def shell(
     return Shell(capsys)
 
 
-def answer() -> dict[str, Any]:
-    """Answer of the last diagnosis."""
-    found: dict[str, Any] = json.loads(Path("answer/diagnosis.json").read_text())
-    return found
-
-
 def robot_of_tutorial() -> None:
     """Write the robot folder of the page on one's own flight."""
     main(["new", "robot", "my_quad", "--urdf", "own_flight/quad"])
@@ -76,22 +81,19 @@ def robot_of_tutorial() -> None:
     Path("my_quad").rename(ROBOT)
 
 
-def verified(shell: Shell, other: str, *, seen: str = "never fitted") -> str:
-    """Follow add and verify; return what verify printed."""
+def calibrated(shell: Shell, other: str, *, flies: bool = True) -> dict[str, Any]:
+    """Follow add, verify on another log, plan, its flight, and calibrate; return the numbers."""
     shell.follow("add")
     said = shell.follow("verify", log=other)
-    assert seen in said
-    return said
-
-
-def planned_and_calibrated(shell: Shell, said: str) -> dict[str, Any]:
-    """Follow the plan to a flown manoeuvre and its diagnosis, and the calibration."""
-    shell.types(shell.printed("plan", said), "out=plan")
-    shell.types(shell.printed("run").replace("ANOTHER_LOG", "flown"))
-    assert "log=flown" in shell.printed("diagnose")
-    shell.types(shell.printed("calibrate", said), "out=calibrated", "plan=false", "report=false")
-    found: dict[str, Any] = json.loads(Path("calibrated/calibration.json").read_text())
-    return found
+    assert "never fitted" in said
+    assert ("seals plan" in said) == flies
+    if flies:
+        shell.follow("plan", said=said)
+        shell.follow("run", log="flown")
+        assert "log=flown" in shell.printed("diagnose")
+    shell.follow("calibrate", said=said)
+    numbers: dict[str, Any] = shell.read("calibration.json")["parameters"]
+    return numbers
 
 
 @pytest.mark.slow
@@ -103,13 +105,12 @@ def test_the_ulog_of_an_autopilot(shell: Shell) -> None:
     shell.types(f"{flight} {robot} span=[14,18] \"out='third, last'\"")
     shell.types(f"{flight} {robot} span=[0,10] \"out='flight, 1'\"")
     shell.follow("new datasheet")
-    shell.follow("diagnose", "report=false", code=10)
-    assert [effect["name"] for effect in answer()["effects"]] == ["weak_rotor"]
-    assert answer()["effects"][0]["parameters"]["rotor"]["value"] == 2
-    said = verified(shell, "\"log=[second,'third, last']\"")
-    assert said.count("\"log=[second,'third, last']\"") == 2
-    found = planned_and_calibrated(shell, said)
-    assert "actuators.rotors.thrust_coefficient" in found["parameters"]
+    shell.follow("diagnose", code=10)
+    (weak,) = shell.read("diagnosis.json")["effects"]
+    assert weak["name"] == "weak_rotor"
+    assert weak["parameters"]["rotor"]["value"] == 2
+    numbers = calibrated(shell, "\"log=[second,'third, last']\"")
+    assert "actuators.rotors.thrust_coefficient" in numbers
 
 
 @pytest.mark.slow
@@ -121,14 +122,13 @@ def test_the_csv_file_of_another_simulator(shell: Shell) -> None:
     shell.types(f"{first} span=[6,9] \"out='flight (2)'\"")
     shell.types(f"{first} span=[0,6] \"out='flight (1)'\"")
     shell.follow("new datasheet")
-    shell.follow("diagnose", "report=false", code=10)
-    (wind,) = answer()["effects"]
+    shell.follow("diagnose", code=10)
+    (wind,) = shell.read("diagnosis.json")["effects"]
     assert wind["name"] == "wind"
     for axis, truth in zip("xyz", (3.0, -1.5, 0.0), strict=True):
         found = wind["parameters"][f"velocity_{axis}"]
         assert found["low90"] < truth < found["high90"]
-    said = verified(shell, "\"log='flight (2)'\"")
-    assert planned_and_calibrated(shell, said)["parameters"]
+    assert calibrated(shell, "\"log='flight (2)'\"")
 
 
 @pytest.mark.slow
@@ -140,35 +140,35 @@ def test_a_run_of_ones_own(shell: Shell) -> None:
     )
     shell.types(f"{run} 'guide.places=[[-1,0.5,2],[0,1,2.5]]' time.duration=3 out=second")
     shell.types(f"{run} 'guide.places=[[1,0.5,2],[0,0,2.5]]' time.duration=4 \"out='one, two'\"")
+    # a run states its noise and tolerances: it takes no data sheet
     shell.types("seals convert \"log='one, two'\" out=converted", code=2)
-    # without robot= the model would be that of the run itself
-    shell.follow("diagnose", "robot=crazyflie", "out=answer", "report=false", code=10)
-    assert [effect["name"] for effect in answer()["effects"]] == ["thrust_coefficient"]
-    said = verified(shell, "log=second")
-    (found,) = planned_and_calibrated(shell, said)["parameters"].values()
+    shell.follow("diagnose", option="robot=", code=10)
+    (thrust,) = shell.read("diagnosis.json")["effects"]
+    assert thrust["name"] == "thrust_coefficient"
+    (found,) = calibrated(shell, "log=second").values()
     assert found["low90"] < 1.2e-8 < found["high90"]
     assert found["stated"] == pytest.approx(1.28e-8)
 
 
 def test_a_thrown_ball(shell: Shell) -> None:
-    """A drag that is stated too small, in a run of a third of a second."""
+    """A drag that is stated too small, in a run of a third of a second; a throw takes no plan."""
     run = (
         "seals run robot=ball time.step=0.004 time.duration=0.3 effects.air_drag.coefficient_x=0.03"
     )
+    shell.types(f"{run} initial.velocity=[5,0,3] out=second")
     shell.types(f"{run} initial.velocity=[6,0,2] \"out='one, two'\"")
-    words = shlex.join(["seals", "diagnose", "log='one, two'", "robot=ball", "out=answer"])
-    shell.types(words, "report=false", "plan=false", code=10)
-    assert [effect["name"] for effect in answer()["effects"]] == ["quadratic_drag"]
-    said = verified(shell, "\"log='one, two'\"", seen="used in the fit")
-    shell.types(shell.printed("calibrate", said), "out=calibrated", "plan=false", "report=false")
-    found = json.loads(Path("calibrated/calibration.json").read_text())["parameters"]
-    drag = found["effects.air_drag.coefficient_x"]
-    assert drag["low90"] < 0.03 < drag["high90"]
+    shell.types("seals convert \"log='one, two'\" out=converted", code=2)
+    shell.follow("diagnose", option="robot=", code=10)
+    (drag,) = shell.read("diagnosis.json")["effects"]
+    assert drag["name"] == "quadratic_drag"
+    numbers = calibrated(shell, "log=second", flies=False)
+    found = numbers["effects.air_drag.coefficient_x"]
+    assert found["low90"] < 0.03 < found["high90"]
 
 
 @pytest.mark.slow
 def test_rotors_stated_reversed(shell: Shell) -> None:
-    """The line of robot.yaml that is printed makes the model whole."""
+    """The line of robot.yaml that is printed makes the model whole; nothing is left to add."""
     shutil.copytree(DATA / "quad", ROBOT)
     stated = Path(ROBOT) / "robot.yaml"
     right = "direction: [-1.0, 1.0, -1.0, 1.0]"
@@ -179,10 +179,10 @@ def test_rotors_stated_reversed(shell: Shell) -> None:
     first = f"seals convert log=log.csv map={DATA / 'map.yaml'} \"robot='{ROBOT}'\" rate=100"
     shell.types(f"{first} out=flight")
     shell.follow("new datasheet")
-    said = shell.follow("diagnose", "report=false", code=13)
-    (entry,) = [one for one in answer()["stated_wrong"] if "set" in one]
+    said = shell.follow("diagnose", code=13)
+    (entry,) = [one for one in shell.read("diagnosis.json")["stated_wrong"] if "set" in one]
     assert entry["words"] == "directions of rotors"
     line = re.search(r"in robot\.yaml, actuators\.rotors: (direction: .*)$", said, re.M)
     assert line is not None
     stated.write_text(re.sub(r"direction: .*", line[1], wrong))
-    shell.follow("diagnose", "report=false", "out=answer", code=0)
+    shell.follow("diagnose", code=0)

@@ -155,10 +155,14 @@ def _own_entries(robot: RobotDescription | None, log: Log) -> list[dict[str, str
 
 
 def robot_name(config: Any) -> str:
+    """Return the value of ``robot=`` of a composed configuration."""
+    return robot_word(str(config.robot.name), Path(config.robot.folder))
+
+
+def robot_word(name: str, folder: Path) -> str:
     """Return the value of ``robot=``: an installed robot's name, or the folder of another one."""
     from seals.config.source import find_robot, robot_names
 
-    name, folder = str(config.robot.name), Path(config.robot.folder)
     if name in robot_names() and Path(find_robot(name).settings.folder) == folder:
         return name
     return str(short_path(folder))

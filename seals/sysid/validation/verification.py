@@ -146,8 +146,9 @@ def sentences(found: Verification) -> list[str]:
         )
     if ablation.alone is not None:
         lines.append(
-            f"Calibrated without the effects, the nominal model reaches {ablation.alone.level:.3g} "
-            "here: where that is as low, only the tolerances speak for the effects."
+            "Stated numbers that are fitted without the effects, in place of them, reach "
+            f"{ablation.alone.level:.3g} here: where that is as low, only the tolerances speak "
+            "for the effects."
         )
     for old in found.older:
         verb = "worse" if old.regression else "better" if old.total.certain else "no worse"
