@@ -84,7 +84,7 @@ def decide(
         return replace(open_answer, verdict=Verdict.none_of_these, reasons=(refusal or left,))
     if left and step is not None:
         return replace(open_answer, reasons=(f"{left}; {_of_step(step)}",))
-    if not _falls(search, errors):
+    if not _falls(search, errors, moved=bool(open_answer.stated_wrong)):
         words = f"no error falls from the stated model to the one with {best.label}"
         return replace(open_answer, reasons=(words,))
     return _named(problem, search, open_answer, lost, processes)
@@ -188,13 +188,17 @@ def _left_in_channels(problem: Problem, best: EvidenceHypothesis, errors: Channe
     )
 
 
-def _falls(search: Search[EvidenceHypothesis], errors: ChannelErrors) -> bool:
+def _falls(search: Search[EvidenceHypothesis], errors: ChannelErrors, *, moved: bool) -> bool:
     """Return true if the error falls from the stated model to the best one.
 
     That is the misfit, or the error of a channel that the stated model leaves outside its band:
-    gusts that may be admitted take over a wind in the misfit.
+    gusts that may be admitted take over a wind in the misfit. Where a stated number has moved too
+    far to be chance, the fall that it brings is no effect's: the model with that number counts.
     """
     least = 1.0 - search.best.fitter.candidate_set.policy.error_falls
+    if moved:
+        left = any(e.calibrated > e.band and e.after < least * e.calibrated for e in errors.errors)
+        return left or held_out_misfit(search.best) < least * held_out_misfit(search.nominal)
     most = errors.fall
     if most is not None and most.stated > most.band and most.after < least * most.stated:
         return True

@@ -64,15 +64,16 @@ def explains_as_well(
 ) -> bool:
     """Return whether named effects stand for the numbers that a first answer moved.
 
-    Those of the first answer are among them, and the held-out misfit does not rise by more than
-    the share that a name must let it fall.
+    Those of the first answer, or what it could not tell from them, are among them, and the
+    held-out misfit does not rise by more than the share that a name must let it fall.
 
     Args:
         first: answer with the numbers free within their tolerances.
         second: answer with some of them held.
         model: of the first answer.
     """
-    if not second.claims or not {c.name for c in first.claims} <= {c.name for c in second.claims}:
+    names = {c.name for c in second.claims}
+    if not names or any(not names & {c.name, *c.rivals, *c.alike} for c in first.claims):
         return False
     found = second.claims[0].hypothesis
     most = 1.0 + found.fitter.candidate_set.policy.error_falls
