@@ -348,8 +348,21 @@ def _place_logs(config: Any) -> None:
             many = OmegaConf.is_list(config.log)
             found = [str(find_log(str(place))) for place in (config.log if many else [config.log])]
             config.log = found if many else found[0]
+        if config.get("healthy"):
+            config.healthy = _found(config.healthy)
         if config.get("older"):
             config.older = [str(find_log(str(place), key="older")) for place in config.older]
+
+
+def _found(healthy: Any) -> Any:
+    """Return the paths of healthy logs, in lists of sessions as they were given."""
+    from omegaconf import OmegaConf
+
+    from seals.logs.shipped import find_log
+
+    if OmegaConf.is_list(healthy):
+        return [_found(part) for part in healthy]
+    return str(find_log(str(healthy), key="healthy"))
 
 
 def _compare_task(config: Any) -> int | None:

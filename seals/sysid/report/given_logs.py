@@ -82,11 +82,24 @@ class GivenLogs:
             ConfigError: the nominal model does not hold what is to be left out of it.
             LogError: a log cannot be used, or they do not belong together.
         """
+        logs, robot = self.each()
+        return join_logs(logs), robot
+
+    def each(self, *, sheet: bool = True) -> tuple[list[Log], RobotDescription | None]:
+        """Return all logs by themselves, and the robot, both without what is left out.
+
+        Args:
+            sheet: whether to tell which logs state no tolerances.
+
+        Raises:
+            ConfigError: the nominal model does not hold what is to be left out of it.
+            LogError: a log cannot be used.
+        """
         logs, robot = [], self.robot
         for place in self.places:
-            log, robot = self._reduced(_read_log(self.config, place), robot)
+            log, robot = self._reduced(_read_log(self.config, place, sheet=sheet), robot)
             logs.append(log)
-        return join_logs(logs), robot
+        return logs, robot
 
     def _reduced(
         self, log: Log, robot: RobotDescription | None
@@ -164,7 +177,7 @@ def robot_name(config: Any) -> str:
     return str(short_path(folder))
 
 
-def _read_log(config: Any, place: Path) -> Log:
+def _read_log(config: Any, place: Path, *, sheet: bool = True) -> Log:
     """Read one log with the reader of a composed configuration.
 
     What the log does not say, the data sheet in the robot's folder may.
@@ -189,7 +202,8 @@ def _read_log(config: Any, place: Path) -> Log:
     refuse_if_bad(log)
     if config.robot.folder:
         log = replace(log, meta={**datasheet_of(config.robot.folder), **log.meta})
-    _tell_stated(log, place, robot_name(config) if config.robot.folder else "FOLDER")
+    if sheet:
+        _tell_stated(log, place, robot_name(config) if config.robot.folder else "FOLDER")
     return log
 
 
