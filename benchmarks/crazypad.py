@@ -1,8 +1,8 @@
 """Real flights of changed quadrotors: ``python -m benchmarks.crazypad [FOLDER [BESIDE [OUT]]]``.
 
-Every flight of FOLDER, which holds ``flights.csv`` and ``flights/``, is answered as ``seals diagnose
-log=FLIGHT healthy=[...] robot=crazyflie reader=crazypad`` answers it, with the healthy flights of
-its vehicle in BESIDE, by default the same folder. A flight that is itself healthy is compared with
+Every flight of FOLDER, which holds ``flights.csv`` and ``flights/``, is answered as by ``seals
+diagnose log=FLIGHT healthy=[...] robot=crazyflie reader=crazypad``, with the healthy flights of its
+vehicle in BESIDE, by default the same folder. A flight that is itself healthy is compared with
 those of other sessions. OUT is a table of the answers.
 """
 
@@ -116,7 +116,9 @@ def write(flights: Sequence[Flight], found: Sequence[Changed | None], out: Path)
                 rows.writerow([flight.row.file, Verdict.bad_data.value, "", *[""] * 4])
                 continue
             losses = [f"{loss:.4f}" for loss in one.losses]
-            rows.writerow([flight.row.file, one.verdict.value, "|".join(one.names), *losses])
+            # a load in the middle has no name of its own there: thrust_coefficient stands for it
+            names = [name for name in one.names if name != "payload"]
+            rows.writerow([flight.row.file, one.verdict.value, "|".join(names), *losses])
 
 
 def main() -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -17,7 +17,7 @@ from seals.errors import LogError
 from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.healthy_flights.balance import Balance, DriveLayout
-from seals.sysid.healthy_flights.explanations import SIZES, Explanation, explanations
+from seals.sysid.healthy_flights.explanations import LARGEST, SMALLEST, Explanation, explanations
 from seals.sysid.healthy_flights.scatter import OTHER_TURNS, Modes, Scatter, scatter_of
 
 COMMON = ("thrust_coefficient", "payload")
@@ -29,6 +29,8 @@ FALSE_ALARMS = 0.025
 allowed, for sessions differ more than the flights of one."""
 UNEXPLAINED = 1e-3
 """Probability of what an explanation leaves, below which it does not explain a flight."""
+_FINE, _COARSE = 180, 45
+"""Sizes of each effect: to compare a flight, and to find what healthy flights show by chance."""
 _DRAWS = 1024
 """Healthy flights, spread evenly, to find the evidence that this share of them exceeds."""
 PLAUSIBLE = 0.1
@@ -96,7 +98,7 @@ class Reference:
     @cached_property
     def known(self) -> tuple[Explanation, ...]:
         """What may have changed."""
-        return tuple(explanations(self.layout, self.scatter.mean))
+        return tuple(explanations(self.layout, self.scatter.mean, _FINE))
 
     @cached_property
     def least(self) -> float:
@@ -105,10 +107,11 @@ class Reference:
         What `FALSE_ALARMS` of the further healthy flights would show for some explanation, drawn
         from the scatter itself; a common change of thrust, which air and battery make, is no alarm.
         """
-        alarms = np.array([one.name not in COMMON for one in self.known])
+        known = explanations(self.layout, self.scatter.mean, _COARSE)
+        rows = self._rows([one for one in known if one.name not in COMMON])
         even = Sobol(len(self.modes.names), scramble=True, rng=0).random(_DRAWS)
         changes = student.ppf(even, self.scatter.degrees) * np.sqrt(self.scatter.variance)
-        best = [self._evidence(change)[alarms].max() for change in changes]
+        best = [self._evidence(rows, change).max() for change in changes]
         return max(_BARE, float(np.quantile(best, 1.0 - FALSE_ALARMS)))
 
     @cached_property
@@ -118,13 +121,10 @@ class Reference:
         In the unit of its parameter, for explanations with one.
         """
         out = {}
-        for one in self.known:
-            rows = one.changes[-SIZES.size :] if one.effect == "thrust_coefficient" else one.changes
+        for one in explanations(self.layout, self.scatter.mean, _COARSE):
             if one.sizes.size:
-                felt = rows[: SIZES.size] @ self.modes.vectors.T
-                sizes = one.sizes[-SIZES.size :] if one.sizes[0] < 0.0 else one.sizes[: SIZES.size]
-                gains = [self._gains(one, change) for change in felt]
-                seen = [_evidence(gain) >= self.least for gain in gains]
+                sizes, rows = one.sizes[-_COARSE:], one.changes[-_COARSE:] @ self.modes.vectors.T
+                seen = [_evidence(self._gains(one, change)) >= self.least for change in rows]
                 out[one.name] = float(sizes[int(np.argmax(seen))]) if any(seen) else np.nan
         return out
 
@@ -152,7 +152,7 @@ class Reference:
             )
         change = self.modes.vectors @ (flight.mean - self.scatter.mean)
         names = [one.name for one in self.known]
-        scores = dict(zip(names, self._evidence(change).tolist(), strict=True))
+        scores = dict(zip(names, self._evidence(self._felt, change).tolist(), strict=True))
         scores |= self._slung(flight, scores, RULED_OUT + policy.evidence_further)
         within = {one.name: one.within for one in self.known}
         best = max(scores, key=lambda n: scores[n])
@@ -193,13 +193,16 @@ class Reference:
 
     @cached_property
     def _felt(self) -> tuple[Floats, NDArray[np.int64]]:
+        return self._rows(self.known)
+
+    def _rows(self, known: Sequence[Explanation]) -> tuple[Floats, NDArray[np.int64]]:
         """Changes by mode of all explanations, shape (rows, modes), and the first row of each."""
-        rows = [one.changes @ self.modes.vectors.T for one in self.known]
+        rows = [one.changes @ self.modes.vectors.T for one in known]
         return np.concatenate(rows), np.cumsum([0, *(len(r) for r in rows[:-1])])
 
-    def _evidence(self, change: Floats) -> Floats:
+    def _evidence(self, rows: tuple[Floats, NDArray[np.int64]], change: Floats) -> Floats:
         """Evidence of each explanation, its rows equally probable, over none [2 ln B]."""
-        felt, first = self._felt
+        felt, first = rows
         gains = _gains(change - felt, change, self.scatter.variance, self.scatter.degrees)
         counts = np.diff([*first, len(felt)])
         most = np.maximum.reduceat(gains, first)
@@ -233,10 +236,10 @@ class Reference:
         felt = float(np.linalg.pinv(self.layout.wrench)[:, 5] @ mode)
         change = float((flight.legs[1] - flight.legs[0] - self.turn.mean) @ mode)
         variance, degrees = self.turn.variance[yaw : yaw + 1], self.turn.degrees[yaw : yaw + 1]
-        weight = float(self.scatter.mean.sum())
+        weight, sizes = float(self.scatter.mean.sum()), np.geomspace(SMALLEST, LARGEST, _FINE)
         for k, (x, y, _) in enumerate(self.layout.position):
             torque = -(x * flight.travel[:, 1] - y * flight.travel[:, 0])
-            left = change - (torque[0] - torque[1]) * felt * weight * SIZES**2
+            left = change - (torque[0] - torque[1]) * felt * weight * sizes**2
             gains = _gains(left[:, None], np.array([change]), variance, degrees)
             evidence = _evidence(gains)
             if evidence >= asked:

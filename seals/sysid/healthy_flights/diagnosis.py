@@ -171,7 +171,7 @@ class HealthyFlights:
         Raises:
             LogError: a log shows no flight, has no commands, or is of another vehicle.
         """
-        vehicle = read_vehicle(logs[0].meta, robot)
+        vehicle = _vehicle(logs[0], robot)
         layout = layout_of(vehicle, logs[0])
         inertial = inertial and all(has_inertial(log) for log in logs)
         flights = []
@@ -210,7 +210,7 @@ def refuse_other(
     Raises:
         LogError: it does.
     """
-    other = read_vehicle(log.meta, robot)
+    other = _vehicle(log, robot)
     own = layout_of(other, log)
     same = own.wrench.shape == layout.wrench.shape and np.allclose(own.wrench, layout.wrench)
     if not same or other.name != vehicle.name or not math.isclose(own.mass, layout.mass):
@@ -219,3 +219,8 @@ def refuse_other(
             f"flights are of '{vehicle.name}' with {layout.limit.size}, or their masses or drives "
             "differ.\nGive flights of one vehicle."
         )
+
+
+def _vehicle(log: Log, robot: RobotDescription | None) -> Vehicle:
+    """Return the vehicle of a log, in air on Earth where it states no surroundings."""
+    return read_vehicle({"environment": {}, **log.meta}, robot)

@@ -16,8 +16,8 @@ from seals.motion import Body, Drives
 from seals.registry import get
 from seals.sysid.healthy_flights.balance import DriveLayout
 
-SIZES: Floats = np.geomspace(0.01, 0.95, 45)
-"""Sizes of an effect, log-uniform: one to 95 % of a drive's thrust, the weight, or the arm."""
+SMALLEST, LARGEST = 0.01, 0.95
+"""Sizes of an effect, log-uniform: shares of a drive's thrust, the weight, or the arm."""
 _SHARES: Floats = np.linspace(0.0, 1.0, 6)
 _PRESSED: Floats = np.linspace(0.0, 1.0, 4)
 _LIGHTEST = 1000.0
@@ -67,20 +67,21 @@ class Explanation:
         return _UNITS[self.effect]
 
 
-def explanations(layout: DriveLayout, healthy: Floats) -> list[Explanation]:
+def explanations(layout: DriveLayout, healthy: Floats, count: int) -> list[Explanation]:
     """Return all explanations of a change.
 
     Args:
         layout: the drives.
         healthy: their thrusts [N], shape (n,).
+        count: of the sizes of each effect.
     """
-    every = range(healthy.size)
-    found = [_weak(layout, healthy, k) for k in every]
-    found += [_load(layout, healthy, (k,)) for k in every]
-    found += [_shifted(layout, healthy, k) for k in every]
-    found += [_load(layout, healthy, pair) for pair in neighbours(layout.position)]
+    every, sizes = range(healthy.size), np.geomspace(SMALLEST, LARGEST, count)
+    found = [_weak(layout, healthy, sizes, k) for k in every]
+    found += [_load(layout, healthy, sizes, (k,)) for k in every]
+    found += [_shifted(layout, healthy, sizes, k) for k in every]
+    found += [_load(layout, healthy, sizes, pair) for pair in neighbours(layout.position)]
     found += [_pair(found[i], found[j]) for i, j in combinations(every, 2)]
-    return [*found, _load(layout, healthy, ()), _thrust(layout, healthy)]
+    return [*found, _load(layout, healthy, sizes, ()), _thrust(layout, healthy, sizes)]
 
 
 def neighbours(position: Floats) -> list[tuple[int, int]]:
@@ -90,7 +91,7 @@ def neighbours(position: Floats) -> list[tuple[int, int]]:
     return [pair for pair, far in zip(pairs, apart, strict=True) if far < 1.1 * min(apart)]
 
 
-def _weak(layout: DriveLayout, healthy: Floats, drive: int) -> Explanation:
+def _weak(layout: DriveLayout, healthy: Floats, sizes: Floats, drive: int) -> Explanation:
     """One drive loses thrust, and reaction torque with it, as a shortened blade does.
 
     A blade that keeps its drag, ``torque_share: 0``, leaves the yaw balance as a load does: it is
@@ -98,12 +99,12 @@ def _weak(layout: DriveLayout, healthy: Floats, drive: int) -> Explanation:
     """
     law = get("effect", "weak_rotor").load()
     params = {
-        "relative_loss": SIZES[:, None],
+        "relative_loss": sizes[:, None],
         "torque_share": np.ones((1, 1)),
         "rotor": np.full((1, 1), drive + 1.0),
     }
     changes = _restored(layout, law, healthy, params)
-    return Explanation(effect="weak_rotor", drives=(drive + 1,), changes=changes, sizes=SIZES)
+    return Explanation(effect="weak_rotor", drives=(drive + 1,), changes=changes, sizes=sizes)
 
 
 def _pair(one: Explanation, other: Explanation) -> Explanation:
@@ -118,9 +119,9 @@ def _pair(one: Explanation, other: Explanation) -> Explanation:
     )
 
 
-def _thrust(layout: DriveLayout, healthy: Floats) -> Explanation:
+def _thrust(layout: DriveLayout, healthy: Floats, sizes: Floats) -> Explanation:
     """All drives lose or gain the same share of thrust and torque."""
-    sizes = np.concatenate([-SIZES, SIZES])
+    sizes = np.concatenate([-sizes, sizes])
     law = get("effect", "thrust_coefficient").load()
     changes = _restored(layout, law, healthy, {"relative_change": sizes[:, None]})
     return Explanation(effect="thrust_coefficient", drives=(), changes=changes, sizes=sizes)
@@ -151,7 +152,7 @@ def _restored(layout: DriveLayout, law: Any, healthy: Floats, params: dict[str, 
     return np.asarray(np.einsum("ij,rjk,rk->ri", inverse, np.linalg.pinv(felt), lost))
 
 
-def _load(layout: DriveLayout, healthy: Floats, at: tuple[int, ...]) -> Explanation:
+def _load(layout: DriveLayout, healthy: Floats, sizes: Floats, at: tuple[int, ...]) -> Explanation:
     """A load under a drive, midway between two, or in the middle.
 
     A load under a rotor stands in its wake and is pressed down.
@@ -159,14 +160,16 @@ def _load(layout: DriveLayout, healthy: Floats, at: tuple[int, ...]) -> Explanat
     carried = _carried(layout, healthy)
     place = layout.position[list(at)].mean(axis=0) if at else np.zeros(3)
     law = get("effect", "payload").load()
-    params = {"mass": carried * SIZES[:, None], "position": np.tile(place, (SIZES.size, 1))}
-    changes = _lifts(layout, healthy, np.asarray(law.inertia_change(_body(carried), params)))
-    sizes = np.tile(layout.mass * SIZES, _SHARES.size if layout.signals else 1)
+    params = {"mass": carried * sizes[:, None], "position": np.tile(place, (sizes.size, 1))}
+    changes = _lifts(
+        layout, healthy, np.asarray(law.inertia_change(_body(carried, sizes.size), params))
+    )
+    values = np.tile(layout.mass * sizes, _SHARES.size if layout.signals else 1)
     if len(at) == 1 and layout.radius[at[0]] > 0.0:
-        changes = _pressed_down(layout, healthy, changes, sizes, at[0])
-        sizes = np.tile(sizes, _PRESSED.size)
+        changes = _pressed_down(layout, healthy, changes, values, at[0])
+        values = np.tile(values, _PRESSED.size)
     drives = tuple(k + 1 for k in at)
-    return Explanation(effect="payload", drives=drives, changes=changes, sizes=sizes)
+    return Explanation(effect="payload", drives=drives, changes=changes, sizes=values)
 
 
 def _carried(layout: DriveLayout, healthy: Floats) -> float:
@@ -186,7 +189,7 @@ def _pressed_down(
     the share of the bulkiest all are equally probable.
     """
     area = (mass / _LIGHTEST) ** (2.0 / 3.0)
-    share = np.minimum(area / (np.pi * layout.radius[drive] ** 2), SIZES[-1])
+    share = np.minimum(area / (np.pi * layout.radius[drive] ** 2), LARGEST)
     rows = []
     for part in _PRESSED:
         lost = part * share
@@ -196,18 +199,18 @@ def _pressed_down(
     return np.concatenate(rows)
 
 
-def _shifted(layout: DriveLayout, healthy: Floats, drive: int) -> Explanation:
+def _shifted(layout: DriveLayout, healthy: Floats, sizes: Floats, drive: int) -> Explanation:
     """The centre of gravity moves towards a drive."""
     arm = layout.position[drive]
     law = get("effect", "centre_of_gravity").load()
-    offset = {"offset": SIZES[:, None] * arm}
-    inertia = np.asarray(law.inertia_change(_body(_carried(layout, healthy)), offset))
-    sizes = float(np.linalg.norm(arm)) * SIZES
+    offset = {"offset": sizes[:, None] * arm}
+    inertia = np.asarray(law.inertia_change(_body(_carried(layout, healthy), sizes.size), offset))
+    values = float(np.linalg.norm(arm)) * sizes
     return Explanation(
         effect="centre_of_gravity",
         drives=(drive + 1,),
         changes=_lifts(layout, healthy, inertia),
-        sizes=np.tile(sizes, _SHARES.size if layout.signals else 1),
+        sizes=np.tile(values, _SHARES.size if layout.signals else 1),
     )
 
 
@@ -231,7 +234,6 @@ def _lifts(layout: DriveLayout, healthy: Floats, inertia: Floats) -> Floats:
     return np.concatenate([(1.0 - s) * thrusts + s * flat for s in _SHARES])
 
 
-def _body(weight: float) -> Body:
-    one = np.ones((SIZES.size, 1))
-    centre = np.zeros((SIZES.size, 3))
+def _body(weight: float, rows: int) -> Body:
+    one, centre = np.ones((rows, 1)), np.zeros((rows, 3))
     return Body(mass=weight * one, centre_of_mass=centre, volume=0.0 * one, plan_area=0.0 * one)
