@@ -13,6 +13,7 @@ from seals.config.overrides import typed
 from seals.errors import ConfigError, LogError
 from seals.logs import refuse_if_bad
 from seals.logs.log import Log
+from seals.logs.shipped import find_log
 from seals.run.application import short_path
 from seals.run.hidden import hide, holds
 from seals.sysid.data.join import join_logs
@@ -26,6 +27,30 @@ MOST_ROWS = 1_000_000
 _LONG = 20_000
 _PACE = 0.03
 """Time for each row of a diagnosis, measured on the shipped flight of 1,800 rows [s]."""
+
+
+def place_logs(config: Any) -> None:
+    """Replace the short name of a shipped log by its path; refuse a path that does not exist."""
+    from omegaconf import OmegaConf, open_dict
+
+    with open_dict(config):
+        if config.get("log") is not None:
+            many = OmegaConf.is_list(config.log)
+            found = [str(find_log(str(place))) for place in (config.log if many else [config.log])]
+            config.log = found if many else found[0]
+        if config.get("healthy"):
+            config.healthy = _shipped(config.healthy)
+        if config.get("older"):
+            config.older = [str(find_log(str(place), key="older")) for place in config.older]
+
+
+def _shipped(healthy: Any) -> Any:
+    """Return the paths of healthy logs, in lists of sessions as they were given."""
+    from omegaconf import OmegaConf
+
+    if OmegaConf.is_list(healthy):
+        return [_shipped(part) for part in healthy]
+    return str(find_log(str(healthy), key="healthy"))
 
 
 def places_of(given: Any, *, key: str) -> list[Path]:
