@@ -17,9 +17,10 @@ from seals.errors import LogError
 from seals.logs.log import Log
 from seals.logs.native import write_native
 from seals.plugins.readers.crazypad import ReaderCrazypad
+from seals.sysid.data.vehicle import read_vehicle
 from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.decision.verdict import Verdict
-from seals.sysid.healthy_flights.balance import Balance, DriveLayout
+from seals.sysid.healthy_flights.balance import Balance, DriveLayout, balance_of, layout_of
 from seals.sysid.healthy_flights.comparison import COMMON, Reference
 from seals.sysid.healthy_flights.explanations import LARGEST, SMALLEST, explanations
 from seals.sysid.healthy_flights.scatter import Known, Modes, scatter_of
@@ -322,3 +323,15 @@ def test_a_table_of_another_kind_is_refused(tmp_path: Path) -> None:
     (tmp_path / "log00").write_bytes(b"\xbc\x01")
     with pytest.raises(LogError, match="offline form"):
         ReaderCrazypad().read(tmp_path / "log00")
+
+
+def test_a_vehicle_that_floats_flies_while_its_thrusters_rest() -> None:
+    """Thrusts that come and go at one depth are one leg; their mean is the balance."""
+    time = np.arange(0.0, 8.0, 0.02)
+    speed = np.where(time < 4.0, 1000.0, 200.0)
+    columns = {"t": time, **{f"rotor_speed_cmd_{k}": speed for k in (1, 2, 3, 4)}}
+    log = Log(name="swum", columns={**columns, "position_z": 0.0 * time - 3.0})
+    vehicle = read_vehicle({**META, "vehicle": {**META["vehicle"], "mass": 5.0}})  # type: ignore[dict-item]
+    found = balance_of(log, vehicle, layout_of(vehicle, log))
+    assert len(found.legs) == 1
+    assert found.mean == pytest.approx(1e-8 * 0.5 * (1000.0**2 + 200.0**2), rel=0.01)

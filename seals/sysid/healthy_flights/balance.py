@@ -139,7 +139,7 @@ def balance_of(
         LogError: the log shows no flight, or its commands do not fit the drives.
     """
     thrusts = _thrusts(log, vehicle, layout)
-    legs = _legs(log, thrusts)
+    legs = _legs(log, thrusts, layout)
     means = np.stack([thrusts[leg].mean(axis=0) for leg in legs])
     if inertial:
         force = log.channel("specific_force")
@@ -195,7 +195,7 @@ def _thrusts(log: Log, vehicle: Vehicle, layout: DriveLayout) -> Floats:
     return np.concatenate([d.thrust for d in _drives(_actuators(vehicle), held)], axis=1)
 
 
-def _legs(log: Log, thrusts: Floats) -> list[NDArray[np.int64]]:
+def _legs(log: Log, thrusts: Floats, layout: DriveLayout) -> list[NDArray[np.int64]]:
     """Rows of each leg: between take-off and landing, without both.
 
     Raises:
@@ -205,9 +205,15 @@ def _legs(log: Log, thrusts: Floats) -> list[NDArray[np.int64]]:
     on = np.isfinite(total) & (total > 0.0)
     if not on.any():
         raise LogError(f"log '{log.name}' is no flight: its drives never run.")
-    on &= total > _RUNNING * float(np.median(total[on]))
+    lift = float(np.median(thrusts[on] @ layout.wrench[2]))
+    # what floats does not stand on the ground where its drives rest
+    on = (
+        on & (total > _RUNNING * float(np.median(total[on])))
+        if lift > 0.5 * layout.weight
+        else (np.isfinite(total))
+    )
     height = _place(log)[:, 2]
-    resting = np.isfinite(height) & ~on
+    resting = np.isfinite(height) & np.isfinite(total) & ~on
     if resting.any():
         floor = float(np.median(height[resting]))
         top = float(np.nanquantile(height, 0.95)) - floor
