@@ -158,7 +158,7 @@ def has_inertial(log: Log) -> bool:
 def _actuators(vehicle: Vehicle) -> list[Any]:
     return sorted(
         (e for e in vehicle.effects.values() if has_hook(e, "drives")),
-        key=lambda e: e.first,  # type: ignore[attr-defined]  # of actuators
+        key=lambda e: e.first,
     )
 
 
@@ -241,4 +241,6 @@ def _place(log: Log) -> Floats:
 def _travel(log: Log, legs: Sequence[NDArray[np.int64]]) -> Floats:
     place = _place(log)[:, :2]
     ways = np.stack([place[leg[-1]] - place[leg[0]] for leg in legs])
-    return np.nan_to_num(ways / np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-9))
+    return np.asarray(
+        np.nan_to_num(ways / np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-9))
+    )

@@ -151,8 +151,8 @@ class Reference:
                 "\nGive healthy flights of the same vehicle, with commands in the same units."
             )
         change = self.modes.vectors @ (flight.mean - self.scatter.mean)
-        names = [one.name for one in self.known]
-        scores = dict(zip(names, self._evidence(self._felt, change).tolist(), strict=True))
+        every = [one.name for one in self.known]
+        scores = dict(zip(every, self._evidence(self._felt, change).tolist(), strict=True))
         scores |= self._slung(flight, scores, RULED_OUT + policy.evidence_further)
         within = {one.name: one.within for one in self.known}
         best = max(scores, key=lambda n: scores[n])

@@ -86,7 +86,7 @@ class Scatter:
             change: from the mean by mode, shape (modes,).
         """
         tails = 2.0 * student.sf(np.abs(change) / np.sqrt(self.variance), self.degrees)
-        return min(1.0, float(tails.min()) * change.size)
+        return min(1.0, float(np.min(tails)) * change.size)
 
 
 def scatter_of(

@@ -85,7 +85,7 @@ def _sessions(healthy: Any) -> list[list[str]]:
     """
     from omegaconf import OmegaConf
 
-    given = OmegaConf.to_container(healthy) if OmegaConf.is_config(healthy) else healthy
+    given: Any = OmegaConf.to_container(healthy) if OmegaConf.is_config(healthy) else healthy
     parts = [given] if isinstance(given, str) else given
     listed = isinstance(parts, list) and bool(parts)
     found = [[p] if isinstance(p, str) else p for p in parts] if listed else []
