@@ -101,9 +101,9 @@ def words(flight: Flight, answer: Changed | None) -> str:
     name = f"{Path(flight.row.file).stem:40}"
     if answer is None:
         return f"{name}  {Verdict.bad_data.value}"
-    losses = " ".join(f"{100.0 * loss:5.1f}" for loss in answer.losses)
+    lost_shares = " ".join(f"{100.0 * loss:5.1f}" for loss in answer.lost_shares)
     named = ", ".join(answer.names) or "-"
-    return f"{name}  {answer.verdict.value:15}  {answer.evidence:5.1f}  {losses}  {named}"
+    return f"{name}  {answer.verdict.value:15}  {answer.evidence:5.1f}  {lost_shares}  {named}"
 
 
 def write(flights: Sequence[Flight], found: Sequence[Changed | None], out: Path) -> None:
@@ -115,10 +115,10 @@ def write(flights: Sequence[Flight], found: Sequence[Changed | None], out: Path)
             if one is None:
                 rows.writerow([flight.row.file, Verdict.bad_data.value, "", *[""] * 4])
                 continue
-            losses = [f"{loss:.4f}" for loss in one.losses]
+            lost_shares = [f"{loss:.4f}" for loss in one.lost_shares]
             # a load in the middle has no name of its own there: thrust_coefficient stands for it
             names = [name for name in one.names if name != "payload"]
-            rows.writerow([flight.row.file, one.verdict.value, "|".join(names), *losses])
+            rows.writerow([flight.row.file, one.verdict.value, "|".join(names), *lost_shares])
 
 
 def main() -> int:

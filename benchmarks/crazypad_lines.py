@@ -180,7 +180,9 @@ def _ranked(motor: int, pairs: Sequence[Pair]) -> Line:
     if len(known) < 3:
         return Line(of=_SET, what=what, figure="no flights", reached=False)
     rank = float(
-        spearmanr([p[1].losses[motor] for p in known], [p[0].cut[motor] for p in known]).statistic
+        spearmanr(
+            [p[1].lost_shares[motor] for p in known], [p[0].cut[motor] for p in known]
+        ).statistic
     )
     return Line(of=_SET, what=what, figure=f"{rank:.2f}", reached=rank >= 0.9)
 

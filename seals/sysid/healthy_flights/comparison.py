@@ -34,7 +34,7 @@ _FINE, _COARSE = 180, 45
 _DRAWS = 1024
 """Healthy flights, spread evenly, to find the evidence that this share of them exceeds."""
 PLAUSIBLE = 0.1
-"""Plausible relative loss of a drive, as `WeakRotor` declares it: the prior of estimated losses."""
+"""Plausible relative loss of a drive, as `WeakRotor` declares it: the prior of estimated lost_shares."""
 _BARE = 2.0
 """Evidence not worth more than a bare mention (Kass and Raftery 1995) [2 ln B]."""
 _MOST = 3
@@ -50,7 +50,7 @@ class Changed:
         verdict: of the comparison.
         names: explanations, best first, three at most.
         evidence: of the best against a healthy flight [2 ln B].
-        losses: estimated lost share of thrust of each drive, shape (n,).
+        lost_shares: estimated lost share of thrust of each drive, shape (n,).
         scores: of every explanation [2 ln B].
         change: from the healthy thrusts by mode [N], shape (modes,).
         unexplained: probability that the best explanation, or none, leaves so much.
@@ -59,7 +59,7 @@ class Changed:
     verdict: Verdict
     names: tuple[str, ...]
     evidence: float
-    losses: Floats
+    lost_shares: Floats
     scores: Mapping[str, float]
     change: Floats
     unexplained: float
@@ -168,7 +168,7 @@ class Reference:
             verdict=verdict,
             names=names,
             evidence=scores[best],
-            losses=self._losses(change),
+            lost_shares=self._lost_shares(change),
             scores=scores,
             change=change,
             unexplained=left,
@@ -246,7 +246,7 @@ class Reference:
                 out[f"slung_load@{k + 1}"] = scores[f"payload@{k + 1}"] + evidence
         return out
 
-    def _losses(self, change: Floats) -> Floats:
+    def _lost_shares(self, change: Floats) -> Floats:
         """Most probable lost shares of thrust, all drives at once, given the scatter."""
         modes, healthy = self.modes.vectors, self.scatter.mean
         prior = np.diag((PLAUSIBLE * healthy) ** 2)

@@ -115,7 +115,7 @@ class HealthyDiagnosis:
             "healthy": {
                 "sessions": scatter.sessions,
                 "thrusts": scatter.mean.tolist(),
-                "lost_share": changed.losses.tolist(),
+                "lost_share": changed.lost_shares.tolist(),
                 "modes": {
                     mode: {"change": float(d), "scatter": float(v) ** 0.5, "degrees": float(f)}
                     for mode, d, v, f in zip(
