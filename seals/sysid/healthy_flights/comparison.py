@@ -34,7 +34,7 @@ _FINE, _COARSE = 180, 45
 _DRAWS = 1024
 """Healthy flights, spread evenly, to find the evidence that this share of them exceeds."""
 PLAUSIBLE = 0.1
-"""Plausible relative loss of a drive, as `WeakRotor` declares it: the prior of estimated lost_shares."""
+"""Plausible relative loss of a drive, as `WeakRotor` declares it: the prior of lost shares."""
 _BARE = 2.0
 """Evidence not worth more than a bare mention (Kass and Raftery 1995) [2 ln B]."""
 _MOST = 3
