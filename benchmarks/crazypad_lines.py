@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import spearmanr
 
-from benchmarks.healthy_flights import Changed
 from benchmarks.real_data import Line
 from seals.errors import LogError, suggestion
+from seals.sysid.healthy_flights.comparison import COMMON, Changed
 
 _SET = "crazypad"
 _COLUMNS = ("file", "reference")
@@ -93,7 +93,7 @@ Pair = tuple[Row, Changed]
 
 def alarms(answer: Changed) -> bool:
     """Return whether a change other than a common change of thrust is claimed."""
-    return bool(set(answer.names) - {"thrust_coefficient"})
+    return bool(set(answer.names) - set(COMMON))
 
 
 def hit(pair: Pair) -> bool:
@@ -156,7 +156,7 @@ def _long_cuts(pairs: Sequence[Pair]) -> list[Line]:
     groups = sorted({row.group for row, _ in pairs})
     seen = {g: any(hit(p) for p in pairs if p[0].group == g) for g in groups}
     claims = [p for p in pairs if alarms(p[1])]
-    first = [next(n for n in p[1].names if n != "thrust_coefficient") for p in claims]
+    first = [next(n for n in p[1].names if n not in COMMON) for p in claims]
     motor = [n.endswith(f"@{p[0].motors}") for p, n in zip(claims, first, strict=True)]
     return [
         _at_least("2 cuts of 4 mm and more", [hit(p) for p in pairs], 0.85),
@@ -180,7 +180,9 @@ def _ranked(motor: int, pairs: Sequence[Pair]) -> Line:
     if len(known) < 3:
         return Line(of=_SET, what=what, figure="no flights", reached=False)
     rank = float(
-        spearmanr([p[1].losses[motor] for p in known], [p[0].cut[motor] for p in known]).statistic
+        spearmanr(
+            [p[1].lost_shares[motor] for p in known], [p[0].cut[motor] for p in known]
+        ).statistic
     )
     return Line(of=_SET, what=what, figure=f"{rank:.2f}", reached=rank >= 0.9)
 

@@ -58,7 +58,9 @@ class Application:
         from hydra.core.hydra_config import HydraConfig
 
         if self.logs:
-            _place_logs(config)
+            from seals.sysid.report.given_logs import place_logs
+
+            place_logs(config)
         try:
             code: int | None = getattr(importlib.import_module(self.module), self.name)(config)
             return code
@@ -335,21 +337,6 @@ def _run_task(config: Any) -> int | None:
 
     build_run(config)  # refuse before anything heavy is imported
     return Application("seals.run.application")(config)
-
-
-def _place_logs(config: Any) -> None:
-    """Replace the short name of a shipped log by its path; refuse a path that does not exist."""
-    from omegaconf import OmegaConf, open_dict
-
-    from seals.logs.shipped import find_log
-
-    with open_dict(config):
-        if config.get("log") is not None:
-            many = OmegaConf.is_list(config.log)
-            found = [str(find_log(str(place))) for place in (config.log if many else [config.log])]
-            config.log = found if many else found[0]
-        if config.get("older"):
-            config.older = [str(find_log(str(place), key="older")) for place in config.older]
 
 
 def _compare_task(config: Any) -> int | None:

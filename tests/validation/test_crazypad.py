@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks.crazypad import answers, read
+from benchmarks.crazypad import Answers, read
 from benchmarks.crazypad_lines import lines_of
 from benchmarks.real_data import BESIDE
 
@@ -17,8 +17,8 @@ def test_cut_propellers_and_a_string_are_found() -> None:
     if not folder.is_dir():
         pytest.skip(f"the flights are not there: {folder}")
     flights = read(folder)
-    references = [f.balance for f in flights if f.row.healthy and f.balance is not None]
-    found = answers(flights, references)
+    answers = Answers([f for f in flights if f.row.healthy])
+    found = [answers.about(flight) for flight in flights]
     reached = {line.what for line in lines_of([f.row for f in flights], found) if line.reached}
     for words in (
         *("cuts of 4 mm and more", "groups of such cuts", "motor right", "two cuts of 4 mm"),

@@ -45,6 +45,10 @@ def execute(config: Any) -> int:
     given = given_logs(config)
     out = Path(config.out or HydraConfig.get().runtime.output_dir)
     make_folder(out)
+    if config.healthy is not None:
+        from seals.sysid.report.healthy_application import compare
+
+        return compare(given, out)
     with progress("diagnosing", STAGES * _STEP) as tell:
         try:
             log, robot = given.read()

@@ -13,6 +13,7 @@ from seals.config.overrides import typed
 from seals.errors import ConfigError, LogError
 from seals.logs import refuse_if_bad
 from seals.logs.log import Log
+from seals.logs.shipped import find_log
 from seals.run.application import short_path
 from seals.run.hidden import hide, holds
 from seals.sysid.data.join import join_logs
@@ -26,6 +27,30 @@ MOST_ROWS = 1_000_000
 _LONG = 20_000
 _PACE = 0.03
 """Time for each row of a diagnosis, measured on the shipped flight of 1,800 rows [s]."""
+
+
+def place_logs(config: Any) -> None:
+    """Replace the short name of a shipped log by its path; refuse a path that does not exist."""
+    from omegaconf import OmegaConf, open_dict
+
+    with open_dict(config):
+        if config.get("log") is not None:
+            many = OmegaConf.is_list(config.log)
+            found = [str(find_log(str(place))) for place in (config.log if many else [config.log])]
+            config.log = found if many else found[0]
+        if config.get("healthy"):
+            config.healthy = _shipped(config.healthy)
+        if config.get("older"):
+            config.older = [str(find_log(str(place), key="older")) for place in config.older]
+
+
+def _shipped(healthy: Any) -> Any:
+    """Return the paths of healthy logs, in lists of sessions as they were given."""
+    from omegaconf import OmegaConf
+
+    if OmegaConf.is_list(healthy):
+        return [_shipped(part) for part in healthy]
+    return str(find_log(str(healthy), key="healthy"))
 
 
 def places_of(given: Any, *, key: str) -> list[Path]:
@@ -82,11 +107,24 @@ class GivenLogs:
             ConfigError: the nominal model does not hold what is to be left out of it.
             LogError: a log cannot be used, or they do not belong together.
         """
+        logs, robot = self.each()
+        return join_logs(logs), robot
+
+    def each(self, *, sheet: bool = True) -> tuple[list[Log], RobotDescription | None]:
+        """Return all logs by themselves, and the robot, both without what is left out.
+
+        Args:
+            sheet: whether to tell which logs state no tolerances.
+
+        Raises:
+            ConfigError: the nominal model does not hold what is to be left out of it.
+            LogError: a log cannot be used.
+        """
         logs, robot = [], self.robot
         for place in self.places:
-            log, robot = self._reduced(_read_log(self.config, place), robot)
+            log, robot = self._reduced(_read_log(self.config, place, sheet=sheet), robot)
             logs.append(log)
-        return join_logs(logs), robot
+        return logs, robot
 
     def _reduced(
         self, log: Log, robot: RobotDescription | None
@@ -168,7 +206,7 @@ def robot_word(name: str, folder: Path) -> str:
     return str(short_path(folder))
 
 
-def _read_log(config: Any, place: Path) -> Log:
+def _read_log(config: Any, place: Path, *, sheet: bool = True) -> Log:
     """Read one log with the reader of a composed configuration.
 
     What the log does not say, the data sheet in the robot's folder may.
@@ -193,7 +231,8 @@ def _read_log(config: Any, place: Path) -> Log:
     refuse_if_bad(log)
     if config.robot.folder:
         log = replace(log, meta={**datasheet_of(config.robot.folder), **log.meta})
-    _tell_stated(log, place, robot_name(config) if config.robot.folder else "FOLDER")
+    if sheet:
+        _tell_stated(log, place, robot_name(config) if config.robot.folder else "FOLDER")
     return log
 
 

@@ -27,13 +27,15 @@ class GivenLogsSettings(LogRobotSettings):
     without: list[str] = field(default_factory=list)
 
 
-@roles(data="name plan report", write="out")
+@roles(data="name plan report", read="healthy", write="out")
 @dataclass(kw_only=True)
 class DiagnoseSettings(GivenLogsSettings):
     """Settings of a diagnosis: logs of one vehicle, and the output folder.
 
     Args:
         name: of the diagnosis, part of the run folder's name.
+        healthy: logs of healthy flights of the vehicle, with which the log is compared instead of
+            with its model: a list of them, or a list of such lists, one for each session.
         out: folder of the answer, or None for the run's folder.
         processes: that share the work; 0 for one per core.
         plan: whether to look for the flight that would settle what stays open.
@@ -41,6 +43,7 @@ class DiagnoseSettings(GivenLogsSettings):
     """
 
     name: str = "diagnose"
+    healthy: Any = None
     out: str | None = None
     processes: int = count(0, bounds=(0, 256))
     plan: bool = True

@@ -1,0 +1,246 @@
+"""Balance of a flight: mean thrusts that its commands ask of the drives."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seals.arrays import Floats
+from seals.effects.binding import has_hook
+from seals.errors import LogError
+from seals.logs.log import Log
+from seals.logs.motor_curve import motor_curve, with_rotor_speeds
+from seals.motion import Drives, Inputs
+from seals.schema import parameters_of
+from seals.sysid.data.vehicle import Vehicle
+
+SIGNALS = "motor_pwm"
+"""Channel of signals to the motors, from which thrusts follow by the stated motor curve."""
+_FLOWN = 0.6
+"""Share of its greatest height from which on a vehicle that stood on the ground counts as flown:
+below it take-off and landing rule."""
+_RUNNING = 0.5
+"""Share of its median thrust above which a vehicle is carried by its drives."""
+_SHORTEST = 2.0
+"""Seconds that a leg lasts at least, for its mean to outweigh take-off and landing."""
+_GAP = 1.0
+"""Seconds on the ground that end a leg."""
+_LEAST_HEIGHT = 0.1
+"""Height that a vehicle must leave the ground by [m]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DriveLayout:
+    """Drives of a vehicle.
+
+    Args:
+        position: of the drives from the origin of the base link [m], shape (n, 3).
+        radius: of their discs; zero where none is known [m], shape (n,).
+        wrench: force [N] and torque [N m] per thrust of each drive, base axes, shape (6, n).
+        limit: largest thrusts [N], shape (n,).
+        mass: of the vehicle [kg].
+        gravity: [m/s^2].
+        signals: whether thrusts follow from signals to the motors, not from speeds or forces.
+    """
+
+    position: Floats
+    radius: Floats
+    wrench: Floats
+    limit: Floats
+    mass: float
+    gravity: float
+    signals: bool
+
+    @property
+    def weight(self) -> float:
+        """Weight of the vehicle [N]."""
+        return self.mass * self.gravity
+
+
+@dataclass(frozen=True, kw_only=True)
+class Balance:
+    """Mean thrusts of one flight.
+
+    Args:
+        name: of the log.
+        session: flights of one session share what differs from session to session.
+        legs: mean thrusts between landings [N], shape (legs, n).
+        travel: directions of the legs over ground, unit vectors or zero, shape (legs, 2).
+    """
+
+    name: str
+    session: int
+    legs: Floats
+    travel: Floats
+
+    @property
+    def mean(self) -> Floats:
+        """Thrusts [N], shape (n,)."""
+        return np.asarray(self.legs.mean(axis=0))
+
+    @property
+    def turned(self) -> bool:
+        """Whether it consists of two legs, there and back."""
+        return len(self.legs) == 2 and float(self.travel[0] @ self.travel[1]) < -0.5
+
+
+def layout_of(vehicle: Vehicle, log: Log) -> DriveLayout:
+    """Return the drives of a vehicle as the commands of a log address them.
+
+    Raises:
+        LogError: it has no drives, or the log has no commands to them.
+    """
+    actuators = _actuators(vehicle)
+    if not actuators:
+        raise LogError(
+            f"vehicle '{vehicle.name}' has no rotors or thrusters: healthy= compares what the "
+            "drives are commanded to do.\nGive the folder of the robot that was flown: robot=NAME"
+        )
+    signals = not log.has(vehicle.commands) and log.has(SIGNALS)
+    full = np.concatenate([np.asarray(a.limit, dtype=float) for a in actuators])
+    each = _drives(actuators, full[None])
+    limit = np.concatenate([drives.thrust[0] for drives in each])
+    place = np.concatenate([drives.position for drives in each])
+    axis = np.concatenate([drives.axis for drives in each])
+    turn = np.concatenate([drives.torque[0] for drives in each]) / limit
+    lever = np.cross(place, axis) + turn[:, None] * axis
+    return DriveLayout(
+        position=place,
+        radius=np.concatenate([drives.radius for drives in each]),
+        wrench=np.concatenate([axis, lever], axis=1).T,
+        limit=limit,
+        mass=float(vehicle.robot.mass.sum()),
+        gravity=abs(float(vehicle.environment.gravity)),
+        signals=signals,
+    )
+
+
+def balance_of(
+    log: Log, vehicle: Vehicle, layout: DriveLayout, *, session: int = 0, inertial: bool = False
+) -> Balance:
+    """Return the mean thrusts of the legs of a flight.
+
+    Equation:
+        The mean over the rows of a leg of the nominal thrusts of its commands; with ``inertial``
+        times g over the mean specific force, for in manoeuvres drives carry more than the weight.
+
+    Args:
+        log: of a flight.
+        vehicle: that flew it.
+        layout: its drives.
+        session: number of its session.
+        inertial: whether its accelerometer tells how much the drives carry.
+
+    Raises:
+        LogError: the log shows no flight, or its commands do not fit the drives.
+    """
+    thrusts = _thrusts(log, vehicle, layout)
+    legs = _legs(log, thrusts, layout)
+    means = np.stack([thrusts[leg].mean(axis=0) for leg in legs])
+    if inertial:
+        force = log.channel("specific_force")
+        carried = [float(np.linalg.norm(np.nanmean(force[leg], axis=0))) for leg in legs]
+        means = means * layout.gravity / np.array(carried)[:, None]
+    return Balance(name=log.name, session=session, legs=means, travel=_travel(log, legs))
+
+
+def has_inertial(log: Log) -> bool:
+    """Return whether the log has the specific force along all axes."""
+    return log.has("specific_force") and bool(
+        np.isfinite(log.channel("specific_force")).any(axis=0).all()
+    )
+
+
+def _actuators(vehicle: Vehicle) -> list[Any]:
+    return sorted(
+        (e for e in vehicle.effects.values() if has_hook(e, "drives")),
+        key=lambda e: e.first,
+    )
+
+
+def _drives(actuators: Sequence[Any], state: Floats) -> list[Drives]:
+    """Drives of each actuator for commands that are reached, shape (T, n)."""
+    inputs, found = Inputs(step=0.0, joint_torque=np.zeros((1, 0)), drive=state), []
+    for actuator in actuators:
+        values = {k: np.full((1, 1), float(getattr(actuator, k))) for k in parameters_of(actuator)}
+        found.append(actuator.drives(inputs, {**values, **actuator.constants()}))
+    return found
+
+
+def _thrusts(log: Log, vehicle: Vehicle, layout: DriveLayout) -> Floats:
+    """Nominal thrusts of the commands [N], held until the next one, shape (T, n)."""
+    if layout.signals and log.has(SIGNALS):
+        # the full speed of a rotor is that of its largest thrust
+        full = [{"max_speed": w} for a in _actuators(vehicle) for w in np.asarray(a.limit)]
+        log = with_rotor_speeds(log, motor_curve(log.meta.get("motors")), full)[0]
+    if not log.has(vehicle.commands):
+        raise LogError(
+            f"log '{log.name}' has no channel '{vehicle.commands}'"
+            f"{'' if layout.signals else f' (other logs have it, not {SIGNALS})'}.\n"
+            "healthy= compares what the drives are commanded to do: give logs with their commands."
+        )
+    sent = log.channel(vehicle.commands)
+    if sent.shape[1] != layout.limit.size:
+        raise LogError(
+            f"log '{log.name}': {vehicle.commands} has {sent.shape[1]} columns, the vehicle has "
+            f"{layout.limit.size} drives.\nGive logs of one vehicle, and its folder: robot=NAME"
+        )
+    good = np.isfinite(sent)
+    last = np.maximum.accumulate(np.where(good, np.arange(len(sent))[:, None], 0), axis=0)
+    held = np.take_along_axis(sent, last, axis=0)
+    return np.concatenate([d.thrust for d in _drives(_actuators(vehicle), held)], axis=1)
+
+
+def _legs(log: Log, thrusts: Floats, layout: DriveLayout) -> list[NDArray[np.int64]]:
+    """Rows of each leg: between take-off and landing, without both.
+
+    Raises:
+        LogError: there is none.
+    """
+    time, total = log.time, np.abs(thrusts).sum(axis=1)
+    on = np.isfinite(total) & (total > 0.0)
+    if not on.any():
+        raise LogError(f"log '{log.name}' is no flight: its drives never run.")
+    lift = float(np.median(thrusts[on] @ layout.wrench[2]))
+    # what floats does not stand on the ground where its drives rest
+    on = (
+        on & (total > _RUNNING * float(np.median(total[on])))
+        if lift > 0.5 * layout.weight
+        else (np.isfinite(total))
+    )
+    height = _place(log)[:, 2]
+    resting = np.isfinite(height) & np.isfinite(total) & ~on
+    if resting.any():
+        floor = float(np.median(height[resting]))
+        top = float(np.nanquantile(height, 0.95)) - floor
+        if top < _LEAST_HEIGHT:
+            raise LogError(f"log '{log.name}' is no flight: it never leaves the ground.")
+        on &= height >= floor + _FLOWN * top
+    rows = np.flatnonzero(on)
+    if not rows.size:
+        raise LogError(f"log '{log.name}' is no flight: it never leaves the ground.")
+    parts = np.split(rows, np.flatnonzero(np.diff(time[rows]) > _GAP) + 1)
+    legs = [part for part in parts if float(np.ptp(time[part])) >= _SHORTEST]
+    if not legs:
+        raise LogError(f"log '{log.name}' is no flight: it never flies for {_SHORTEST:g} s.")
+    return legs
+
+
+def _place(log: Log) -> Floats:
+    """Measured or estimated position [m], shape (T, 3); NaN where there is none."""
+    for name in ("position", "estimated_position"):
+        if log.has(name):
+            return log.channel(name)
+    return np.full((log.rows, 3), np.nan)
+
+
+def _travel(log: Log, legs: Sequence[NDArray[np.int64]]) -> Floats:
+    place = _place(log)[:, :2]
+    ways = np.stack([place[leg[-1]] - place[leg[0]] for leg in legs])
+    return np.asarray(
+        np.nan_to_num(ways / np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-9))
+    )
