@@ -21,7 +21,7 @@ import yaml
 from seals.logs.table import read_parquet
 
 SEALS = (sys.executable, "-c", "import sys; from seals.cli.main import main; sys.exit(main())")
-PATIENCE = 1800.0
+PATIENCE = 300.0
 """Time after which a command that was left alone hangs [s]."""
 _CLOCK = ("seconds", "planning_seconds", "steps_per_second", "started", "created", "date")
 _LIFE = ("git", "overrides", "resume_of", "repeat_of", "remarks", "run_id")
