@@ -69,7 +69,7 @@ class DragRotor(Effect):
         1.0, "N", bounds=(1e-4, 1e5), tolerance=0.0, source="a share of the weight", fit=False
     )
     lever: float = param(
-        0.0, "m", bounds=(-1.0, 1.0), tolerance=0.01, source="flapping is not on data sheets"
+        0.0, "m", bounds=(-1.0, 1.0), tolerance=0.01, source="not on data sheets", later=True
     )
     medium: MediumKind = MediumKind.air
     accounts_for: ClassVar[tuple[str, ...]] = ("rotor drag",)
@@ -100,7 +100,7 @@ class DragRotor(Effect):
         return [
             Addition(
                 instance=name,
-                effect=cls(exponent=own.exponent, typical=own.typical),
+                effect=cls(exponent=own.exponent, typical=own.typical, lever=own.lever),
                 parameters={
                     "coefficient": size,
                     "exponent": bend,

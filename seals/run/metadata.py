@@ -11,6 +11,7 @@ import numpy as np
 
 from seals.config.plugin_lookup import plugin_name
 from seals.control.plant import Layout
+from seals.effects.binding import has_hook
 from seals.effects.effect import EffectOptions
 from seals.environment.sampler import WaterColumn
 from seals.frames import matrix_of, quaternion_of, quaternion_of_rpy
@@ -183,7 +184,9 @@ def _solids(settings: RunSettings) -> dict[str, Any]:
 
 
 def _elsewhere(effect: Any, sensors: Mapping[str, Any]) -> bool:
-    """Return whether an effect is a fault of sensors other than inertial ones."""
+    """Return whether an effect is a fault of what a run does not record: other sensors, poses."""
+    if has_hook(effect, "pose_turn"):
+        return True
     named = [n for n in options_of(effect, EffectOptions).sensors if n in sensors]
     return bool(named) and not any("specific_force" in sensors[n].channels() for n in named)
 

@@ -39,7 +39,8 @@ class Disagreement(NamedTuple):
 
     Args:
         sigma: equivalent white noise at the time step `STEP`, in the channel's unit.
-        white: part of sigma that the white noise of both channels explains.
+        white: part of sigma that white noise explains: of both channels, or of the sensor alone
+            where the share of the pose is told.
         of_pose: error of the pose that explains the rest of the difference, as white noise in its
             unit; 0 where that is not told.
     """
@@ -90,7 +91,7 @@ def _rates(rows: Even, gyro: Floats, noise: Mapping[str, float]) -> Disagreement
     if not whole.clear:
         return whole
     inner = _inner(rows.there)
-    share = _share(_fast(smooth(gyro))[inner], _fast(true)[inner])
+    share = _share(*_alike(smooth(gyro)[inner], true[inner]))
     return whole._replace(
         sigma=whole.sigma * share**0.5,
         white=noise["angular_velocity"],
@@ -112,7 +113,7 @@ def _forces(rows: Even, force: Floats, noise: Mapping[str, float]) -> Disagreeme
     if not whole.clear:
         return whole
     inner = _inner(rows.there)
-    share = _share(rotate(back, sensed)[inner], true[inner])
+    share = _share(*_alike(rotate(back, sensed)[inner], true[inner]))
     return whole._replace(sigma=whole.sigma * share**0.5, white=noise["specific_force"])
 
 
@@ -125,11 +126,17 @@ def _against(left: Floats, gain: float, of_pose: float, white: float) -> Disagre
     )
 
 
-def _fast(values: Floats) -> Floats:
+def _alike(sensed: Floats, posed: Floats) -> tuple[Floats, Floats]:
+    """Return the fast parts of both, the second with gain and axes of the first.
+
+    They are those of the slow part of the motion, of which noise is a small share.
+    """
     from scipy.signal import savgol_filter
 
-    fast: Floats = values - savgol_filter(values, _SLOW, 2, axis=0)
-    return fast
+    slow = [savgol_filter(values, _SLOW, 2, axis=0) for values in (sensed, posed)]
+    a, b = (values - values.mean(axis=0) for values in slow)
+    gain = np.linalg.lstsq(b, a, rcond=None)[0]
+    return sensed - slow[0], (posed - slow[1]) @ gain
 
 
 def _share(sensed: Floats, posed: Floats) -> float:

@@ -90,7 +90,8 @@ def disturbing_torque(
     left, gain = best
     # a fit gives a vehicle that answers less a larger inertia, and the torque counts with that
     answered = np.sum(gain * arms, axis=0) / np.maximum(np.sum(arms**2, axis=0), 1e-12)
-    felt = np.clip(1.0 / np.maximum(answered, 1e-9), inertia, _MOST * inertia)
+    shown = np.where(answered > 0.0, 1.0 / np.maximum(answered, 1e-9), inertia)
+    felt = np.clip(shown, inertia, _MOST * inertia)
     pulse = np.zeros((401, 1))
     pulse[200] = 1.0
     white = noise * float(np.sqrt(np.sum(np.gradient(smooth(pulse), step, axis=0) ** 2)))

@@ -58,3 +58,12 @@ def test_markers_that_are_not_level_are_no_effect(tmp_path: Path) -> None:
         )
         assert pose - sensor == pytest.approx(truth, abs=0.004)
         assert abs(pose) > 2.0 * abs(sensor)
+    # on another stretch the simulator with wind and turn is as good as a right model
+    second = tmp_path / "second"
+    assert main(["convert", *words, "rate=100", "span=[5,8]", f"out={second}"]) == 0
+    model = [f"diagnosis={answer}", "name=windy", f"folder={tmp_path}", f"robot={robot}"]
+    assert main(["add", *model]) == 0
+    checked = [f"log={second}", f"model={tmp_path / 'windy.yaml'}", f"robot={robot}"]
+    assert main(["verify", *checked, f"out={tmp_path / 'checked'}"]) == 0
+    error = json.loads((tmp_path / "checked" / "verify.json").read_text())["error"]
+    assert error["after"] < 1.3

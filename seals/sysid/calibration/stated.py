@@ -178,7 +178,7 @@ def _sensors(vehicle: Vehicle, candidate_set: CandidateSet) -> Iterator[StatedNu
         own = effect is not None and parameter.instance not in vehicle.effects
         if effect is None or not own or key.endswith(ACTIVE):
             continue
-        if key == late or has_hook(effect, "measure"):
+        if key == late or has_hook(effect, "measure") or has_hook(effect, "pose_turn"):
             meta = parameters_of(effect)[parameter.parameter]
             yield StatedNumber(
                 name=f"{SENSORS}.{key}", key=key, value=0.0, unit=meta.unit, bounds=parameter.bounds

@@ -315,7 +315,7 @@ def _sensed(
 
 
 def _reading_change(plant: Plant, change: Floats) -> Floats:
-    """Change of the inertial readings by accelerations and specific force, shape (T, 6)."""
+    """Change of the readings by accelerations and specific force, shape (T, 6 or 9)."""
     out = np.zeros((len(change), plant.reading_size))
     out[:, 3:6] = at_sensor(plant.vehicle, change)
     return out

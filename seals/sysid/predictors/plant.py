@@ -170,7 +170,7 @@ class Plant:
         return 9 if self._turning else 6
 
     def changes_readings(self, instance: str) -> bool:
-        """Return true if an instance changes the inertial readings but not the motion."""
+        """Return true if an instance changes readings, of the pose also, but not the motion."""
         effect = self.candidate_set.effects.get(instance)
         return instance in self._quiet - self.timed if effect is not None else False
 
@@ -383,7 +383,7 @@ class Plant:
         if not self._turning:
             return None
         changes = self.applied(values, rows).items()
-        given = {k: v for k, v in changes if k.partition(".")[0] in self._turning}
+        given = {k: self.total(k, v) for k, v in changes if k.partition(".")[0] in self._turning}
         bound = self._bound_alone(self._turning).with_values(given, np.zeros(1), rows)
         turns = [b.hooks.pose_turn(b.params) for b in bound.bound]
         return np.broadcast_to(np.sum(turns, axis=0), (rows, 3))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
-from seals.frames import conjugate, multiply, rotation_vector
+from seals.frames import conjugate, exponential, multiply, rotation_vector
 from seals.logs.log import Log
 from seals.sysid.candidates.parameters import CandidateSet
 from seals.sysid.candidates.vehicle import candidate_set_of
@@ -380,14 +380,18 @@ def refined(
         error = windows.states(windows.residual(prediction), prediction)
         # no free torque acts on the joints: they stay as measured
         error[:, 12:] = 0.0
-        astray = _astray(plant, trajectory, trajectory.moved(error), windows.rows)
+        astray = _astray(plant, values, trajectory, trajectory.moved(error), windows.rows)
         error[windows.rows[astray]] = 0.0
         trajectory = trajectory.moved(error)
     return trajectory
 
 
 def _astray(
-    plant: Plant, before: Trajectory, after: Trajectory, rows: NDArray[np.int64]
+    plant: Plant,
+    values: Mapping[str, float],
+    before: Trajectory,
+    after: Trajectory,
+    rows: NDArray[np.int64],
 ) -> NDArray[np.bool_]:
     """Return a mask of windows that a step moves away from the measured pose, shape (W,).
 
@@ -396,12 +400,16 @@ def _astray(
 
     Args:
         plant: extended model.
+        values: changes of its parameters.
         before: trajectory before the step.
         after: trajectory after it.
         rows: of the windows, shape (W, K).
     """
     samples, sigma = plant.samples, plant.vehicle.sigma
     place, turn = samples.channels["position"], samples.channels["orientation"]
+    turned = plant.pose_turn(values, len(turn))
+    if turned is not None:
+        turn = multiply(turn, exponential(-turned))
 
     def off(trajectory: Trajectory) -> Floats:
         shift = (trajectory.position - place) / sigma["position"]

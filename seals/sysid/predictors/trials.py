@@ -97,7 +97,7 @@ def _sizes(candidate_set: CandidateSet, leave: Sequence[str]) -> list[dict[str, 
 def _silent(candidate_set: CandidateSet, key: str) -> bool:
     """Return true if a parameter changes the readings but not the motion."""
     effect = candidate_set.effects.get(candidate_set.parameters[key].instance)
-    return effect is None or any(has_hook(effect, h) for h in ("measure", "timing"))
+    return effect is None or any(has_hook(effect, h) for h in ("measure", "pose_turn", "timing"))
 
 
 def mutated(plant: Plant, about: Sequence[Trial]) -> list[Trial]:

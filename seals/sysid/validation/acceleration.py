@@ -55,7 +55,9 @@ def acceleration_of(found: Verification, log: Log) -> AccelerationTrack | None:
     parts = log.segments()
     rows = found.ablation.first.track.rows
     seen = np.concatenate([p.channel("specific_force") for p in parts])[rows]
-    before, after = (m.track.reading[:, :, 3:] for m in (found.ablation.first, found.ablation.last))
+    before, after = (
+        m.track.reading[:, :, 3:6] for m in (found.ablation.first, found.ablation.last)
+    )
     given = np.isfinite(seen)
     if not given.all(axis=2).any():
         return None

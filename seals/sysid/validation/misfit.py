@@ -238,20 +238,32 @@ def _errors(track: Track, ruler: Yardstick, *, delay: float, blank: bool) -> dic
     for name, values in problem.samples.channels.items():
         seen = values[rows]
         if name == "orientation":
-            out[name] = _turned(seen, trajectory, rows, e[..., 3:6], blank=blank)
+            turn = track.reading[..., 6:9]
+            out[name] = _turned(seen, trajectory, rows, e[..., 3:6], turn, blank=blank)
         elif made[name].shape[2]:
             out[name] = np.where(np.isfinite(seen), base * np.nan_to_num(seen) - made[name], np.nan)
     return out
 
 
 def _turned(
-    seen: Floats, trajectory: Trajectory, rows: NDArray[np.int64], error: Floats, *, blank: bool
+    seen: Floats,
+    trajectory: Trajectory,
+    rows: NDArray[np.int64],
+    error: Floats,
+    turn: Floats,
+    *,
+    blank: bool,
 ) -> Floats:
-    """Small rotation from the simulated to the measured attitude [rad], shape (W, K, 3)."""
+    """Small rotation from the simulated to the measured attitude [rad], shape (W, K, 3).
+
+    The simulated one is turned like the pose where an effect turns that: (W, K, 3), else (W, K, 0).
+    """
     gap = np.isfinite(seen[..., :1])
     if blank:
         return np.where(gap, error, np.nan)
     made = multiply(trajectory.quaternion[rows.ravel()], exponential(error.reshape(-1, 3)))
+    if turn.size:
+        made = multiply(made, exponential(turn.reshape(-1, 3)))
     level = np.where(gap, seen, np.array([0.0, 0.0, 0.0, 1.0])).reshape(-1, 4)
     angle = rotation_vector(multiply(made * np.array([-1.0, -1.0, -1.0, 1.0]), level))
     return np.where(gap, angle.reshape(error.shape), np.nan)

@@ -9,11 +9,12 @@ from typing import Any
 
 from seals.arrays import Floats
 from seals.config.overlay import Overlay
-from seals.effects.binding import EffectSet, bind_effects
+from seals.effects.binding import EffectSet, bind_effects, has_hook
 from seals.effects.discrepancy import DragExponent, WaveMoment
 from seals.effects.effect import Effect
 from seals.environment.waves import Waves
 from seals.errors import ConfigError, suggestion
+from seals.registry import get, names
 from seals.sysid.candidates.parameters import CandidateSet
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.vehicle import Vehicle
@@ -98,6 +99,8 @@ class Model:
             if instance in candidate_set.waves:
                 sea = candidate_set.waves[instance].law(**values)
                 continue
+            if not _known(instance, effects, candidate_set):
+                continue
             effects[instance] = _moved(instance, values, effects, candidate_set)
         made = replace(self, name=name, vehicle=replace(self.vehicle, effects=effects))
         return made if sea is None else made.in_waves(sea)
@@ -156,6 +159,16 @@ def with_speeds(candidate_set: CandidateSet, speeds: Sequence[float]) -> Candida
             fixed.speeds = (float(speeds[0]), float(speeds[1]), float(speeds[2]))
             effects[name] = fixed
     return replace(candidate_set, effects=effects)
+
+
+def _known(instance: str, own: Mapping[str, Effect], candidate_set: CandidateSet) -> bool:
+    """Return false for a turn of the pose on a log whose markers are stated to be level.
+
+    It is a fault of the measurement in the log in which it was found, not of the model.
+    """
+    if instance in own or instance in candidate_set.effects or instance not in names("effect"):
+        return True
+    return not has_hook(get("effect", instance).load()(), "pose_turn")
 
 
 def _moved(

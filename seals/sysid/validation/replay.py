@@ -37,7 +37,8 @@ class Track:
     Args:
         rows: of the log, shape (W, K).
         error: state of the simulator against the trajectory, shape (W, K, n).
-        reading: of the inertial sensors, angular velocity and specific force, (W, K, 6).
+        reading: of the inertial sensors, angular velocity and specific force, and the turn of the
+            measured attitude where an effect turns it, (W, K, 6 or 9).
     """
 
     rows: NDArray[np.int64]
@@ -55,13 +56,15 @@ class Track:
             total: rows of the log.
         """
         count = self.error.shape[2]
-        defect, reading = np.zeros((total, count)), np.zeros((total, 6))
+        width = self.reading.shape[2]
+        defect, reading = np.zeros((total, count)), np.zeros((total, width))
         flat = self.rows[:, :-1]
         carried = np.einsum("wkij,wkj->wki", dynamics.transition[flat], self.error[:, :-1])
         defect[flat] = self.error[:, 1:] - carried
         felt = np.einsum("wkij,wkj->wki", dynamics.output_matrix[self.rows], self.error)
         own = np.concatenate([self.error[:, :, 9:12], felt], axis=2)
-        reading[self.rows] = self.reading - own
+        reading[self.rows] = self.reading
+        reading[self.rows, :6] -= own
         return Prediction(defect=defect, reading=reading)
 
 
@@ -248,7 +251,7 @@ def _before_rows(rate: Floats, at: NDArray[np.int64], count: int) -> Floats:
 
 
 def _reported(model: Model, felt: Floats, late: int, delay: float) -> Floats:
-    """Return the readings of the inertial sensors, shape (W, K, 6).
+    """Return the readings of the inertial sensors and the turn of the pose, (W, K, 6 or 9).
 
     Args:
         model: with its sensors' place, delay and errors.
@@ -271,6 +274,9 @@ def _reported(model: Model, felt: Floats, late: int, delay: float) -> Floats:
     reading = Reading(flat[:, :3], flat[:, 3:])
     for b in ReadingChain(model.bound).errors:
         reading = b.hooks.measure(reading, b.params)
-    out = np.concatenate([reading.angular_velocity, reading.specific_force], axis=1)
-    shaped: Floats = out.reshape(seen.shape)
+    parts = [reading.angular_velocity, reading.specific_force]
+    turns = [b.hooks.pose_turn(b.params) for b in model.bound.having("pose_turn")]
+    if turns:
+        parts.append(np.broadcast_to(np.sum(turns, axis=0), (len(flat), 3)))
+    shaped: Floats = np.concatenate(parts, axis=1).reshape(*seen.shape[:2], -1)
     return shaped
