@@ -44,6 +44,10 @@ class StationState(NamedTuple):
     joints: Floats
 
 
+_AFLOAT = 1.1
+"""Displacement of the whole hulls, over the mass, from which a vehicle is a boat."""
+
+
 @roles(data="sense priority")
 @dataclass(kw_only=True)
 class Station(VehicleController):
@@ -80,7 +84,8 @@ class Station(VehicleController):
         itself. The model of the robot is known, its load is not.
 
     Valid range:
-        Submerged vehicles at speeds that its thrusters hold against the drag.
+        Submerged vehicles and boats, which displace a tenth more than they weigh, at speeds that
+        the thrusters hold against the drag.
 
     Limitations:
         Roll and pitch are held at zero or passive; drag is left to the sum of the error.
@@ -117,7 +122,8 @@ class Station(VehicleController):
         """
         robot = plant.robot
         displaced = FRESH_WATER * sum(h.volume for h in robot.hulls if h is not None)
-        floats = displaced > float(robot.mass.sum())
+        # a submerged vehicle may be trimmed a little light: it is no boat
+        floats = displaced > _AFLOAT * float(robot.mass.sum())
         needed = [k for k in NEEDED if k != HEAVE or not floats]
         self._allocate(plant, plant.layout, STATION_ORDER, needed)
 

@@ -28,13 +28,15 @@ def test_a_diagnosis_becomes_rates_and_effects() -> None:
         {"name": "rotor_lag", "parameters": _parameters(time_constant_change=0.04)},
         {"name": "weak_rotor", "parameters": {}},
     ]
-    found = {"verdict": "named", "fitted": fitted, "effects": fitted[1:]}
+    # a delay that is fitted within its tolerance adds to a lag
+    nominal = {"command_delay.delay": {"value": 0.003}, "mass.mass": {"value": 1.0}}
+    found = {"verdict": "named", "fitted": fitted, "effects": fitted[1:], "nominal": nominal}
     told = {quantity: value for _, quantity, value in engine_answers("a", found)}
     assert float(told["drag_rate_1_s"]) == pytest.approx(0.4)
     assert told["sag_k"] == "1.90"
-    assert told["lag_s"] == "0.0400"
+    assert told["lag_s"] == "0.0430"
     assert told["other_effects"] == "weak_rotor"
-    alone = {"verdict": "named", "effects": [], "fitted": [
+    alone = {"verdict": "named", "effects": [], "nominal": nominal, "fitted": [
         {"name": "rotor_drag", "parameters": _parameters(coefficient=0.04)}
     ]}  # fmt: skip
     told = {quantity: value for _, quantity, value in engine_answers("a", alone)}

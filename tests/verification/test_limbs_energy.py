@@ -146,22 +146,25 @@ def energy(dynamics: Dynamics, robot: RobotModel) -> tuple[float, float]:
     """Return energies of motion and of place [J].
 
     Equation:
-        T = nu (I + s A) nu / 2 over the links. V = m g z_c + rho g V_s (0 - z_b): the work of
+        T = nu (I + s A + e h h^T) nu / 2 over the links. V = m g z_c - rho g V_s z_b: the work of
         lifting the weight, and of pushing the submerged volume V_s under water, z_b its centre.
     """
     twists, motion = dynamics.moving.twists[0], dynamics.motion
     inertia = robot.spatial_inertia.copy()
-    place = 0.0
+    place = np.zeros(len(robot.mass))
     for _, rows, added, medium in dynamics.found.inertias:
         picked = slice(None) if rows is None else rows
         inertia[picked] += added.weight[:, :, None] * added.matrix
+        if added.more is not None:
+            inertia[picked] += added.more
         centre = np.einsum("lij,lj->li", motion.rotation[picked], medium.buoyancy_centre)
         depth = -(motion.position[picked, 2] + centre[:, 2])
         volume = motion.body.volume[picked, 0] * medium.submersion[:, 0]
-        place += RHO * G * float(volume @ depth)
+        # the entry of a hull is an inertia of its own: its water is displaced once
+        place[picked] = RHO * G * volume * depth
     kinetic = 0.5 * float(np.einsum("lk,lkm,lm->", twists, inertia, twists))
     centres = motion.position[:, 2] + np.einsum("li,li->l", motion.up, robot.centre)
-    return kinetic, place + G * float(robot.mass @ centres)
+    return kinetic, float(place.sum()) + G * float(robot.mass @ centres)
 
 
 @pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
