@@ -76,7 +76,8 @@ def matrix(q: Vector) -> list[Vector]:
 class Quad:
     """PD flight of a quadrotor in X, motors front right, back right, back left, front left.
 
-    The first and third turn anticlockwise seen from above. Axes: north-east-down, forward-right-down.
+    The first and third turn anticlockwise seen from above. Axes: north-east-down and
+    forward-right-down.
     """
 
     mass, arm, k_t, k_q, top = 0.027, 0.0325, 1.28e-8, 7.6e-11, 3053.0

@@ -189,7 +189,7 @@ class Reference:
 
     @property
     def _lifted(self) -> bool:
-        return float(self.layout.wrench[2] @ self.scatter.mean) > 0.5 * self.layout.weight
+        return not any(flight.floats for flight in self.flights)
 
     @cached_property
     def _felt(self) -> tuple[Floats, NDArray[np.int64]]:
