@@ -221,7 +221,7 @@ def saved(folder: Path, name: str, thrusts: Sequence[float], **meta: object) -> 
     log = Log(
         name=name,
         columns={"t": time, **{f"rotor_speed_cmd_{k + 1}": speed[:, k] for k in range(4)}},
-        meta={**META, **meta},
+        meta={k: v for k, v in {**META, **meta}.items() if v is not None},
     )
     write_native(log, folder / name)
     return str(folder / name)
@@ -271,7 +271,7 @@ def test_what_cannot_be_compared_is_refused_in_words(
     heavy = {**META["vehicle"], "mass": 1.0}  # type: ignore[dict-item]
     other = saved(tmp_path, "other", [0.09] * 4, vehicle=heavy)
     assert main(["diagnose", f"log={other}", *given]) == 20
-    assert "masses or drives" in capsys.readouterr().out
+    assert "another vehicle (mass 1.0)" in capsys.readouterr().out
     assert main(["diagnose", f"log={saved(tmp_path, 'units', [0.3] * 4)}", *given]) == 20
     assert "times the thrust" in capsys.readouterr().out
     silent = Log(
@@ -284,6 +284,41 @@ def test_what_cannot_be_compared_is_refused_in_words(
     for bad in (f"[{healthy[0]}]", "[]", "[[]]", "[nowhere]", f"[{healthy[1]},{healthy[1]}]"):
         assert main(["diagnose", f"log={healthy[0]}", f"healthy={bad}", given[1]]) == 2
         assert "Traceback" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [({"name": "octo"}, "name octo"), ({"mass": 1.0}, "mass 1.0"), ({"rotors": []}, "")],
+)
+def test_another_vehicle_is_noticed_where_the_robot_is_given(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], change: dict[str, object], words: str
+) -> None:
+    """What the logs themselves say is compared; what they do not say is not."""
+    healthy = [saved(tmp_path, n, [0.09] * 4) for n in ("a", "bb")]
+    other = {**META["vehicle"], **change}  # type: ignore[dict-item]
+    sick = saved(tmp_path, "sick", [0.09] * 4, vehicle=other)
+    given = [f"healthy=[{','.join(healthy)}]", f"out={tmp_path / 'out'}", "robot=crazyflie"]
+    assert main(["diagnose", f"log={sick}", *given]) == (20 if words else 0)
+    assert words in capsys.readouterr().out
+
+
+def test_a_log_that_names_no_vehicle_flew_the_healthy_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Where no log names one, robot= is asked for; logs of one name are told by their folders."""
+    (tmp_path / "day1").mkdir()
+    (tmp_path / "day2").mkdir()
+    healthy = [saved(tmp_path / day, "flight", [0.09] * 4) for day in ("day1", "day2")]
+    healthy.append(saved(tmp_path, "other", [0.09] * 4))
+    sick = saved(tmp_path, "sick", [0.09, 0.09, 0.09 / 0.75, 0.09], vehicle=None)
+    out = tmp_path / "out"
+    assert main(["diagnose", f"log={sick}", f"healthy=[{','.join(healthy)}]", f"out={out}"]) == 10
+    left = json.loads((out / "diagnosis.json").read_text())["healthy"]["left_out"]
+    assert sorted(name[-11:] for name in left) == ["day1/flight", "day2/flight", "other"]
+    capsys.readouterr()
+    unknown = saved(tmp_path, "unknown", [0.09] * 4, vehicle=None)
+    assert main(["diagnose", f"log={sick}", f"healthy={unknown}", f"out={out}"]) == 2
+    assert "robot=NAME" in capsys.readouterr().err
 
 
 def test_a_table_without_labels_is_answered(tmp_path: Path) -> None:
