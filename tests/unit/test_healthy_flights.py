@@ -423,3 +423,19 @@ def test_a_drive_without_a_command_is_named() -> None:
     empty = {**log.columns, "rotor_speed_cmd_3": np.full(time.size, np.nan)}
     with pytest.raises(LogError, match="rotor_speed_cmd_3 has no value"):
         balance(replace(log, columns=empty))
+
+
+def test_an_accelerometer_that_is_silent_in_flight_is_named() -> None:
+    """Values on the ground alone tell nothing of what the drives carry."""
+    time = np.arange(0.0, 12.0, 0.02)
+    aloft = (time > 2.0) & (time < 10.0)
+    log = flown(time, np.where(aloft, 3000.0, 0.0), np.where(aloft, 1.0, 0.0))
+    force = {
+        f"specific_force_{axis}": np.full(time.size, value)
+        for axis, value in zip("xyz", (0.0, 0.0, 9.81), strict=True)
+    }
+    force["specific_force_z"][aloft] = np.nan
+    vehicle = read_vehicle(META)
+    silent = replace(log, columns={**log.columns, **force})
+    with pytest.raises(LogError, match="specific_force_z has no value in flight"):
+        balance_of(silent, vehicle, layout_of(vehicle, silent), inertial=True)

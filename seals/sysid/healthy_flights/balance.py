@@ -139,7 +139,8 @@ def balance_of(
         inertial: whether its accelerometer tells how much the drives carry.
 
     Raises:
-        LogError: the log shows no flight, or its commands do not fit the drives.
+        LogError: the log shows no flight, its commands do not fit the drives, or an axis of its
+            accelerometer has no value in a leg.
     """
     thrusts = _thrusts(log, vehicle, layout)
     floats = _floats(log, vehicle, thrusts, layout)
@@ -147,6 +148,12 @@ def balance_of(
     means = np.stack([thrusts[leg].mean(axis=0) for leg in legs])
     if inertial:
         force = log.channel("specific_force")
+        for k, axis in enumerate("xyz"):
+            if not all(np.isfinite(force[leg, k]).any() for leg in legs):
+                raise LogError(
+                    f"log '{log.name}': specific_force_{axis} has no value in flight.\n"
+                    "Correct the channel, or leave it out: then commands alone are compared."
+                )
         carried = [float(np.linalg.norm(np.nanmean(force[leg], axis=0))) for leg in legs]
         means = means * layout.gravity / np.array(carried)[:, None]
     return Balance(
