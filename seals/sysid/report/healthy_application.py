@@ -24,8 +24,6 @@ from seals.sysid.report.naming import figure, interval, percent
 ANSWER, PAGE = "diagnosis.json", "report.html"
 _TICKS = 32
 _STAGES = 3
-_SEEN = 3
-"""Effects of which the smallest size that would be seen is told."""
 _HEADS = {
     Verdict.named: "Changed since the healthy flights:",
     Verdict.ambiguous: "One of these changed since the healthy flights:",
@@ -139,7 +137,7 @@ def _smallest(found: HealthyDiagnosis) -> list[str]:
     """Describe from which size on changes of the first drive are seen, or that they are not."""
     known = {one.name: one for one in found.reference.known}
     parts = []
-    for name in ("weak_rotor@1", "payload@1", "centre_of_gravity@1")[:_SEEN]:
+    for name in ("weak_rotor@1", "payload@1", "centre_of_gravity@1"):
         size = found.reference.smallest.get(name, math.nan)
         one = known[name]
         unit = "" if one.unit == "1" else f" {one.unit}"
