@@ -20,7 +20,7 @@ from seals.plugins.readers.crazypad import ReaderCrazypad
 from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.healthy_flights.balance import Balance, DriveLayout
-from seals.sysid.healthy_flights.comparison import COMMON, Reference
+from seals.sysid.healthy_flights.comparison import COMMON, UNEXPLAINED, Reference
 from seals.sysid.healthy_flights.explanations import (
     LARGEST,
     SMALLEST,
@@ -157,6 +157,17 @@ def test_flights_are_told_from_healthy_ones_by_their_scatter() -> None:
     assert {"weak_rotor@1+2", "payload@1+2"} <= set(names)
     # more thrust of every other drive is a turn that nothing of the library makes
     assert answer([4.0, -4.0, 4.0, -4.0])[0] is Verdict.none_of_these
+
+
+@pytest.mark.parametrize("losses", [(0.0, 0.5934), (0.21, 0.5934)])
+def test_a_loss_between_the_sizes_tried_is_explained(losses: tuple[float, float]) -> None:
+    """Two hundred sessions know the scatter to a tenth of what lies between two sizes."""
+    beside = reference(np.random.default_rng(5), 1e-5, count=200)
+    share = np.array([losses[0], 0.0, losses[1], 0.0])
+    found = beside.compared(flight(HEALTHY / (1.0 - share), np.zeros(4)), DecisionPolicy())
+    assert found.unexplained > UNEXPLAINED
+    assert found.verdict in (Verdict.named, Verdict.ambiguous)
+    assert found.names[0] == ("weak_rotor@1+3" if losses[0] else "weak_rotor@3")
 
 
 def test_a_load_that_trails_on_the_floor_turns_with_the_travel() -> None:
