@@ -184,7 +184,7 @@ def _ranked(motor: int, pairs: Sequence[Pair]) -> Line:
             [p[1].lost_shares[motor] for p in known], [p[0].cut[motor] for p in known]
         ).statistic
     )
-    return Line(of=_SET, what=what, figure=f"{rank:.2f}", reached=rank >= 0.9)
+    return Line(of=_SET, what=what, figure=f"{rank:.4f}", reached=rank >= 0.9)
 
 
 def _at_least(what: str, are: Sequence[bool], share: float) -> Line:

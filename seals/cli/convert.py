@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from seals.config.overrides import typed
-from seals.errors import ConfigError, SealsError
+from seals.errors import ConfigError, LogError, SealsError
 from seals.logs.axes import with_axes
 from seals.logs.check import check_log
 from seals.logs.finding import Severity, lines_of
@@ -78,7 +78,12 @@ def _robot_of_run(place: Path) -> str:
     from seals.sysid.report.given_logs import robot_word
 
     path = place / "run.json"
-    stated = read_json(path).get("robot") if path.is_file() else None
+    try:
+        run = read_json(path) if path.is_file() else None
+    except LogError:
+        # the run of another program, or a damaged one: its robot is not known
+        return ""
+    stated = run.get("robot") if isinstance(run, Mapping) else None
     if not isinstance(stated, Mapping):
         return ""
     name, folder = (str(stated.get(key) or "") for key in ("name", "folder"))

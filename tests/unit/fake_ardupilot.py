@@ -76,7 +76,8 @@ def matrix(q: Vector) -> list[Vector]:
 class Quad:
     """PD flight of a quadrotor in X, motors front right, back right, back left, front left.
 
-    The first and third turn clockwise seen from above. Axes: north-east-down, forward-right-down.
+    The first and third turn anticlockwise seen from above. Axes: north-east-down and
+    forward-right-down.
     """
 
     mass, arm, k_t, k_q, top = 0.027, 0.0325, 1.28e-8, 7.6e-11, 3053.0
@@ -108,12 +109,12 @@ class Quad:
         roll, pitch = torque[0] / (4 * self.arm), torque[1] / (4 * self.arm)
         yaw = torque[2] * self.k_t / (4 * self.k_q)
         base = thrust / 4
-        # a rotor that turns clockwise pushes the body anticlockwise: towards negative yaw
+        # a rotor that turns anticlockwise pushes the body clockwise: towards positive yaw
         return [
-            base - roll + pitch - yaw,
-            base - roll - pitch + yaw,
-            base + roll - pitch - yaw,
-            base + roll + pitch + yaw,
+            base - roll + pitch + yaw,
+            base - roll - pitch - yaw,
+            base + roll - pitch + yaw,
+            base + roll + pitch - yaw,
         ]
 
     def pulse(self, force: float) -> int:

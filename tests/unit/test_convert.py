@@ -37,6 +37,19 @@ def test_a_table_with_a_map_becomes_a_log_folder(
     assert not (bench / "runs").exists()
 
 
+@pytest.mark.parametrize("run", ["[]", "3", "{", '{"robot": []}'])
+def test_a_run_json_of_another_program_names_no_robot(
+    bench: Path, capsys: pytest.CaptureFixture[str], run: str
+) -> None:
+    """A log folder beside such a file is used as it is."""
+    assert main(["convert", "log=tank.csv", "map=map.yaml", "meta=facts.yaml", "out=tank"]) == 0
+    (bench / "tank" / "run.json").write_text(run)
+    assert main(["convert", "log=tank", "out=again"]) == 2
+    said = capsys.readouterr().err
+    assert "Use it as it is: seals diagnose log=tank out=answer" in said
+    assert "Traceback" not in said
+
+
 def test_a_channel_that_is_late_is_shifted(bench: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Its values stand earlier by the time given; a number without a channel is refused."""
     words = ["convert", "log=tank.csv", "map=map.yaml"]

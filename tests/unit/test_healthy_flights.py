@@ -17,12 +17,16 @@ from seals.errors import LogError
 from seals.logs.log import Log
 from seals.logs.native import write_native
 from seals.plugins.readers.crazypad import ReaderCrazypad
-from seals.sysid.data.vehicle import read_vehicle
 from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.decision.verdict import Verdict
-from seals.sysid.healthy_flights.balance import Balance, DriveLayout, balance_of, layout_of
-from seals.sysid.healthy_flights.comparison import COMMON, Reference
-from seals.sysid.healthy_flights.explanations import LARGEST, SMALLEST, explanations
+from seals.sysid.healthy_flights.balance import Balance, DriveLayout
+from seals.sysid.healthy_flights.comparison import COMMON, UNEXPLAINED, Reference
+from seals.sysid.healthy_flights.explanations import (
+    LARGEST,
+    SMALLEST,
+    explanations,
+    neighbours,
+)
 from seals.sysid.healthy_flights.scatter import Known, Modes, scatter_of
 
 SQUARE = np.array([[1.0, -1.0, 0.0], [-1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [1.0, 1.0, 0.0]])
@@ -99,6 +103,17 @@ def test_six_rotors_share_what_one_of_them_loses() -> None:
     assert frame.wrench @ true == pytest.approx(frame.wrench @ healthy, abs=1e-9)
 
 
+@pytest.mark.parametrize("radius", [0.02, 0.0])
+def test_drives_above_each_other_are_no_neighbours(radius: float) -> None:
+    """Of an X8, four arms with two rotors each, the neighbours are the adjacent arms'."""
+    above = ARM * np.concatenate([SQUARE, SQUARE + np.array([0.0, 0.0, 0.5])])
+    frame = layout(above, np.concatenate([REACTION, -REACTION]))
+    found = neighbours(replace(frame, radius=np.full(8, radius)))
+    arms = {frozenset((i % 4, j % 4)) for i, j in found}
+    assert arms == {frozenset(p) for p in ((0, 1), (1, 2), (2, 3), (3, 0))}
+    assert len(found) == 4
+
+
 def test_signals_leave_the_thrust_law_open_between_two_bounds() -> None:
     """Thrust by the square of the voltage, or in proportion to it: h (T / h)^2, at most full."""
     open_law = layout(ARM * SQUARE, REACTION, signals=True)
@@ -142,6 +157,17 @@ def test_flights_are_told_from_healthy_ones_by_their_scatter() -> None:
     assert {"weak_rotor@1+2", "payload@1+2"} <= set(names)
     # more thrust of every other drive is a turn that nothing of the library makes
     assert answer([4.0, -4.0, 4.0, -4.0])[0] is Verdict.none_of_these
+
+
+@pytest.mark.parametrize("losses", [(0.0, 0.5934), (0.21, 0.5934)])
+def test_a_loss_between_the_sizes_tried_is_explained(losses: tuple[float, float]) -> None:
+    """Two hundred sessions know the scatter to a tenth of what lies between two sizes."""
+    beside = reference(np.random.default_rng(5), 1e-5, count=200)
+    share = np.array([losses[0], 0.0, losses[1], 0.0])
+    found = beside.compared(flight(HEALTHY / (1.0 - share), np.zeros(4)), DecisionPolicy())
+    assert found.unexplained > UNEXPLAINED
+    assert found.verdict in (Verdict.named, Verdict.ambiguous)
+    assert found.names[0] == ("weak_rotor@1+3" if losses[0] else "weak_rotor@3")
 
 
 def test_a_load_that_trails_on_the_floor_turns_with_the_travel() -> None:
@@ -221,7 +247,7 @@ def saved(folder: Path, name: str, thrusts: Sequence[float], **meta: object) -> 
     log = Log(
         name=name,
         columns={"t": time, **{f"rotor_speed_cmd_{k + 1}": speed[:, k] for k in range(4)}},
-        meta={**META, **meta},
+        meta={k: v for k, v in {**META, **meta}.items() if v is not None},
     )
     write_native(log, folder / name)
     return str(folder / name)
@@ -271,7 +297,7 @@ def test_what_cannot_be_compared_is_refused_in_words(
     heavy = {**META["vehicle"], "mass": 1.0}  # type: ignore[dict-item]
     other = saved(tmp_path, "other", [0.09] * 4, vehicle=heavy)
     assert main(["diagnose", f"log={other}", *given]) == 20
-    assert "masses or drives" in capsys.readouterr().out
+    assert "another vehicle (mass 1.0)" in capsys.readouterr().out
     assert main(["diagnose", f"log={saved(tmp_path, 'units', [0.3] * 4)}", *given]) == 20
     assert "times the thrust" in capsys.readouterr().out
     silent = Log(
@@ -284,6 +310,41 @@ def test_what_cannot_be_compared_is_refused_in_words(
     for bad in (f"[{healthy[0]}]", "[]", "[[]]", "[nowhere]", f"[{healthy[1]},{healthy[1]}]"):
         assert main(["diagnose", f"log={healthy[0]}", f"healthy={bad}", given[1]]) == 2
         assert "Traceback" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [({"name": "octo"}, "name octo"), ({"mass": 1.0}, "mass 1.0"), ({"rotors": []}, "")],
+)
+def test_another_vehicle_is_noticed_where_the_robot_is_given(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], change: dict[str, object], words: str
+) -> None:
+    """What the logs themselves say is compared; what they do not say is not."""
+    healthy = [saved(tmp_path, n, [0.09] * 4) for n in ("a", "bb")]
+    other = {**META["vehicle"], **change}  # type: ignore[dict-item]
+    sick = saved(tmp_path, "sick", [0.09] * 4, vehicle=other)
+    given = [f"healthy=[{','.join(healthy)}]", f"out={tmp_path / 'out'}", "robot=crazyflie"]
+    assert main(["diagnose", f"log={sick}", *given]) == (20 if words else 0)
+    assert words in capsys.readouterr().out
+
+
+def test_a_log_that_names_no_vehicle_flew_the_healthy_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Where no log names one, robot= is asked for; logs of one name are told by their folders."""
+    (tmp_path / "day1").mkdir()
+    (tmp_path / "day2").mkdir()
+    healthy = [saved(tmp_path / day, "flight", [0.09] * 4) for day in ("day1", "day2")]
+    healthy.append(saved(tmp_path, "other", [0.09] * 4))
+    sick = saved(tmp_path, "sick", [0.09, 0.09, 0.09 / 0.75, 0.09], vehicle=None)
+    out = tmp_path / "out"
+    assert main(["diagnose", f"log={sick}", f"healthy=[{','.join(healthy)}]", f"out={out}"]) == 10
+    left = json.loads((out / "diagnosis.json").read_text())["healthy"]["left_out"]
+    assert sorted(name[-11:] for name in left) == ["day1/flight", "day2/flight", "other"]
+    capsys.readouterr()
+    unknown = saved(tmp_path, "unknown", [0.09] * 4, vehicle=None)
+    assert main(["diagnose", f"log={sick}", f"healthy={unknown}", f"out={out}"]) == 2
+    assert "robot=NAME" in capsys.readouterr().err
 
 
 def test_a_table_without_labels_is_answered(tmp_path: Path) -> None:
@@ -323,15 +384,3 @@ def test_a_table_of_another_kind_is_refused(tmp_path: Path) -> None:
     (tmp_path / "log00").write_bytes(b"\xbc\x01")
     with pytest.raises(LogError, match="offline form"):
         ReaderCrazypad().read(tmp_path / "log00")
-
-
-def test_a_vehicle_that_floats_flies_while_its_thrusters_rest() -> None:
-    """Thrusts that come and go at one depth are one leg; their mean is the balance."""
-    time = np.arange(0.0, 8.0, 0.02)
-    speed = np.where(time < 4.0, 1000.0, 200.0)
-    columns = {"t": time, **{f"rotor_speed_cmd_{k}": speed for k in (1, 2, 3, 4)}}
-    log = Log(name="swum", columns={**columns, "position_z": 0.0 * time - 3.0})
-    vehicle = read_vehicle({**META, "vehicle": {**META["vehicle"], "mass": 5.0}})  # type: ignore[dict-item]
-    found = balance_of(log, vehicle, layout_of(vehicle, log))
-    assert len(found.legs) == 1
-    assert found.mean == pytest.approx(1e-8 * 0.5 * (1000.0**2 + 200.0**2), rel=0.01)

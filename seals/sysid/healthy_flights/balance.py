@@ -31,6 +31,7 @@ _GAP = 1.0
 """Seconds on the ground that end a leg."""
 _LEAST_HEIGHT = 0.1
 """Height that a vehicle must leave the ground by [m]."""
+_NEXT = "Give the log of a flight, with take-off, flight and commands to all drives"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,12 +71,14 @@ class Balance:
         session: flights of one session share what differs from session to session.
         legs: mean thrusts between landings [N], shape (legs, n).
         travel: directions of the legs over ground, unit vectors or zero, shape (legs, 2).
+        floats: whether water carries the vehicle, not its drives.
     """
 
     name: str
     session: int
     legs: Floats
     travel: Floats
+    floats: bool = False
 
     @property
     def mean(self) -> Floats:
@@ -136,16 +139,26 @@ def balance_of(
         inertial: whether its accelerometer tells how much the drives carry.
 
     Raises:
-        LogError: the log shows no flight, or its commands do not fit the drives.
+        LogError: the log shows no flight, its commands do not fit the drives, or an axis of its
+            accelerometer has no value in a leg.
     """
     thrusts = _thrusts(log, vehicle, layout)
-    legs = _legs(log, thrusts, layout)
+    floats = _floats(log, vehicle, thrusts, layout)
+    legs = _legs(log, thrusts, floats=floats)
     means = np.stack([thrusts[leg].mean(axis=0) for leg in legs])
     if inertial:
         force = log.channel("specific_force")
+        for k, axis in enumerate("xyz"):
+            if not all(np.isfinite(force[leg, k]).any() for leg in legs):
+                raise LogError(
+                    f"log '{log.name}': specific_force_{axis} has no value in flight.\n"
+                    "Correct the channel, or leave it out: then commands alone are compared."
+                )
         carried = [float(np.linalg.norm(np.nanmean(force[leg], axis=0))) for leg in legs]
         means = means * layout.gravity / np.array(carried)[:, None]
-    return Balance(name=log.name, session=session, legs=means, travel=_travel(log, legs))
+    return Balance(
+        name=log.name, session=session, legs=means, travel=_travel(log, legs), floats=floats
+    )
 
 
 def has_inertial(log: Log) -> bool:
@@ -192,42 +205,84 @@ def _thrusts(log: Log, vehicle: Vehicle, layout: DriveLayout) -> Floats:
     good = np.isfinite(sent)
     last = np.maximum.accumulate(np.where(good, np.arange(len(sent))[:, None], 0), axis=0)
     held = np.take_along_axis(sent, last, axis=0)
+    for k in np.flatnonzero(~good.any(axis=0)):
+        raise LogError(
+            f"log '{log.name}': {vehicle.commands}_{k + 1} has no value.\n"
+            "healthy= needs the commands of every drive: give a log with this column."
+        )
     return np.concatenate([d.thrust for d in _drives(_actuators(vehicle), held)], axis=1)
 
 
-def _legs(log: Log, thrusts: Floats, layout: DriveLayout) -> list[NDArray[np.int64]]:
+def _floats(log: Log, vehicle: Vehicle, thrusts: Floats, layout: DriveLayout) -> bool:
+    """Return whether water carries a vehicle: its hull is wetted at the median height.
+
+    Thrust over weight tells only where no height does, or a vehicle with thrusters states no water:
+    a stated mass may be wrong.
+
+    Raises:
+        LogError: the drives never run.
+    """
+    total = np.abs(thrusts).sum(axis=1)
+    on = np.isfinite(total) & (total > 0.0)
+    if not on.any():
+        raise LogError(f"log '{log.name}' is no flight: its drives never run.\n{_NEXT}.")
+    height, level = _place(log)[on, 2], vehicle.environment.water_level
+    if level is not None and vehicle.hull is not None and np.isfinite(height).any():
+        above = level - float(np.nanmedian(height))
+        return vehicle.hull.wetted((0.0, 0.0, 1.0), above).volume > 0.0
+    swims = vehicle.has_water or vehicle.commands == "thruster_cmd"
+    return swims and float(np.median(thrusts[on] @ layout.wrench[2])) < 0.5 * layout.weight
+
+
+def _legs(log: Log, thrusts: Floats, *, floats: bool) -> list[NDArray[np.int64]]:
     """Rows of each leg: between take-off and landing, without both.
 
     Raises:
         LogError: there is none.
     """
     time, total = log.time, np.abs(thrusts).sum(axis=1)
-    on = np.isfinite(total) & (total > 0.0)
-    if not on.any():
-        raise LogError(f"log '{log.name}' is no flight: its drives never run.")
-    lift = float(np.median(thrusts[on] @ layout.wrench[2]))
+    on = np.isfinite(total)
     # what floats does not stand on the ground where its drives rest
-    on = (
-        on & (total > _RUNNING * float(np.median(total[on])))
-        if lift > 0.5 * layout.weight
-        else (np.isfinite(total))
-    )
-    height = _place(log)[:, 2]
-    resting = np.isfinite(height) & np.isfinite(total) & ~on
-    if resting.any():
-        floor = float(np.median(height[resting]))
-        top = float(np.nanquantile(height, 0.95)) - floor
-        if top < _LEAST_HEIGHT:
-            raise LogError(f"log '{log.name}' is no flight: it never leaves the ground.")
-        on &= height >= floor + _FLOWN * top
+    if not floats:
+        on &= total > _RUNNING * float(np.median(total[on & (total > 0.0)]))
+        height = _place(log)[:, 2]
+        resting = _resting(time, np.isfinite(total) & ~on, height)
+        if resting.any():
+            floor = float(np.median(height[resting]))
+            top = float(np.nanquantile(height, 0.95)) - floor
+            if top < _LEAST_HEIGHT:
+                raise LogError(
+                    f"log '{log.name}' is no flight: it never leaves the ground by "
+                    f"{_LEAST_HEIGHT:g} m.\n{_NEXT}; height is position_z, or estimated_position_z."
+                )
+            on &= height >= floor + _FLOWN * top
     rows = np.flatnonzero(on)
-    if not rows.size:
-        raise LogError(f"log '{log.name}' is no flight: it never leaves the ground.")
     parts = np.split(rows, np.flatnonzero(np.diff(time[rows]) > _GAP) + 1)
-    legs = [part for part in parts if float(np.ptp(time[part])) >= _SHORTEST]
+    legs = [part for part in parts if part.size and float(np.ptp(time[part])) >= _SHORTEST]
     if not legs:
-        raise LogError(f"log '{log.name}' is no flight: it never flies for {_SHORTEST:g} s.")
+        raise LogError(
+            f"log '{log.name}' is no flight: it never flies for {_SHORTEST:g} s.\n{_NEXT}."
+        )
     return legs
+
+
+def _resting(time: Floats, idle: NDArray[np.bool_], height: Floats) -> NDArray[np.bool_]:
+    """Rows on the ground: drives idle for longer than `_GAP`, in the lower half of all heights.
+
+    A command of zero that lasts shorter is no landing: readings are lost, or the vehicle falls.
+    """
+    out = np.zeros_like(idle)
+    known = np.isfinite(height)
+    rows = np.flatnonzero(idle & known)
+    if not rows.size:
+        return out
+    middle = 0.5 * (float(np.min(height[known])) + float(np.quantile(height[known], 0.95)))
+    # a stretch ends where the drives run again
+    ends = np.flatnonzero(np.diff(np.cumsum(~idle)[rows]) > 0) + 1
+    for part in np.split(rows, ends):
+        long = float(np.ptp(time[part])) >= _GAP
+        out[part] = long and float(np.median(height[part])) <= middle
+    return out
 
 
 def _place(log: Log) -> Floats:

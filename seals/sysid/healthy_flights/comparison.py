@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
 from scipy.stats import t as student
 from scipy.stats.qmc import Sobol
 
@@ -189,7 +191,7 @@ class Reference:
 
     @property
     def _lifted(self) -> bool:
-        return float(self.layout.wrench[2] @ self.scatter.mean) > 0.5 * self.layout.weight
+        return not any(flight.floats for flight in self.flights)
 
     @cached_property
     def _felt(self) -> tuple[Floats, NDArray[np.int64]]:
@@ -215,11 +217,16 @@ class Reference:
         return _gains(left, change, self.scatter.variance, self.scatter.degrees)
 
     def _left(self, name: str, change: Floats) -> float:
-        """Probability of what the best row of an explanation leaves."""
+        """Probability of what an explanation leaves, next to its best row.
+
+        With many sessions the scatter is finer than the grid of sizes.
+        """
         name = name.replace("slung_load", "payload")
         one = next(one for one in self.known if one.name == name)
-        row = one.changes[int(np.argmax(self._gains(one, change)))]
-        return self.scatter.improbable(change - row @ self.modes.vectors.T)
+        felt = one.changes @ self.modes.vectors.T
+        best = int(np.argmax(self._gains(one, change)))
+        near = _between(felt, best, change, np.sqrt(self.scatter.variance))
+        return max(self.scatter.improbable(change - row) for row in near)
 
     def _slung(
         self, flight: Balance, scores: Mapping[str, float], asked: float
@@ -265,6 +272,22 @@ def _gains(left: Floats, before: Floats, variance: Floats, degrees: Floats) -> F
         terms = np.prod(1.0 + left[:, at] ** 2 / scale, axis=1)
         out += power * (np.log1p(before[at] ** 2 / scale).sum() - np.log(terms))
     return out
+
+
+def _between(felt: Floats, best: int, change: Floats, sigma: Floats) -> list[Floats]:
+    """Return a row, and what is nearest to a change between it and the next ones.
+
+    Next are the two sizes beside it, and the same size of the next ratio or share: rows come in
+    blocks of `_FINE` sizes. In between changes go linearly.
+    """
+    found, here = [felt[best]], best // _FINE
+    sizes = [k for k in (best - 1, best + 1) if k >= 0 and k // _FINE == here and k < len(felt)]
+    others = [k for k in (best - _FINE, best + _FINE) if 0 <= k < len(felt)]
+    for ends in product(sizes, others) if others else zip(sizes, strict=True):
+        ways = (felt[list(ends)] - felt[best]).T
+        share = lsq_linear(ways / sigma[:, None], (change - felt[best]) / sigma, (0.0, 1.0)).x
+        found.append(felt[best] + ways @ share)
+    return found
 
 
 def _evidence(gains: Floats) -> float:

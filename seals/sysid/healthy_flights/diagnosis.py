@@ -24,6 +24,9 @@ from seals.sysid.healthy_flights.balance import (
 )
 from seals.sysid.healthy_flights.comparison import COMMON, Changed, Reference
 
+_SAME_MASS = 0.1
+"""Share by which stated masses of one vehicle differ at most: a battery, or a load."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class HealthyDiagnosis:
@@ -141,12 +144,14 @@ class HealthyFlights:
 
     Args:
         vehicle: that flew them.
+        stated: what their logs say of it: name, mass [kg] and number of drives.
         reference: their balances.
         inertial: whether accelerometers tell how much the drives carry.
         left_out: what each healthy flight shows beside the other sessions, by its name.
     """
 
     vehicle: Vehicle
+    stated: Mapping[str, Any]
     reference: Reference
     inertial: bool
     left_out: Mapping[str, Changed]
@@ -171,19 +176,29 @@ class HealthyFlights:
         Raises:
             LogError: a log shows no flight, has no commands, or is of another vehicle.
         """
-        vehicle = _vehicle(logs[0], robot)
-        layout = layout_of(vehicle, logs[0])
+        knows = [log for log in logs if _stated(log)]
+        if robot is None and not knows:
+            raise LogError(
+                f"log '{logs[0].name}' does not say which vehicle flew (meta.yaml: vehicle).\n"
+                "Give it: robot=NAME, or a robot's folder"
+            )
+        vehicle = _vehicle((knows or list(logs))[0], robot)
+        layout, stated = layout_of(vehicle, logs[0]), dict[str, Any]()
         inertial = inertial and all(has_inertial(log) for log in logs)
         flights = []
         for log, session in zip(logs, sessions or range(len(logs)), strict=True):
-            refuse_other(log, robot, vehicle, layout)
+            refuse_other(log, robot, stated, layout)
+            stated = {**_stated(log), **stated}
             flights.append(balance_of(log, vehicle, layout, session=session, inertial=inertial))
         reference, left_out = Reference(layout, tuple(flights)), {}
         for flight in flights:
             others = reference.without(flight.session)
             if others is not None and others.scatter.sessions > 1:
                 left_out[flight.name] = others.compared(flight, DecisionPolicy())
-        return cls(vehicle=vehicle, reference=reference, inertial=inertial, left_out=left_out)
+        return cls(
+            vehicle=vehicle, stated=stated, reference=reference, inertial=inertial,
+            left_out=left_out,
+        )  # fmt: skip
 
     def diagnose(self, log: Log, robot: RobotDescription | None) -> HealthyDiagnosis:
         """Return what changed between the healthy flights and another one.
@@ -192,7 +207,7 @@ class HealthyFlights:
             LogError: the log shows no flight, has no commands, or is of another vehicle.
         """
         began, layout = time.perf_counter(), self.reference.layout
-        refuse_other(log, robot, self.vehicle, layout)
+        refuse_other(log, robot, self.stated, layout)
         flight = balance_of(log, self.vehicle, layout, inertial=self.inertial)
         return HealthyDiagnosis(
             reference=self.reference,
@@ -203,22 +218,57 @@ class HealthyFlights:
 
 
 def refuse_other(
-    log: Log, robot: RobotDescription | None, vehicle: Vehicle, layout: DriveLayout
+    log: Log, robot: RobotDescription | None, stated: Mapping[str, Any], layout: DriveLayout
 ) -> None:
     """Refuse a log that states another vehicle than the healthy flights.
+
+    What a log itself says counts also where the robot is given; a log that says nothing passes.
+
+    Args:
+        log: to look at.
+        robot: that was given; None for the vehicle that the logs state.
+        stated: what the healthy logs say: name, mass [kg] and number of drives.
+        layout: drives of their vehicle.
 
     Raises:
         LogError: it does.
     """
-    other = _vehicle(log, robot)
-    own = layout_of(other, log)
-    same = own.wrench.shape == layout.wrench.shape and np.allclose(own.wrench, layout.wrench)
-    if not same or other.name != vehicle.name or not math.isclose(own.mass, layout.mass):
+    own = _stated(log)
+    differ = [
+        key for key in own
+        if key in stated and not _alike(own[key], stated[key], _SAME_MASS if key == "mass" else 0.0)
+    ]  # fmt: skip
+    if differ:
+        words = [", ".join(f"{key} {one[key]}" for key in differ) for one in (own, stated)]
         raise LogError(
-            f"log '{log.name}' is of '{other.name}' with {own.limit.size} drives, the healthy "
-            f"flights are of '{vehicle.name}' with {layout.limit.size}, or their masses or drives "
-            "differ.\nGive flights of one vehicle."
+            f"log '{log.name}' is of another vehicle ({words[0]}) than the healthy flights "
+            f"({words[1]}).\nGive flights of one vehicle, or correct vehicle in meta.yaml."
         )
+    if robot is None and own:
+        wrench = layout_of(_vehicle(log, None), log).wrench
+        if wrench.shape != layout.wrench.shape or not np.allclose(wrench, layout.wrench):
+            raise LogError(
+                f"log '{log.name}' states other drives than the healthy flights: their number, "
+                "positions, axes or torques differ.\nGive flights of one vehicle, or its folder: "
+                "robot=NAME"
+            )
+
+
+def _stated(log: Log) -> dict[str, Any]:
+    """Return what a log says of its vehicle: name, mass [kg], number of drives, where it does."""
+    vehicle = log.meta.get("vehicle")
+    if not isinstance(vehicle, Mapping):
+        return {}
+    out = {key: vehicle[key] for key in ("name", "mass") if vehicle.get(key) is not None}
+    drives = [vehicle[key] for key in ("rotors", "thrusters") if isinstance(vehicle.get(key), list)]
+    return {**out, "drives": sum(map(len, drives))} if any(drives) else out
+
+
+def _alike(one: Any, other: Any, share: float) -> bool:
+    """Return whether two statements agree, numbers within a share."""
+    if all(isinstance(value, int | float) for value in (one, other)):
+        return math.isclose(one, other, rel_tol=share)
+    return bool(one == other)
 
 
 def _vehicle(log: Log, robot: RobotDescription | None) -> Vehicle:

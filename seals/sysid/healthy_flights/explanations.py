@@ -22,6 +22,8 @@ _SHARES: Floats = np.linspace(0.0, 1.0, 6)
 _PRESSED: Floats = np.linspace(0.0, 1.0, 4)
 _LIGHTEST = 1000.0
 """Density [kg/m^3] of the bulkiest weight: plastic."""
+_SAME_PLACE = 1e-6
+"""Level distance of drives at one place [m]."""
 _ANGLES: Floats = np.linspace(0.0, 0.5 * np.pi, 11)[1:-1]
 _UNITS = {"weak_rotor": "1", "thrust_coefficient": "1", "payload": "kg", "centre_of_gravity": "m"}
 _PARAMETERS = {
@@ -29,7 +31,6 @@ _PARAMETERS = {
     "thrust_coefficient": "relative_change",
     "payload": "mass",
     "centre_of_gravity": "offset",
-    "slung_load": "mass",
 }
 
 
@@ -79,15 +80,24 @@ def explanations(layout: DriveLayout, healthy: Floats, count: int) -> list[Expla
     found = [_weak(layout, healthy, sizes, k) for k in every]
     found += [_load(layout, healthy, sizes, (k,)) for k in every]
     found += [_shifted(layout, healthy, sizes, k) for k in every]
-    found += [_load(layout, healthy, sizes, pair) for pair in neighbours(layout.position)]
+    found += [_load(layout, healthy, sizes, pair) for pair in neighbours(layout)]
     found += [_pair(found[i], found[j]) for i, j in combinations(every, 2)]
     return [*found, _load(layout, healthy, sizes, ()), _thrust(layout, healthy, sizes)]
 
 
-def neighbours(position: Floats) -> list[tuple[int, int]]:
-    """Return the pairs of drives side by side, numbered from 0."""
-    pairs = list(combinations(range(len(position)), 2))
-    apart = [float(np.linalg.norm(position[i] - position[j])) for i, j in pairs]
+def neighbours(layout: DriveLayout) -> list[tuple[int, int]]:
+    """Return the pairs of drives side by side, numbered from 0.
+
+    Distances are level ones. Drives closer than a radius, one above the other, are one place, for
+    which the first of them stands.
+    """
+    level, near = layout.position[:, :2], np.maximum(layout.radius, _SAME_PLACE)
+    places = list[int]()
+    for k, place in enumerate(level):
+        if all(float(np.linalg.norm(place - level[i])) > near[i] for i in places):
+            places.append(k)
+    pairs = list(combinations(places, 2))
+    apart = [float(np.linalg.norm(level[i] - level[j])) for i, j in pairs]
     return [pair for pair, far in zip(pairs, apart, strict=True) if far < 1.1 * min(apart)]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +13,7 @@ from seals.errors import ConfigError, LogError
 from seals.logs.atomic import finite, write_json
 from seals.logs.log import Log
 from seals.report import Block, Facts, Paragraph, Section, Table, write_page
+from seals.run.application import short_path
 from seals.run.progress import progress
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.healthy_flights.balance import has_inertial
@@ -22,8 +24,6 @@ from seals.sysid.report.naming import figure, interval, percent
 ANSWER, PAGE = "diagnosis.json", "report.html"
 _TICKS = 32
 _STAGES = 3
-_SEEN = 3
-"""Effects of which the smallest size that would be seen is told."""
 _HEADS = {
     Verdict.named: "Changed since the healthy flights:",
     Verdict.ambiguous: "One of these changed since the healthy flights:",
@@ -99,13 +99,18 @@ def _sessions(healthy: Any) -> list[list[str]]:
 
 
 def _read(given: GivenLogs, words: Sequence[str]) -> list[Log]:
-    """Return the healthy logs.
+    """Return the healthy logs, those of one name with their paths.
 
     Raises:
         LogError: one of them cannot be used.
     """
-    logs, _ = given_logs(given.config, list(words), key="healthy").each(sheet=False)
-    return logs
+    beside = given_logs(given.config, list(words), key="healthy")
+    logs, _ = beside.each(sheet=False)
+    often = Counter(log.name for log in logs)
+    return [
+        replace(log, name=str(short_path(place))) if often[log.name] > 1 else log
+        for log, place in zip(logs, beside.places, strict=True)
+    ]
 
 
 def sentence(found: HealthyDiagnosis) -> str:
@@ -132,7 +137,7 @@ def _smallest(found: HealthyDiagnosis) -> list[str]:
     """Describe from which size on changes of the first drive are seen, or that they are not."""
     known = {one.name: one for one in found.reference.known}
     parts = []
-    for name in ("weak_rotor@1", "payload@1", "centre_of_gravity@1")[:_SEEN]:
+    for name in ("weak_rotor@1", "payload@1", "centre_of_gravity@1"):
         size = found.reference.smallest.get(name, math.nan)
         one = known[name]
         unit = "" if one.unit == "1" else f" {one.unit}"
