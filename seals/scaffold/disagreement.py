@@ -175,7 +175,7 @@ def _left(values: Floats, known: list[Floats], there: NDArray[np.bool_]) -> Floa
 
 def _inner(there: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Valid samples away from the ends, where the filters lean on nothing."""
-    inner = there.copy()
+    inner: NDArray[np.bool_] = there.copy()
     inner[: 2 * _SMOOTH] = inner[-2 * _SMOOTH :] = False
     return inner
 
