@@ -18,6 +18,14 @@ OTHER_MEANING = {
     "experiment_design/control.py": {"inertia", "thrust_coefficient"},
     "experiment_design/recording.py": {"inertia"},
     "experiment_design/scene.py": {"thrust_coefficient"},
+    # the mean thrusts of flights are compared with four laws in a form of their own
+    "healthy_flights/comparison.py": {"payload", "thrust_coefficient"},
+    "healthy_flights/explanations.py": {
+        "centre_of_gravity",
+        "payload",
+        "thrust_coefficient",
+        "weak_rotor",
+    },
     "report/application.py": {"formula"},
     "residual_force/dependence.py": {"battery"},
     "residual_force/formula.py": {"lift"},
@@ -36,7 +44,8 @@ OTHER_MEANING = {
         "thrust_coefficient",
     },
 }
-"""Words that are names of effects and mean a key of a log, a hook, an answer or a term there."""
+"""Words that are names of effects and mean a key of a log, a hook, an answer or a term there, or
+that a comparison knows."""
 INSTANCE = re.compile(r"(_(air|water|any))?(_change|_shape)?$")
 """Endings by which instances of an effect differ."""
 WAVES = {"airy", *(law.candidate for law in wave_laws())}

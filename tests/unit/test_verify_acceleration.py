@@ -66,6 +66,7 @@ def test_a_window_that_a_step_leads_away_from_the_measured_pose_stays() -> None:
         samples=SimpleNamespace(channels={"position": noise, "orientation": turn}, step=0.01),
         candidate_set=SimpleNamespace(policy=DecisionPolicy()),
         vehicle=SimpleNamespace(sigma={"position": 1e-3, "orientation": 1e-3}),
+        pose_turn=lambda values, rows: None,
     )
 
     def at(shift: float, count: int = 20) -> Trajectory:
@@ -81,8 +82,8 @@ def test_a_window_that_a_step_leads_away_from_the_measured_pose_stays() -> None:
             joint_velocity=none,
         )
 
-    assert _astray(plant, at(0.0), at(0.01), rows).tolist() == [False, True]
+    assert _astray(plant, {}, at(0.0), at(0.01), rows).tolist() == [False, True]
     # a short stretch counts as a long one does
-    assert _astray(plant, at(0.0), at(0.01, 4), rows).tolist() == [False, True]
-    assert _astray(plant, at(0.0), at(1e-3), rows).tolist() == [False, False]
-    assert _astray(plant, at(0.02), at(0.01), rows).tolist() == [False, False]
+    assert _astray(plant, {}, at(0.0), at(0.01, 4), rows).tolist() == [False, True]
+    assert _astray(plant, {}, at(0.0), at(1e-3), rows).tolist() == [False, False]
+    assert _astray(plant, {}, at(0.02), at(0.01), rows).tolist() == [False, False]
