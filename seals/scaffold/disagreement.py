@@ -91,7 +91,7 @@ def _rates(rows: Even, gyro: Floats, noise: Mapping[str, float]) -> Disagreement
     if not whole.clear:
         return whole
     inner = _inner(rows.there)
-    share = _share(*_alike(smooth(gyro)[inner], true[inner]))
+    share = _share(*_alike(smooth(gyro), true, inner))
     return whole._replace(
         sigma=whole.sigma * share**0.5,
         white=noise["angular_velocity"],
@@ -113,7 +113,7 @@ def _forces(rows: Even, force: Floats, noise: Mapping[str, float]) -> Disagreeme
     if not whole.clear:
         return whole
     inner = _inner(rows.there)
-    share = _share(*_alike(rotate(back, sensed)[inner], true[inner]))
+    share = _share(*_alike(rotate(back, sensed), true, inner))
     return whole._replace(sigma=whole.sigma * share**0.5, white=noise["specific_force"])
 
 
@@ -126,17 +126,17 @@ def _against(left: Floats, gain: float, of_pose: float, white: float) -> Disagre
     )
 
 
-def _alike(sensed: Floats, posed: Floats) -> tuple[Floats, Floats]:
-    """Return the fast parts of both, the second with gain and axes of the first.
+def _alike(sensed: Floats, posed: Floats, inner: NDArray[np.bool_]) -> tuple[Floats, Floats]:
+    """Return the fast parts of both at valid rows, the second with gain and axes of the first.
 
     They are those of the slow part of the motion, of which noise is a small share.
     """
     from scipy.signal import savgol_filter
 
     slow = [savgol_filter(values, _SLOW, 2, axis=0) for values in (sensed, posed)]
-    a, b = (values - values.mean(axis=0) for values in slow)
+    a, b = (values[inner] - values[inner].mean(axis=0) for values in slow)
     gain = np.linalg.lstsq(b, a, rcond=None)[0]
-    return sensed - slow[0], (posed - slow[1]) @ gain
+    return (sensed - slow[0])[inner], (posed - slow[1])[inner] @ gain
 
 
 def _share(sensed: Floats, posed: Floats) -> float:

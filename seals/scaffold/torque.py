@@ -17,9 +17,9 @@ _TAIL, _TAIL_SIGMAS = 0.9, 1.6449
 _LEAST_TIME = 0.05
 _SHARE = 0.1
 """Share of unexplained angular acceleration above which a log's commands are a poor sample."""
-_DELAYS = np.arange(0.0, 0.07, 0.01)
 _MOST = 4.0
 """Largest inertia, over the stated one, by which commands may turn a vehicle less."""
+_DELAYS = np.arange(0.0, 0.07, 0.01)
 _LAGS = (0.0, 0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2)
 """Delays of commands and lags of rotors of which the best pair counts [s]."""
 
