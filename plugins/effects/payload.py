@@ -104,6 +104,8 @@ class Payload(Effect):
                 found.append(cls._own(f"mass_{link}", subject, k, "link_mass"))
             if k == 0 or k in _ends(robot):
                 found.append(cls._load(f"{name}_{link}", subject, k))
+        # where a load hangs is three numbers more, which one at the centre does not need
+        found.append(cls._load(f"{name}_central", subject, 0, law="at the centre"))
         return found
 
     @classmethod
@@ -129,8 +131,11 @@ class Payload(Effect):
         )
 
     @classmethod
-    def _load(cls, instance: str, subject: Subject, link: int) -> Addition:
-        """A load on the base, spread as its mass is and near it; on an arm about the tip of it."""
+    def _load(cls, instance: str, subject: Subject, link: int, *, law: str = "") -> Addition:
+        """A load on the base, spread as its mass is and near it; on an arm about the tip of it.
+
+        With a law its place is known: the centre of mass of the link.
+        """
         total = subject.mass
         centre = subject.robot.centre[link]
         at: dict[str, Any] = {
@@ -146,7 +151,7 @@ class Payload(Effect):
                 bounds=(-math.inf, math.inf) if link else (-reach, reach),
             )
             for i, a in enumerate(AXES)
-            if not link or i == along
+            if not law and (not link or i == along)
         }
         load = Freed(scale=0.1 * total, bounds=(0.0, 2.0 * total))
         return Addition(
@@ -156,8 +161,9 @@ class Payload(Effect):
             named=("mass",),
             nuisance=tuple(place),
             variant={"link": link},
+            law=law,
             starts=[(s * total, *(0.0 for _ in place)) for s in (0.03, 0.06, 0.12)],
-            order=(Stage.body, 0, 3),
+            order=(Stage.body, 0, 4 if law else 3),
         )
 
     @staticmethod

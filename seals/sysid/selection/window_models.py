@@ -19,6 +19,7 @@ from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.predictors.plant import nonzero
 from seals.sysid.predictors.problem import (
     LATE,
+    Linearisation,
     Problem,
     follow_measurements,
     linearise_model,
@@ -298,14 +299,24 @@ def estimate_disturbance(problem: Problem) -> EvidenceHypothesis:
 
 
 def repeat_worse_fits(
-    base: EvidenceHypothesis, chosen: dict[str, tuple[Candidate, Fit, Fitter]], processes: int
+    problem: Problem,
+    nominal: EvidenceHypothesis,
+    base: EvidenceHypothesis,
+    chosen: dict[str, tuple[Candidate, Fit, Fitter]],
+    processes: int,
 ) -> None:
-    """Repeat the fits that are worse than the base, from its values, in place.
+    """Repeat the fits that are worse than the base, in place.
 
-    A model with one more effect holds the one without it: a worse fit was caught on its way.
+    A model with one more effect holds the one without it: a worse fit was caught on its way. It
+    starts again from the base's values; where it is caught again, the responses of the tolerances
+    are taken about its own values. A load beside the centre is balanced by torques that the base
+    does not know: the base's response to an inertia is wrong beside it.
     """
-    caught = [c for c, fit, _ in chosen.values() if fit.cost > base.fit.cost]
-    models = [(*base.candidates, c) for c in caught]
+
+    def caught(by: float) -> list[Candidate]:
+        return [c for c, fit, _ in chosen.values() if fit.cost > base.fit.cost + by]
+
+    models = [(*base.candidates, c) for c in caught(0.0)]
 
     def work(model: tuple[Candidate, ...]) -> Fit:
         fitter = base.fitter.acting(model)
@@ -314,6 +325,20 @@ def repeat_worse_fits(
     for model, fit in zip(models, spread(work, models, processes), strict=True):
         if fit.cost < chosen[model[-1].label][1].cost:
             chosen[model[-1].label] = (model[-1], fit, base.fitter.acting(model))
+    if problem.impact or not problem.samples.posed:
+        return
+    # the base's own responses are no better: a little worse is no sign
+    again = caught(problem.policy.screen_near)
+
+    def about(candidate: Candidate) -> tuple[Fit, Linearisation]:
+        _, fit, fitter = chosen[candidate.label]
+        at = scored((*base.candidates, candidate), fit, fitter, nominal)
+        found = refit_about_own_values(problem, nominal, at)
+        return found.fit, Linearisation.of(found.fitter)
+
+    for one, (fit, place) in zip(again, spread(about, again, processes), strict=True):
+        if fit.cost < chosen[one.label][1].cost:
+            chosen[one.label] = (one, fit, place.fitter(chosen[one.label][2].plant))
 
 
 def extensions(
@@ -360,7 +385,7 @@ def extensions(
         known = chosen.get(candidate.label)
         if known is None or fit.cost < known[1].cost:
             chosen[candidate.label] = (candidate, fit, seen_by(candidate, begin))
-    repeat_worse_fits(base, chosen, processes)
+    repeat_worse_fits(problem, nominal, base, chosen, processes)
     out = [
         scored((*base.candidates, c), fit, fitter, nominal) for c, fit, fitter in chosen.values()
     ]
