@@ -60,6 +60,7 @@ class Current(Effect):
     identification: ClassVar[Identification] = Identification(
         may_begin=True,
         may_end=True,
+        gusty=True,
         compared=Comparison(
             order=(Stage.water, 5), media=("water",), scales={"velocity": lambda _: 0.1}
         ),

@@ -61,6 +61,7 @@ class Wind(Effect):
         confounders=("tether", "accelerometer_bias", "payload"),
         may_begin=True,
         may_end=True,
+        gusty=True,
         compared=Comparison(
             order=(Stage.water, 10), media=("air",), scales={"velocity": lambda _: 1.0}
         ),

@@ -120,6 +120,8 @@ class Identification:
         power: of the speed, of a law of a family.
         measurement: a measurement on the ground that would identify it, as a sentence.
         words: plain names of its parameters by their name or stem; ``{}`` stands for the variant.
+        gusty: it is a flow that comes with gusts: one whose force is no larger than theirs is none
+            that blows steadily.
         formula: its parameters are the terms of a formula: a force that no effect explains becomes
             an instance of it.
         compared: how comparisons of several runs try it; None where they do not.
@@ -146,6 +148,7 @@ class Identification:
     power: int = 0
     measurement: str = ""
     words: Mapping[str, str] = field(default_factory=dict)
+    gusty: bool = False
     formula: bool = False
     compared: Comparison | None = field(default_factory=Comparison)
 

@@ -302,6 +302,12 @@ class DecisionPolicy:
     tied: float = threshold(
         0.9, "1", "correlation from which on two numbers are told by their combination only"
     )
+    turbulence: float = threshold(
+        0.5,
+        "1",
+        "force of the stated gusts over that of a steady flow from which the flow is one that "
+        "varies: the turbulence intensity over open land and water is 0.1 to 0.3",
+    )
     # residual force
     force_strength: float = threshold(
         1.6, "chi2", "misfit a free force removes per number it chooses; 1 when nothing is missing"
