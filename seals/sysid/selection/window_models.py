@@ -291,11 +291,33 @@ def estimate_disturbance(problem: Problem) -> EvidenceHypothesis:
         # the slope of dry friction belongs to the dynamics
         fitter = linearise_model(problem.plant, fitter.trajectory, at, gusts=fitter.windows.gusts)
         nominal = EvidenceHypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
+    nominal = _about_moved_numbers(problem, nominal)
+    fitter = nominal.fitter
     found = disturbance_level(nominal)
     if not 1.0 < found.level <= problem.policy.disturbance_admitted:
         return nominal
     fitter = rewindowed(fitter, gusts=found.level)
     return EvidenceHypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
+
+
+def _about_moved_numbers(problem: Problem, nominal: EvidenceHypothesis) -> EvidenceHypothesis:
+    """Repeat the nominal fit about its own values where a stated number has moved far.
+
+    About the stated value the response to a lag is that of another lag: every effect that is fitted
+    beside it, about values of its own, would take the credit for the better response.
+    """
+    policy, known = problem.policy, problem.plant.candidate_set
+    late = known.sensor_delay
+    at = {k: v for k, v in nominal.fit.values.items() if k != late}
+    far = any(abs(v) > policy.tolerances * known.parameters[k].tolerance for k, v in at.items())
+    if not far or not problem.samples.posed or problem.impact:
+        return nominal
+    before = nominal.fitter
+    fitter = linearise_model(problem.plant, before.trajectory, at, gusts=before.windows.gusts)
+    fit = fitter.fit((), around=nominal.fit.values)
+    if not fit.cost < nominal.fit.cost - policy.relinearise:
+        return nominal
+    return EvidenceHypothesis(candidates=(), fit=fit, fitter=fitter, score=0.0)
 
 
 def repeat_worse_fits(
