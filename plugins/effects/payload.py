@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from seals.arrays import Array, Floats, fixed, namespace
-from seals.effects.effect import Effect, Parameters
+from seals.effects.effect import Effect, MediumKind, Parameters
 from seals.effects.identification import (
     AXES,
     Addition,
@@ -104,8 +104,10 @@ class Payload(Effect):
                 found.append(cls._own(f"mass_{link}", subject, k, "link_mass"))
             if k == 0 or k in _ends(robot):
                 found.append(cls._load(f"{name}_{link}", subject, k))
-        # where a load hangs is three numbers more, which one at the centre does not need
-        found.append(cls._load(f"{name}_central", subject, 0, law="at the centre"))
+        # where a load hangs is three numbers more, which one at the centre does not need; in water
+        # its weight there would be that of a buoyancy
+        if MediumKind.water not in subject.media:
+            found.append(cls._load(f"{name}_central", subject, 0, law="at the centre"))
         return found
 
     @classmethod

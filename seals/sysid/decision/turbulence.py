@@ -1,4 +1,4 @@
-"""Flows that vary: a steady one that is no stronger than its gusts is an average of them."""
+"""Flows that vary: one for a time that is no stronger than its gusts is an average of them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
 
 def varying_flow(problem: Problem, best: EvidenceHypothesis) -> str:
-    """Return why a flow that a model holds is none that blows steadily; empty where it may be.
+    """Return why a flow that acts for a time is a part of its own gusts; empty where it may act.
 
     Turbulence about no wind at all leaves an average over some seconds, which a fit finds.
 
@@ -19,7 +19,7 @@ def varying_flow(problem: Problem, best: EvidenceHypothesis) -> str:
         the ratio of the speeds.
     """
     gust = float(problem.vehicle.gust[0])
-    flows = [c for c in best.candidates if c.identification.gusty]
+    flows = [c for c in best.candidates if c.identification.gusty and c.activity is not None]
     if not flows or gust <= 0.0:
         return ""
     fitter, values = best.fitter, best.fit.values
@@ -27,7 +27,8 @@ def varying_flow(problem: Problem, best: EvidenceHypothesis) -> str:
     mass = float(np.sum(problem.vehicle.robot.mass))
     for flow in flows:
         calm = fitter.prediction({**values, **dict.fromkeys(flow.all_keys, 0.0)}).reading[:, 3:6]
-        acts = slice(None) if flow.activity is None else flow.activity.weights(problem.samples) > 0
+        assert flow.activity is not None
+        acts = flow.activity.weights(problem.samples) > 0.0
         force = mass * float(np.sqrt(np.mean(np.sum((felt - calm)[acts] ** 2, axis=1))))
         if force * problem.policy.turbulence < gust:
             return (

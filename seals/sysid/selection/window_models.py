@@ -310,6 +310,8 @@ def _about_moved_numbers(problem: Problem, nominal: EvidenceHypothesis) -> Evide
     late = known.sensor_delay
     at = {k: v for k, v in nominal.fit.values.items() if k != late}
     far = any(abs(v) > policy.tolerances * known.parameters[k].tolerance for k, v in at.items())
+    # what an effect leaves moves the numbers anywhere, and the responses there are no better
+    far = far and nominal.misfit < policy.misfit_trusted
     if not far or not problem.samples.posed or problem.impact:
         return nominal
     before = nominal.fitter
