@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from seals.errors import RobotError, SealsError
 from seals.hydrostatics.mesh import HullMesh, placed_points
-from seals.hydrostatics.references import MOST_BYTES, refuse_references
+from seals.hydrostatics.references import MOST_BYTES, refuse_references, without_references
 from seals.hydrostatics.samples import LEAST_SAMPLES, MOST_DRAWS, HullSamples, winding_test
 from seals.hydrostatics.wetted import Vector
 from seals.untrusted_io import read_bytes
@@ -260,6 +260,9 @@ def load_triangles(path: Path, *, where: str, process: bool = False, most: int =
     import trimesh
 
     kind = path.suffix.lower().removeprefix(".")
+    if kind == "obj":
+        # each change of material would make a mesh of its own
+        raw = without_references(raw)
     return trimesh.load(
         io.BytesIO(raw),
         file_type=kind,
