@@ -1,9 +1,10 @@
-"""Guards of the bulk of mesh files."""
+"""Guards of the bulk of meshes, the form of planned manoeuvres, and texts that no file has."""
 
 from __future__ import annotations
 
 from benchmarks.guard import Guard
 
+READING, NUMBERS = "tests/unit/test_untrusted_io.py", "tests/unit/test_sound_numbers.py"
 MESHES = "tests/unit/test_mesh_references.py"
 
 BULK: dict[str, Guard] = {
@@ -34,5 +35,29 @@ BULK: dict[str, Guard] = {
         "pass",
         MESHES,
         "make_no_parts",
+    ),
+    "sign zero in JSON": Guard(
+        "seals.untrusted_io", 'if b"\\\\u0000" in', "if b'no' in", READING, "hostile_json and zero"
+    ),
+    "sign zero in YAML": Guard(
+        "seals.untrusted_io",
+        'if "\\0" in event.value:',
+        "if False:",
+        READING,
+        "hostile_yaml and zero",
+    ),
+    "kinds in a planned manoeuvre": Guard(
+        "seals.sysid.experiment_design.experiment",
+        "        _check_kinds(content)\n",
+        "",
+        NUMBERS,
+        "of_their_form",
+    ),
+    "start of a planned drop": Guard(
+        "seals.sysid.experiment_design.experiment",
+        "    _check_starts(runs)\n",
+        "",
+        NUMBERS,
+        "of_their_form",
     ),
 }

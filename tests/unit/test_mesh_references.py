@@ -144,12 +144,12 @@ def test_a_hostile_mesh_is_refused_before_it_is_loaded(folder: Path, name: str) 
 
 
 def test_materials_of_an_obj_make_no_parts(folder: Path) -> None:
-    """Each was a copy of its own: 10,000 in a file of 200 kB took 20 s."""
+    """Each was a copy of its own: 10,000 in a file of 200 kB took 20 s of computing."""
     path = folder / "meshes" / "a.obj"
-    path.write_text(SHAPE + "".join(f"usemtl m{k}\nf 1 3 2\n" for k in range(9_000)))
+    path.write_text(SHAPE + "".join(f"usemtl m{k}\nf 1 3 2\n" for k in range(5_000)))
     start = time.process_time()
-    assert len(load_triangles(path, where="mesh").faces) == 9_004
-    assert time.process_time() - start < 2 * PATIENCE
+    assert len(load_triangles(path, where="mesh").faces) == 5_004
+    assert time.process_time() - start < PATIENCE
 
 
 def test_copies_of_a_usual_file_are_no_reason(folder: Path) -> None:
