@@ -5,6 +5,7 @@ from __future__ import annotations
 from benchmarks.guard import Guard
 
 READING, NUMBERS = "tests/unit/test_untrusted_io.py", "tests/unit/test_sound_numbers.py"
+DRAWN = "tests/unit/test_drawn_text.py"
 MESHES = "tests/unit/test_mesh_references.py"
 
 BULK: dict[str, Guard] = {
@@ -59,5 +60,11 @@ BULK: dict[str, Guard] = {
         "",
         NUMBERS,
         "of_their_form",
+    ),
+    "turned lines of a page": Guard(
+        "seals.report.page", "return readable(", "return str(", DRAWN, "turn_lines"
+    ),
+    "turned lines of Markdown": Guard(
+        "seals.drawn_text", "readable(text))", "text)", DRAWN, "turn_lines"
     ),
 }
