@@ -131,7 +131,7 @@ ROLES_AND_READERS: dict[str, Guard] = {
         process=process,
 """,
         READERS,
-        "texture",
+        "texture or inside_a_mesh",
     ),
     "size of a mesh": Guard(
         "seals.hydrostatics.meshes",
@@ -243,7 +243,14 @@ ROLES_AND_READERS: dict[str, Guard] = {
         'with sound_numbers("a diagnosis", _ADVICE), trials():',
         "with trials():",
         NUMBERS,
-        "short_logs",
+        "without_a_solution",
+    ),
+    "numbers of a comparison": Guard(
+        "seals.sysid.report.healthy_application",
+        'with sound_numbers("a comparison with healthy flights", _ADVICE):',
+        "if True:",
+        NUMBERS,
+        "without_a_solution",
     ),
     "end of a planned drop": Guard(
         "seals.sysid.experiment_design.experiment",

@@ -107,6 +107,24 @@ def test_short_logs_are_bad_data(rows: int, capsys: pytest.CaptureFixture[str]) 
 
 
 @pytest.mark.parametrize(
+    ("stage", "more"),
+    [
+        ("seals.sysid.report.application._found", ""),
+        ("seals.sysid.report.healthy_application.HealthyFlights.diagnose", "flight_b"),
+    ],
+)
+def test_numbers_without_a_solution_are_bad_data(
+    stage: str, more: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Whatever stage of a diagnosis meets them, with healthy flights or without."""
+    monkeypatch.setattr(stage, _singular)
+    words = ["diagnose", "log=hidden_effect/flight_a", "out=made", "report=false"]
+    assert main([*words, *([f"healthy=[hidden_effect/{more}]"] if more else [])]) == 20
+    assert "LinAlgError" in capsys.readouterr().out
+    assert json.loads(Path("made/diagnosis.json").read_text())["verdict"] == "bad_data"
+
+
+@pytest.mark.parametrize(
     "change",
     [
         {"runs": [{"segment": 0, "seconds": 1e300}]},
@@ -176,7 +194,7 @@ def test_planned_manoeuvres_are_of_their_form(change: dict[str, Any], words: str
         read_experiment("x.yaml")
 
 
-def _singular(_: object) -> object:
+def _singular(*_: object, **__: object) -> object:
     return np.linalg.inv(np.zeros((2, 2)))
 
 
