@@ -6,6 +6,7 @@ from benchmarks.guard import Guard
 
 READING, NUMBERS = "tests/unit/test_untrusted_io.py", "tests/unit/test_sound_numbers.py"
 DRAWN = "tests/unit/test_drawn_text.py"
+DISK = "tests/unit/test_disk_full.py"
 MESHES = "tests/unit/test_mesh_references.py"
 
 BULK: dict[str, Guard] = {
@@ -66,5 +67,15 @@ BULK: dict[str, Guard] = {
     ),
     "turned lines of Markdown": Guard(
         "seals.drawn_text", "readable(text))", "text)", DRAWN, "turn_lines"
+    ),
+    "errors of loaders of meshes": Guard(
+        "seals.hydrostatics.meshes",
+        "    except Exception as cause:  # each format's loader",
+        "    except KeyError as cause:  # each format's loader",
+        MESHES,
+        "one_kind",
+    ),
+    "links to themselves": Guard(
+        "seals.cli.of_system", "str(error).startswith(_LOOP)", "False", DISK, "link_to_itself"
     ),
 }

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from seals.errors import RobotError
-from seals.hydrostatics.meshes import load_triangles, refuse_strange_format
+from seals.hydrostatics.meshes import hull_from_mesh, load_triangles, refuse_strange_format
 from seals.hydrostatics.references import without_references
 from seals.robot.urdf import read_urdf
 
@@ -150,6 +150,25 @@ def test_materials_of_an_obj_make_no_parts(folder: Path) -> None:
     start = time.process_time()
     assert len(load_triangles(path, where="mesh").faces) == 5_004
     assert time.process_time() - start < PATIENCE
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("a.dae", DAE.format("<a>" * 50_000 + "</a>" * 50_000)),
+        ("a.off", "OFF\n99999999999 1 0\n0 0 0\n"),
+        ("a.obj", SHAPE + "f 1 2 " + "9" * 400 + "\n"),
+    ],
+)
+def test_whatever_a_loader_says_is_one_kind_of_error(
+    tmp_path: Path, name: str, content: str
+) -> None:
+    """Each format's loader has errors of its own; a deep COLLADA ended `seals check`."""
+    (tmp_path / name).write_text(content)
+    with pytest.raises((ValueError, RobotError)):
+        load_triangles(tmp_path / name, where="mesh")
+    with pytest.raises(RobotError):
+        hull_from_mesh(tmp_path / name)
 
 
 def test_copies_of_a_usual_file_are_no_reason(folder: Path) -> None:
