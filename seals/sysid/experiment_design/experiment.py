@@ -167,12 +167,16 @@ def _check_kinds(content: Mapping[str, Any]) -> None:
             raise ValueError(f"{where} is a {type(value).__name__}, a {wanted} belongs there")
 
 
+def _is_number(value: Any) -> bool:
+    return type(value) in (int, float) and math.isfinite(value)
+
+
 def _check_starts(runs: Sequence[Mapping[str, Any]]) -> None:
     for k, run in enumerate(runs):
         for name, count in () if "x" in run else _STARTS:
             given = run.get(name)
-            sound = isinstance(given, list) and len(given) == count
-            if not sound or not all(type(v) in (int, float) and math.isfinite(v) for v in given):
+            sound = isinstance(given, list) and len(given) == count and all(map(_is_number, given))
+            if not sound:
                 raise ValueError(f"runs[{k}].{name} needs {count} finite numbers")
 
 
