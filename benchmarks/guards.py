@@ -25,6 +25,7 @@ from benchmarks.copies import Place, side_by_side
 from benchmarks.guard import BOUNDS, CLASSES, FILES, Guard
 from benchmarks.guards_described import DESCRIPTIONS
 from benchmarks.guards_imports import IMPORTS
+from benchmarks.guards_meshes import BULK
 from benchmarks.guards_page import PAGE
 from benchmarks.guards_peers import NETWORK
 from benchmarks.guards_reading import ROBOTS_AND_TABLES
@@ -64,6 +65,7 @@ GUARDS: dict[str, Guard] = {
     **SIGHT,
     **ROLES_AND_READERS,
     **VEHICLES,
+    **BULK,
     "form of a training": Guard(
         "seals.learn.training.resumption",
         "    conform(stored(state), stored(fresh), tables=GROWN)\n",

@@ -93,9 +93,9 @@ RUN_FOLDERS: dict[str, Guard] = {
         "strangers_run_looks",
     ),
     "names of runs": Guard(
-        "seals.sweep.place",
-        'if ".." in Path(hydra[kind].dir).parts:',
-        "if False:",
+        "seals.config.source",
+        'return checked_name(str(name), key="name") if name else ""',
+        "return str(name)",
         STRANGE,
         "leads_nowhere",
     ),

@@ -9,8 +9,21 @@ from __future__ import annotations
 import re
 
 _SIGNS = re.compile(r"[^A-Za-z0-9\s.,:;()/='\"+-]")
+_ODD = re.compile(r"[^\n\t -~]")
 _FORMULA = re.compile(r"[=+\-@\t\r]")
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
+
+
+def readable(text: str) -> str:
+    r"""Return text with blanks in place of signs that turn the direction of writing or end lines.
+
+    Ends of lines and tabulators stay. Names with such signs would show another text than they hold.
+
+    Example:
+        >>> readable("wi\u202end, - 1\n")
+        'wi nd, - 1\n'
+    """
+    return _ODD.sub(lambda found: found[0] if found[0].isprintable() else " ", text)
 
 
 def in_markdown(text: str) -> str:
@@ -20,7 +33,7 @@ def in_markdown(text: str) -> str:
         >>> in_markdown("t = 0.1 s {alert(1)} <b>")
         't = 0.1 s &#123;alert(1)&#125; &#60;b&#62;'
     """
-    return _SIGNS.sub(lambda found: f"&#{ord(found[0])};", text)
+    return _SIGNS.sub(lambda found: f"&#{ord(found[0])};", readable(text))
 
 
 def in_table(text: str) -> str:

@@ -24,6 +24,7 @@ _MOST_NODES = 200_000
 _MOST_JSON_NODES = 2_000_000
 _DEEPEST = 40
 _DEEPEST_XML = 100
+_NUL = "a text holds the sign of number zero, which no name of a file can"
 _LONGEST_NUMBER = 250
 """Most signs of a number in YAML: with as many, a hexadecimal one, too, still fits a float."""
 _MOST_DIGITS = 308
@@ -155,7 +156,9 @@ def plain_json(raw: bytes | str) -> Any:
         raise ValueError("nested too deep") from error
     if b"\\u" in raw:
         # half of a surrogate pair can be read, and never be printed or written again
-        json.dumps(content, ensure_ascii=False).encode("utf-8")
+        text = json.dumps(content, ensure_ascii=False).encode("utf-8")
+        if b"\\u0000" in text.replace(b"\\\\", b""):
+            raise ValueError(_NUL)
     return content
 
 
@@ -266,6 +269,8 @@ def _measure(events: Any) -> None:
             )
         if name != "ScalarEvent":
             continue
+        if "\0" in event.value:
+            raise ValueError(_NUL)
         if len(event.value) > _LONGEST_NUMBER:
             _refuse_long_number(event)
         long += (event.implicit[0] or bool(event.tag)) and bool(_LONG.fullmatch(event.value))

@@ -86,10 +86,12 @@ def unit_axes(key: str, values: Sequence[Sequence[float]], count: int) -> Floats
 
 
 def check_first(key: str, first: int) -> None:
-    """Refuse a negative index of the first command column.
+    """Refuse an index of the first command column that is negative or beyond all drives.
 
     Raises:
-        ConfigError: the column is negative.
+        ConfigError: it is not between 0 and 10,000.
     """
-    if first < 0:
-        raise ConfigError(f"{key}={first} is not allowed.\nAllowed: 0 or more, a column of drives.")
+    if not 0 <= first <= 10_000:
+        raise ConfigError(
+            f"{key}={str(first)[:20]} is not allowed.\nAllowed: 0 to 10,000, a column of drives."
+        )

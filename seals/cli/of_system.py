@@ -18,6 +18,8 @@ _SHORT = (
 )
 """What libraries say that have no error of their own for want of memory."""
 
+_LOOP = "Symlink loop from "
+
 
 def explained(error: BaseException) -> SealsError | None:
     """Return an error in words for one of the system; None for all others."""
@@ -33,6 +35,10 @@ def explained(error: BaseException) -> SealsError | None:
 
     if isinstance(error, OSError) and told_full(error):
         return DiskFull(words(error.filename))
+    if isinstance(error, RuntimeError) and str(error).startswith(_LOOP):
+        # looked up by `Path.resolve`, until Python 3.13
+        name = str(error).removeprefix(_LOOP)
+        return ConfigError(f"{name} is a link to itself.\nRemove it, or name the file.")
     return _of_file(error) if isinstance(error, OSError) else None
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from seals.errors import RobotError, SealsError
 from seals.hydrostatics.mesh import HullMesh, placed_points
-from seals.hydrostatics.references import MOST_BYTES, refuse_references
+from seals.hydrostatics.references import MOST_BYTES, refuse_references, without_references
 from seals.hydrostatics.samples import LEAST_SAMPLES, MOST_DRAWS, HullSamples, winding_test
 from seals.hydrostatics.wetted import Vector
 from seals.untrusted_io import read_bytes
@@ -253,22 +253,33 @@ def load_triangles(path: Path, *, where: str, process: bool = False, most: int =
     Raises:
         RobotError: it is no plain mesh, or names files elsewhere.
         LogError: it is absent, no ordinary file, or too large.
-        Exception: each format's loader fails in its own way.
+        ValueError: it cannot be read; whatever the loader of its format raised.
     """
     raw = read_bytes(path, most=most)
     refuse_strange_format(path, where)
     import trimesh
 
     kind = path.suffix.lower().removeprefix(".")
-    return trimesh.load(
-        io.BytesIO(raw),
-        file_type=kind,
-        # buffers of its own may lie beside a glTF; refuse_references has seen their names
-        resolver=trimesh.resolvers.FilePathResolver(str(path)) if kind == "glb" else None,
-        force="mesh",
-        process=process,
-        skip_materials=True,
-    )
+    if kind == "obj":
+        # each change of material would make a mesh of its own
+        raw = without_references(raw)
+    try:
+        mesh = trimesh.load(
+            io.BytesIO(raw),
+            file_type=kind,
+            # buffers of its own may lie beside a glTF; refuse_references has seen their names
+            resolver=trimesh.resolvers.FilePathResolver(str(path)) if kind == "glb" else None,
+            force="mesh",
+            process=process,
+            skip_materials=True,
+        )
+    except MemoryError:
+        raise
+    except Exception as cause:  # each format's loader fails in its own way
+        raise ValueError(f"{type(cause).__name__}, {cause}") from cause
+    if not isinstance(mesh, trimesh.Trimesh):
+        raise ValueError("it holds no triangles")
+    return mesh
 
 
 def refuse_strange_format(path: Path, where: str) -> None:

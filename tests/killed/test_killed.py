@@ -1,4 +1,4 @@
-"""Every long command, killed five times at random moments, comes out as if it had not been.
+"""Every long command, killed five times or more at random moments, comes out as if it had not been.
 
     make killed
 
@@ -62,7 +62,7 @@ DIAGNOSIS = ["diagnose", FLIGHT_A, "processes=2", "plan=false"]
 OUT = "out={}"
 ANEW: dict[str, tuple[list[str], str, dict[str, Any]]] = {
     "compare": (["compare", "experiment=falling_balls", "only=[bowling_ball]"], OUT, {}),
-    "diagnose": (DIAGNOSIS, OUT, {"codes": (10,)}),
+    "diagnose": (DIAGNOSIS, OUT, {"codes": (10,), "kills": 10}),
     "calibrate": (
         [
             *("calibrate", "log=swum", "robot=auv", "plan=false", "report=false", "apply=true"),

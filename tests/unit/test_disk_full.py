@@ -206,3 +206,17 @@ def test_an_error_for_which_there_is_no_room_for_words_is_one_of_memory(
     """What explains it cannot be loaded any more."""
     monkeypatch.setitem(sys.modules, "seals.logs.room", None)
     assert isinstance(explained(KeyError("half a library")), OutOfMemory)
+
+
+def test_a_link_to_itself_is_told_in_words(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Until Python 3.13 looking one up is an error of no kind that names a file."""
+    monkeypatch.chdir(tmp_path)
+    Path("loop").symlink_to("loop")
+    assert main(["diagnose", "log=loop", "out=made"]) == 2
+    said = capsys.readouterr().err
+    assert "loop" in said
+    assert "Traceback" not in said
+    error = RuntimeError("Symlink loop from '/a/b.obj'")
+    assert "'/a/b.obj' is a link to itself" in str(explained(error))

@@ -12,7 +12,9 @@ import pytest
 from seals.cli.main import main
 from seals.drawn_text import in_markdown, in_table
 from seals.logs.atomic import write_table
+from seals.report.blocks import Paragraph, Section
 from seals.report.figures import Chart, Mark, Series
+from seals.report.page import page
 from seals.report.pictures import figure_class, log_scale, write_picture
 from seals.sweep.book import Job, claimed, read_jobs
 
@@ -98,3 +100,15 @@ def test_the_viewers_note_is_text() -> None:
     panel._told, panel.time = 0.0, SimpleNamespace(max=1.0, value=0.0)
     panel.tell(0.5)
     assert "{" not in panel._note.content
+
+
+def test_signs_that_turn_lines_round_reach_no_page() -> None:
+    """Names with marks of writing direction, or such that end lines, would show another text."""
+    name = "a\u202eb\u2028c\x1bd \u2212 \u00e9"
+    line = Series(name=name, x=np.arange(3.0), y=np.arange(3.0))
+    chart = Chart(title=name, y_label=name, series=(line,))
+    made = page(name, [Section(title=name, blocks=[Paragraph(text=name), chart])])
+    assert not [sign for sign in made if not sign.isprintable() and sign not in "\n\t"]
+    assert "\\u202e" not in made
+    assert "a b c d \u2212 \u00e9" in made
+    assert in_markdown(name).startswith("a b c d ")

@@ -16,6 +16,7 @@ from seals import registry
 from seals.cli.main import main
 from seals.errors import ConfigError
 from seals.logs.table import MOST_COLUMNS, _numbers
+from seals.plugins.actuators.layout import check_first
 from seals.plugins.fluids.coupling import ParticleFluid
 from seals.plugins.fluids.sampling import box_walls, fewest_places
 from seals.plugins.fluids.solvers.dfsph.settings import DfsphOptions
@@ -187,3 +188,11 @@ def test_parts_of_a_robot_are_counted(
     assert main(["check", "robot=r"]) == 2
     assert "effects, sensors and actuators and" in capsys.readouterr().err
     assert time.process_time() - start < 10.0
+
+
+@pytest.mark.parametrize("first", [-1, 10_001, 10**300])
+def test_columns_of_drives_have_a_most(first: int) -> None:
+    """As many numbers are made as stand before the first drive."""
+    with pytest.raises(ConfigError, match=r"rotors\.first=.* is not allowed"):
+        check_first("rotors.first", first)
+    check_first("rotors.first", 10_000)

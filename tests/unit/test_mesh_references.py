@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from seals.errors import RobotError
-from seals.hydrostatics.meshes import refuse_strange_format
+from seals.hydrostatics.meshes import hull_from_mesh, load_triangles, refuse_strange_format
 from seals.hydrostatics.references import without_references
 from seals.robot.urdf import read_urdf
 
@@ -102,6 +102,11 @@ HOSTILE: dict[str, tuple[str, str | bytes, str]] = {
     "other signs": ("a.dae", '<?xml version="1.0" encoding="cp500"?>' + DAE, "is not UTF-8"),
     "wide faces": ("a.obj", SHAPE + "f" + " 1 2 3" * 700_000, "more than 2,000,000 triangles"),
     "groups": ("a.obj", SHAPE + "o a\nusemtl b\nf 1 2 3\n" * 6_000, "more than 10,000 groups"),
+    "empty lines": ("a.obj", SHAPE + "\n" * 2_100_000, "2,100,008 lines"),
+    "old empty lines": ("a.obj", SHAPE + "\r" * 2_100_000, "2,100,008 lines"),
+    "words of an OFF": ("a.off", "OFF\n2800000 1 0\n" + "0 0 0 " * 2_800_000, "8,400,00. words"),
+    "lines of a PLY": ("a.ply", PLY.format("") + "0\n" * 2_100_000, "lines"),
+    "solids": ("a.stl", "solid a\nendsolid a\n" * 1_100, "more than 1,000 solids"),
     "deep glTF": ("a.glb", _glb(json.loads("[" * 60 + "]" * 60)), "nested deeper"),
     "glTF that declares more": ("a.glb", _glb({})[:12] + b"\xff" * 8, "declares more"),
 }
@@ -136,6 +141,34 @@ def test_a_hostile_mesh_is_refused_before_it_is_loaded(folder: Path, name: str) 
         with pytest.raises(RobotError, match=words):
             read_urdf(folder / "r.urdf")
     assert time.process_time() - start < PATIENCE
+
+
+def test_materials_of_an_obj_make_no_parts(folder: Path) -> None:
+    """Each was a copy of its own: 10,000 in a file of 200 kB took 20 s of computing."""
+    path = folder / "meshes" / "a.obj"
+    path.write_text(SHAPE + "".join(f"usemtl m{k}\nf 1 3 2\n" for k in range(5_000)))
+    start = time.process_time()
+    assert len(load_triangles(path, where="mesh").faces) == 5_004
+    assert time.process_time() - start < PATIENCE
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("a.dae", DAE.format("<a>" * 50_000 + "</a>" * 50_000)),
+        ("a.off", "OFF\n99999999999 1 0\n0 0 0\n"),
+        ("a.obj", SHAPE + "f 1 2 " + "9" * 400 + "\n"),
+    ],
+)
+def test_whatever_a_loader_says_is_one_kind_of_error(
+    tmp_path: Path, name: str, content: str
+) -> None:
+    """Each format's loader has errors of its own; a deep COLLADA ended `seals check`."""
+    (tmp_path / name).write_text(content)
+    with pytest.raises((ValueError, RobotError)):
+        load_triangles(tmp_path / name, where="mesh")
+    with pytest.raises(RobotError):
+        hull_from_mesh(tmp_path / name)
 
 
 def test_copies_of_a_usual_file_are_no_reason(folder: Path) -> None:

@@ -9,6 +9,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -176,6 +177,21 @@ def test_a_texture_starts_no_program(postscript: Path) -> None:
     Path("r/robot.yaml").write_text("urdf: r.urdf\n")
     main(["check", "robot=r"])
     assert not postscript.exists()
+
+
+def test_pictures_inside_a_mesh_stay_closed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A glTF holds its own, whose decoder would go by their content."""
+    import trimesh
+
+    shape = trimesh.creation.box()
+    shape.visual = trimesh.visual.TextureVisuals(
+        uv=np.zeros((8, 2)), image=Image.new("RGB", (4, 4))
+    )
+    Path("a.glb").write_bytes(shape.export(file_type="glb"))
+    opened: list[Any] = []
+    monkeypatch.setattr(Image, "open", lambda *given, **_: opened.append(given))
+    assert len(load_triangles(Path("a.glb"), where="mesh").faces) == 12
+    assert not opened
 
 
 def test_pictures_are_bounded() -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from seals.cli.main import main
-from seals.errors import LogError
+from seals.errors import ConfigError, LogError
 from seals.logs.log import Log
 from seals.logs.native import read_native, write_native
 from seals.logs.shipped import find_log
@@ -107,6 +107,24 @@ def test_short_logs_are_bad_data(rows: int, capsys: pytest.CaptureFixture[str]) 
 
 
 @pytest.mark.parametrize(
+    ("stage", "more"),
+    [
+        ("seals.sysid.report.application._found", ""),
+        ("seals.sysid.report.healthy_application.HealthyFlights.diagnose", "flight_b"),
+    ],
+)
+def test_numbers_without_a_solution_are_bad_data(
+    stage: str, more: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Whatever stage of a diagnosis meets them, with healthy flights or without."""
+    monkeypatch.setattr(stage, _singular)
+    words = ["diagnose", "log=hidden_effect/flight_a", "out=made", "report=false"]
+    assert main([*words, *([f"healthy=[hidden_effect/{more}]"] if more else [])]) == 20
+    assert "LinAlgError" in capsys.readouterr().out
+    assert json.loads(Path("made/diagnosis.json").read_text())["verdict"] == "bad_data"
+
+
+@pytest.mark.parametrize(
     "change",
     [
         {"runs": [{"segment": 0, "seconds": 1e300}]},
@@ -135,13 +153,48 @@ def test_planned_manoeuvres_have_an_end(change: dict[str, Any]) -> None:
         "meta": {},
     }
     Path("x.yaml").write_text(yaml.safe_dump({**content, **change}))
-    from seals.errors import ConfigError
-
     with pytest.raises(ConfigError, match="at most 10,000,000 steps"):
         read_experiment("x.yaml")
 
 
-def _singular(_: object) -> object:
+_DROP = {
+    "seconds": 1.0,
+    "position": [0, 0, 1],
+    "orientation": [1, 0, 0, 0],
+    "velocity": [0, 0, 0],
+    "angular_velocity": [0, 0, 0],
+}
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"gains": [1]}, "gains is a list, a mapping belongs there"),
+        ({"gains": "x"}, "gains is a str"),
+        ({"runs": 5}, "runs is a int, a list belongs there"),
+        ({"runs": ["x"]}, r"runs\[0\] is a str"),
+        ({"meta": [1]}, "meta is a list"),
+        ({"runs": [{"seconds": 1.0}]}, r"runs\[0\].position needs 3 finite numbers"),
+        ({"runs": [{**_DROP, "orientation": [1, 0, 0]}]}, "orientation needs 4"),
+        ({"runs": [{**_DROP, "velocity": [0, 0, float("nan")]}]}, "velocity needs 3"),
+        ({"runs": [{**_DROP, "angular_velocity": ["a", 0, 0]}]}, "angular_velocity needs 3"),
+    ],
+)
+def test_planned_manoeuvres_are_of_their_form(change: dict[str, Any], words: str) -> None:
+    """What a drop starts from is needed as it is flown; lists in place of mappings are told."""
+    import yaml
+
+    content = {"kind": KIND, "name": "a", "words": "a", "effects": [], "step": 0.01, "tilt": 0.3}
+    gains = dict.fromkeys(("place", "speed", "sum", "most", "turn", "spin", "turn_sum"), 1.0)
+    content |= {"gains": gains, "runs": [_DROP], "meta": {}}
+    Path("x.yaml").write_text(yaml.safe_dump(content))
+    assert read_experiment("x.yaml").releases
+    Path("x.yaml").write_text(yaml.safe_dump({**content, **change}))
+    with pytest.raises(ConfigError, match=words):
+        read_experiment("x.yaml")
+
+
+def _singular(*_: object, **__: object) -> object:
     return np.linalg.inv(np.zeros((2, 2)))
 
 

@@ -95,6 +95,8 @@ JSON: dict[str, tuple[bytes | Callable[[], bytes], str]] = {
     "very long number": (lambda: b"-" + b"9" * 5_000_000, "digits"),
     "half a pair": (b'{"a": "\\ud800"}', "surrogates"),
     "half a pair as name": (b'{"\\udc00": 1}', "surrogates"),
+    "zero": (b'{"a": ["b\\u0000"]}', "number zero"),
+    "zero as name": (b'{"\\u0000": 1}', "number zero"),
     "text without end": (b'["' + b'\\"' * 1_000_000, "Unterminated"),
     "another coding": ('{"a": 1}'.encode("utf-16"), "utf-8"),
     "two of them": (b"{} {}", "Extra data"),
@@ -142,6 +144,8 @@ _WIDE = "a: &a {" + ",".join(f"k{k}: 1" for k in range(5000)) + "}\n"
 MODULUS = 2**61 - 1
 """Its multiples have one hash in Python, so that a mapping with such keys takes quadratic time."""
 YAML: dict[str, tuple[str, str]] = {
+    "zero": ('a: ["b\\0c"]', "number zero"),
+    "zero as name": ('"b\\x00": 1', "number zero"),
     "number to the base 60": ("a: 1" + ":59" * 300_000, "number of"),
     "tagged number": ("a: !!int '" + "1:" * 100_000 + "1'", "number of"),
     "number with points": ("a: " + "1:" * 100_000 + "1.0", "number of"),

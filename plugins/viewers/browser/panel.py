@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from seals.drawn_text import in_markdown
+from seals.drawn_text import in_markdown, readable
 from seals.report.style import unit_text
 from seals.view.session import Session
 
@@ -128,7 +128,7 @@ class Panel:
 def _legend(colours: dict[str, tuple[int, int, int]]) -> str:
     """The effects in their colours."""
     spans = (
-        f'<span style="color: rgb{colour}; white-space: nowrap">&#9632; {escape(name)}</span>'
-        for name, colour in colours.items()
+        f'<span style="color: rgb{colour}; white-space: nowrap">&#9632; {name}</span>'
+        for name, colour in ((escape(readable(k)), v) for k, v in colours.items())
     )
     return f'<div style="padding: 0 0.75em; font-size: 0.8em">{"&ensp; ".join(spans)}</div>'

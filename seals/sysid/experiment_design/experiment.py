@@ -25,6 +25,8 @@ _OWN = ("logs", "recording", "date", "notes")
 """Facts of a log that are none of a flight of the same vehicle."""
 _KEYS = ("kind", "name", "words", "effects", "step", "tilt", "gains", "runs", "meta")
 _MAY = ("without",)
+_STARTS = (("position", 3), ("orientation", 4), ("velocity", 3), ("angular_velocity", 3))
+"""What a drop starts from, and how many numbers each has."""
 """Keys that may be left out."""
 _SPACING = 0.02
 """Time between two points of a written reference [s]."""
@@ -134,6 +136,7 @@ def read_experiment(path: str | Path) -> Experiment:
         raise ConfigError(f"experiment={path} is not a planned manoeuvre.\nAllowed: kind: {KIND}")
     _check_keys(path, content)
     try:
+        _check_kinds(content)
         return _experiment(content)
     except (KeyError, TypeError, ValueError) as error:
         raise ConfigError(
@@ -153,6 +156,30 @@ def _check_keys(path: str | Path, content: Mapping[str, Any]) -> None:
         )
 
 
+def _check_kinds(content: Mapping[str, Any]) -> None:
+    kinds: dict[str, type] = {"gains": dict, "meta": dict, "runs": list}
+    entries = {key: (content[key], kind) for key, kind in kinds.items()}
+    runs = content["runs"] if isinstance(content["runs"], list) else []
+    entries |= {f"runs[{k}]": (run, dict) for k, run in enumerate(runs)}
+    for where, (value, kind) in entries.items():
+        if not isinstance(value, kind):
+            wanted = "mapping" if kind is dict else "list"
+            raise ValueError(f"{where} is a {type(value).__name__}, a {wanted} belongs there")
+
+
+def _is_number(value: Any) -> bool:
+    return type(value) in (int, float) and math.isfinite(value)
+
+
+def _check_starts(runs: Sequence[Mapping[str, Any]]) -> None:
+    for k, run in enumerate(runs):
+        for name, count in () if "x" in run else _STARTS:
+            given = run.get(name)
+            sound = isinstance(given, list) and len(given) == count and all(map(_is_number, given))
+            if not sound:
+                raise ValueError(f"runs[{k}].{name} needs {count} finite numbers")
+
+
 def _experiment(content: Mapping[str, Any]) -> Experiment:
     runs: Sequence[Mapping[str, Any]] = content["runs"]
     step = float(content["step"])
@@ -165,6 +192,7 @@ def _experiment(content: Mapping[str, Any]) -> Experiment:
     length += sum(float(r["seconds"]) for r in falling)
     if not 0.0 < step < math.inf or not 0.0 <= length <= MOST_ROWS * step:
         raise ValueError(f"{length:g} s in steps of {step:g} s; at most {MOST_ROWS:,} steps")
+    _check_starts(runs)
     return Experiment(
         name=str(content["name"]),
         meta=content["meta"],

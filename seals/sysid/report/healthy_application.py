@@ -15,6 +15,7 @@ from seals.logs.log import Log
 from seals.report import Block, Facts, Paragraph, Section, Table, write_page
 from seals.run.application import short_path
 from seals.run.progress import progress
+from seals.sound_numbers import sound_numbers
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.healthy_flights.balance import has_inertial
 from seals.sysid.healthy_flights.diagnosis import HealthyDiagnosis, HealthyFlights
@@ -24,6 +25,7 @@ from seals.sysid.report.naming import figure, interval, percent
 ANSWER, PAGE = "diagnosis.json", "report.html"
 _TICKS = 32
 _STAGES = 3
+_ADVICE = "Give longer logs, or look for numbers far from all others."
 _HEADS = {
     Verdict.named: "Changed since the healthy flights:",
     Verdict.ambiguous: "One of these changed since the healthy flights:",
@@ -64,7 +66,8 @@ def compare(given: GivenLogs, out: Path) -> int:
         healthy = HealthyFlights.of(beside, robot, sessions=numbers, inertial=has_inertial(log))
         tell(2 * _TICKS)
         try:
-            found = healthy.diagnose(log, robot)
+            with sound_numbers("a comparison with healthy flights", _ADVICE):
+                found = healthy.diagnose(log, robot)
         except LogError as refusal:
             return _refused(out, str(refusal))
     source = {**sources(given.places), "healthy": [sources([place]) for place in places]}
