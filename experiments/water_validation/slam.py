@@ -112,7 +112,7 @@ def cone_force(deadrise: float) -> float:
 
     Example:
         >>> round(cone_force(math.radians(15.0)), 3)
-        8.626
+        8.628
     """
     a = 16.0 / math.pi**2 / math.tan(deadrise)
     b = 4.0 / math.pi**2 * math.cos(deadrise) ** 2
