@@ -49,8 +49,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--device", choices=[d.value for d in Device], default="cpu")
     parser.add_argument("--threads", type=int, default=0, help="on the cpu; 0 for all")
     parser.add_argument("--solver", choices=[m.value for m in Method], default="pbf")
+    parser.add_argument("--across", type=float, default=0.0, help="spacings across, of entry")
     given = parser.parse_args(arguments)
-    grade = Grade(not given.full, Device(given.device), given.threads, Method(given.solver))
+    if given.across and not 3.0 <= given.across <= 100.0:
+        raise ConfigError(f"--across {given.across:g} is not allowed.\nAllowed: 3 to 100.")
+    device, method = Device(given.device), Method(given.solver)
+    grade = Grade(not given.full, device, given.threads, method, given.across)
     checked_folder(given.out)
     results = []
     for case in chosen(given.cases, full=given.full):

@@ -17,12 +17,14 @@ class Grade(NamedTuple):
         device: where the particles are computed.
         threads: on the CPU; 0 for all.
         solver: of the particles.
+        across: spacings across the body, of `entry`; 0 for those of the case.
     """
 
     quick: bool
     device: Device = Device.cpu
     threads: int = 0
     solver: Method = Method.pbf
+    across: float = 0.0
 
     def words(self) -> list[str]:
         """Return the overrides of a run."""
@@ -48,6 +50,7 @@ class Grade(NamedTuple):
             f" --device {self.device.value}" if self.accelerated else ""
         )
         more += "" if self.solver is Method.pbf else f" --solver {self.solver.value}"
+        more += f" --across {self.across:g}" if self.across else ""
         return f"seals validate water {name}{more}"
 
 

@@ -49,7 +49,8 @@ class SensorImu(MountedSensor):
     Assumptions:
         The accelerometer reads the acceleration of the last simulation step: the change of the mean
         velocity of its link's origin since the step before, over h. Between contacts it is that of
-        the forces at the start of the step, in the axes that the link had then.
+        the forces at the start of the step, in the axes that the link had then; so are w and w' of
+        the arm r. The gyroscope reads the velocity at the end of the step.
 
     Valid range:
         Rates up to that of the simulation.

@@ -58,9 +58,10 @@ class Mount:
         spin, rate, r = felt.angular_velocity, felt.angular_acceleration, self.arm
         if not self.centred:
             position = position + felt.rotation @ r
-            around = cross3(spin, r)
-            velocity = velocity + around
-            force = force + cross3(rate, r) + cross3(spin, around)
+            velocity = velocity + cross3(spin, r)
+            # the force is that of the step's start: so is what the arm adds to it
+            then = spin if felt.turning is None else felt.turning
+            force = force + cross3(rate, r) + cross3(then, cross3(then, r))
         turn = self.turn if felt.axis_misalignment is None else self.turn @ felt.axis_misalignment
         if self.aligned and felt.axis_misalignment is None:
             return felt._replace(position=position, velocity=velocity, specific_force=force)

@@ -45,6 +45,8 @@ class SensorInput(NamedTuple):
         board: joints, rotors and battery of the robot, to be asked.
         axis_misalignment: turn of a sensor's axes against the stated ones, shape (3, 3), or None.
         camera: view of the scene of a camera, None for other sensors.
+        turning: angular velocity at the start of the last step, in link axes as they were then
+            [rad/s], shape (3,): that of ``angular_acceleration``; None for ``angular_velocity``.
     """
 
     time: float
@@ -62,6 +64,7 @@ class SensorInput(NamedTuple):
     board: OnboardState = NOTHING_ABOARD
     axis_misalignment: Floats | None = None
     camera: CameraView | None = None
+    turning: Floats | None = None
 
 
 add_former_names(

@@ -119,9 +119,10 @@ class Look:
         """Positions of the joints [rad or m], shape (1, J)."""
         return self.layout.of(self.block, "joints")
 
-    def felt(self) -> tuple[Floats, Floats]:
+    def felt(self) -> tuple[Floats, Floats, Floats]:
         """Accelerations in the last step, see `seals.world.felt.felt_by_links`; zero at a start."""
-        return self.layout.of(self.block, "force"), self.layout.of(self.block, "rate")
+        of, block = self.layout.of, self.block
+        return of(block, "force"), of(block, "rate"), of(block, "turning")
 
     @property
     def state(self) -> str:
@@ -161,7 +162,8 @@ class CompiledLinks:
             {"origins": three, "rotations": (1, links, 3, 3), "speed": (1, robot.degrees)}
             | {"velocities": (2, links, 3), "twists": (1, links, 6), "joints": (1, joints)}
             | {"arms": (links, 3), "axes": (joints, 3), "means": (2, links, 3)}
-            | {"force": (links, 3), "rate": (links, 3), "change": (joints,)}
+            | {"force": (links, 3), "rate": (links, 3), "turning": (links, 3)}
+            | {"change": (joints,)}
             | {"normal": (links, 3), "level": (links, 1), "least": (1,), "most": (1,)}
         )
         self._sampler: EnvironmentSampler | None = None
@@ -265,12 +267,12 @@ class CompiledLinks:
         moving = kinematics.move(speed)
         arms, axes = arms_of(kinematics, self._body.reference), axes_of(kinematics)
         means = xp.concat((moving.linear, moving.angular), axis=0)
-        felt = [means[0] * 0.0, means[0] * 0.0]
+        felt = [means[0] * 0.0] * 3
         if past:
             mean, turns, start, turned, earlier, span = past
             before = LinkTrack(0.0, turns, start, turned, earlier, begun=True)
             means = mean_velocities(tree, before, arms, axes, mean[0], step)
-            felt = [*felt_by_links(before, means, self._gravity, span)]
+            felt = [*felt_by_links(before, means, self._gravity, span, step)]
         found = [kinematics.origins, kinematics.rotations, *moving, joints, arms, axes, means]
         found += [*felt, change]
         normal, level = xp.zeros((len(tree.parent), 3)), xp.zeros((len(tree.parent), 1))

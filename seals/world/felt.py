@@ -115,30 +115,35 @@ def mean_velocities(  # noqa: PLR0917  two instants and what lies between
 
 
 def felt_by_links(
-    before: LinkTrack, means: Array, gravity: float, span: Array | float
-) -> tuple[Array, Array]:
-    """Return specific force and angular acceleration of all links, shape (L, 3) each.
+    before: LinkTrack, means: Array, gravity: float, span: Array | float, step: float
+) -> tuple[Array, Array, Array]:
+    """Return specific force, angular acceleration and velocity of all links, shape (L, 3) each.
 
     The acceleration of a step is the change of the mean velocity since the step before, over the
     time between the middles of both. With half-step velocities it is that of the forces at the
-    start of the step, and it is told in the axes that the links had then [m/s^2, rad/s^2].
+    start of the step, and it is told in the axes that the links had then [m/s^2, rad/s^2]. So is
+    the angular velocity of that instant [rad/s]: a sensor off the origin feels w x (w x r) of the
+    time at which it feels w' x r.
 
     Equation:
         f = R^T ((u_k - u_(k-1)) / h + g z), u_k the mean velocity over step k: summed over steps
-        h (R f - g z) is the change of u, through every impact.
+        h (R f - g z) is the change of u, through every impact. w = w_k - w' h / 2, w_k the mean
+        angular velocity over step k.
 
     Args:
         before: the links at the start of the step.
         means: mean velocities over the step, see `mean_velocities`.
         gravity: [m/s^2].
         span: time between the mean velocities, see `LinkTrack.span` [s].
+        step: h [s].
 
     References:
         Hairer, Lubich and Wanner 2003, doi:10.1017/S0962492902000144: the Stoermer-Verlet method.
     """
     change = (means - before.means) / span
     force = unrotate(before.rotations, change[0]) + gravity * before.rotations[:, 2]
-    return force, unrotate(before.rotations, change[1])
+    turning = unrotate(before.rotations, means[1] - (0.5 * step) * change[1])
+    return force, unrotate(before.rotations, change[1]), turning
 
 
 class Tracker:
@@ -170,11 +175,11 @@ class Tracker:
 
     def follow(
         self, time: float, kinematics: Kinematics, moving: LinkVelocities, step: float
-    ) -> Callable[[], tuple[Array, Array]]:
+    ) -> Callable[[], tuple[Array, Array, Array]]:
         """Follow the links over the last step [s]; return what gives `felt_by_links`."""
         before = self.last
         if before is None:
-            return lambda: (moving.linear[0] * 0.0, moving.linear[0] * 0.0)
+            return lambda: (moving.linear[0] * 0.0,) * 3
         now, speed = self._at(time, kinematics, moving, begun=True), self._body.mean_speed()
         if speed is not None:
             means = mean_velocities(self._tree, before, now.arms, now.axes, speed, step)
@@ -182,7 +187,7 @@ class Tracker:
         self.last, span = now, step
         if not before.begun:
             span = before.span(step, halved=self._body.middle_speed() is not None)
-        return cache(partial(felt_by_links, before, now.means, self._gravity, span))
+        return cache(partial(felt_by_links, before, now.means, self._gravity, span, step))
 
     def _at(
         self, time: float, kinematics: Kinematics, moving: LinkVelocities, *, begun: bool

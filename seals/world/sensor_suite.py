@@ -187,10 +187,10 @@ class SensorSuite:
         """
         origins, rotations, twists, contact, pressing = seen
         link = self._carriers[name]
-        twist, force, rate = twists[link], _STILL, _STILL
+        twist, force, rate, turning = twists[link], _STILL, _STILL, None
         if self._inertial[name]:
-            forces, rates = now.felt()
-            force, rate = forces[link], rates[link]
+            forces, rates, spins = now.felt()
+            force, rate, turning = forces[link], rates[link], spins[link]
         # in the order of the fields: keywords cost as much as the arithmetic
         return SensorInput(
             now.time,
@@ -208,6 +208,7 @@ class SensorSuite:
             self.board,
             self._askew[name],
             self.cameras.get(name),
+            turning,
         )
 
     def snapshot(self) -> Any:

@@ -174,3 +174,51 @@ def test_an_entry_is_felt_as_the_place_tells_it(engine: str) -> None:
     expected = np.diff(heights, 2) / world.step_size**2 + world.environment.gravity
     assert expected.max() > 200.0
     np.testing.assert_allclose(read[1:], expected, rtol=0.0, atol=1e-8)
+
+
+def through(words: list[str], steps: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Sum of the specific force, change of the mean velocity of a step, and the readings."""
+    with_imu = [] if any("robot=ball" in word for word in words) else ["+sensor@sensors.imu=imu"]
+    world = build_world(build_run(compose([*words, *with_imu, *WORDS])))
+    body, step = world.actors["robot"].body, world.step_size
+    before = body.read()
+    total, start, rows, moved = np.zeros(3), before.velocity.copy(), [], np.zeros(3)
+    worst = np.zeros(3)
+    for k in range(steps):
+        place, turn = before.position.copy(), matrix_of(before.quaternion[None])[0]
+        world.step()
+        rows.append(force_of(world))
+        change = turn @ rows[-1] - [0.0, 0.0, world.environment.gravity]
+        total = total + step * change * (0.5 if k == 0 else 1.0)
+        before = body.read()
+        moved = (before.position - place) / step - start
+        worst = np.maximum(worst, np.abs(total - moved))
+    world.close()
+    return worst, moved, np.array(rows)
+
+
+@pytest.mark.parametrize("entry", ["waterline", "submerged_share"])
+@pytest.mark.parametrize("engine", [*ENGINES, "free"])
+def test_through_an_entry_the_integral_is_the_change_of_velocity(engine: str, entry: str) -> None:
+    """Of a ball that enters aslant and turns: to 1e-12, by either course of its added mass."""
+    if engine != "free":
+        needs(engine)
+    words = ["robot=ball", "water=fossen", f"backend={engine}", "initial.position=[0,0,0.15]"]
+    words += ["initial.velocity=[1,0.4,-4]", "initial.angular_velocity=[3,-2,5]"]
+    worst, moved, rows = through([*words, f"effects.added_mass.entry={entry}"], 200)
+    print(f"{engine}, {entry}: {worst.max():.1e} of {np.abs(moved).max():.2f} m/s")
+    assert np.abs(rows).max() > 50.0
+    assert np.linalg.norm(moved) > 1.0
+    assert worst.max() < 1e-12
+
+
+@pytest.mark.slow
+def test_through_particle_water_the_integral_is_the_change_of_velocity() -> None:
+    """Of a ball that strikes particles: to 1e-12."""
+    words = ["robot=ball", "water=particles", "backend=free", "initial.position=[0,0,0.15]"]
+    words += ["initial.velocity=[0.5,0,-2]", "initial.angular_velocity=[3,-2,5]"]
+    words += ["fluid.spacing=0.04", "fluid.size=[0.8,0.8,0.5]", "environment.tank_bottom=-0.5"]
+    worst, moved, rows = through([*words, "fluid.settle=0.05", "fluid.threads=1"], 60)
+    print(f"{worst.max():.1e} of {np.abs(moved).max():.2f} m/s")
+    assert np.abs(rows).max() > 20.0
+    assert worst.max() < 1e-12

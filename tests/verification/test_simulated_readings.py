@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from seals.cli.main import main
 from seals.logs.native import read_native
@@ -25,18 +26,26 @@ FLIGHT = (
 )
 
 
-def test_a_quick_flight_leaves_the_noise_of_its_sensors(tmp_path: Path) -> None:
+TURNED = ("sensors.imu.position=[0.2,-0.1,0.05]", "sensors.imu.rpy=[0.3,-0.2,0.5]")
+
+
+@pytest.mark.parametrize("mounting", [(), TURNED])
+def test_a_quick_flight_leaves_the_noise_of_its_sensors(
+    tmp_path: Path, mounting: tuple[str, ...]
+) -> None:
     """At steps of 4 ms; one step too late, an accelerometer would leave 2.1 times its noise.
 
     The gyroscope keeps what the step leaves of the angular acceleration, of second order: 2.9
-    times its noise with the velocity at the end of a step.
+    times its noise with the velocity at the end of a step. With a unit at the origin, and with one
+    whose axes are turned on an arm.
     """
     folder = tmp_path / "run"
-    assert main(["run", *FLIGHT, f"hydra.run.dir={folder}"]) == 0
+    assert main(["run", *FLIGHT, *mounting, f"hydra.run.dir={folder}"]) == 0
     problem = prepare(join_logs(read_native(folder)), robot=describe_run(folder))
     residual, _ = restarted(problem.fitter, {})
     for channel, most in (("specific_force", 1.15), ("angular_velocity", 2.5)):
         sigma = problem.vehicle.sigma[channel]
         axes = [i for i, c in enumerate(problem.fitter.windows.channel_of) if c == channel]
         levels = [float(np.sqrt(np.nanmean((residual[:, :, i] / sigma) ** 2))) for i in axes]
+        print(f"{channel}: {np.round(levels, 3)} of the noise, {mounting}")
         assert max(levels) < most, channel

@@ -156,7 +156,8 @@ class _Runner:
         """Return states at some rows and the readings of ideal sensors at the origin.
 
         Returns:
-            States, and angular velocity, specific force and angular acceleration, (length, 9).
+            States, and angular velocity, specific force and angular acceleration, and the angular
+            velocity at the instant of these two, (length, 12).
         """
         first = max(first, 0)
         world, step = self.world, self.world.step_size
@@ -210,7 +211,8 @@ class _Runner:
         force, angular = rotate(back_then, linear), rotate(back_then, angular)
         # no step lies before the first row
         force[0] += self.mean_over * step * np.cross(spin[0], force[0])
-        felt = np.concatenate([spin, force, angular], axis=1)
+        turning = rotate(back_then, seen.angular_velocity[then])
+        felt = np.concatenate([spin, force, angular, turning], axis=1)
         parts = (seen.position[at], seen.quaternion[at], velocity, spin)
         return TwinState(*parts, seen.joints[at], seen.joint_velocity[at]), felt
 
@@ -255,15 +257,15 @@ def _reported(model: Model, felt: Floats, late: int, delay: float) -> Floats:
 
     Args:
         model: with its sensors' place, delay and errors.
-        felt: at the origin, with ``late`` rows before every window, shape (W, late + K, 9).
+        felt: at the origin, with ``late`` rows before every window, shape (W, late + K, 12).
         late: rows before.
         delay: of the sensors in rows.
     """
     vehicle = model.vehicle
     arm, turn = vehicle.imu_position, vehicle.imu_turn.T
-    spin, force, rate = felt[..., :3], felt[..., 3:6], felt[..., 6:]
+    spin, force, rate, turning = np.split(felt, 4, axis=2)
     if np.any(arm):
-        force = force + np.cross(rate, arm) + np.cross(spin, np.cross(spin, arm))
+        force = force + np.cross(rate, arm) + np.cross(turning, np.cross(turning, arm))
     both = np.concatenate([spin @ turn, force @ turn], axis=2)
     at = np.arange(late, both.shape[1]) - delay
     # a reading ahead of its time continues the last stretch
