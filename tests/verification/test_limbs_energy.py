@@ -20,9 +20,9 @@ SEEDS = range(20)
 QUICK = {2: 1.5, 3: 2.5}
 """Seeds of the default run, and seconds: joints meet their stops, nothing touches the bottom."""
 BOUND, BOUND_AT_IMPACTS = 2e-3, 3e-2
-"""Largest rise, over the energy that was lost: added mass enters the inertia in the step in which a
-hull enters the water, the load that takes its energy from the body in the next. PyBullet foretells
-contact forces from the last step: in an impact they push too long, see docs/engines.md."""
+"""Largest rise, over the energy that was lost. Where the wet part of an entering hull moves from
+one edge to another, its added mass goes along without a force, see docs/engines.md. PyBullet
+foretells contact forces from the last step: in an impact they push too long."""
 
 
 class Energies(NamedTuple):
@@ -42,9 +42,14 @@ class Energies(NamedTuple):
 
     @property
     def rise(self) -> float:
-        """Largest rise of the whole above an earlier value, over the energy that was lost."""
+        """Largest rise of the whole above an earlier value, over the energy that was lost.
+
+        Of two rows the lesser counts: added mass enters the inertia with the row at which a hull is
+        found in the water, the load that takes its momentum from the body acts in the step after.
+        """
         whole = self.kinetic + self.potential
-        return float((whole - np.minimum.accumulate(whole)).max() / (whole[0] - whole.min()))
+        lesser = np.minimum(whole[:-1], whole[1:])
+        return float((lesser - np.minimum.accumulate(lesser)).max() / (whole[0] - whole.min()))
 
 
 def random_urdf(seed: int) -> tuple[str, float]:
