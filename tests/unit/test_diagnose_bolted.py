@@ -113,6 +113,24 @@ def test_arm_at_rest_is_refused_in_words(
     assert "controller=direct" in said
 
 
+def test_import_of_an_arm_prints_a_run_that_moves_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Without a controller the servos of an arm have no command, and it hangs limp."""
+    file = tmp_path / "given.urdf"
+    bolt = (
+        '<link name="world"/><joint name="bolt" type="fixed"><parent link="world"/>'
+        '<child link="base"/></joint>'
+    )
+    file.write_text(f'<robot name="arm">{bolt}{ARM}</robot>')
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "robot", "made", f"--urdf={file}"]) == 0
+    last = capsys.readouterr().out.splitlines()[-1]
+    words = "controller=direct guide=hover guide.arm=sweep"
+    assert last.strip() == f"seals run robot=made {words}"
+    assert main(["run", "robot=made", *words.split(), "time.duration=0.1", "out=moved"]) == 0
+
+
 def test_guide_moves_an_arm_without_drives(arm: Path, tmp_path: Path) -> None:
     """``direct`` passes the guide's joint targets on where no command was set."""
     from seals.run.simulation import simulate
