@@ -20,7 +20,7 @@ STEP, SECONDS = 0.004, 60.0
 SEEDS = range(20)
 QUICK = {2: 1.5, 3: 2.5}
 """Seeds of the default run, and seconds: joints meet their stops, nothing touches the bottom."""
-BOUND = 5e-4
+BOUND = 2e-3
 """Largest rise, over the energy that was lost."""
 IMPACT = 6
 """Rows that an impact takes [1]. PyBullet foretells contact forces from the last step: a contact
