@@ -1,4 +1,4 @@
-"""Controller with externally set commands."""
+"""Controller with externally set commands; joints follow the guide where none is set."""
 
 from __future__ import annotations
 
@@ -9,14 +9,17 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.control import ActuatorCommand, Plant, Reference, RobotState
-from seals.control.limbs import stowed
+from seals.control.limbs import joint_targets, stowed
 from seals.control.protocols import ControllerOptions
 from seals.schema import param
 
 
 @dataclass(kw_only=True)
 class Direct(ControllerOptions):
-    """Passes externally set commands (`tell`) to drives and servos; at rest until the first ones.
+    """Passes set commands (`tell`) to drives and servos; joints without one follow the guide.
+
+    Drives without a command rest. So an arm moves (``guide=hover guide.arm=sweep``) on a robot that
+    has no drives, bolted to the world or free.
 
     Args:
         rate: calls a second [Hz].
@@ -43,20 +46,24 @@ class Direct(ControllerOptions):
     def bind(self, plant: Plant) -> None:
         """Store the limits of drives and joints."""
         layout, robot = plant.layout, plant.robot
-        self._drives = layout.drives
+        self._robot, self._drives = robot, layout.drives
         self._low = np.concatenate((layout.low, robot.lower))
         self._high = np.concatenate((layout.limit, robot.upper))
-        self._rest = np.concatenate((np.zeros(layout.drives), stowed(robot)))
 
     def start(self) -> Any:
-        """Return an empty state."""
-        return ()
+        """Return the joint targets at rest, shape (J,)."""
+        return stowed(self._robot)
 
     def command(
         self, situation: RobotState, aim: Reference, memory: Any
     ) -> tuple[ActuatorCommand, Any]:
-        """Return the commands that were set; those that are missing or not finite rest."""
-        wanted, given = self._rest.copy(), self._wanted[: len(self._rest)]
+        """Return the commands that were set.
+
+        Where they are missing or not finite, drives rest and joints go where the guide says.
+        """
+        joints = joint_targets(aim, memory, self._robot)
+        wanted = np.concatenate((np.zeros(self._drives), joints))
+        given = self._wanted[: len(wanted)]
         wanted[: len(given)] = np.where(np.isfinite(given), given, wanted[: len(given)])
         wanted = np.clip(wanted, self._low, self._high)
-        return ActuatorCommand(wanted[: self._drives], wanted[self._drives :]), memory
+        return ActuatorCommand(wanted[: self._drives], wanted[self._drives :]), joints

@@ -227,6 +227,9 @@ class Response:
         return self.changes([Force(p, still, (0, 1)) for p in pushes])
 
     def _packed(self, change: Floats) -> Floats:
+        if self.twin.robot.tree.fixed_base:
+            still = np.zeros((len(change), 3))
+            return np.concatenate((still, still, still, change), axis=1)
         linear, angular, joints = change[:, :3], change[:, 3:6], change[:, 6:]
         if not isinstance(self.twin.body, RigidBody):
             base = self.posture.base

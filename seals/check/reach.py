@@ -29,7 +29,7 @@ from seals.control.axes import (
     wrench_matrix,
 )
 from seals.control.fins import fins_of, with_fins
-from seals.control.plant import ROTOR, Layout, Plant, build_plant
+from seals.control.plant import ROTOR, Layout, Plant, build_plant, lifting
 from seals.control.tilts import tilts_of
 from seals.effects.binding import bind_effects
 from seals.effects.effect import Effect
@@ -46,8 +46,6 @@ BALLAST = 0.01
 """Net buoyancy to aim at, share of the weight: it comes up by itself [1]."""
 RESERVE = 0.5
 """Share of the vertical thrust above which the net buoyancy leaves little to move with [1]."""
-UPWARD = 0.5
-"""Vertical part of a rotor's axis from which on it pushes upward [1]."""
 SLOW = 0.5
 """Speed that a vehicle which dives should bear level [m/s]."""
 STEERED = (SURGE, YAW, PITCH, ROLL, HEAVE, SWAY)
@@ -65,7 +63,7 @@ class Reach(NamedTuple):
         up: largest level force upwards under water [N].
         down: downwards [N].
         fins: number of fins.
-        hovers: whether rotors alone, which all push upward, command heave, roll, pitch and yaw.
+        hovers: whether the rotors that push upward command heave, roll, pitch and yaw.
         munk: added mass in heave less that in surge [kg].
     """
 
@@ -173,8 +171,9 @@ def reach_of(
 
 def _hovers(robot: RobotModel, layout: Layout, centre: Floats) -> bool:
     """Return whether upright rotors, and servos that tilt some, command lift and all torques."""
-    if any(kind != ROTOR for kind in layout.kind) or layout.axis[:, 2].min() < UPWARD:
+    if any(kind != ROTOR for kind in layout.kind):
         return False
+    layout = lifting(layout)
     share = GRAVITY * float(robot.mass.sum()) / layout.drives
     whole = with_fins(layout, tilts_of(robot, layout, share))
     level = wrench_matrix(whole, centre)

@@ -250,7 +250,11 @@ def _first_run(name: str) -> str:
     if robot.legs:
         return _first_stand(name, robot)
     reach = reach_of(robot, run.actuators, run.effects)
-    return "water=fossen" if reach is None else reach.first_run()
+    if reach is not None:
+        return reach.first_run()
+    water = [] if robot.tree.fixed_base else ["water=fossen"]
+    moving = ["controller=direct guide=hover guide.arm=sweep"] if robot.arms else []
+    return " ".join([*water, *moving]) or "water=fossen"
 
 
 def _first_stand(name: str, robot: RobotModel) -> str:

@@ -17,6 +17,9 @@ from seals.robot.model import RobotModel
 
 ROTOR, THRUSTER = "rotor", "thruster"
 
+UPWARD = 0.5
+"""Vertical part of a rotor's axis from which on it pushes upward [1]."""
+
 NUMBERS = ("thrust", "reaction", "limit", "low", "lag", "fall", "reverse")
 
 
@@ -54,6 +57,19 @@ class Layout(NamedTuple):
     def drives(self) -> int:
         """Number of drives."""
         return len(self.kind)
+
+
+def lifting(layout: Layout) -> Layout:
+    """Return a layout in which rotors that do not push upward do nothing.
+
+    A vehicle that takes off upright and flies on wings has a rotor that pushes ahead: in a hover it
+    rests.
+    """
+    up = (layout.axis[:, 2] >= UPWARD).astype(float)
+    return layout._replace(
+        thrust_coefficient=up * layout.thrust_coefficient,
+        reaction_coefficient=up * layout.reaction_coefficient,
+    )
 
 
 class Plant(NamedTuple):

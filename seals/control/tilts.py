@@ -38,7 +38,7 @@ def tilts_of(robot: RobotModel, layout: Layout, thrust: float) -> Fins:
     joints, rows = [], []
     for drive, link in enumerate(layout.link):
         moving = np.flatnonzero(tree.moves[link]) if tree.joints else np.zeros(0, dtype=int)
-        if layout.kind[drive] != ROTOR or not len(moving):
+        if layout.kind[drive] != ROTOR or not len(moving) or not layout.thrust_coefficient[drive]:
             continue
         joint = int(moving[0])
         hinge: Floats = turns[0, tree.child[joint]] @ tree.axis[joint]

@@ -37,7 +37,8 @@ _PLUGIN_KEYS = frozenset(
         "motorConstant forceConstant momentConstant maxRotVelocity timeConstantUp timeConstantDown "
         "rotorDragCoefficient turningDirection direction motorType linkName jointName link_name "
         "joint_name propeller_diameter max_thrust_cmd min_thrust_cmd conversion "
-        "rotorConstant clampMax thrustMax thrustMin dynamics timeConstant maxForceFwd maxForceRev "
+        "rotorConstant rotorConstantL rotorConstantR deltaL deltaR inputValues outputValues "
+        "clampMax clampMin thrustMax thrustMin dynamics timeConstant maxForceFwd maxForceRev "
         "propJointName multiplier offset cmd_topic "
         # hulls
         "hydrodynamic_model added_mass linear_damping quadratic_damping "

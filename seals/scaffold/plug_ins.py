@@ -240,20 +240,69 @@ def _commanded_thruster(control: ElementTree.Element, said: str) -> Motor:
 
 
 def _uuv_thruster(plugin: ElementTree.Element, said: str) -> Motor:
-    """Thruster of the UUV simulator: force by rotorConstant times speed squared, along link x."""
+    """Thruster of the UUV simulator, along link x; its law of force says what it reaches."""
     values = magnitudes(plugin, said, {"thrustMax": "max_force", "thrustMin": "back_force"})
     conversion = plugin.find("conversion")
-    constant = "" if conversion is None else text_of(conversion, "rotorConstant")
-    clamp = text_of(plugin, "clampMax")
-    if constant and clamp and "max_force" not in values:
-        speed = finite(clamp, f"{said}: clampMax")
-        values["max_force"] = abs(finite(constant, f"{said}: rotorConstant")) * speed**2
+    reached = {} if conversion is None else _reached(plugin, conversion, said)
+    values = {**reached, **values}
     dynamics = plugin.find("dynamics")
     lag = "" if dynamics is None else text_of(dynamics, "timeConstant")
     if lag:
         values["time_constant"] = abs(finite(lag, f"{said}: timeConstant"))
     link = text_of(plugin, "linkName")
     return Motor(THRUSTER, link, "" if link else text_of(plugin, "jointName"), values, said)
+
+
+def _reached(
+    plugin: ElementTree.Element, conversion: ElementTree.Element, said: str
+) -> dict[str, float]:
+    """Return the largest forces ahead and back [N] by the law of a thruster, where it tells them.
+
+    Equation:
+        Of the command u between clampMin and clampMax: c u abs(u); with a dead band (Bessa)
+        c_R (u abs(u) - d_R) above d_R, c_L (u abs(u) - d_L) below d_L; or a table of forces over
+        commands, straight between its rows and constant beyond them.
+    """
+
+    def number(element: ElementTree.Element, tag: str) -> float | None:
+        text = text_of(element, tag)
+        return finite(text, f"{said}: {tag}") if text else None
+
+    low, high = number(plugin, "clampMin"), number(plugin, "clampMax")
+    given, forces = (_listed(conversion, tag, said) for tag in ("inputValues", "outputValues"))
+    if len(given) != len(forces) or np.any(np.diff(given) <= 0.0):
+        raise RobotError(
+            f"{said}: inputValues has {len(given)} numbers, outputValues {len(forces)}.\n"
+            "Allowed: as many of either, inputValues rising."
+        )
+    if given.size:
+        ends = [given[0] if low is None else low, given[-1] if high is None else high]
+        inside = forces[(given >= ends[0]) & (given <= ends[1])]
+        found = np.concatenate((inside, np.interp(ends, given, forces)))
+        return _either_way(float(found.max()), float(found.min()))
+    if high is None:
+        return {}
+    low = -abs(high) if low is None else low
+    constant = number(conversion, "rotorConstant")
+    if constant is not None:
+        return {"max_force": force} if (force := abs(constant) * high**2) else {}
+    right, left = (number(conversion, f"rotorConstant{side}") for side in "RL")
+    if right is None or left is None:
+        return {}
+    upper, lower = (number(conversion, f"delta{side}") or 0.0 for side in "RL")
+    ahead = right * max(high * abs(high) - upper, 0.0)
+    return _either_way(ahead, left * min(low * abs(low) - lower, 0.0))
+
+
+def _either_way(ahead: float, back: float) -> dict[str, float]:
+    """Return the largest forces of a thruster, from the ends of its range [N]."""
+    values = {"max_force": max(ahead, 0.0), "back_force": max(-back, 0.0)}
+    return {key: value for key, value in values.items() if value > 0.0}
+
+
+def _listed(element: ElementTree.Element, tag: str, said: str) -> Floats:
+    """Return the numbers in a child element, none where it is not there."""
+    return np.array([finite(word, f"{said}: {tag}") for word in text_of(element, tag).split()])
 
 
 def _coefficients(plugin: ElementTree.Element, said: str) -> Iterator[Hydrodynamics]:

@@ -17,7 +17,7 @@ from seals.control.filters import Lag, Rate, Trend, summed
 from seals.control.fins import Fins, with_fins
 from seals.control.limbs import Reckoned, joint_targets, servo_lag, stowed, way_of
 from seals.control.mass_properties import MassPropertyEstimator
-from seals.control.plant import ROTOR
+from seals.control.plant import ROTOR, UPWARD, lifting
 from seals.control.protocols import Compiler
 from seals.control.tilts import tilted_drives, tilts_of
 from seals.errors import ConfigError
@@ -112,8 +112,9 @@ class Cascade(CascadeSettings):
         rate: calls a second [Hz]; the other fields are those of `CascadeSettings`.
 
     Assumptions:
-        All drives push upward; a joint may tilt one rotor each, and its angle then serves as a
-        drive. The model of the robot is known, its load is not.
+        The rotors push upward; one that does not, such as the pusher of a vehicle with wings,
+        rests. A joint may tilt one rotor each, and its angle then serves as a drive. The model of
+        the robot is known, its load is not.
 
     Valid range:
         Leans below a right angle; under water, thrusts above those that point nowhere.
@@ -130,8 +131,9 @@ class Cascade(CascadeSettings):
         """Find allocation, added mass and rest pose of the robot.
 
         Raises:
-            ConfigError: the robot has fewer than four rotors, or one that does not push upward.
+            ConfigError: the robot has fewer than four rotors that push upward.
         """
+        plant = plant._replace(layout=lifting(plant.layout))
         layout = plant.layout
         self._tilts = refuse_unfit(plant)
         self._tilted = tilted_drives(plant.robot, layout, self._tilts)
@@ -166,6 +168,7 @@ class Cascade(CascadeSettings):
         Raises:
             ConfigError: see `bind`; or the cascade has a gain on the rate of the velocity.
         """
+        plant = plant._replace(layout=lifting(plant.layout))
         if refuse_unfit(plant).joints:
             raise ConfigError(
                 f"a batch holds the joints of robot '{plant.robot.name}', and one tilts a rotor.\n"
@@ -368,22 +371,18 @@ def refuse_unfit(plant: Plant) -> Fins:
     """Return the servos that tilt rotors; refuse robots without four rotors and servos.
 
     Raises:
-        ConfigError: the robot has fewer, others, or one that does not push upward.
+        ConfigError: the robot has fewer, or others.
     """
     layout = plant.layout
     share = plant.gravity * float(plant.robot.mass.sum()) / max(layout.drives, 1)
     tilts = tilts_of(plant.robot, layout, share)
-    columns = layout.drives + len(tilts.joints)
-    if columns < 4 or any(kind != ROTOR for kind in layout.kind):
+    upright = int(np.count_nonzero(layout.axis[:, 2] >= UPWARD))
+    if upright + len(tilts.joints) < 4 or any(kind != ROTOR for kind in layout.kind):
         raise ConfigError(
-            "controller=cascade needs four rotors, or fewer with servos that tilt them; robot "
-            f"'{plant.robot.name}' has {layout.kind.count(ROTOR) or 'no'} rotors and "
+            "controller=cascade needs four rotors that push upward (axes within 60 degrees of body "
+            f"z), or fewer with servos that tilt them; robot '{plant.robot.name}' has "
+            f"{layout.kind.count(ROTOR) or 'no'} rotors, {upright} of them upright, and "
             f"{layout.drives - layout.kind.count(ROTOR) or 'no'} thrusters.\n"
             "For thrusters in all directions: controller=station"
-        )
-    if float(layout.axis[:, 2].min()) < 0.5:
-        raise ConfigError(
-            f"controller=cascade: a rotor of robot '{plant.robot.name}' does not push upward.\n"
-            "Allowed: axes within 60 degrees of body z."
         )
     return tilts

@@ -74,16 +74,18 @@ def parts_of(
         still: where the joints stand in a log in which none of them moves [rad or m]; else empty.
 
     Raises:
-        LogError: the robot is bolted down.
+        LogError: the robot is bolted down, and no joint of it is seen to move.
     """
     robot = description.robot
-    if robot.tree.fixed_base:
-        raise LogError(
-            f"robot '{robot.name}' is bolted to the world.\n"
-            "A diagnosis needs a vehicle with a free base: take out fixed_base."
-        )
     measured = "joint_position" in (meta.get("sensors", {}).get("channels") or {})
     moving = robot.joints if measured and not still else ()
+    if robot.tree.fixed_base and not moving:
+        seen = "all its joints stand still" if measured else "none of its joints is measured"
+        raise LogError(
+            f"robot '{robot.name}' is bolted to the world, and {seen} in this log.\n"
+            "Only moving joints show what is missing: log joint_position while the arm moves, for "
+            "instance by controller=direct guide=hover guide.arm=random."
+        )
     drives = {} if _undriven(meta) else description.actuators
     effects = {**acting(description, meta), **drives}
     if not moving:
