@@ -119,32 +119,37 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("film", nargs="*", help=f"{', '.join(FILMS)}; all when left out")
     parser.add_argument("--out", default="runs/photoreal", help="folder of runs and films")
     parser.add_argument("--renderer", default="mitsuba")
+    parser.add_argument(
+        "--run", action="append", default=[], metavar="KEY=VALUE", help="override of the run"
+    )
     given, words = parser.parse_known_args(arguments)
     names = [name for name in given.film if "=" not in name] or list(FILMS)
     words += [word for word in given.film if "=" in word]
     for name in names:
         if name not in FILMS:
             parser.error(f"there is no film '{name}'. Films: {', '.join(FILMS)}")
-        code = make(name, Path(given.out) / name, [f"renderer={given.renderer}", *words])
+        render = [f"renderer={given.renderer}", *words]
+        code = make(name, Path(given.out) / name, render, run=given.run)
         if code:
             return code
     return 0
 
 
-def make(name: str, folder: Path, words: Sequence[str]) -> int:
+def make(name: str, folder: Path, words: Sequence[str], *, run: Sequence[str] = ()) -> int:
     """Simulate the run of a film unless it exists, and render the missing frames.
 
     Args:
         name: of the film.
         folder: of the run.
         words: further overrides of ``seals render``.
+        run: further overrides of ``seals run``.
 
     Returns:
         The exit code of the last command.
     """
     film = FILMS[name]
     if not (folder / TABLES[0]).is_file():
-        code = seals(["run", f"name={name}", *film.run, f"hydra.run.dir={folder}"])
+        code = seals(["run", f"name={name}", *film.run, *run, f"hydra.run.dir={folder}"])
         if code:
             return code
     return seals(["render", f"run={folder}", *film.render, *words])

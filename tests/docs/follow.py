@@ -51,21 +51,26 @@ class Results:
     def of(self, page: Path, *, slow: bool) -> Tally | None:
         """Return what was found on a page that is still the same; None where it must be run."""
         kept = self.kept.get(name_of(page))
-        if kept is None or kept["page"] != _digest(page, slow=slow) or kept["faults"]:
+        if kept is None or kept["page"] != digest(page, slow=slow) or kept["faults"]:
             return None
         return Tally(**{name: kept[name] for name in Tally._fields})
 
-    def note(self, page: Path, found: Tally, *, slow: bool) -> None:
-        """Write down what was found on a page."""
-        self.kept[name_of(page)] = {"page": _digest(page, slow=slow), **found._asdict()}
+    def note(self, page: Path, found: Tally, read: str) -> None:
+        """Write down what was found on a page, whose blocks were those of a digest."""
+        self.kept[name_of(page)] = {"page": read, **found._asdict()}
         if self.path is not None:
             part = self.path.with_name(f"{self.path.name}.part")
             part.write_text(json.dumps(self.kept, indent=1), encoding="utf-8")
             part.replace(self.path)
 
 
-def _digest(page: Path, *, slow: bool) -> str:
-    return hashlib.sha256(page.read_bytes() + bytes([slow])).hexdigest()
+def digest(page: Path, *, slow: bool) -> str:
+    """What is followed on a page, and how: neither free prose nor the times of marks."""
+    told = [
+        (b.language, b.text, b.file, b.when, b.in_clone)
+        for b in blocks(page.read_text(encoding="utf-8"))
+    ]
+    return hashlib.sha256(repr((told, slow)).encode()).hexdigest()
 
 
 def follow(page: Path, folder: Path, *, slow: bool = False) -> Tally:
@@ -187,10 +192,11 @@ def main(words: list[str]) -> int:
         with tempfile.TemporaryDirectory() as place:
             folder = Path(place) / "bare"
             folder.mkdir()
+            read = digest(page, slow=told.slow)
             found = walk(page, folder, slow=told.slow, tell=partial(progress.tell, page))
         with progress.lock:
             done.append(found)
-            results.note(page, found, slow=told.slow)
+            results.note(page, found, read)
         for fault in found.faults:
             print(f"\n{fault}\n", file=sys.stderr, flush=True)
 

@@ -236,7 +236,7 @@ def test_a_failure_says_where_and_what(tmp_path: Path, capsys: pytest.CaptureFix
 def test_results_survive_and_what_is_green_is_not_run_again(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A page is run again where it was wrong or has changed; what is kept counts all the same."""
+    """A page is run again where it was wrong or its blocks have changed; what is kept counts."""
     kept = tmp_path / "pages.json"
     good, wrong = tmp_path / "good.md", tmp_path / "wrong.md"
     good.write_text(f"```console\n$ echo 1.5; touch {tmp_path}/run\n1.5\n```\n", encoding="utf-8")
@@ -251,7 +251,22 @@ def test_results_survive_and_what_is_green_is_not_run_again(
     assert not (tmp_path / "run").exists()
     good.write_text(good.read_text() + "\nMore.\n", encoding="utf-8")
     assert main(words) == 0
+    assert not (tmp_path / "run").exists()
+    good.write_text(good.read_text().replace("\n1.5", "\n1.50"), encoding="utf-8")
+    assert main(words) == 0
     assert (tmp_path / "run").exists()
+
+
+def test_a_page_that_changes_while_it_is_run_is_run_again(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What was found belongs to the page that was read."""
+    page, kept = tmp_path / "page.md", tmp_path / "pages.json"
+    command = f"sed -i s/1.5$/1.7/ {page}; echo 1.5;"
+    page.write_text(f"```console\n$ {command}\n1.5\n```\n", encoding="utf-8")
+    assert main([str(page), "--results", str(kept)]) == 0
+    assert main([str(page), "--results", str(kept)]) == 1
+    assert "expected: 1.7" in capsys.readouterr().err
 
 
 TEN_LINES = {

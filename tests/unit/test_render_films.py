@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from seals.api import load_log
 from seals.cli.main import main
 from seals.errors import ConfigError, MissingExtra
 from seals.view.films.application import prepare
@@ -290,3 +291,15 @@ def test_the_films_of_the_gallery_are_made_by_one_command(tmp_path: Path) -> Non
     times = [p.stat().st_mtime_ns for p in (*frames, tmp_path / "target" / "log.parquet")]
     assert films(words) == 0
     assert times == [p.stat().st_mtime_ns for p in (*frames, tmp_path / "target" / "log.parquet")]
+
+
+def test_the_run_of_a_film_takes_overrides(tmp_path: Path) -> None:
+    """A shorter run for one frame: the words reach the simulation, not the renderer."""
+    from seals.experiments.photoreal import main as films
+
+    shorter = ["--run", "time.duration=0.2", "--run", "initial.position=[0,0,-0.7]"]
+    words = ["target", "--out", str(tmp_path), "--renderer", "tiny", *SMALL, "fps=1", *shorter]
+    assert films(words) == 0
+    log = load_log(tmp_path / "target")
+    assert log.time[-1] == pytest.approx(0.2)
+    assert log.channel("position")[0] == pytest.approx([0.0, 0.0, -0.7])
