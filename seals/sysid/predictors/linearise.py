@@ -11,6 +11,7 @@ from seals.arrays import Floats
 from seals.batch import Rates, TwinState
 from seals.frames import exponential, matrix_of, multiply
 from seals.sysid.data.trajectory import Trajectory
+from seals.sysid.predictors.delayed_readings import delayed
 from seals.sysid.predictors.plant import Plant, Values, nonzero
 from seals.sysid.predictors.sensor_place import add_centripetal, as_simulated, at_sensor, skew
 from seals.sysid.predictors.trajectory_cache import (
@@ -139,34 +140,11 @@ def predict(
     reading = read_rows(plant, cache.state, cache.sensor_rates(used), used)
     late = used.get(plant.candidate_set.sensor_delay, 0.0) - delay
     if late:
-        reading = _delayed(plant, reading, late)
+        reading = delayed(plant, reading, late)
     if step := plant.half_step_readings:
         rate = cache.sensor_rates(used).angular_velocity
         reading = as_simulated(plant.vehicle, plant.samples, reading, rate, step)
     return Prediction(defect=defect, reading=reading)
-
-
-def _delayed(plant: Plant, reading: Floats, delay: float, order: int = 0) -> Floats:
-    """Delay readings, run by run; or return a time derivative of them.
-
-    Cubic pieces with the slopes of central differences: straight ones would weigh the noise of the
-    trajectory by where between two rows the delay falls.
-    """
-    from scipy.interpolate import CubicHermiteSpline
-
-    out: Floats = reading.copy()
-    step = plant.samples.step
-    for first, last in plant.samples.runs:
-        time, seen = plant.samples.time[first:last], reading[first:last]
-        if len(time) < 2:
-            continue
-        if not np.isfinite(seen).all():
-            # a trajectory that ran out of digits has no readings at any time
-            out[first:last] = np.nan
-            continue
-        curve = CubicHermiteSpline(time, seen, np.gradient(seen, step, axis=0))
-        out[first:last] = curve(np.clip(time - delay, time[0], time[-1]), order)
-    return out
 
 
 def dynamics_along(
@@ -306,7 +284,7 @@ def _sensed(
     out = {}
     for key in keys:
         if key == late:
-            out[key] = -_delayed(plant, seen, used.get(late, 0.0) - delay, order=1)
+            out[key] = -delayed(plant, seen, used.get(late, 0.0) - delay, order=1)
             continue
         step = plant.candidate_set.parameters[key].nudge
         later = {**used, key: used.get(key, 0.0) + step}
