@@ -290,6 +290,16 @@ VERBS = {
         "  seals validate water hydrostatics standing_wave --full\n\n"
         "exit code: 0 all errors are within their limits, 1 one is not, 2 refused",
     ),
+    "benchmark": Verb(
+        target="seals.experiments.naming_benchmark.command:benchmark",
+        summary="score SEALS, its rivals and methods of yours on public logs with a hidden effect",
+        usage="[out=FOLDER] [logs=[NAMES]] [methods=[NAMES]] [mujoco=PYTHON] [page=FILE]\n"
+        "  seals benchmark out=scored\n"
+        "  seals benchmark out=scored mujoco=rival/bin/python     mujoco.sysid, too\n\n"
+        "  methods   SEALS, pysindy_STLSQ, statsmodels_stepwise (aam-seals[benchmark])\n"
+        "  out       holds METHOD/LOG.json; what is there is scored and not answered again\n"
+        "  page      a page whose marked table is written anew",
+    ),
     "runs": Verb(
         target="seals.cli.runs:runs",
         summary="list, filter and compare run folders; table and picture of a sweep",
