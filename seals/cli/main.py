@@ -286,19 +286,13 @@ VERBS = {
         target="seals.cli.validate:validate",
         summary="run the validation of the particle water; write a report",
         usage="water [CASE ...] [--full] [--out FOLDER]\n"
-        "  seals validate water\n"
-        "  seals validate water hydrostatics standing_wave --full\n\n"
+        "  seals validate water\n  seals validate water hydrostatics standing_wave --full\n\n"
         "exit code: 0 all errors are within their limits, 1 one is not, 2 refused",
     ),
     "benchmark": Verb(
         target="seals.experiments.naming_benchmark.command:benchmark",
         summary="score SEALS, its rivals and methods of yours on public logs with a hidden effect",
-        usage="[out=FOLDER] [logs=[NAMES]] [methods=[NAMES]] [mujoco=PYTHON] [page=FILE]\n"
-        "  seals benchmark out=scored\n"
-        "  seals benchmark out=scored mujoco=rival/bin/python     mujoco.sysid, too\n\n"
-        "  methods   SEALS, pysindy_STLSQ, statsmodels_stepwise (aam-seals[benchmark])\n"
-        "  out       holds METHOD/LOG.json; what is there is scored and not answered again\n"
-        "  page      a page whose marked table is written anew",
+        usage="[out=FOLDER] [logs=[NAMES]] [mujoco=PYTHON]\n  see docs/benchmark.md",
     ),
     "runs": Verb(
         target="seals.cli.runs:runs",
