@@ -14,15 +14,16 @@ from typing import Any
 from seals.errors import ConfigError, suggestion
 from seals.experiments.naming_benchmark import rivals
 from seals.experiments.naming_benchmark.answers import question
+from seals.experiments.naming_benchmark.page import into_page
 from seals.experiments.naming_benchmark.regions import found_regions
-from seals.experiments.naming_benchmark.score import read_answer, read_truth, score, table
+from seals.experiments.naming_benchmark.score import score, table
+from seals.experiments.naming_benchmark.told import read_answer, read_truth
 from seals.logs.native import read_native
 from seals.sysid.diagnosis import diagnose
 from seals.sysid.predictors.problem import prepare
 
 LOGS = Path(__file__).with_name("logs")
 KEYS = ("out", "logs", "methods", "mujoco", "page")
-BEGIN, END = "<!-- benchmark: begin -->", "<!-- benchmark: end -->"
 
 
 def benchmark(arguments: list[str]) -> int:
@@ -57,7 +58,7 @@ def benchmark(arguments: list[str]) -> int:
     (out / "table.md").write_text(f"{text}\n", encoding="utf-8")
     print(text)
     if "page" in given:
-        _into_page(Path(given["page"]), text)
+        into_page(Path(given["page"]), text)
     return 0
 
 
@@ -146,17 +147,3 @@ def _processor() -> float:
 
 def _names(told: dict[str, Any]) -> list[str]:
     return [effect["name"] for effect in told["effects"]] if told["verdict"] == "named" else []
-
-
-def _into_page(page: Path, text: str) -> None:
-    """Put the table between the marks of a page.
-
-    Raises:
-        ConfigError: the page has no such marks.
-    """
-    old = page.read_text(encoding="utf-8")
-    before, begin, rest = old.partition(BEGIN)
-    _, end, after = rest.partition(END)
-    if not begin or not end:
-        raise ConfigError(f"page={page} has no {BEGIN} and {END}.\nPut both on lines of their own.")
-    page.write_text(f"{before}{BEGIN}\n\n{text}\n\n{END}{after}", encoding="utf-8")

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
+from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.predictors.linear_screen import candidate_keys
 from seals.sysid.predictors.problem import Problem
 
@@ -58,7 +59,8 @@ def declared(problem: Problem, names: Sequence[str]) -> Shown:
 
     Their sizes are those of a least-squares fit of them to the windows of the log, the same for
     every method: it is the names that are compared. Every variant of a name takes part. What the
-    library of effects does not have, or what has no response about zero, shows nowhere.
+    library of effects does not have, or what has no response at all, such as a tether that hangs
+    slack, shows nowhere.
 
     Args:
         problem: the log made ready.
@@ -72,6 +74,9 @@ def declared(problem: Problem, names: Sequence[str]) -> Shown:
     if not keys:
         return Shown(time, np.zeros((windows.count, len(AXES))))
     columns, misfit = fitter.whitened(keys, {}), fitter.misfit({})
+    about = _about(problem, chosen, np.linalg.norm(columns.outputs, axis=(0, 1)))
+    if about:
+        columns = fitter.whitened(keys, about)
     normal = columns.product(columns).sum(axis=0) + np.diag(fitter.precision(keys, keys))
     scale = 1.0 / np.sqrt(np.diag(normal))
     right = columns.product(misfit).sum(axis=0)[:, 0] * scale
@@ -86,6 +91,27 @@ def declared(problem: Problem, names: Sequence[str]) -> Shown:
             square = (moved[:, :, at] ** 2 * seen).sum(axis=1)
             size[:, n] = np.sqrt(square / np.maximum(seen.sum(axis=1), 1))
     return Shown(time, size)
+
+
+def _about(problem: Problem, chosen: Sequence[Candidate], length: Floats) -> dict[str, float]:
+    """Return where the responses are taken: about zero, but for what has none there.
+
+    The place of a payload moves nothing while its mass is zero: its mass is then of usual size.
+
+    Args:
+        problem: the log made ready.
+        chosen: candidates.
+        length: of the responses of all their keys about zero.
+    """
+    alive = dict(zip(candidate_keys(chosen), length > 1e-9 * length.max(initial=0.0), strict=True))
+    parameters = problem.plant.candidate_set.parameters
+    return {
+        key: parameters[key].scale
+        for one in chosen
+        if not all(alive[k] for k in one.all_keys)
+        for key in one.all_keys
+        if alive[key]
+    }
 
 
 def phases(problem: Problem, begin: float, count: int) -> list[str]:

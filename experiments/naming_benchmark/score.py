@@ -2,100 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-import yaml
+from seals.experiments.naming_benchmark.counts import Counts, compared
+from seals.experiments.naming_benchmark.told import beside, named, right
 
-from seals.errors import ConfigError
-
-REFUSED = ("none_of_these", "cannot_tell", "ambiguous", "bad_data")
-SIDE = {"linear_drag": {"angular_drag"}, "quadratic_drag": {"angular_drag"}}
-"""What a hidden drag really does besides: naming it is neither asked for nor wrong."""
 KINDS = ("by_time", "by_phase")
-
-
-@dataclass(frozen=True, kw_only=True)
-class Counts:
-    """True, false and missed declarations.
-
-    Args:
-        true: declared and there.
-        false: declared and not there.
-        missed: there and not declared.
-    """
-
-    true: int = 0
-    false: int = 0
-    missed: int = 0
-
-    def __add__(self, other: Counts) -> Counts:
-        """Add up."""
-        return Counts(
-            true=self.true + other.true,
-            false=self.false + other.false,
-            missed=self.missed + other.missed,
-        )
-
-    @property
-    def f1(self) -> float:
-        """Harmonic mean of precision and recall; 1 where there is nothing, and nothing is said.
-
-        Example:
-            >>> Counts(true=2, false=1, missed=1).f1
-            0.6666666666666666
-        """
-        total = 2 * self.true + self.false + self.missed
-        return 2.0 * self.true / total if total else 1.0
-
-    @property
-    def false_discovery(self) -> float:
-        """Share of what is declared that is not there; 0 where nothing is declared.
-
-        Example:
-            >>> Counts(true=2, false=1).false_discovery
-            0.3333333333333333
-        """
-        said = self.true + self.false
-        return self.false / said if said else 0.0
-
-
-def compared(there: set[str], said: set[str]) -> Counts:
-    """Count what is declared against what is there."""
-    return Counts(true=len(there & said), false=len(said - there), missed=len(there - said))
-
-
-def named(answer: Mapping[str, Any]) -> set[str]:
-    """Return the effects that an answer declares: those of a set that it leaves open, it does not.
-
-    Args:
-        answer: ``verdict`` and ``effects`` in the form of ``diagnosis.json``.
-    """
-    if answer["verdict"] != "named":
-        return set()
-    return {str(effect["name"]) for effect in answer["effects"]}
-
-
-def right(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> bool:
-    """Return whether an answer is right as a whole.
-
-    A log whose effect is outside the library asks for ``none_of_these``, one without an effect for
-    ``nothing_missing``, all others for the hidden names and no other.
-    """
-    want = {str(effect["name"]) for effect in truth["effects"]}
-    if not truth["in_library"]:
-        return bool(answer["verdict"] == "none_of_these")
-    if not want:
-        return bool(answer["verdict"] == "nothing_missing")
-    return named(answer) - beside(want) == want
-
-
-def beside(want: set[str]) -> set[str]:
-    """Return the names that are neither asked for nor wrong."""
-    return set().union(*(SIDE.get(name, set()) for name in want)) - want
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -169,27 +83,3 @@ def table(scores: Sequence[Score]) -> str:
             (one.method, str(one.logs), str(one.right), alarms, *figures, f"{one.seconds:.1f}")
         )
     return "\n".join("| " + " | ".join(row) + " |" for row in rows)
-
-
-def read_truth(folder: Path) -> dict[str, Any]:
-    """Read what is hidden in one of the public logs."""
-    found: dict[str, Any] = yaml.safe_load((folder / "truth.yaml").read_text(encoding="utf-8"))
-    return found
-
-
-def read_answer(path: Path) -> dict[str, Any]:
-    """Read an answer.
-
-    Raises:
-        ConfigError: it is no answer in the form of ``diagnosis.json``.
-    """
-    try:
-        found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        _ = found["verdict"], [effect["name"] for effect in found["effects"]]
-    except (OSError, ValueError, KeyError, TypeError) as cause:
-        raise ConfigError(
-            f"{path} is no answer: {cause!r}.\n"
-            'It holds {"verdict": "named", "effects": [{"name": "wind"}]}, or one of the verdicts '
-            f"nothing_missing, {', '.join(REFUSED)} and no effect."
-        ) from cause
-    return found

@@ -10,9 +10,13 @@ import pytest
 import yaml
 
 from seals.cli.main import main
+from seals.errors import ConfigError
 from seals.experiments.naming_benchmark import command
+from seals.experiments.naming_benchmark.counts import Counts, compared
+from seals.experiments.naming_benchmark.page import BEGIN, END, into_page
 from seals.experiments.naming_benchmark.regions import AXES, Shown, regions_of, true_regions
-from seals.experiments.naming_benchmark.score import Counts, compared, right, score, table
+from seals.experiments.naming_benchmark.score import score, table
+from seals.experiments.naming_benchmark.told import right
 
 NOWHERE = {"by_time": [], "by_phase": []}
 
@@ -130,3 +134,14 @@ def test_an_answer_that_is_none_is_refused(
     (tmp_path / "mine" / "quad_drag.json").write_text("[]", encoding="utf-8")
     assert main(["benchmark", f"out={tmp_path}", "logs=[quad_drag]", "methods=[]"]) == 2
     assert "is no answer" in capsys.readouterr().err
+
+
+def test_a_page_gets_the_table_between_its_marks(tmp_path: Path) -> None:
+    """What stands around it stays; a page without marks is refused."""
+    page = tmp_path / "page.md"
+    page.write_text(f"a\n{BEGIN}\nold\n{END}\nb\n", encoding="utf-8")
+    into_page(page, "| new |")
+    assert page.read_text(encoding="utf-8") == f"a\n{BEGIN}\n\n| new |\n\n{END}\nb\n"
+    page.write_text("a\n", encoding="utf-8")
+    with pytest.raises(ConfigError, match="has no"):
+        into_page(page, "| new |")

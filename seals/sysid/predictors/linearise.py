@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -73,12 +74,18 @@ class Dynamics:
         Args:
             rates: derivatives of the state at the rows, those of the pose zero, shape (T, n, p).
         """
-        assert self.integral is not None
-        base, joints = slice(6, 12), slice(6 + rates.shape[1] // 2, None)
-        out: Floats = np.matmul(self.integral[:, :, base], _average(rates[:, base]))
-        if rates.shape[1] > 12:
-            out += np.matmul(self.integral[:, :, joints], _average(rates[:, joints]))
+        count = rates.shape[1] // 2
+        driven = np.concatenate((rates[:, 6:12], rates[:, 6 + count :]), axis=1)
+        out: Floats = np.matmul(self._driven, _average(driven))
         return out
+
+    @cached_property
+    def _driven(self) -> Floats:
+        """Columns of the integral at velocities, shape (T, n, 6 + J)."""
+        assert self.integral is not None
+        count = self.integral.shape[2] // 2
+        parts = self.integral[:, :, 6:12], self.integral[:, :, 6 + count :]
+        return np.concatenate(parts, axis=2)
 
     def corrected(self, defect: Floats) -> Floats:
         """Return the one-step error corrected for the slope of dry friction, shape (T, n)."""
