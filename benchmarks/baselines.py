@@ -3,11 +3,11 @@
     python -m benchmarks.baselines CASES [--processes 2] [--limit N] [--ours RESULTS] [--out OUT]
 
 CASES holds folders with a log and its truth.yaml, at any depth. The answers are those of
-`benchmarks.answers` on the engine's own linearisation, so that inference is compared and not
-models. SEALS's answer is read from RESULTS/<case>/diagnosis.json, or from the case itself; with
-``--ours run`` the log is diagnosed. With ``--out`` every answer is written as diagnosis.json, one
-folder a method; what is there already is not done again. Where pysindy is installed, its sparse
-regression checks ours.
+`seals.experiments.naming_benchmark.answers` on the engine's own linearisation, so that inference is
+compared and not models. SEALS's answer is read from RESULTS/<case>/diagnosis.json, or from the case
+itself; with ``--ours run`` the log is diagnosed. With ``--out`` every answer is written as
+diagnosis.json, one folder a method; what is there already is not done again. Where pysindy is
+installed, its sparse regression checks ours.
 """
 
 from __future__ import annotations
@@ -99,7 +99,13 @@ def answered(cases: Path, out: Path | None, ours: str, folder: Path) -> Case:
 
 def baselines(folder: Path) -> dict[str, dict[str, Any]]:
     """Run the classical methods; their times exclude the preparation of the log."""
-    from benchmarks.answers import METHODS, THRESHOLDS, question, sparse, stlsq_of_pysindy
+    from seals.experiments.naming_benchmark.answers import (
+        METHODS,
+        THRESHOLDS,
+        question,
+        sparse,
+        stlsq_of_pysindy,
+    )
     from seals.logs.native import read_native
     from seals.sysid.predictors.problem import prepare
 

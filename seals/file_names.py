@@ -7,6 +7,7 @@ place elsewhere.
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 from seals.errors import ConfigError
 
@@ -54,3 +55,9 @@ def checked_name(text: str, *, key: str) -> str:
             "Allowed: letters, digits, '_', '-' and '.', not at the front."
         )
     return text
+
+
+def short_path(path: Path) -> Path:
+    """Return a path relative to the working directory, where it lies below it."""
+    here = Path.cwd()
+    return path.relative_to(here) if path.is_relative_to(here) else path

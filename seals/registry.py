@@ -214,6 +214,7 @@ def names(kind: str) -> list[str]:
 def refresh() -> None:
     """Clear the cache, after packages were installed in a running process."""
     _declared.cache_clear()
+    _points.cache_clear()
     _owners.cache_clear()
     importlib.invalidate_caches()
 
@@ -223,9 +224,15 @@ def _declared(kind: str) -> Mapping[str, tuple[Plugin, ...]]:
     if kind not in GROUPS:
         raise ConfigError(f"there is no kind '{kind}'.\n{suggestion(kind, GROUPS, label='Kinds')}")
     found: dict[str, list[Plugin]] = {}
-    for point in entry_points(group=GROUPS[kind]):
+    for point in _points().select(group=GROUPS[kind]):
         found.setdefault(point.name, []).append(_plugin(kind, point))
     return MappingProxyType({name: tuple(found[name]) for name in sorted(found)})
+
+
+@functools.cache
+def _points() -> Any:
+    """Entry points of all packages: a look at them reads every package's own."""
+    return entry_points()
 
 
 def _plugin(kind: str, point: EntryPoint) -> Plugin:

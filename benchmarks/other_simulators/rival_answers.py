@@ -2,9 +2,10 @@
 
     python -m benchmarks.other_simulators.rival_answers SET OUT [--only NAME ...] [--jobs 2]
 
-Every case goes the newcomer's way to its data sheet. The methods of `benchmarks.answers` then see
-the samples and the effects of the diagnosis; only the inference differs. Where pysindy is there,
-its STLSQ is one of them. OUT/METHOD/CASE holds an answer as ``diagnosis.json``, so that
+Every case goes the newcomer's way to its data sheet. The methods of
+`seals.experiments.naming_benchmark.answers` then see the samples and the effects of the diagnosis;
+only the inference differs. STLSQ of pysindy and stepwise regression by statsmodels are among them
+where these are installed. OUT/METHOD/CASE holds an answer as ``diagnosis.json``, so that
 `benchmarks.other_simulators.score_set SET OUT/METHOD` counts it as it counts ours.
 """
 
@@ -13,7 +14,6 @@ from __future__ import annotations
 import argparse
 import contextlib
 import gzip
-import importlib.util
 import io
 import json
 import multiprocessing
@@ -29,7 +29,6 @@ from typing import Any
 import yaml
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-SPARSE, STEPWISE = "pysindy STLSQ", "stepwise BIC"
 
 
 def answer(out: Path, case: Path) -> str:
@@ -78,43 +77,12 @@ def prepared(case: Path, place: Path) -> Any:
 
 def methods(problem: Any) -> dict[str, tuple[str, ...]]:
     """Return the names that every method declares."""
-    from benchmarks.answers import (
-        METHODS,
-        THRESHOLDS,
-        bic,
-        question,
-        sparse,
-        stlsq_of_pysindy,
-    )
+    from seals.experiments.naming_benchmark.answers import METHODS, question
+    from seals.experiments.naming_benchmark.rivals import REGRESSIONS, installed
 
     asked = question(problem)
     found = {name: law(asked) for name, law in METHODS.items()}
-    found[STEPWISE] = stepwise(asked.table)
-    if importlib.util.find_spec("pysindy"):
-        tried = [sparse(asked.table, least, stlsq_of_pysindy) for least in THRESHOLDS]
-        names, score = min(tried, key=lambda f: f[1])
-        found[SPARSE] = names if score < bic(asked.table, ()) else ()
-    return found
-
-
-def stepwise(table: Any) -> tuple[str, ...]:
-    """Add the effect that lowers BIC most, again and again, until none does."""
-    from benchmarks.answers import bic
-
-    names: list[str] = []
-    columns: tuple[int, ...] = ()
-    score = bic(table, ())
-    while True:
-        wider = [
-            (bic(table, (*columns, *group), len(columns) + table.freedom[key]), key[0], group)
-            for key, group in table.groups.items()
-            if key[0] not in names
-        ]
-        best, name, group = min(wider, default=(score, "", ()))
-        if best >= score:
-            return tuple(names)
-        names.append(name)
-        columns, score = (*columns, *group), best
+    return found | {name: REGRESSIONS[name](asked.table) for name in installed()}
 
 
 def main() -> None:

@@ -109,7 +109,8 @@ class WeakRotor(Effect):
         xp = namespace(drives.thrust)
         index = xp.cumulative_sum(xp.ones_like(drives.thrust[:1, :]), axis=1)
         weak = xp.astype(index == params["rotor"], drives.thrust.dtype)
+        loss = params["relative_loss"] * weak
         return drives._replace(
-            thrust=drives.thrust * (1.0 - params["relative_loss"] * weak),
-            torque=drives.torque * (1.0 - params["torque_share"] * params["relative_loss"] * weak),
+            thrust=drives.thrust * (1.0 - loss),
+            torque=drives.torque * (1.0 - params["torque_share"] * loss),
         )

@@ -286,9 +286,13 @@ VERBS = {
         target="seals.cli.validate:validate",
         summary="run the validation of the particle water; write a report",
         usage="water [CASE ...] [--full] [--out FOLDER]\n"
-        "  seals validate water\n"
-        "  seals validate water hydrostatics standing_wave --full\n\n"
+        "  seals validate water\n  seals validate water hydrostatics standing_wave --full\n\n"
         "exit code: 0 all errors are within their limits, 1 one is not, 2 refused",
+    ),
+    "benchmark": Verb(
+        target="seals.experiments.naming_benchmark.command:benchmark",
+        summary="score SEALS, its rivals and methods of yours on public logs with a hidden effect",
+        usage="[out=FOLDER] [logs=[NAMES]] [mujoco=PYTHON]\n  seals benchmark out=scored",
     ),
     "runs": Verb(
         target="seals.cli.runs:runs",

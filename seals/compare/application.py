@@ -18,10 +18,10 @@ from seals.compare.result import Comparison, Group, as_data
 from seals.compare.settings import CompareOptions, CompareSettings, PredictionMethod
 from seals.compare.variants import ModelVariant, fit_variants
 from seals.errors import ConfigError, suggestion
+from seals.file_names import short_path
 from seals.logs import Log, refuse_if_bad
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
-from seals.run.application import short_path
 from seals.run.build import build_run
 
 # settings of the comparison itself; the others are those of a run

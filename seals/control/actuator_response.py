@@ -84,7 +84,9 @@ def _by_sign(goal: Floats, rise: Floats, fall: Floats) -> Floats:
         fall: the same where the actuator slows down, shape (n, 2 T).
     """
     size, states = np.abs(goal), np.full_like(goal, np.inf)
+    # the state stays behind its goals: it is mostly above one that is less than the last
     falls = np.zeros(goal.shape, dtype=bool)
+    np.less(size[:, 1:], size[:, :-1], out=falls[:, 1:])
     same = _SAME * size.max(initial=0.0)
     # every round is right for at least one more stretch
     for _ in range(goal.shape[1]):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -157,8 +158,15 @@ def has_hook(effect: object, hook: Hook) -> bool:
 
 
 def _defines(effect: object, hook: str) -> bool:
+    law: Any = type(effect)
+    return _class_defines(law, hook)
+
+
+@functools.cache
+def _class_defines(law: type, hook: str) -> bool:
+    """Return true if a class defines a hook: asked for every effect of every model of a fit."""
     names = ("battery_update", "state") if hook == "battery_update" else (hook,)
-    return all(callable(getattr(type(effect), name, None)) for name in names)
+    return all(callable(getattr(law, name, None)) for name in names)
 
 
 def bind_effects(
@@ -265,6 +273,8 @@ def _params(
     Their shape is (1, k) when constant, (links x batch, k) when one value is batched.
     """
     names = parameters_of(effect)
+    if type(like) is np.ndarray and all(isinstance(v, int | float) for v in values.values()):
+        return _numbers(effect, names, values, like)
     single = {n: _row(values.get(n, getattr(effect, n)), like, links, batch) for n in names}
     out = {key: as_like(value, like) for key, value in effect.constants().items()}
     groups = vector_groups(names)
@@ -274,6 +284,19 @@ def _params(
     grouped = {m for members in groups.values() for m in members}
     out.update({n: single[n][:, None] for n in names if n not in grouped})
     return out
+
+
+def _numbers(
+    effect: Effect, names: Mapping[str, Any], values: Mapping[str, Any], like: Floats
+) -> dict[str, Array]:
+    """Parameter arrays of one effect on NumPy where all values are numbers, shape (1, k)."""
+    single = {n: float(values.get(n, getattr(effect, n))) for n in names}
+    groups = vector_groups(names)
+    out = {key: as_like(value, like) for key, value in effect.constants().items()}
+    stems = {stem: [single[m] for m in members] for stem, members in groups.items()}
+    grouped = {m for members in groups.values() for m in members}
+    stems |= {n: [value] for n, value in single.items() if n not in grouped}
+    return out | {stem: np.array([row], dtype=like.dtype) for stem, row in stems.items()}
 
 
 def _row(value: Any, like: Array, links: int, batch: int) -> Array:

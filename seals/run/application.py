@@ -11,6 +11,7 @@ from typing import Any
 
 from seals.config.strangers import lookup_in
 from seals.errors import ConfigError, MissingExtra, SealsError
+from seals.file_names import short_path
 from seals.logs.run_folder import RUN_ID, bring_back, held, id_of_log, new_id, set_aside
 from seals.run.build import build_run
 from seals.run.checkpoint import Checkpoints, checkpoint_of, interval_of
@@ -232,9 +233,3 @@ def _say(record: Record, settings: RunSettings, remarks: list[str], report: Path
     for remark in remarks:
         print(remark)
     print(f"report: {short_path(report)}")
-
-
-def short_path(path: Path) -> Path:
-    """Return a path relative to the working directory, where it lies below it."""
-    here = Path.cwd()
-    return path.relative_to(here) if path.is_relative_to(here) else path

@@ -240,6 +240,7 @@ def diagnose(
     policy: DecisionPolicy | None = None,
     processes: int = 1,
     tell: Callable[[int], None] | None = None,
+    searched: Callable[[Problem, Search[EvidenceHypothesis]], None] | None = None,
 ) -> Diagnosis:
     """Name the effects that the model of a vehicle is missing.
 
@@ -250,6 +251,8 @@ def diagnose(
         policy: thresholds of the decisions; the standard ones when left out.
         processes: that share the fits.
         tell: called with the number of stages done.
+        searched: called with each problem whose search is done, before it is decided; the last
+            call has the problem and the search of the result.
 
     Raises:
         LogError: a log cannot be used, or the logs do not belong together.
@@ -259,6 +262,8 @@ def diagnose(
     problem = prepare(join_logs(logs), policy=policy, robot=robot)
     say(1)
     found = search_log(problem, processes=processes, tell=lambda done: say(1 + done))
+    if searched is not None:
+        searched(problem, found)
     answer = decide(problem, found, processes=processes)
     chosen = answer.claims[0].hypothesis if answer.claims else found.nominal
     held = numbers_to_hold(problem, answer)
@@ -268,6 +273,8 @@ def diagnose(
         second = decide(exact, again, processes=processes)
         if explains_as_well(answer, second, chosen):
             problem, found = exact, again
+            if searched is not None:
+                searched(problem, found)
             answer = replace(second, stated_wrong=answer.stated_wrong)
             chosen = answer.claims[0].hypothesis
     before = held_out_misfit(found.nominal)

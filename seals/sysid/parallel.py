@@ -10,16 +10,22 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import struct
 from collections.abc import Callable, Sequence
-from multiprocessing.pool import Pool
-from typing import Any, TypeVar
+from multiprocessing.connection import Connection, wait
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from seals.run.stopping import ENDING, ending
+
+if TYPE_CHECKING:
+    from multiprocessing.context import ForkProcess
 
 Item = TypeVar("Item")
 _HELD = (*ENDING, signal.SIGINT)
 """Signals that are held back until a child has its own handlers."""
-_jobs: tuple[Callable[[Any], Any], Sequence[Any]] | None = None
+_NUMBER = struct.Struct("<i")
+_MOST = 16_000
+"""Items at once: their numbers fit a pipe."""
 
 
 def cores() -> int:
@@ -37,30 +43,136 @@ def spread(work: Callable[[Item], Any], items: Sequence[Item], processes: int) -
 
     Returns:
         The results, in the order of the items; they travel back by pickle.
+
+    Raises:
+        RuntimeError: a child ended without its result.
     """
-    global _jobs  # noqa: PLW0603  forked children find closures here: they cannot be pickled
     many = min(processes, len(items))
     forks = "fork" in multiprocessing.get_all_start_methods()
     if many < 2 or not forks or multiprocessing.current_process().daemon:
         return [work(item) for item in items]
-    _jobs = work, items
+    if len(items) > _MOST:
+        first = spread(work, items[:_MOST], processes)
+        return first + spread(work, items[_MOST:], processes)
+    # whoever is free takes the next number: four bytes of a pipe are read at once or not at all
+    waiting, given = os.pipe()
     try:
-        with _forked(many) as pool:
-            return pool.map(_call, range(len(items)), chunksize=1)
+        os.write(given, b"".join(_NUMBER.pack(n) for n in range(len(items))))
     finally:
-        _jobs = None
+        os.close(given)
+    found: dict[int, Any] = {}
+    children, ends = [], []
+    try:
+        for _ in range(many):
+            here, there = multiprocessing.Pipe(duplex=False)
+            ends.append(here)
+            children.append(_forked(_serve, (work, items, waiting, there)))
+            there.close()
+        while ends:
+            for end in cast("list[Connection]", wait(ends)):
+                try:
+                    number, fine, result = end.recv()
+                except EOFError:
+                    ends.remove(end)
+                    continue
+                if not fine:
+                    raise result
+                found[number] = result
+    finally:
+        os.close(waiting)
+        for child in children:
+            child.terminate()
+        for child in children:
+            child.join()
+    if len(found) < len(items):
+        raise RuntimeError(f"a process ended without its result: {len(found)} of {len(items)}")
+    return [found[n] for n in range(len(items))]
 
 
-def _forked(many: int) -> Pool:
-    """Return a pool whose children get no signal before they have handlers of their own.
+def _serve(
+    work: Callable[[Item], Any], items: Sequence[Item], waiting: int, there: Connection
+) -> None:
+    """Work in a child until no number is left."""
+    _leave_signals()
+    while taken := os.read(waiting, _NUMBER.size):
+        (number,) = _NUMBER.unpack(taken)
+        try:
+            answer = (number, True, work(items[number]))
+        except Exception as fault:
+            answer = (number, False, fault)
+        there.send(answer)
 
-    A child that starts late can be ended by the pool while it still has the parent's handler. One
-    that only notes the signal, or whose exception is lost in a hook of the fork, would let the
-    child go on, and the pool would wait for it for ever.
+
+class Beside:
+    """One job in a forked process, beside what this process goes on with.
+
+    Args:
+        job: any callable, closures too; its result travels back by pickle.
+        processes: at once; with one the job is done here when its result is asked for.
+    """
+
+    def __init__(self, job: Callable[[], Any], processes: int) -> None:
+        self._job = job
+        self._end: Connection | None = None
+        self._child: ForkProcess | None = None
+        forks = "fork" in multiprocessing.get_all_start_methods()
+        if processes < 2 or not forks or multiprocessing.current_process().daemon:
+            return
+        here, there = multiprocessing.Pipe(duplex=False)
+        self._end, self._child = here, _forked(_answer, (job, there))
+        there.close()
+
+    def result(self) -> Any:
+        """Wait for the result, or for what the job raises.
+
+        Raises:
+            RuntimeError: the child ended without a result.
+        """
+        if self._child is None or self._end is None:
+            return self._job()
+        try:
+            fine, result = self._end.recv()
+        except EOFError as cause:
+            raise RuntimeError("a process ended without its result") from cause
+        finally:
+            self.stop()
+        if not fine:
+            raise result
+        return result
+
+    def stop(self) -> None:
+        """End the child, whatever it has done."""
+        if self._child is not None and self._end is not None:
+            self._child.terminate()
+            self._child.join()
+            self._end.close()
+            self._child = self._end = None
+
+
+def _answer(job: Callable[[], Any], there: Connection) -> None:
+    """Do one job in a child."""
+    _leave_signals()
+    try:
+        answer = (True, job())
+    except Exception as fault:
+        answer = (False, fault)
+    there.send(answer)
+
+
+def _forked(target: Callable[..., None], arguments: tuple[Any, ...]) -> ForkProcess:
+    """Fork a child that gets no signal before it has handlers of its own.
+
+    A child that starts late can be ended while it still has the parent's handler. One that only
+    notes the signal, or whose exception is lost in a hook of the fork, would let the child go on,
+    and the parent would wait for it for ever.
     """
     before = signal.pthread_sigmask(signal.SIG_BLOCK, _HELD)
     try:
-        return multiprocessing.get_context("fork").Pool(many, _leave_signals)
+        child = multiprocessing.get_context("fork").Process(
+            target=target, args=arguments, daemon=True
+        )
+        child.start()
+        return child
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
@@ -78,9 +190,3 @@ def _leave_signals() -> None:
         signal.signal(number, signal.SIG_DFL)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, _HELD)
-
-
-def _call(number: int) -> Any:
-    assert _jobs is not None
-    work, items = _jobs
-    return work(items[number])

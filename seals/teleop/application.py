@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 from seals.config.overrides import typed
 from seals.control.key_events import Event, read_track, write_track
 from seals.errors import ConfigError, suggestion
-from seals.run.application import run_into, short_path
+from seals.file_names import short_path
+from seals.run.application import run_into
 from seals.run.assembly import build_model
 from seals.run.build import build_run
 from seals.run.folder import write_config

@@ -14,7 +14,7 @@ import pytest
 from seals.errors import SealsError
 from seals.logs.atomic import finite, write_json
 from seals.report import Bar, Bars, Mark, Section, page
-from seals.sysid.predictors.linearise import _delayed
+from seals.sysid.predictors.delayed_readings import delayed
 from seals.sysid.predictors.normal_equations import Fit, newton_step, posterior_covariance
 
 
@@ -75,7 +75,7 @@ def test_readings_that_ran_out_of_digits_stay_so() -> None:
     samples = SimpleNamespace(time=time, step=0.1, runs=((0, 10), (10, 20)))
     seen = np.stack([time, 2.0 * time], axis=1)
     seen[3, 1] = np.inf
-    found = _delayed(SimpleNamespace(samples=samples), seen, 0.02)  # type: ignore[arg-type]
+    found = delayed(SimpleNamespace(samples=samples), seen, 0.02)  # type: ignore[arg-type]
     assert np.isnan(found[:10]).all()
     np.testing.assert_allclose(found[11:, 0], time[11:] - 0.02)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import signal
 import subprocess
@@ -12,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from seals.run.stopping import stoppable
-from seals.sysid.parallel import spread
+from seals.sysid.parallel import Beside, spread
 
 
 def test_results_keep_the_order_of_the_items() -> None:
@@ -83,3 +84,35 @@ def test_a_child_that_starts_late_is_ended_too(tmp_path: Path) -> None:
         finally:
             if parent.poll() is None:
                 os.killpg(parent.pid, signal.SIGKILL)
+
+
+@pytest.mark.parametrize("processes", [1, 2])
+def test_a_job_beside_gives_its_result_or_its_error(processes: int) -> None:
+    """A closure comes back with its value; what it raises is raised where it is asked for."""
+    number = 21
+    assert Beside(lambda: 2 * number, processes).result() == 42
+    with pytest.raises(ZeroDivisionError):
+        Beside(lambda: 1 // 0, processes).result()
+
+
+def test_a_child_that_is_ended_is_no_result() -> None:
+    """The system ends a child that takes too much memory: the parent does not wait for ever."""
+    if not hasattr(signal, "SIGKILL"):
+        pytest.skip("no forked processes on this system")
+
+    def die(_: int) -> None:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+    with pytest.raises(RuntimeError, match="without its result"):
+        spread(die, range(2), 2)
+    with pytest.raises(RuntimeError, match="without its result"):
+        Beside(lambda: die(0), 2).result()
+
+
+def test_a_job_that_is_stopped_leaves_no_child() -> None:
+    """Where nobody asks for its result, a long job ends at once."""
+    job = Beside(lambda: time.sleep(60.0), 2)
+    begin = time.monotonic()
+    job.stop()
+    assert time.monotonic() - begin < 30.0
+    assert not multiprocessing.active_children()

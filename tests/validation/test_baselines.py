@@ -16,7 +16,7 @@ def test_every_classical_answer_is_an_answer(monkeypatch: pytest.MonkeyPatch) ->
     """Asked about a flight in a hidden wind, all name effects; all at once names far too many."""
     # at the end: the installed package comes before the checkout
     monkeypatch.setattr(sys, "path", [*sys.path, str(Path(__file__).parents[2])])
-    from benchmarks.answers import METHODS, question
+    from seals.experiments.naming_benchmark.answers import METHODS, question
 
     problem = prepare(read_native(find_log("hidden_effect/flight_a")))
     asked = question(problem)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from seals.arrays import Floats
 from seals.batch import Rates, TwinState
 from seals.frames import exponential, matrix_of, multiply
 from seals.sysid.data.trajectory import Trajectory
+from seals.sysid.predictors.delayed_readings import delayed
 from seals.sysid.predictors.plant import Plant, Values, nonzero
 from seals.sysid.predictors.sensor_place import add_centripetal, as_simulated, at_sensor, skew
 from seals.sysid.predictors.trajectory_cache import (
@@ -72,12 +74,18 @@ class Dynamics:
         Args:
             rates: derivatives of the state at the rows, those of the pose zero, shape (T, n, p).
         """
-        assert self.integral is not None
-        base, joints = slice(6, 12), slice(6 + rates.shape[1] // 2, None)
-        out: Floats = np.matmul(self.integral[:, :, base], _average(rates[:, base]))
-        if rates.shape[1] > 12:
-            out += np.matmul(self.integral[:, :, joints], _average(rates[:, joints]))
+        count = rates.shape[1] // 2
+        driven = np.concatenate((rates[:, 6:12], rates[:, 6 + count :]), axis=1)
+        out: Floats = np.matmul(self._driven, _average(driven))
         return out
+
+    @cached_property
+    def _driven(self) -> Floats:
+        """Columns of the integral at velocities, shape (T, n, 6 + J)."""
+        assert self.integral is not None
+        count = self.integral.shape[2] // 2
+        parts = self.integral[:, :, 6:12], self.integral[:, :, 6 + count :]
+        return np.concatenate(parts, axis=2)
 
     def corrected(self, defect: Floats) -> Floats:
         """Return the one-step error corrected for the slope of dry friction, shape (T, n)."""
@@ -139,34 +147,11 @@ def predict(
     reading = read_rows(plant, cache.state, cache.sensor_rates(used), used)
     late = used.get(plant.candidate_set.sensor_delay, 0.0) - delay
     if late:
-        reading = _delayed(plant, reading, late)
+        reading = delayed(plant, reading, late)
     if step := plant.half_step_readings:
         rate = cache.sensor_rates(used).angular_velocity
         reading = as_simulated(plant.vehicle, plant.samples, reading, rate, step)
     return Prediction(defect=defect, reading=reading)
-
-
-def _delayed(plant: Plant, reading: Floats, delay: float, order: int = 0) -> Floats:
-    """Delay readings, run by run; or return a time derivative of them.
-
-    Cubic pieces with the slopes of central differences: straight ones would weigh the noise of the
-    trajectory by where between two rows the delay falls.
-    """
-    from scipy.interpolate import CubicHermiteSpline
-
-    out: Floats = reading.copy()
-    step = plant.samples.step
-    for first, last in plant.samples.runs:
-        time, seen = plant.samples.time[first:last], reading[first:last]
-        if len(time) < 2:
-            continue
-        if not np.isfinite(seen).all():
-            # a trajectory that ran out of digits has no readings at any time
-            out[first:last] = np.nan
-            continue
-        curve = CubicHermiteSpline(time, seen, np.gradient(seen, step, axis=0))
-        out[first:last] = curve(np.clip(time - delay, time[0], time[-1]), order)
-    return out
 
 
 def dynamics_along(
@@ -306,7 +291,7 @@ def _sensed(
     out = {}
     for key in keys:
         if key == late:
-            out[key] = -_delayed(plant, seen, used.get(late, 0.0) - delay, order=1)
+            out[key] = -delayed(plant, seen, used.get(late, 0.0) - delay, order=1)
             continue
         step = plant.candidate_set.parameters[key].nudge
         later = {**used, key: used.get(key, 0.0) + step}

@@ -421,10 +421,11 @@ class Fitter:
         columns = self.whitened(fresh, fit.values) if columns is None else columns
         at = [fit.keys.index(k) for k in fresh]
         cross, own = self.fixed.product(columns), columns.product(columns)
+        right = columns.product(misfit)
         for a, i in enumerate(at):
             fit.normal[:, :count, i] = cross[:, :, a]
             fit.normal[:, i, :count] = cross[:, :, a]
-            fit.right[:, i] = columns.product(misfit)[:, a, 0]
+            fit.right[:, i] = right[:, a, 0]
         for a, i in enumerate(at):
             for b, j in enumerate(at):
                 fit.normal[:, i, j] = own[:, a, b]

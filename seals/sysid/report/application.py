@@ -15,13 +15,16 @@ from seals.sound_numbers import sound_numbers, trials
 from seals.sysid.data.robot_description import RobotDescription
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis, diagnose
-from seals.sysid.parallel import cores, spread
+from seals.sysid.parallel import Beside, cores
+from seals.sysid.predictors.problem import Problem
 from seals.sysid.report.given_logs import GivenLogs, given_logs, make_folder, sources
 from seals.sysid.report.sentence import sentence
 from seals.sysid.report.settings import DiagnoseSettings
 from seals.sysid.report.words import next_steps
 from seals.sysid.residual_force import Localisation, locate_residual_force, residual_of
 from seals.sysid.residual_force.residual import Residual
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
+from seals.sysid.selection.search import Search
 
 ANSWER = "diagnosis.json"
 _STEP = 32
@@ -52,9 +55,10 @@ def execute(config: Any) -> int:
     with progress("diagnosing", STAGES * _STEP) as tell:
         try:
             log, robot = given.read()
-            with sound_numbers("a diagnosis", _ADVICE), trials():
-                found = _found(given, log, robot, lambda stage: tell(stage * _STEP))
-                missing, then = _left_over(config, found)
+            processes = int(config.processes) or cores()
+            with sound_numbers("a diagnosis", _ADVICE), trials(), _LeftOver(processes) as beside:
+                found = _found(given, log, robot, beside, lambda stage: tell(stage * _STEP))
+                missing, then = beside.results(found, report=config.report)
         except LogError as refusal:
             _write(out, _bad(str(refusal)))
             print(f"bad data: {refusal}")
@@ -70,13 +74,54 @@ def execute(config: Any) -> int:
     return found.answer.verdict.exit_code
 
 
+class _LeftOver:
+    """Analysis of what the nominal model lacks, beside the decision, and of what is left after.
+
+    Args:
+        processes: at once.
+    """
+
+    def __init__(self, processes: int) -> None:
+        self._processes = processes
+        self._job: Beside | None = None
+
+    def __enter__(self) -> _LeftOver:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._job is not None:
+            self._job.stop()
+
+    def start(self, problem: Problem, search: Search[EvidenceHypothesis]) -> None:
+        """Begin with the nominal model of a search, in place of that of an earlier one."""
+        if self._job is not None:
+            self._job.stop()
+        nominal = search.nominal
+        self._job = Beside(lambda: locate_residual_force(problem, nominal), self._processes)
+
+    def results(self, found: Diagnosis, *, report: bool) -> tuple[Localisation, Residual | None]:
+        """Return the analysis of the nominal model, and of the one in the report."""
+        from seals.sysid.report.report import model_after
+
+        assert self._job is not None
+        after = model_after(found) if report else None
+        then = residual_of(found.problem, after) if after and after.candidates else None
+        return self._job.result(), then
+
+
 def _found(
-    given: GivenLogs, log: Log, robot: RobotDescription | None, tell: Callable[[int], None]
+    given: GivenLogs,
+    log: Log,
+    robot: RobotDescription | None,
+    beside: _LeftOver,
+    tell: Callable[[int], None],
 ) -> Diagnosis:
     """Diagnose a log, and propose a flight for effects that it cannot tell apart."""
     processes = int(given.config.processes)
     check_fields(DiagnoseSettings, {"processes": processes}, where="")
-    found = diagnose(log, robot=robot, processes=processes or cores(), tell=tell)
+    found = diagnose(
+        log, robot=robot, processes=processes or cores(), tell=tell, searched=beside.start
+    )
     found = replace(
         found,
         source=sources(given.places),
@@ -87,19 +132,6 @@ def _found(
     if not given.config.plan:
         return found
     return replace(found, next_experiment=proposed(found))
-
-
-def _left_over(config: Any, found: Diagnosis) -> tuple[Localisation, Residual | None]:
-    """Return the analysis of what the nominal model lacks, and what the one in the report does."""
-    problem = found.problem
-    work: list[Callable[[], Any]] = [lambda: locate_residual_force(problem, found.search.nominal)]
-    if config.report:
-        from seals.sysid.report.report import model_after
-
-        after = model_after(found)
-        work += [lambda: residual_of(problem, after)] if after.candidates else []
-    missing, *then = spread(lambda job: job(), work, int(config.processes) or cores())
-    return missing, then[0] if then else None
 
 
 def proposed(found: Diagnosis) -> dict[str, Any] | None:

@@ -11,10 +11,10 @@ from typing import Any
 
 from seals.config.overrides import typed
 from seals.errors import ConfigError, LogError
+from seals.file_names import short_path
 from seals.logs import refuse_if_bad
 from seals.logs.log import Log
 from seals.logs.shipped import find_log
-from seals.run.application import short_path
 from seals.run.hidden import hide, holds
 from seals.sysid.data.join import join_logs
 from seals.sysid.data.robot_description import RobotDescription, describe_run, described

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from seals.errors import ConfigError, LogError
+from seals.file_names import short_path
 from seals.logs.atomic import finite, write_json
 from seals.logs.log import Log
 from seals.report import Block, Facts, Paragraph, Section, Table, write_page
-from seals.run.application import short_path
 from seals.run.progress import progress
 from seals.sound_numbers import sound_numbers
 from seals.sysid.decision.verdict import Verdict

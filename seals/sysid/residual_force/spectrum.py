@@ -6,7 +6,6 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import median_filter
 
 from seals.arrays import Floats
 from seals.sysid.residual_force.conditions import Conditions
@@ -130,6 +129,8 @@ def _share(found: Evidence, around: Conditions, frequency: float, axis: int) -> 
 
 def _background(power: Floats) -> Floats:
     """Median around each frequency, the larger of two widths, so that a steep slope is no line."""
+    from scipy.ndimage import median_filter
+
     wide = min(_AROUND, 2 * (len(power) // 4) + 1)
     out: Floats = median_filter(power, size=wide, mode="nearest")
     narrow: Floats = median_filter(power, size=max(5, wide // 3 + 1), mode="nearest")

@@ -7,7 +7,8 @@ from typing import Any
 
 from seals.config.overrides import typed
 from seals.errors import ConfigError
-from seals.run.application import run_into, short_path
+from seals.file_names import short_path
+from seals.run.application import run_into
 from seals.run.build import build_run
 from seals.run.folder import write_config
 from seals.run.settings import RunSettings

@@ -12,10 +12,10 @@ import numpy as np
 from seals.arrays import Floats
 from seals.config.build import build
 from seals.errors import ConfigError, suggestion
+from seals.file_names import short_path
 from seals.registry import names
 from seals.rendering import Lens, Renderer, Scene
 from seals.rendering.optics import Optics
-from seals.run.application import short_path
 from seals.run.progress import progress
 from seals.run.settings import RunSettings
 from seals.run.surface import FOLDER as SURFACES

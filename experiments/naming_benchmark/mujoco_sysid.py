@@ -1,14 +1,16 @@
 """Answers of `mujoco.sysid` to flights of multirotors: fit all parameters, name the significant.
 
-    python -m benchmarks.other_simulators.mujoco_answers SET OUT [--only NAME ...]
+    python mujoco_sysid.py SET OUT [--only NAME ...]
+    python mujoco_sysid.py --log FOLDER
 
-Needs `pip install "mujoco[sysid]" pyyaml`, not SEALS. The vehicle is a MuJoCo model made of the
-robot folder: a free body, rotors as filtered actuators at sites, the fluid of MuJoCo (viscosity for
-a linear drag, density for a quadratic one, wind). Windows of half a second start from the measured
-pose. Mass, centre of gravity, moments of inertia, gain of every rotor, lag, delays, biases, drags
-and wind are fitted together with `mujoco.sysid.optimize`; those whose interval by
-`calculate_intervals` (1 % over all parameters) leaves the stated value are declared. MuJoCo has no
-added mass of its own for each axis, so that dives are not answered.
+SET is one of `benchmarks.other_simulators`; FOLDER holds a log as `seals benchmark` writes it, and
+its answer is the last line that is printed. Needs `pip install "mujoco[sysid]" pyyaml`, not SEALS.
+The vehicle is a MuJoCo model: a free body, rotors as filtered actuators at sites, the fluid of
+MuJoCo (viscosity for a linear drag, density for a quadratic one, wind). Windows of half a second
+start from the measured pose. Mass, centre of gravity, moments of inertia, gain of every rotor, lag,
+delays, biases, drags and wind are fitted together with `mujoco.sysid.optimize`; those whose
+interval by `calculate_intervals` (1 % over all parameters) leaves the stated value are declared.
+MuJoCo has no added mass of its own for each axis, so that dives are not answered.
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import gzip
+import importlib
 import io
 import json
 import time
@@ -39,14 +42,47 @@ PRIOR = 0.3
 
 
 class Flight:
-    """A log and the model that a robot folder states.
+    """A log and the model that goes with it."""
 
-    Args:
-        case: folder of the case.
-    """
+    def __init__(self) -> None:
+        """Hold nothing yet."""
+        self.columns: dict[str, Floats] = {}
+        self.rotors: dict[str, Any] = {}
+        self.drags: list[dict[str, Any]] = []
+        self.mass, self.inertia, self.step = 0.0, np.zeros(3), 0.0
+        self.time, self.speed = np.zeros(0), np.zeros((0, 0))
+        self.noise = dict(NOISE)
 
-    def __init__(self, case: Path) -> None:
-        """Read log, map and robot."""
+    @classmethod
+    def of_log(cls, folder: Path) -> Flight:
+        """Read ``log.csv`` and ``vehicle.json``."""
+        self = cls()
+        table = np.genfromtxt(folder / "log.csv", delimiter=",", names=True)
+        self.columns = {name: np.asarray(table[name]) for name in table.dtype.names or ()}
+        told = json.loads((folder / "vehicle.json").read_text(encoding="utf-8"))
+        vehicle = told["vehicle"]
+        self.mass = float(vehicle["mass"])
+        self.inertia = np.diag(np.array(vehicle["inertia"], float))
+        each = vehicle["rotors"]
+        self.rotors = {
+            key: [rotor[key] for rotor in each]
+            for key in ("position", "direction", "thrust_coefficient", "torque_coefficient")
+        } | {"time_constant": [each[0]["time_constant"]]}
+        for law in told["baseline"]:
+            given = law.get("parameters") or {}
+            self.drags.append({"effect": law["name"], **given})
+        sigmas = told["sensors"]["channels"]
+        self.noise = {name: float(sigmas[name]["sigma"]) for name in NOISE}
+        self.time = self.columns["t"]
+        names = "123456789"[: len(each)]
+        self.speed = self.channel("rotor_speed_cmd", names)
+        self.step = float(np.median(np.diff(self.time)))
+        return self
+
+    @classmethod
+    def of_case(cls, case: Path) -> Flight:
+        """Read log, map and robot of a case."""
+        self = cls()
         truth = yaml.safe_load((case / "truth.yaml").read_text(encoding="utf-8"))
         given = case.parents[1]
         chart = yaml.safe_load((given / truth.get("map", "map.yaml")).read_text(encoding="utf-8"))
@@ -54,19 +90,22 @@ class Flight:
         table = np.genfromtxt(io.BytesIO(text), delimiter=",", names=True)
         self.columns = {to: np.asarray(table[own]) for own, to in chart["columns"].items()}
         robot = given / "robots" / truth["robot"]
-        self.sheet = yaml.safe_load((robot / "robot.yaml").read_text(encoding="utf-8"))
-        body = ET.parse(robot / self.sheet["urdf"]).getroot().find("link/inertial")
+        sheet = yaml.safe_load((robot / "robot.yaml").read_text(encoding="utf-8"))
+        body = ET.parse(robot / sheet["urdf"]).getroot().find("link/inertial")
         assert body is not None
         self.mass = float(body.find("mass").attrib["value"])  # type: ignore[union-attr]
         shape = body.find("inertia").attrib  # type: ignore[union-attr]
         self.inertia = np.array([float(shape[f"i{a}{a}"]) for a in "xyz"])
-        self.rotors = self.sheet["actuators"]["rotors"]
+        self.rotors = sheet["actuators"]["rotors"]
+        self.drags = list(sheet.get("effects", {}).values())
         self.time, self.speed = self.columns["t"], self._speeds(truth)
         self.step = float(np.median(np.diff(self.time)))
+        return self
 
     def channel(self, stem: str, ends: str) -> Floats:
         """Columns of a channel."""
-        return np.column_stack([self.columns[f"{stem}_{e}"] for e in ends])
+        found: Floats = np.column_stack([self.columns[f"{stem}_{e}"] for e in ends])
+        return found
 
     def _speeds(self, truth: Mapping[str, Any]) -> Floats:
         """Commanded speeds [rad/s]."""
@@ -76,14 +115,17 @@ class Flight:
         words = dict(w.split("=") for w in truth["convert"])
         low, high = yaml.safe_load(words["motors.range"])
         share = (self.channel("motor_pwm", "1234"[:count]) - low) / (high - low)
-        return share * self.rotors["max_speed"][0]
+        speeds: Floats = share * self.rotors["max_speed"][0]
+        return speeds
 
     def drag(self) -> tuple[float, float]:
         """Stated linear and quadratic drag, means of the level axes [N s/m, N s^2/m^2]."""
         linear = square = 0.0
-        for law in self.sheet.get("effects", {}).values():
+        for law in self.drags:
             if law["effect"] == "quadratic_drag":
                 square += 0.5 * (law["coefficient_x"] + law["coefficient_y"])
+            if law["effect"] == "linear_drag":
+                linear += 0.5 * (law["coefficient_x"] + law["coefficient_y"])
             if law["effect"] == "rotor_drag":
                 linear += law["coefficient"] * self.mass * 9.81
         return linear, square
@@ -116,14 +158,14 @@ class Flight:
 
 def parameters(flight: Flight) -> Any:
     """Return all parameters of the model at their stated values."""
-    from mujoco.sysid import Parameter, ParameterDict
+    sysid: Any = importlib.import_module("mujoco.sysid")
 
     linear, square = flight.drag()
     half = 0.5 * np.sqrt(6.0 / flight.mass * np.abs(flight.inertia.sum() - 2 * flight.inertia))
     viscosity = linear / (np.pi * 2.0 * half.sum())
     density = square / (2.0 * np.mean([half[1] * half[2], half[0] * half[2]]))
     lag, rotors = flight.rotors["time_constant"][0], len(flight.rotors["position"])
-    told = {
+    told: dict[str, Any] = {
         "payload": (flight.mass, 0.3 * flight.mass, 3 * flight.mass),
         "centre_of_gravity": ([0.0] * 3, [-0.1] * 3, [0.1] * 3),
         "inertia": ([1.0] * 3, [0.3] * 3, [3.0] * 3),
@@ -137,9 +179,9 @@ def parameters(flight: Flight) -> Any:
         "quadratic_drag": (density, 0.0, 100.0),
         "wind": ([0.0] * 3, [-15.0] * 3, [15.0] * 3),
     }
-    found = ParameterDict()
+    found = sysid.ParameterDict()
     for name, (stated, low, high) in told.items():
-        found.add(Parameter(name, stated, low, high))
+        found.add(sysid.Parameter(name, stated, low, high))
     return found
 
 
@@ -171,7 +213,7 @@ class Residual:
 
     def __init__(self, flight: Flight) -> None:
         """Prepare starts and what was measured."""
-        import mujoco
+        mujoco: Any = importlib.import_module("mujoco")
 
         self.flight, self.spec = flight, mujoco.MjSpec.from_string(flight.xml())
         self.starts, self.rows = windows(flight)
@@ -190,7 +232,8 @@ class Residual:
 
     def of(self, x: Floats, params: Any) -> Floats:
         """Residuals over noise, and those of the priors."""
-        from mujoco import MjData, rollout
+        mujoco: Any = importlib.import_module("mujoco")
+        rollout: Any = importlib.import_module("mujoco.rollout")
 
         params.update_from_vector(x)
         value = {name: np.asarray(params[name].value, float) for name in names(params)}
@@ -210,7 +253,7 @@ class Residual:
             self.orders = {delay: np.array([self.commands(flight.time[r] + grid - delay)
                                             for r in self.rows])} | self.orders  # fmt: skip
         orders = self.orders[delay]
-        _, sensed = rollout.rollout(model, MjData(model), self.starts, orders)
+        _, sensed = rollout.rollout(model, mujoco.MjData(model), self.starts, orders)
         told = np.asarray(sensed)[:, SUB - 1 :: SUB]
         parts = []
         late = float(value["sensor_delay"][0]) / flight.step
@@ -245,12 +288,14 @@ class Residual:
         delayed = told[low, 7:] * (1 - share) + told[low + 1, 7:] * share
         pose = told[picked]
         turn = 2.0 * attitude_error(pose[:, 3:7], seen[:, 3:7])
-        gyro = (delayed[:, :3] + value["gyroscope_bias"] - seen[:, 7:10]) / 0.01
-        force = (delayed[:, 3:] + value["accelerometer_bias"] - seen[:, 10:13]) / 0.08
-        return np.concatenate(
-            [((pose[:, :3] - seen[:, :3]) / 0.003).ravel(), (turn / 0.004).ravel(),
-             gyro.ravel(), force.ravel()]
-        )  # fmt: skip
+        noise = self.flight.noise
+        parts = {
+            "position": pose[:, :3] - seen[:, :3],
+            "orientation": turn,
+            "angular_velocity": delayed[:, :3] + value["gyroscope_bias"] - seen[:, 7:10],
+            "specific_force": delayed[:, 3:] + value["accelerometer_bias"] - seen[:, 10:13],
+        }
+        return np.concatenate([(part / noise[name]).ravel() for name, part in parts.items()])
 
 
 def names(params: Any) -> list[str]:
@@ -261,19 +306,20 @@ def names(params: Any) -> list[str]:
 def attitude_error(a: Floats, b: Floats) -> Floats:
     """Vector part of conj(b) a, quaternions w, x, y, z."""
     vector = b[:, :1] * a[:, 1:] - a[:, :1] * b[:, 1:] - np.cross(b[:, 1:], a[:, 1:])
-    return vector * np.sign(np.sum(a * b, axis=1))[:, None]
+    out: Floats = vector * np.sign(np.sum(a * b, axis=1))[:, None]
+    return out
 
 
 def declared(flight: Flight) -> tuple[str, ...]:
     """Fit all parameters and return the effects of those that left their stated value."""
-    from mujoco.sysid import calculate_intervals, optimize
+    sysid: Any = importlib.import_module("mujoco.sysid")
 
     begin, residual = parameters(flight), Residual(flight)
     stated = begin.as_vector().copy()
     with contextlib.redirect_stdout(io.StringIO()):
-        found, result = optimize(begin, residual, verbose=False, max_iters=MOST, eps=1e-4)
+        found, result = sysid.optimize(begin, residual, verbose=False, max_iters=MOST, eps=1e-4)
     left, _, _ = residual(found.as_vector(), found)
-    _, half = calculate_intervals(left, np.asarray(result.jac), alpha=LEVEL / len(stated))
+    _, half = sysid.calculate_intervals(left, np.asarray(result.jac), alpha=LEVEL / len(stated))
     moved = np.abs(found.as_vector() - stated) > half
     effects, first = [], 0
     for name in names(begin):
@@ -286,23 +332,33 @@ def declared(flight: Flight) -> tuple[str, ...]:
     return tuple(effects)
 
 
+def answer(effects: tuple[str, ...]) -> dict[str, Any]:
+    """Return an answer in the form of ``diagnosis.json``."""
+    verdict = "named" if effects else "nothing_missing"
+    return {"verdict": verdict, "effects": [{"name": n, "parameters": {}} for n in effects]}
+
+
 def main() -> None:
     """Answer the cases that were asked for."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("set", type=Path)
-    parser.add_argument("out", type=Path)
+    parser.add_argument("set", type=Path, nargs="?")
+    parser.add_argument("out", type=Path, nargs="?")
     parser.add_argument("--only", nargs="*", default=[])
+    parser.add_argument("--log", type=Path)
     asked = parser.parse_args()
+    if asked.log is not None:
+        print(json.dumps(answer(declared(Flight.of_log(asked.log)))))
+        return
+    if asked.set is None or asked.out is None:
+        parser.error("give SET and OUT, or --log FOLDER")
     for path in sorted(asked.set.glob("cases/*/truth.yaml")):
         case, begin = path.parent, time.perf_counter()
         if asked.only and case.name not in asked.only:
             continue
-        effects = declared(Flight(case))
+        effects = declared(Flight.of_case(case))
         place = asked.out / case.name
         place.mkdir(parents=True, exist_ok=True)
-        told: dict[str, Any] = {"verdict": "named" if effects else "nothing_missing"}
-        told["effects"] = [{"name": n, "parameters": {}} for n in effects]
-        (place / "diagnosis.json").write_text(json.dumps(told), encoding="utf-8")
+        (place / "diagnosis.json").write_text(json.dumps(answer(effects)), encoding="utf-8")
         print(case.name, f"{time.perf_counter() - begin:.0f} s", *effects, flush=True)
 
 

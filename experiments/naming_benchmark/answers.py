@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.sysid.candidates.parameters import Candidate, CandidateSet
@@ -142,11 +143,12 @@ def _curved(problem: Problem) -> dict[str, dict[str, float]]:
     return {candidate.name: start for candidate, start in reversed(found)}
 
 
-Sparsifier = Callable[[Floats, Floats, float], Floats]
+Kept = NDArray[np.int64]
+Sparsifier = Callable[[Floats, Floats, float], Kept]
 """Columns that sparse regression keeps, of columns of length one, a residual and a threshold."""
 
 
-def stlsq(unit: Floats, residual: Floats, least: float) -> Floats:
+def stlsq(unit: Floats, residual: Floats, least: float) -> Kept:
     """Sequentially thresholded least squares: refit without small coefficients."""
     kept = np.arange(unit.shape[1])
     for _ in range(20):
@@ -158,11 +160,11 @@ def stlsq(unit: Floats, residual: Floats, least: float) -> Floats:
     return kept
 
 
-def stlsq_of_pysindy(unit: Floats, residual: Floats, least: float) -> Floats:
+def stlsq_of_pysindy(unit: Floats, residual: Floats, least: float) -> Kept:
     """The same by pysindy, as a check."""
     found = importlib.import_module("pysindy.optimizers")
     fit = found.STLSQ(threshold=least, alpha=RIDGE, unbias=False).fit(unit, residual[:, None])
-    kept: Floats = np.flatnonzero(fit.coef_[0])
+    kept: Kept = np.flatnonzero(fit.coef_[0])
     return kept
 
 

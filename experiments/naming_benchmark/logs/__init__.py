@@ -1,0 +1,1 @@
+"""Public logs of `seals benchmark`, one folder each."""

@@ -1,0 +1,1 @@
+"""Public log of `seals benchmark`: auv_calm."""

@@ -1,0 +1,1 @@
+"""Public log of `seals benchmark`: crossing_thrust."""

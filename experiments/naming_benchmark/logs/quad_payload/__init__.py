@@ -1,0 +1,1 @@
+"""Public log of `seals benchmark`: quad_payload."""
