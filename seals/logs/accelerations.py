@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.frames import conjugate, matrix_of, multiply, normalised, rotate, rotation_vector
-from seals.logs.local_polynomials import local_polynomial
 from seals.logs.log import Log
 from seals.logs.resample import one_sign
 
@@ -69,8 +68,11 @@ def _whole(log: Log, stem: str) -> bool:
 
 def second_derivative(position: Floats) -> Floats:
     """Return the second derivative of local cubic polynomials, shape (T, k)."""
+    from scipy.signal import savgol_filter
+
     width = int(_WINDOW / STEP) | 1
-    return local_polynomial(position, width, 3, derivative=2, step=STEP)
+    found: Floats = savgol_filter(position, width, 3, deriv=2, delta=STEP, axis=0)
+    return found
 
 
 def filtered_alike(acceleration: Floats) -> Floats:

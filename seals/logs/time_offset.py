@@ -13,7 +13,6 @@ from seals.logs.accelerations import (
     attitude_rates,
     even,
 )
-from seals.logs.local_polynomials import local_polynomial
 from seals.logs.log import Log
 
 _LONGEST = 0.5
@@ -134,4 +133,7 @@ def _cut(values: Floats, there: NDArray[np.bool_]) -> Floats:
 
 
 def _smooth(values: Floats) -> Floats:
-    return local_polynomial(values, _SMOOTH, 2)
+    from scipy.signal import savgol_filter
+
+    found: Floats = savgol_filter(values, _SMOOTH, 2, axis=0)
+    return found

@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 from importlib import resources
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 from seals.errors import RobotError, suggestion
 from seals.hydrostatics.meshes import refuse_strange_format
 from seals.hydrostatics.references import refuse_elsewhere
-from seals.robot.urdf_elements import Elements
 
 MOST_BYTES = 50_000_000
 """Largest mesh that is loaded [bytes]."""
@@ -31,11 +31,15 @@ def _relative(name: str) -> str:
     return name.removeprefix("file://").removeprefix("package://")
 
 
-def refuse_bad_meshes(path: Path, robot: Elements) -> None:
+def refuse_bad_meshes(path: Path, robot: Any) -> None:
     """Refuse meshes that are missing, outside the robot's folder, or too large."""
     folder = path.parent.resolve()
     for link in robot.links:
-        for name in link.meshes:
+        for part in (*link.visuals, *link.collisions):
+            mesh = None if part.geometry is None else part.geometry.mesh
+            if mesh is None:
+                continue
+            name = str(mesh.filename)
             where = f"URDF {path}: link '{link.name}': mesh '{name}'"
             target = (folder / _relative(name)).resolve()
             if not target.is_relative_to(_root(folder)):

@@ -6,6 +6,7 @@ import os
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +14,6 @@ from seals.arrays import Floats
 from seals.errors import RobotError, suggestion
 from seals.robot.meshes import refuse_bad_meshes, refuse_names_elsewhere
 from seals.robot.structure import check_structure
-from seals.robot.urdf_elements import Elements, Joint, Link, elements_of
 
 MOST_BYTES = 5_000_000
 MOST_LINKS = 500
@@ -129,15 +129,26 @@ def _text_of(path: Path) -> bytes:
     return raw
 
 
-def _parse(path: Path, raw: bytes) -> Elements:
-    """Links and joints of the file."""
+def _parse(path: Path, raw: bytes) -> Any:
+    """Robot description of yourdfpy, without meshes."""
+    import io
+
+    from lxml.etree import LxmlError
+    from yourdfpy import URDF
+
     try:
-        robot = elements_of(raw)
-    except ValueError as cause:
+        loaded = URDF.load(
+            io.BytesIO(raw),
+            build_scene_graph=False,
+            load_meshes=False,
+            build_collision_scene_graph=False,
+        )
+    except (LxmlError, ValueError, TypeError, KeyError, AttributeError, IndexError) as cause:
         text = " ".join(str(cause).split())[:200]
         raise RobotError(
             f"URDF {path} cannot be read: {text}.\nCheck it against the URDF specification."
         ) from cause
+    robot = loaded.robot
     if not robot.links:
         raise RobotError(
             f"URDF {path} has no links.\nIt must hold one <robot> element with at least one <link>."
@@ -147,14 +158,17 @@ def _parse(path: Path, raw: bytes) -> Elements:
     return robot
 
 
-def _link(path: Path, link: Link) -> UrdfLink:
+def _link(path: Path, link: Any) -> UrdfLink:
     """Mass properties of one link, turned into link axes and checked."""
-    out = UrdfLink(name=link.name, collides=bool(link.collisions))
+    out = UrdfLink(name=str(link.name), collides=bool(link.collisions))
     if link.inertial is None:
         return out
     where = f"URDF {path}: link '{out.name}'"
-    pose, inertia = link.inertial.pose, link.inertial.inertia
-    out.mass = link.inertial.mass
+    pose = (
+        np.eye(4) if link.inertial.origin is None else np.asarray(link.inertial.origin, dtype=float)
+    )
+    out.mass = float(link.inertial.mass)
+    inertia = np.asarray(link.inertial.inertia, dtype=float)
     if out.mass < 0.0:
         raise RobotError(
             f"{where}: mass {out.mass:g} kg is negative.\nAllowed: zero (a frame) or more."
@@ -182,12 +196,14 @@ def _check_inertia(where: str, link: UrdfLink) -> None:
         )
 
 
-def _joint(path: Path, joint: Joint) -> UrdfJoint:
+def _joint(path: Path, joint: Any) -> UrdfJoint:
     """One joint, checked."""
     where = f"URDF {path}: joint '{joint.name}'"
-    kind, pose, axis = joint.kind, joint.pose, joint.axis
+    kind = str(joint.type)
     if kind not in (*_MOVING, "fixed"):
         raise RobotError(f"{where} has the type '{kind}'.\n{suggestion(kind, [*_MOVING, 'fixed'])}")
+    pose = np.eye(4) if joint.origin is None else np.asarray(joint.origin, dtype=float)
+    axis = np.array([1.0, 0.0, 0.0]) if joint.axis is None else np.asarray(joint.axis, dtype=float)
     length = float(np.linalg.norm(axis))
     if not np.all(np.isfinite(pose)) or (
         kind in _MOVING and not (np.isfinite(length) and length > 1e-9)
@@ -195,17 +211,17 @@ def _joint(path: Path, joint: Joint) -> UrdfJoint:
         raise RobotError(
             f"{where}: origin or axis is not finite, or the axis is zero.\nGive a unit axis."
         )
-    lower, upper = joint.lower, joint.upper
-    if kind == "continuous" or lower is None or upper is None:
-        lower, upper = -np.inf, np.inf
+    limit = joint.limit
+    free = kind == "continuous" or limit is None or limit.lower is None or limit.upper is None
+    lower, upper = (-np.inf, np.inf) if free else (float(limit.lower), float(limit.upper))
     if lower > upper:
         raise RobotError(
             f"{where}: the lower limit {lower:g} is above the upper limit {upper:g}.\nSwap them."
         )
     return UrdfJoint(
-        name=joint.name,
-        parent=joint.parent,
-        child=joint.child,
+        name=str(joint.name),
+        parent=str(joint.parent),
+        child=str(joint.child),
         moves=kind in _MOVING,
         prismatic=_MOVING.get(kind, False),
         origin=pose[:3, 3],
