@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from seals.errors import LogError
 from seals.logs.log import Log
 from seals.schema import parameters_of
 from seals.sound_numbers import refuse_undefined, trials
@@ -262,6 +264,12 @@ def diagnose(
     problem = prepare(join_logs(logs), policy=policy, robot=robot)
     say(1)
     found = search_log(problem, processes=processes, tell=lambda done: say(1 + done))
+    if found.best.fit.cost == math.inf and math.isfinite(found.best.misfit):
+        # differences of products that are all too large: rounding decides from here on
+        raise LogError(
+            "the fits run out of digits along this log: the model rolls away from the stated start."
+            "\nGive a measured pose or velocity, a shorter span, or a start that is less certain."
+        )
     if searched is not None:
         searched(problem, found)
     answer = decide(problem, found, processes=processes)

@@ -18,6 +18,9 @@ from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.residual_force.free import FreeWindows
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
+_ROUNDING = 1e-12
+"""Least eigenvalue of a block, as a share of its largest, that is no rounding."""
+
 ROUNDS = 2
 """Times the tolerances are fitted anew."""
 
@@ -140,8 +143,14 @@ class Evidence:
 
     def _without(self, prior: Floats) -> Floats:
         m = self._force
-        lower = np.linalg.cholesky(_even(self.gram[:, :m, :m] + prior))
-        absorbed = np.linalg.solve(lower, self.gram[:, :m])
+        block = self.gram[:, :m, :m] + prior
+        scale = np.sqrt(np.maximum(np.einsum("wii->wi", block), np.finfo(float).tiny))[:, :, None]
+        # forces and torques differ by decades, and a start that is stated exactly weighs more than
+        # rounding allows: of a unit diagonal, what lies below rounding is held there
+        level, axes = np.linalg.eigh(block / scale / scale.transpose(0, 2, 1))
+        level = np.maximum(level, _ROUNDING * level[:, -1:])
+        absorbed = axes.transpose(0, 2, 1) @ (self.gram[:, :m] / scale)
+        absorbed /= np.sqrt(level)[:, :, None]
         table: Floats = self.gram - np.matmul(absorbed.transpose(0, 2, 1), absorbed)
         return table
 
