@@ -35,7 +35,9 @@ def relinearise(
     out = list(tried)
     least = problem.policy.relinearise
     least = max(least, hopeful(out[0].score, base)) if out else least
-    chosen = [i for i, h in enumerate(out[: problem.budget.relinearised]) if h.score > least]
+    # a fit that was caught on its way stands about its own values already, and takes no place
+    still = [i for i, h in enumerate(out) if not _about_own_values(h)]
+    chosen = [i for i in still[: problem.budget.relinearised] if out[i].score > least]
 
     def work(i: int) -> tuple[Fit, Linearisation]:
         found = refit_about_own_values(problem, nominal, out[i])
@@ -57,6 +59,11 @@ def relinearise(
             if loser is not None:
                 loser.fitter.release()
     return sorted(out, key=lambda h: -h.score)
+
+
+def _about_own_values(hypothesis: EvidenceHypothesis) -> bool:
+    """Return true if the effect that was added last has values in the linearisation."""
+    return any(key in hypothesis.fitter.at for key in hypothesis.candidates[-1].all_keys)
 
 
 def refit_about_own_values(

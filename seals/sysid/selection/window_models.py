@@ -42,6 +42,9 @@ from seals.sysid.selection.relinearised import refit_about_own_values, relineari
 from seals.sysid.selection.search import Refinement, Search
 from seals.sysid.selection.shortlist import Job, better_known, fitted, refined
 
+_NOMINAL_ROUNDS = 4
+"""Times that the nominal fit is repeated about its own values, at most."""
+
 
 class WindowModels:
     """Models of a log fitted to short windows, scored by their Laplace evidence.
@@ -306,20 +309,26 @@ def _about_moved_numbers(problem: Problem, nominal: EvidenceHypothesis) -> Evide
     About the stated value the response to a lag is that of another lag: every effect that is fitted
     beside it, about values of its own, would take the credit for the better response.
     """
-    policy, known = problem.policy, problem.plant.candidate_set
-    late = known.sensor_delay
-    at = {k: v for k, v in nominal.fit.values.items() if k != late}
-    far = any(abs(v) > policy.tolerances * known.parameters[k].tolerance for k, v in at.items())
+    policy, late = problem.policy, problem.plant.candidate_set.sensor_delay
+    if not problem.samples.posed or problem.impact:
+        return nominal
+    moved = nominal.fitter.start(()).cost - nominal.fit.cost > policy.relinearise
     # what an effect leaves moves the numbers anywhere, and the responses there are no better
-    far = far and nominal.misfit < policy.misfit_trusted
-    if not far or not problem.samples.posed or problem.impact:
+    if not moved or nominal.misfit > policy.misfit_trusted:
         return nominal
-    before = nominal.fitter
-    fitter = linearise_model(problem.plant, before.trajectory, at, gusts=before.windows.gusts)
-    fit = fitter.fit((), around=nominal.fit.values)
-    if not fit.cost < nominal.fit.cost - policy.relinearise:
-        return nominal
-    return EvidenceHypothesis(candidates=(), fit=fit, fitter=fitter, score=0.0)
+    first = nominal
+    for _ in range(_NOMINAL_ROUNDS):
+        before = nominal.fitter
+        at = {k: v for k, v in nominal.fit.values.items() if k != late}
+        fitter = linearise_model(problem.plant, before.trajectory, at, gusts=before.windows.gusts)
+        fit = fitter.fit((), around=nominal.fit.values)
+        gain = nominal.fit.cost - fit.cost
+        if not gain > 0.0:
+            break
+        nominal = EvidenceHypothesis(candidates=(), fit=fit, fitter=fitter, score=0.0)
+        if gain < policy.screen:
+            break
+    return nominal if nominal.fit.cost < first.fit.cost - policy.evidence else first
 
 
 def repeat_worse_fits(
