@@ -35,9 +35,11 @@ def relinearise(
     out = list(tried)
     least = problem.policy.relinearise
     least = max(least, hopeful(out[0].score, base)) if out else least
-    # a fit that was caught on its way stands about its own values already, and takes no place
+    # a fit that was caught on its way stands near its own values already, and takes no place
+    most = problem.budget.relinearised
     still = [i for i, h in enumerate(out) if not _about_own_values(h)]
-    chosen = [i for i in still[: problem.budget.relinearised] if out[i].score > least]
+    places = sorted({*range(len(out[:most])), *still[:most]})
+    chosen = [i for i in places if out[i].score > least]
 
     def work(i: int) -> tuple[Fit, Linearisation]:
         found = refit_about_own_values(problem, nominal, out[i])

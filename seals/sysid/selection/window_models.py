@@ -310,7 +310,8 @@ def _about_moved_numbers(problem: Problem, nominal: EvidenceHypothesis) -> Evide
     beside it, about values of its own, would take the credit for the better response.
     """
     policy, late = problem.policy, problem.plant.candidate_set.sensor_delay
-    if not problem.samples.posed or problem.impact:
+    # on an arm the slope of dry friction belongs to the dynamics, and is taken where it was stated
+    if not problem.samples.posed or problem.impact or problem.vehicle.servo:
         return nominal
     moved = nominal.fitter.start(()).cost - nominal.fit.cost > policy.relinearise
     # what an effect leaves moves the numbers anywhere, and the responses there are no better
@@ -328,7 +329,7 @@ def _about_moved_numbers(problem: Problem, nominal: EvidenceHypothesis) -> Evide
         nominal = EvidenceHypothesis(candidates=(), fit=fit, fitter=fitter, score=0.0)
         if gain < policy.screen:
             break
-    return nominal if nominal.fit.cost < first.fit.cost - policy.evidence else first
+    return nominal if nominal.fit.cost < first.fit.cost - policy.relinearise else first
 
 
 def repeat_worse_fits(
