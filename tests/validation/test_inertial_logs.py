@@ -27,7 +27,7 @@ START = {
 """Of the flight with a wind and a weak rotor, as its pose says."""
 
 
-def test_a_model_that_rolls_away_is_told_and_not_a_matrix(
+def test_a_model_that_rolls_away_from_its_start_says_what_would_hold_it(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Four seconds in a wind that the model lacks, from an exact start, run out of digits."""
@@ -52,5 +52,4 @@ def test_a_model_that_rolls_away_is_told_and_not_a_matrix(
     out = f"out={tmp_path / 'answer'}"
     assert main(["diagnose", flight, robot, out, "report=false", "plan=false"]) != 0
     said = capsys.readouterr().out
-    assert "LinAlgError" not in said
-    assert "Give a measured pose or velocity" in said or "Cannot tell" in said
+    assert "measure pose or velocity" in said or "Give a measured pose or velocity" in said

@@ -30,7 +30,11 @@ ANSWER = "diagnosis.json"
 _STEP = 32
 """Ticks of the progress bar a stage."""
 STAGES = 6
-_ADVICE = "Give a longer log, or look for numbers far from all others."
+_ADVICE = (
+    "Give a longer log, or look for numbers far from all others; a log without a pose is followed "
+    "from its stated start: measure pose or velocity, cut a shorter span, or state the start less "
+    "exactly."
+)
 
 
 def execute(config: Any) -> int:
