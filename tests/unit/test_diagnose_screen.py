@@ -10,7 +10,8 @@ import numpy as np
 from seals.logs.native import read_native
 from seals.logs.shipped import shipped_logs
 from seals.sysid.predictors.problem import _parts, prepare
-from seals.sysid.selection.window_models import estimate_disturbance, linear_screen
+from seals.sysid.selection.nominal_model import estimate_disturbance
+from seals.sysid.selection.window_models import linear_screen
 
 
 def test_what_starts_elsewhere_is_always_fitted() -> None:

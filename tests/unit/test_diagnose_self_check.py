@@ -14,7 +14,7 @@ from seals.sysid.predictors.problem import Problem, prepare
 from seals.sysid.scores import self_check as module
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, scored
 from seals.sysid.scores.self_check import self_check, simulated_readings, tipped
-from seals.sysid.selection.window_models import repeat_worse_fits
+from seals.sysid.selection.relinearised import repeat_worse_fits
 
 ROWS = 400
 
@@ -82,5 +82,8 @@ def test_a_fit_with_one_more_effect_is_never_left_worse_than_without(
     caught = base.fitter.fit(keys, start=far, iterations=0, coarse=True)
     assert caught.cost > base.fit.cost + 100.0
     chosen = {payload.label: (payload, caught, base.fitter)}
-    repeat_worse_fits(base, chosen, 1)
+    stated = EvidenceHypothesis(
+        candidates=(), fit=problem.fitter.fit(()), fitter=problem.fitter, score=0.0
+    )
+    repeat_worse_fits(problem, stated, base, chosen, 1)
     assert chosen[payload.label][1].cost < base.fit.cost + 1.0

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.parallel import spread
+from seals.sysid.predictors.linear_screen import candidate_keys
 from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.predictors.problem import (
     Linearisation,
@@ -13,6 +15,7 @@ from seals.sysid.predictors.problem import (
     follow_measurements,
     linearise_model,
 )
+from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, scored
 from seals.sysid.selection.sensor_delay import estimate_sensor_delay
 from seals.sysid.selection.shortlist import hopeful
@@ -88,3 +91,46 @@ def refit_about_own_values(
         if abs(before.cost - fit.cost) < _SETTLED:
             break
     return scored(hypothesis.candidates, replace(fit, known=known), fitter, nominal)
+
+
+def repeat_worse_fits(
+    problem: Problem,
+    nominal: EvidenceHypothesis,
+    base: EvidenceHypothesis,
+    chosen: dict[str, tuple[Candidate, Fit, Fitter]],
+    processes: int,
+) -> None:
+    """Repeat the fits that are worse than the base, in place.
+
+    A model with one more effect holds the one without it: a worse fit was caught on its way. It
+    starts again from the base's values; where it is caught again, the responses of the tolerances
+    are taken about its own values. A load beside the centre is balanced by torques that the base
+    does not know: the base's response to an inertia is wrong beside it.
+    """
+
+    def caught(by: float) -> list[Candidate]:
+        return [c for c, fit, _ in chosen.values() if fit.cost > base.fit.cost + by]
+
+    models = [(*base.candidates, c) for c in caught(0.0)]
+
+    def work(model: tuple[Candidate, ...]) -> Fit:
+        fitter = base.fitter.acting(model)
+        return fitter.fit(candidate_keys(model), around=base.fit.values, coarse=True)
+
+    for model, fit in zip(models, spread(work, models, processes), strict=True):
+        if fit.cost < chosen[model[-1].label][1].cost:
+            chosen[model[-1].label] = (model[-1], fit, base.fitter.acting(model))
+    if problem.impact or not problem.samples.posed:
+        return
+    # the base's own responses are no better: a little worse is no sign
+    again = caught(problem.policy.screen_near)
+
+    def about(candidate: Candidate) -> tuple[Fit, Linearisation]:
+        _, fit, fitter = chosen[candidate.label]
+        at = scored((*base.candidates, candidate), fit, fitter, nominal)
+        found = refit_about_own_values(problem, nominal, at)
+        return found.fit, Linearisation.of(found.fitter)
+
+    for one, (fit, place) in zip(again, spread(about, again, processes), strict=True):
+        if fit.cost < chosen[one.label][1].cost:
+            chosen[one.label] = (one, fit, place.fitter(chosen[one.label][2].plant))

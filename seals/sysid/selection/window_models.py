@@ -16,10 +16,8 @@ from seals.sysid.predictors.linear_screen import (
     screen,
 )
 from seals.sysid.predictors.normal_equations import Fit
-from seals.sysid.predictors.plant import nonzero
 from seals.sysid.predictors.problem import (
     LATE,
-    Linearisation,
     Problem,
     follow_measurements,
     linearise_model,
@@ -32,18 +30,20 @@ from seals.sysid.scores.disturbance_level import disturbance_level
 from seals.sysid.scores.held_out import held_out_fall, held_out_misfit
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant, scored
 from seals.sysid.selection.initial_guesses import initial_guesses
+from seals.sysid.selection.nominal_model import estimate_disturbance
 from seals.sysid.selection.onsets import (
     in_place_of_timed,
     may_act_for_a_time,
     proposals,
     retimed,
 )
-from seals.sysid.selection.relinearised import refit_about_own_values, relinearise
+from seals.sysid.selection.relinearised import (
+    refit_about_own_values,
+    relinearise,
+    repeat_worse_fits,
+)
 from seals.sysid.selection.search import Refinement, Search
 from seals.sysid.selection.shortlist import Job, better_known, fitted, refined
-
-_NOMINAL_ROUNDS = 4
-"""Times that the nominal fit is repeated about its own values, at most."""
 
 
 class WindowModels:
@@ -282,97 +282,6 @@ def refit_nominal(
     found += extensions(problem, moved, moved, processes=processes)
     best = {h.label: h for h in sorted(found, key=lambda h: h.score)}
     return moved, tuple(sorted(best.values(), key=lambda h: -h.score))
-
-
-def estimate_disturbance(problem: Problem) -> EvidenceHypothesis:
-    """Fit the nominal model at the most likely level of the gusts."""
-    fitter = problem.fitter
-    nominal = EvidenceHypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
-    late = problem.plant.candidate_set.sensor_delay
-    at = {k: v for k, v in nominal.fit.values.items() if k != late}
-    if problem.plant.friction(nonzero(at), fitter.trajectory.joint_velocity) is not None:
-        # the slope of dry friction belongs to the dynamics
-        fitter = linearise_model(problem.plant, fitter.trajectory, at, gusts=fitter.windows.gusts)
-        nominal = EvidenceHypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
-    nominal = _about_moved_numbers(problem, nominal)
-    fitter = nominal.fitter
-    found = disturbance_level(nominal)
-    if not 1.0 < found.level <= problem.policy.disturbance_admitted:
-        return nominal
-    fitter = rewindowed(fitter, gusts=found.level)
-    return EvidenceHypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
-
-
-def _about_moved_numbers(problem: Problem, nominal: EvidenceHypothesis) -> EvidenceHypothesis:
-    """Repeat the nominal fit about its own values where a stated number has moved far.
-
-    About the stated value the response to a lag is that of another lag: every effect that is fitted
-    beside it, about values of its own, would take the credit for the better response.
-    """
-    policy, late = problem.policy, problem.plant.candidate_set.sensor_delay
-    # on an arm the slope of dry friction belongs to the dynamics, and is taken where it was stated
-    if not problem.samples.posed or problem.impact or problem.vehicle.servo:
-        return nominal
-    moved = nominal.fitter.start(()).cost - nominal.fit.cost > policy.relinearise
-    # what an effect leaves moves the numbers anywhere, and the responses there are no better
-    if not moved or nominal.misfit > policy.misfit_trusted:
-        return nominal
-    first = nominal
-    for _ in range(_NOMINAL_ROUNDS):
-        before = nominal.fitter
-        at = {k: v for k, v in nominal.fit.values.items() if k != late}
-        fitter = linearise_model(problem.plant, before.trajectory, at, gusts=before.windows.gusts)
-        fit = fitter.fit((), around=nominal.fit.values)
-        gain = nominal.fit.cost - fit.cost
-        if not gain > 0.0:
-            break
-        nominal = EvidenceHypothesis(candidates=(), fit=fit, fitter=fitter, score=0.0)
-        if gain < policy.screen:
-            break
-    return nominal if nominal.fit.cost < first.fit.cost - policy.relinearise else first
-
-
-def repeat_worse_fits(
-    problem: Problem,
-    nominal: EvidenceHypothesis,
-    base: EvidenceHypothesis,
-    chosen: dict[str, tuple[Candidate, Fit, Fitter]],
-    processes: int,
-) -> None:
-    """Repeat the fits that are worse than the base, in place.
-
-    A model with one more effect holds the one without it: a worse fit was caught on its way. It
-    starts again from the base's values; where it is caught again, the responses of the tolerances
-    are taken about its own values. A load beside the centre is balanced by torques that the base
-    does not know: the base's response to an inertia is wrong beside it.
-    """
-
-    def caught(by: float) -> list[Candidate]:
-        return [c for c, fit, _ in chosen.values() if fit.cost > base.fit.cost + by]
-
-    models = [(*base.candidates, c) for c in caught(0.0)]
-
-    def work(model: tuple[Candidate, ...]) -> Fit:
-        fitter = base.fitter.acting(model)
-        return fitter.fit(candidate_keys(model), around=base.fit.values, coarse=True)
-
-    for model, fit in zip(models, spread(work, models, processes), strict=True):
-        if fit.cost < chosen[model[-1].label][1].cost:
-            chosen[model[-1].label] = (model[-1], fit, base.fitter.acting(model))
-    if problem.impact or not problem.samples.posed:
-        return
-    # the base's own responses are no better: a little worse is no sign
-    again = caught(problem.policy.screen_near)
-
-    def about(candidate: Candidate) -> tuple[Fit, Linearisation]:
-        _, fit, fitter = chosen[candidate.label]
-        at = scored((*base.candidates, candidate), fit, fitter, nominal)
-        found = refit_about_own_values(problem, nominal, at)
-        return found.fit, Linearisation.of(found.fitter)
-
-    for one, (fit, place) in zip(again, spread(about, again, processes), strict=True):
-        if fit.cost < chosen[one.label][1].cost:
-            chosen[one.label] = (one, fit, place.fitter(chosen[one.label][2].plant))
 
 
 def extensions(

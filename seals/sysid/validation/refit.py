@@ -30,7 +30,7 @@ from seals.sysid.predictors.problem import (
     typical_speeds,
 )
 from seals.sysid.predictors.windows_fit import Fitter
-from seals.sysid.selection.window_models import estimate_disturbance
+from seals.sysid.selection.nominal_model import estimate_disturbance
 from seals.sysid.validation.answer import Finding
 
 _LATE = 2e-3

@@ -1,0 +1,59 @@
+"""Nominal model of a log: stated numbers fitted within their tolerances, gusts at their level."""
+
+from __future__ import annotations
+
+from seals.sysid.predictors.plant import nonzero
+from seals.sysid.predictors.problem import Problem, linearise_model, rewindowed
+from seals.sysid.scores.disturbance_level import disturbance_level
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
+
+_NOMINAL_ROUNDS = 4
+"""Times that the nominal fit is repeated about its own values, at most."""
+
+
+def estimate_disturbance(problem: Problem) -> EvidenceHypothesis:
+    """Fit the nominal model at the most likely level of the gusts."""
+    fitter = problem.fitter
+    nominal = EvidenceHypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
+    late = problem.plant.candidate_set.sensor_delay
+    at = {k: v for k, v in nominal.fit.values.items() if k != late}
+    if problem.plant.friction(nonzero(at), fitter.trajectory.joint_velocity) is not None:
+        # the slope of dry friction belongs to the dynamics
+        fitter = linearise_model(problem.plant, fitter.trajectory, at, gusts=fitter.windows.gusts)
+        nominal = EvidenceHypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
+    nominal = _about_moved_numbers(problem, nominal)
+    fitter = nominal.fitter
+    found = disturbance_level(nominal)
+    if not 1.0 < found.level <= problem.policy.disturbance_admitted:
+        return nominal
+    fitter = rewindowed(fitter, gusts=found.level)
+    return EvidenceHypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
+
+
+def _about_moved_numbers(problem: Problem, nominal: EvidenceHypothesis) -> EvidenceHypothesis:
+    """Repeat the nominal fit about its own values where a stated number has moved far.
+
+    About the stated value the response to a lag is that of another lag: every effect that is fitted
+    beside it, about values of its own, would take the credit for the better response.
+    """
+    policy, late = problem.policy, problem.plant.candidate_set.sensor_delay
+    # on an arm the slope of dry friction belongs to the dynamics, and is taken where it was stated
+    if not problem.samples.posed or problem.impact or problem.vehicle.servo:
+        return nominal
+    moved = nominal.fitter.start(()).cost - nominal.fit.cost > policy.relinearise
+    # what an effect leaves moves the numbers anywhere, and the responses there are no better
+    if not moved or nominal.misfit > policy.misfit_trusted:
+        return nominal
+    first = nominal
+    for _ in range(_NOMINAL_ROUNDS):
+        before = nominal.fitter
+        at = {k: v for k, v in nominal.fit.values.items() if k != late}
+        fitter = linearise_model(problem.plant, before.trajectory, at, gusts=before.windows.gusts)
+        fit = fitter.fit((), around=nominal.fit.values)
+        gain = nominal.fit.cost - fit.cost
+        if not gain > 0.0:
+            break
+        nominal = EvidenceHypothesis(candidates=(), fit=fit, fitter=fitter, score=0.0)
+        if gain < policy.screen:
+            break
+    return nominal if nominal.fit.cost < first.fit.cost - policy.relinearise else first
