@@ -233,8 +233,8 @@ ROLES_AND_READERS: dict[str, Guard] = {
     ),
     "numbers of a diagnosis": Guard(
         "seals.sysid.report.application",
-        'with sound_numbers("a diagnosis", _ADVICE), trials():',
-        "with trials():",
+        'with sound_numbers("a diagnosis", _ADVICE), trials(), _LeftOver(processes) as beside:',
+        "with trials(), _LeftOver(processes) as beside:",
         NUMBERS,
         "without_a_solution",
     ),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from seals.errors import ConfigError
+from seals.untrusted_io import read_text
 
 BEGIN, END = "<!-- benchmark: begin -->", "<!-- benchmark: end -->"
 
@@ -15,7 +16,7 @@ def into_page(page: Path, text: str) -> None:
     Raises:
         ConfigError: the page has no such marks.
     """
-    old = page.read_text(encoding="utf-8")
+    old = read_text(page)
     before, begin, rest = old.partition(BEGIN)
     _, end, after = rest.partition(END)
     if not begin or not end:

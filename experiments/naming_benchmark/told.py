@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import yaml
-
-from seals.errors import ConfigError
+from seals.errors import ConfigError, LogError
+from seals.untrusted_io import read_json, read_yaml
 
 REFUSED = ("none_of_these", "cannot_tell", "ambiguous", "bad_data")
 SIDE = {"linear_drag": {"angular_drag"}, "quadratic_drag": {"angular_drag"}}
@@ -48,7 +46,7 @@ def beside(want: set[str]) -> set[str]:
 
 def read_truth(folder: Path) -> dict[str, Any]:
     """Read what is hidden in one of the public logs."""
-    found: dict[str, Any] = yaml.safe_load((folder / "truth.yaml").read_text(encoding="utf-8"))
+    found: dict[str, Any] = read_yaml(folder / "truth.yaml")
     return found
 
 
@@ -59,9 +57,9 @@ def read_answer(path: Path) -> dict[str, Any]:
         ConfigError: it is no answer in the form of ``diagnosis.json``.
     """
     try:
-        found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        found: dict[str, Any] = read_json(path)
         _ = found["verdict"], [effect["name"] for effect in found["effects"]]
-    except (OSError, ValueError, KeyError, TypeError) as cause:
+    except (LogError, KeyError, TypeError) as cause:
         raise ConfigError(
             f"{path} is no answer: {cause!r}.\n"
             'It holds {"verdict": "named", "effects": [{"name": "wind"}]}, or one of the verdicts '

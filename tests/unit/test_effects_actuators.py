@@ -122,7 +122,7 @@ def test_one_number_stands_for_all_drives() -> None:
         ({"position": []}, "rows of three numbers"),
         ({"axis": [[0.0, 0.0, 1.0]] * 3}, "one for each of 2 drives"),
         ({"position": [[0.0, 0.0, float("inf")]] * 2}, "finite numbers"),
-        ({"first": -1}, "0 or more"),
+        ({"first": -1}, "0 to 10,000"),
     ],
 )
 def test_lists_that_fit_no_rotors_are_refused(values: dict[str, Any], words: str) -> None:

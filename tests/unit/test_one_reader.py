@@ -36,7 +36,8 @@ FORBIDDEN = {
     ("np", "load"): {"seals/view/live.py", "experiments/visual_catch/pictures.py"},
     ("np", "fromfile"): set[str](),
     ("np", "loadtxt"): set[str](),
-    ("np", "genfromtxt"): set[str](),
+    # a rival in an interpreter of its own, without readers of ours, for which the log was written
+    ("np", "genfromtxt"): {"experiments/naming_benchmark/mujoco_sysid.py"},
     ("plt", "imread"): set[str](),
     ("pd", "read_csv"): set[str](),
 }
@@ -57,6 +58,7 @@ OWN = {
     "seals/registry.py",
     "seals/report/page.py",
     "seals/scaffold/writing.py",
+    "experiments/naming_benchmark/mujoco_sysid.py",
     "seals/sweep/checking.py",
     "seals/sysid/report/threads.py",
     "seals/isolated_reading.py",

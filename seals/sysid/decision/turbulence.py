@@ -18,10 +18,10 @@ def varying_flow(problem: Problem, best: EvidenceHypothesis) -> str:
         force that the flow adds while it acts; for small gusts that is the turbulence intensity,
         the ratio of the speeds.
     """
-    gust = float(problem.vehicle.gust[0])
     flows = [c for c in best.candidates if c.identification.gusty and c.activity is not None]
-    if not flows or gust <= 0.0:
+    if not flows:
         return ""
+    gust = float(problem.vehicle.gust[0])
     fitter, values = best.fitter, best.fit.values
     felt = fitter.prediction(values).reading[:, 3:6]
     mass = float(np.sum(problem.vehicle.robot.mass))
