@@ -1,0 +1,61 @@
+"""A wind for a time that is no stronger than its own gusts."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from seals.plugins.effects.wind import Wind
+from seals.sysid.candidates.parameters import Candidate
+from seals.sysid.decision.policy import DecisionPolicy
+from seals.sysid.decision.turbulence import varying_flow
+
+MASS, ROWS = 2.0, 100
+
+
+def asked(force: float, gust: float, *, timed: bool = True) -> str:
+    """Answer to a wind whose force acts in the second half of a log [N], beside gusts [N]."""
+    late = np.arange(ROWS) >= ROWS // 2
+
+    def prediction(values: dict[str, float]) -> Any:
+        reading = np.zeros((ROWS, 6))
+        reading[late, 3] = values["wind.velocity_x"] * force / MASS
+        return SimpleNamespace(reading=reading)
+
+    activity: Any = SimpleNamespace(weights=lambda samples: late.astype(float))
+    wind = Candidate(
+        name="wind",
+        keys=("wind.velocity_x",),
+        identification=Wind.identification,
+        activity=activity if timed else None,
+    )
+    problem: Any = SimpleNamespace(
+        vehicle=SimpleNamespace(
+            gust=np.array([gust, 0.0]), robot=SimpleNamespace(mass=np.array([MASS]))
+        ),
+        samples=None,
+        policy=DecisionPolicy(),
+    )
+    best: Any = SimpleNamespace(
+        candidates=(wind,),
+        fitter=SimpleNamespace(prediction=prediction),
+        fit=SimpleNamespace(values={"wind.velocity_x": 1.0}),
+    )
+    return varying_flow(problem, best)
+
+
+@pytest.mark.parametrize(("force", "varies"), [(0.19, True), (0.21, False), (1.0, False)])
+def test_a_wind_for_a_time_must_be_twice_its_gusts(force: float, varies: bool) -> None:
+    """A turbulence intensity of one half, with gusts of 0.1 N, over the rows where it acts."""
+    said = asked(force, 0.1)
+    assert bool(said) is varies
+    assert not varies or f"{force:.2g} N, is no more than 1.9 times its gusts of 0.1 N" in said
+
+
+def test_a_wind_throughout_or_without_gusts_is_left_alone() -> None:
+    """A weak one that blows all the time may be an average of nothing."""
+    assert not asked(0.05, 0.1, timed=False)
+    assert not asked(0.05, 0.0)
