@@ -70,11 +70,12 @@ def explanation(diagnosis: Diagnosis, data: Mapping[str, Any]) -> str:
         return f"{fell}; 1 is noise alone. {words} {strained(diagnosis)} {wrong}".strip()
     reasons = "; ".join(diagnosis.answer.reasons)
     if verdict is Verdict.none_of_these:
-        share = data.get("explained")
+        share, least = data.get("explained"), diagnosis.problem.policy.explained
+        # other reasons than a poor fit refuse a name as well
         part = (
             f" The best model of the library removes {percent(share)} of the misfit that could be "
             "removed, too little for a name."
-            if isinstance(share, float) and diagnosis.search.best.candidates
+            if isinstance(share, float) and share < least and diagnosis.search.best.candidates
             else ""
         )
         return f"What is left: {reasons}.{part}"
