@@ -377,12 +377,13 @@ def refuse_unfit(plant: Plant) -> Fins:
     share = plant.gravity * float(plant.robot.mass.sum()) / max(layout.drives, 1)
     tilts = tilts_of(plant.robot, layout, share)
     upright = int(np.count_nonzero(layout.axis[:, 2] >= UPWARD))
+    rotors = layout.kind.count(ROTOR)
     if upright + len(tilts.joints) < 4 or any(kind != ROTOR for kind in layout.kind):
         raise ConfigError(
             "controller=cascade needs four rotors that push upward (axes within 60 degrees of body "
             f"z), or fewer with servos that tilt them; robot '{plant.robot.name}' has "
-            f"{layout.kind.count(ROTOR) or 'no'} rotors, {upright} of them upright, and "
-            f"{layout.drives - layout.kind.count(ROTOR) or 'no'} thrusters.\n"
+            f"{f'{rotors} rotors, {upright} of them upright,' if rotors else 'no rotors'} and "
+            f"{layout.drives - rotors or 'no'} thrusters.\n"
             "For thrusters in all directions: controller=station"
         )
     return tilts
