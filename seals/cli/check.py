@@ -21,8 +21,8 @@ def check(arguments: list[str]) -> int:
     """Check a robot and print all findings; return 1 when one of them is a failure."""
     from omegaconf import OmegaConf
 
+    from seals.config.checks import refuse_unknown
     from seals.config.compose import compose
-    from seals.config.node_checks import refuse_unknown
     from seals.config.refusal import refusals
     from seals.schema import check_tree
 

@@ -262,8 +262,8 @@ def _measured(task: Task, root: str, own: list[str], source: str) -> Task:
     """Return a task that refuses references without end, and what a file may not set."""
 
     def perform(config: Any) -> int | None:
+        from seals.config.checks import refuse_growth
         from seals.config.foreign_values import refuse_values
-        from seals.config.references import refuse_growth
 
         refuse_growth(config)
         if source:

@@ -13,9 +13,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from seals.config.checks import SPECIAL, TARGET, refuse_growth
 from seals.config.choices import wrong_choices
-from seals.config.node_checks import SPECIAL, TARGET
-from seals.config.references import refuse_growth
 from seals.errors import ConfigError, SealsError
 from seals.untrusted_io import read_plain_yaml
 
