@@ -182,7 +182,7 @@ GUARDS: dict[str, Guard] = {
     ),
     "words of a sweep": Guard(
         "seals.cli.sweep",
-        '    refuse_dangerous(\n        note["words"],',
+        "    refuse_dangerous(\n        begun_words,",
         "    dict(",
         SWEEP,
         "strangers_sweep",

@@ -13,7 +13,7 @@ from seals import registry
 from seals.config.checks import refuse_unknown
 from seals.config.derive import schema_of
 from seals.config.refusal import refusals
-from seals.errors import ConfigError, SealsError, suggestion
+from seals.errors import ConfigError, SealsError, refuse_unlisted, suggestion
 from seals.registry import get
 from seals.schema import check_fields
 
@@ -159,9 +159,7 @@ def typed_entries(cls: type[T], node: Any, *, where: str) -> dict[str, T]:
             found[str(name)] = entry
             continue
         for key in _mapping(entry, place):
-            if key not in allowed:
-                hint = suggestion(str(key), allowed)
-                raise ConfigError(f"{place}.{key}: '{key}' is not a key of {place}.\n{hint}")
+            refuse_unlisted(str(key), allowed, f"{place}.{key}: '{key}' is not a key of {place}")
         with refusals(()):
             node = OmegaConf.merge(OmegaConf.structured(cls), OmegaConf.create(entry))
             found[str(name)] = cast(T, OmegaConf.to_object(node))

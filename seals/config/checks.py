@@ -39,22 +39,23 @@ def refuse_unknown(config: Any, *, where: str, made: bool = False) -> None:
 
     waiting: list[tuple[Any, str, int]] = [(config, where, 0)]
     while waiting:
-        node, place, depth = waiting.pop()
-        if not isinstance(node, DictConfig | ListConfig) or node._is_none() or node._is_missing():
+        found, place, depth = waiting.pop()
+        if not isinstance(found, DictConfig | ListConfig) or found._is_none():
             continue
-        if node._is_interpolation():
+        if found._is_missing() or found._is_interpolation():
             continue
         if depth > DEEPEST and made:
             raise ConfigError(
                 f"{place:.80} is nested deeper than {DEEPEST} levels.\nIt may refer to itself."
             )
         below: list[tuple[Any, str, int]] = []
+        node: Any = found
         schema: Any = OmegaConf.get_type(node)
         typed = isinstance(schema, type) and dataclasses.is_dataclass(schema)
         own = {f.name: f.default for f in dataclasses.fields(schema)} if typed else {}
         for key in range(len(node)) if isinstance(node, ListConfig) else map(str, node):
             listed = isinstance(key, int)
-            full_key = f"{place}[{key}]" if listed else f"{place}.{key}" if place else key
+            full_key = f"{place}[{key}]" if listed else f"{place}.{key}" if place else str(key)
             if typed and key not in own:
                 shown = [name for name in own if not name.startswith("_")]
                 section = f"of {place}" if place else "of the configuration"

@@ -14,7 +14,7 @@ import os
 import shlex
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from seals.drawn_text import in_table
 from seals.errors import ConfigError
@@ -65,7 +65,14 @@ def read_jobs(folder: Path) -> dict[int, Job]:
     found = {}
     for line, row in enumerate(csv.DictReader(io.StringIO(whole)), start=2):
         try:
-            job = _job(row)
+            job = Job(
+                int(row["number"]),
+                row["state"],
+                int(row["code"]),
+                float(row["seconds"]),
+                tuple(shlex.split(row["words"])),
+                row["message"] or "",
+            )
         except (KeyError, TypeError, ValueError) as cause:
             raise ConfigError(
                 f"{path}, line {line}, is damaged: {cause}.\n"
@@ -73,12 +80,6 @@ def read_jobs(folder: Path) -> dict[int, Job]:
             ) from cause
         found[job.number] = job
     return found
-
-
-def _job(row: dict[str, str]) -> Job:
-    words = tuple(shlex.split(row["words"]))
-    number, code, seconds = int(row["number"]), int(row["code"]), float(row["seconds"])
-    return Job(number, row["state"], code, seconds, words, row["message"] or "")
 
 
 class JobLock:
@@ -105,7 +106,13 @@ class JobLock:
             room(path),
             os.fdopen(open_own(path, flags), "a+b") as file,
         ):
-            _forget_torn_line(file)
+            file.seek(0)
+            content = file.read()
+            # an incomplete last line is one that a killed process left
+            whole = content.rfind(b"\n") + 1
+            if whole < len(content):
+                file.truncate(whole)
+            file.seek(whole)
             text = io.StringIO()
             writer = csv.writer(text, lineterminator="\n")
             if file.tell() == 0:
@@ -161,13 +168,3 @@ def _held(descriptor: int, place: int) -> Iterator[None]:
         yield
     finally:
         fcntl.lockf(descriptor, fcntl.LOCK_UN, 1, place)
-
-
-def _forget_torn_line(file: Any) -> None:
-    """Remove an incomplete last line that a killed process left."""
-    file.seek(0)
-    content = file.read()
-    whole = content.rfind(b"\n") + 1
-    if whole < len(content):
-        file.truncate(whole)
-    file.seek(whole)

@@ -7,7 +7,7 @@ import os
 import shutil
 import time
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -83,7 +83,13 @@ def _done(
 ) -> int:
     """Run the task with its output redirected to a file, and record how it ended."""
     start = time.perf_counter()
-    with _said(folder):
+    # what is printed goes into a file
+    descriptor = open_own(folder / SAID, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
+    with (
+        os.fdopen(descriptor, "a", encoding="utf-8") as file,
+        contextlib.redirect_stdout(file),
+        contextlib.redirect_stderr(file),
+    ):
         try:
             job = job._replace(code=task(config) or 0)
         except SealsError as refusal:
@@ -102,18 +108,6 @@ def _done(
     return job.code
 
 
-@contextlib.contextmanager
-def _said(folder: Path) -> Iterator[None]:
-    """Redirect printed output to a file in the job's folder."""
-    descriptor = open_own(folder / SAID, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
-    with (
-        os.fdopen(descriptor, "a", encoding="utf-8") as file,
-        contextlib.redirect_stdout(file),
-        contextlib.redirect_stderr(file),
-    ):
-        yield
-
-
 def goes_on(
     folder: Path, config: Any, hydra: Any, words: Sequence[str], before: Job | None
 ) -> bool:
@@ -130,7 +124,10 @@ def goes_on(
     """
     if "resume" not in config:
         return False
-    checkpoints = _checkpoints(str(hydra.job.config_name))
+    if str(hydra.job.config_name) == "train":
+        from seals.learn.training import checkpoint as checkpoints
+    else:
+        from seals.run import checkpoint as checkpoints
     if not checkpoints.has_checkpoint(folder):
         return False
     kept = (DiskFull.__name__, ConfigError.__name__)
@@ -139,17 +136,6 @@ def goes_on(
         return True
     checkpoints.remove_checkpoint(folder)
     return False
-
-
-def _checkpoints(verb: str) -> Any:
-    """Return the checkpoint module of a verb."""
-    if verb == "train":
-        from seals.learn.training import checkpoint as of_trainings
-
-        return of_trainings
-    from seals.run import checkpoint as of_runs
-
-    return of_runs
 
 
 def _is_own(folder: Path, hydra: Any, words: Sequence[str]) -> bool:

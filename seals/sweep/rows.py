@@ -90,7 +90,9 @@ def _row(root: Path, place: Path, job: Job | None) -> Row:
     facts: dict[str, Any] = {}
     words, damage = list(job.words) if job is not None else [], ""
     try:
-        facts = _facts(place)
+        path = place / "run.json"
+        facts = read_json(path, most=_MOST) if os.path.lexists(path) else {}
+        facts = facts if isinstance(facts, dict) else {}
         words = words or _words(place, facts)
         damage = foreign_log(place)
     except SealsError as cause:
@@ -101,7 +103,11 @@ def _row(root: Path, place: Path, job: Job | None) -> Row:
     name = str(place.relative_to(root)) if place != root else place.name
     values: dict[str, Value] = {RUN: name, STATE: DAMAGED if damage else state}
     values[SECONDS] = float(seconds) if isinstance(seconds, int | float) else None
-    return Row(folder=place, values=values, words=dict(_pairs(words)), facts=facts, damage=damage)
+    pairs: dict[str, Value] = {}
+    for word in words:
+        key, sign, value = word.partition("=")
+        pairs[key.lstrip("+") if sign else word] = read_value(value) if sign else ""
+    return Row(folder=place, values=values, words=pairs, facts=facts, damage=damage)
 
 
 def _state(place: Path, facts: Mapping[str, Any]) -> str:
@@ -110,14 +116,6 @@ def _state(place: Path, facts: Mapping[str, Any]) -> str:
     if state == RUNNING and not lives and lockable():
         return INTERRUPTED
     return INTERRUPTED if state == "begun" and lives is False else state
-
-
-def _facts(place: Path) -> dict[str, Any]:
-    path = place / "run.json"
-    if not os.path.lexists(path):
-        return {}
-    facts = read_json(path, most=_MOST)
-    return facts if isinstance(facts, dict) else {}
 
 
 def _words(place: Path, facts: Mapping[str, Any]) -> list[str]:
@@ -132,12 +130,6 @@ def _words(place: Path, facts: Mapping[str, Any]) -> list[str]:
             text = " ".join(str(cause).split())
             raise ConfigError(f"{path} is damaged: {text}.\nRestore it, or remove it.") from cause
     return [str(word) for word in found] if isinstance(found, list) else []
-
-
-def _pairs(words: Sequence[str]) -> Iterator[tuple[str, Value]]:
-    for word in words:
-        key, sign, value = word.partition("=")
-        yield (key.lstrip("+"), read_value(value)) if sign else (word, "")
 
 
 def place_of(value: Value, place: str) -> Value:

@@ -18,7 +18,7 @@ from seals.run.settings import RunSettings
 from seals.run.simulation import Ending
 from seals.schema import check_value, parameters_of
 from seals.teleop.device import Device, Script
-from seals.teleop.settings import TeleopSettings
+from seals.teleop.settings import Export, TeleopSettings
 
 if TYPE_CHECKING:
     from seals.learn.demonstrations.episode import Origin
@@ -45,9 +45,11 @@ def execute(config: Any) -> int | None:
 
     hydra = HydraConfig.get()
     folder, overrides = Path(hydra.runtime.output_dir), list(hydra.overrides.task)
-    exports = [export.value for export in config.export]
-    for export in exports:
-        refuse_missing(export)
+    exporting = Export.safetensors in config.export
+    if exporting:
+        from seals.learn.tensor_file import library
+
+        library()  # before the session, which nobody flies twice
     check_value("speed", config.speed, parameters_of(TeleopSettings)["speed"])
     settings = build_run(config)
     guide: Any = settings.guide
@@ -55,14 +57,15 @@ def execute(config: Any) -> int | None:
         raise ConfigError(
             f"guide={type(guide).__name__.lower()} takes no keys.\nLeave it out, or say guide=stick"
         )
-    device = _device(config, settings, _timed(overrides))
+    timed = any(word.lstrip("+").startswith("time.duration=") for word in overrides)
+    device = _device(config, settings, timed)
     guide.use(device)
     try:
         record = run_into(folder, settings, overrides=overrides)
     finally:
         device.close()
     _keep_keys(folder, config, device.recorded, float(record.log.time[-1]))
-    if "safetensors" in exports:
+    if exporting:
         from seals.teleop.demonstration import write_demonstration
 
         origin = _origin(config, by=str(config.script or config.device.value))
@@ -73,18 +76,6 @@ def execute(config: Any) -> int | None:
     if record.error is not None and record.ending is not Ending.interrupted:
         raise record.error
     return None
-
-
-def refuse_missing(export: str) -> None:
-    """Refuse an export whose package is not installed, before the session starts.
-
-    Raises:
-        MissingExtra: it names the extra.
-    """
-    from seals.learn.tensor_file import library
-
-    if export == "safetensors":
-        library()
 
 
 def _origin(config: Any, *, by: str) -> Origin:
@@ -98,10 +89,6 @@ def _origin(config: Any, *, by: str) -> Origin:
     plain: Any = OmegaConf.to_container(kept, enum_to_str=True)
     who = Who.scripted if config.script else Who.human
     return Origin(env="teleop", config_hash=config_hash(plain), who=who, by=by, config=plain)
-
-
-def _timed(overrides: Sequence[str]) -> bool:
-    return any(word.lstrip("+").startswith("time.duration=") for word in overrides)
 
 
 def _device(config: Any, settings: RunSettings, timed: bool) -> Device:
