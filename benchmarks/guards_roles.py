@@ -226,7 +226,7 @@ ROLES_AND_READERS: dict[str, Guard] = {
     ),
     "numbers as a system": Guard(
         "seals.cli.main",
-        "if words is None or not arises_inside(fault):",
+        "if why is None or not arises_inside(fault):",
         "if True:",
         NUMBERS,
         "gravity or solution or proportion",

@@ -16,7 +16,7 @@ from seals.config.recipes import experiments
 from seals.errors import ConfigError, SealsError
 from seals.text_table import table
 
-Remark = tuple[str, str, str]
+Remark = tuple[str, ...]
 """Line of the report: ``ok``, ``note`` or ``FAULT``; what was looked at; what was found."""
 
 

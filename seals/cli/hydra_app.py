@@ -75,7 +75,7 @@ class Application:
             code: int | None = getattr(importlib.import_module(self.module), self.name)(config)
             return code
         finally:
-            # a view of a run that goes on has started none of its own
+            # a live view is a run of its own, a replay has begun none
             if self.tidy and config.get("replay", self) is not None:
                 discard(Path(HydraConfig.get().runtime.output_dir))
 

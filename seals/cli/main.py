@@ -386,11 +386,11 @@ def _ended(words: list[str], *, ours: bool) -> int:
         named = explained(fault) or (None if isinstance(fault, OSError) else blame(fault))
         if named is None:
             # numbers that are allowed each by itself, and together cannot be computed with
-            words = numeric_fault(fault)
-            if words is None or not arises_inside(fault):
+            why = numeric_fault(fault)
+            if why is None or not arises_inside(fault):
                 raise
             named = ConfigError(
-                f"the numbers given make a system that cannot be computed: {words}.\n"
+                f"the numbers given make a system that cannot be computed: {why}.\n"
                 "Look for one far from all others, or for zeros: masses, gravity, gains, steps, "
                 "lengths of logs. SEALS_DEBUG=1 shows where it arose."
             )

@@ -35,8 +35,8 @@ def build(node: Any, *, where: str) -> Any:
     """
     from hydra.utils import instantiate
 
-    _refuse_untyped(node, where)
     with refusals(()):
+        _refuse_untyped(node, where)
         maker: functools.partial[Any] = instantiate(node, _partial_=True, _convert_="object")
     cls: Any = maker.func
     values = _converted(cls, dict(maker.keywords), where)
@@ -94,8 +94,7 @@ def _refuse_untyped(node: Any, where: str) -> None:
             f"{where} has a _target_ but no plug-in's schema behind it.\n"
             f"Choose a plug-in by its group, for instance: +effect@{where}=quadratic_drag"
         )
-    with refusals(()):
-        refuse_unknown(node, where=where, made=True)
+    refuse_unknown(node, where=where, made=True)
 
 
 def _converted(cls: type, values: dict[str, Any], where: str) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
 import os
 import shutil
 import time
@@ -124,10 +125,9 @@ def goes_on(
     """
     if "resume" not in config:
         return False
-    if str(hydra.job.config_name) == "train":
-        from seals.learn.training import checkpoint as checkpoints
-    else:
-        from seals.run import checkpoint as checkpoints
+    training = str(hydra.job.config_name) == "train"
+    room = "seals.learn.training" if training else "seals.run"
+    checkpoints = importlib.import_module(f"{room}.checkpoint")
     if not checkpoints.has_checkpoint(folder):
         return False
     kept = (DiskFull.__name__, ConfigError.__name__)
