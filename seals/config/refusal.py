@@ -275,7 +275,7 @@ _SAYINGS: tuple[tuple[str, str, str], ...] = (
         "To add it, put a + in front: +{0}=OPTION",
     ),
     (
-        r"Could not delete from config\. '([^']+)' does not exist",
+        r"Could not delete (?:from config\. )?'([^']+)'(?: does not exist|\.\s+No match)",
         "~{0}: there is no such key",
         "See the keys with: seals {root} --cfg job",
     ),

@@ -34,7 +34,7 @@ def perform(task: Callable[[Any], int | None], config: Any) -> int:
         ConfigError: the folder of the sweep holds another one, or nobody watches it.
     """
     from hydra.core.hydra_config import HydraConfig
-    from omegaconf import open_dict
+    from omegaconf import OmegaConf, open_dict
 
     hydra = HydraConfig.get()
     sweep, folder = Path(hydra.sweep.dir), Path(hydra.runtime.output_dir)
@@ -65,18 +65,13 @@ def perform(task: Callable[[Any], int | None], config: Any) -> int:
                 config.resume = str(folder)
         else:
             clear(folder)
-            _note(folder, config, hydra, list(words))
+            # Hydra's notes, each file atomically
+            nodes = {"config": config, "hydra": OmegaConf.create({"hydra": hydra})}
+            for name, node in nodes.items():
+                plain = OmegaConf.to_container(node, enum_to_str=True)
+                write_yaml(folder / HYDRA / f"{name}.yaml", plain)
+            write_yaml(folder / HYDRA / "overrides.yaml", list(words))
         return _done(task, config, claim, folder, Job(number, DONE, 0, 0.0, words, ""))
-
-
-def _note(folder: Path, config: Any, hydra: Any, words: list[str]) -> None:
-    """Write Hydra's notes, each file atomically."""
-    from omegaconf import OmegaConf
-
-    notes = {"config": config, "hydra": OmegaConf.create({"hydra": hydra}), "overrides": words}
-    for name, node in notes.items():
-        plain = node if isinstance(node, list) else OmegaConf.to_container(node, enum_to_str=True)
-        write_yaml(folder / HYDRA / f"{name}.yaml", plain)
 
 
 def _done(

@@ -136,11 +136,13 @@ def place_of(value: Value, place: str) -> Value:
     """Return one element of a value that is a list; None for others.
 
     Example:
-        >>> place_of("[0,0,1]", "2"), place_of("[[1,2],[3,4]]", "1"), place_of(0.5, "0")
+        >>> place_of("[0, 0, 1]", "2"), place_of("[[1,2],[3,4]]", "1"), place_of(0.5, "0")
         (1.0, '[3,4]', None)
     """
-    found = at_place(value, int(place)) if isinstance(value, str) else None
-    return None if found is None else read_value(found)
+    if not (isinstance(value, str) and value.startswith("[") and value.endswith("]")):
+        return None
+    found = parts(value[1:-1])
+    return read_value(found[int(place)]) if int(place) < len(found) else None
 
 
 def column_of(columns: Mapping[str, Sequence[Value]], key: str) -> Sequence[Value] | None:
@@ -221,16 +223,3 @@ def parts(text: str) -> list[str]:
             found.append(text[start:at])
             start = at + 1
     return [part for part in [*found, text[start:]] if part.strip()]
-
-
-def at_place(text: str, place: int) -> str | None:
-    """Return one element of a list, or None.
-
-    Example:
-        >>> at_place("[0, 0, 1]", 2), at_place("[[1,2],[3,4]]", 1), at_place("[1]", 1)
-        ('1', '[3,4]', None)
-    """
-    if not (text.startswith("[") and text.endswith("]")):
-        return None
-    found = parts(text[1:-1])
-    return found[place].strip() if place < len(found) else None

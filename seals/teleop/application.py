@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from seals.config.overrides import typed
-from seals.control.key_events import Event, read_track, write_track
+from seals.control.key_events import read_track, write_track
 from seals.errors import ConfigError, suggestion
 from seals.file_names import short_path
 from seals.run.application import run_into
@@ -15,7 +15,7 @@ from seals.run.assembly import build_model
 from seals.run.build import build_run
 from seals.run.folder import write_config
 from seals.run.settings import RunSettings
-from seals.run.simulation import Ending
+from seals.run.simulation import Ending, Record
 from seals.schema import check_value, parameters_of
 from seals.teleop.device import Device, Script
 from seals.teleop.settings import Export, TeleopSettings
@@ -64,7 +64,13 @@ def execute(config: Any) -> int | None:
         record = run_into(folder, settings, overrides=overrides)
     finally:
         device.close()
-    _keep_keys(folder, config, device.recorded, float(record.log.time[-1]))
+    path = folder / KEYS
+    write_track(path, device.recorded)
+    script = {"script": str(path.resolve())}
+    keep_session(folder, config, record, own=OWN, section="guide", changes=script)
+    print(f"the same again: seals run {typed('repeat', str(short_path(folder)))}")
+    again = typed("script", str(short_path(path)))
+    print(f"its keys with another robot or sea: seals teleop {again}")
     if exporting:
         from seals.teleop.demonstration import write_demonstration
 
@@ -116,17 +122,29 @@ def _device(config: Any, settings: RunSettings, timed: bool) -> Device:
     return Script(events)
 
 
-def _keep_keys(folder: Path, config: Any, events: Sequence[Event], end: float) -> None:
-    """Write the session's events, and a configuration that resumes the session."""
+def keep_session(
+    folder: Path,
+    config: Any,
+    record: Record,
+    *,
+    own: Sequence[str],
+    section: str,
+    changes: Mapping[str, Any],
+) -> None:
+    """Write the configuration of a session as that of a run, which repeats it.
+
+    Args:
+        folder: of the run.
+        config: of the session.
+        record: of the run, for its duration.
+        own: keys that a run does not have.
+        section: that changes, such as ``guide``.
+        changes: in it, such as the script that it follows.
+    """
     from omegaconf import OmegaConf, open_dict
 
-    path = folder / KEYS
-    write_track(path, events)
-    kept = OmegaConf.masked_copy(config, [key for key in config if key not in OWN])
+    kept = OmegaConf.masked_copy(config, [key for key in config if key not in own])
     with open_dict(kept):
-        kept.guide.script = str(path.resolve())
-        kept.time.duration = end
+        kept[section] = OmegaConf.merge(kept[section], changes)
+        kept.time.duration = float(record.log.time[-1])
     write_config(folder, kept)
-    print(f"the same again: seals run {typed('repeat', str(short_path(folder)))}")
-    again = typed("script", str(short_path(path)))
-    print(f"its keys with another robot or sea: seals teleop {again}")

@@ -10,10 +10,10 @@ from seals.errors import ConfigError
 from seals.file_names import short_path
 from seals.run.application import run_into
 from seals.run.build import build_run
-from seals.run.folder import write_config
 from seals.run.settings import RunSettings
 from seals.run.simulation import Ending, Record
 from seals.schema import check_fields, check_tree
+from seals.teleop.application import keep_session
 from seals.teleop.autopilot.ardupilot import PORT, ArduPilot
 from seals.teleop.autopilot.link import allowed_peer
 from seals.teleop.autopilot.settings import OWN, AutopilotSettings, Protocol
@@ -91,8 +91,6 @@ def _fly(
     folder: Path, config: Any, settings: RunSettings, link: Any, overrides: list[str]
 ) -> Record:
     """Fly one run, and write its outputs and a configuration that repeats it."""
-    from omegaconf import OmegaConf, open_dict
-
     controller: Any = settings.controller
     controller.use(link, settings.time.step)
     settings.guide.use(link)
@@ -106,12 +104,8 @@ def _fly(
         return record
     path = folder / OUTPUTS
     controller.recorded().write(path)
-    kept = OmegaConf.masked_copy(config, [key for key in config if key not in OWN])
-    with open_dict(kept):
-        kept.controller.script = str(path.resolve())
-        kept.controller = OmegaConf.merge(kept.controller, controller.settled())
-        kept.time.duration = float(record.log.time[-1])
-    write_config(folder, kept)
+    changes = {"script": str(path.resolve()), **controller.settled()}
+    keep_session(folder, config, record, own=OWN, section="controller", changes=changes)
     if record.ending is Ending.done:
         print(f"the same again: seals run {typed('repeat', str(short_path(folder)))}")
     return record
