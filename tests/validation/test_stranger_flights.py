@@ -9,6 +9,7 @@ import csv
 import gzip
 import io
 import json
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -94,3 +95,17 @@ def test_a_sensor_beside_its_place_is_named(tmp_path: Path) -> None:
         assert found["effects"][0]["parameters"][f"offset_{axis}"]["value"] == pytest.approx(
             value, abs=0.008
         )
+
+
+@pytest.mark.validation
+@pytest.mark.slow
+def test_a_thrust_that_falls_along_the_log_is_no_step(tmp_path: Path) -> None:
+    """Ten per cent from the first row to the last, without a logged voltage: told with its size."""
+    if not FLIGHTS.is_dir():
+        pytest.skip(f"the flights are not at {FLIGHTS}")
+    found = diagnosed(FLIGHTS / "cases" / "21_sag", tmp_path)
+    assert found["verdict"] == "none_of_these"
+    said = found["reasons"][0]
+    change = re.search(r"thrust_coefficient changes steadily along the log here, by (\S+) ", said)
+    assert change is not None
+    assert float(change[1]) == pytest.approx(-0.1, abs=0.01)
