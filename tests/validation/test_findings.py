@@ -29,7 +29,7 @@ from seals.sysid.report.wrench import log_rows
 from seals.sysid.residual_force import locate_residual_force
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 from seals.sysid.validation.answer import read_answer
-from seals.sysid.validation.writing import _intervals
+from seals.sysid.validation.writing import overlay_of
 
 ROOT = Path(__file__).parents[2]
 if str(ROOT) not in sys.path:
@@ -98,8 +98,9 @@ def test_figures_that_are_not_determined_end_in_no_traceback(
     assert "2 → not determined" in page
     assert doubtful.answer.verdict.exit_code == 10
     # an effect without an interval can still be added
-    effect = read_answer(tmp_path).effects[0]
-    assert _intervals(claim.hypothesis.candidates[claim.index], effect) == {}
+    added = overlay_of(read_answer(tmp_path), {}, source={})
+    assert set(added["effects"]) == {"wind"}
+    assert added["intervals"] == {"wind": {}}
 
 
 def test_the_report_is_two_whole_files_of_bounded_size(report: Path) -> None:

@@ -25,6 +25,7 @@ from seals.sysid.residual_force import Localisation, locate_residual_force, resi
 from seals.sysid.residual_force.residual import Residual
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 from seals.sysid.selection.search import Search
+from seals.sysid.validation.writing import models_of
 
 ANSWER = "diagnosis.json"
 _STEP = 32
@@ -67,7 +68,8 @@ def execute(config: Any) -> int:
             _write(out, _bad(str(refusal)))
             print(f"bad data: {refusal}")
             return Verdict.bad_data.exit_code
-        _write(out, answer_of(found, missing))
+        vehicle = str((log.meta.get("vehicle") or {}).get("name", ""))
+        _write(out, answer_of(found, missing, vehicle=vehicle))
         tell(STAGES * _STEP - 1)
         pages = [_report(found, log, out, missing, then)] if config.report else []
     print(sentence(found))
@@ -157,13 +159,20 @@ def proposed(found: Diagnosis) -> dict[str, Any] | None:
         return {"effects": names, "sentence": str(refusal)}
 
 
-def answer_of(found: Diagnosis, missing: Localisation) -> dict[str, Any]:
-    """Return the content of ``diagnosis.json``, with the analysis of the residual force."""
+def answer_of(found: Diagnosis, missing: Localisation, *, vehicle: str = "") -> dict[str, Any]:
+    """Return the content of ``diagnosis.json``: residual force and models beside the diagnosis.
+
+    Args:
+        found: the diagnosis.
+        missing: analysis of the residual force.
+        vehicle: name that the log gives its vehicle.
+    """
     law = missing.formula
     return {
         **found.to_dict(),
         "signature": list(missing.signature.sentences),
         "formula": None if law is None else {**law.to_dict(), "words": str(law)},
+        "models": models_of(found, law, vehicle=vehicle),
     }
 
 

@@ -44,6 +44,8 @@ class Finding:
         nominal: fitted nominal values by parameter key, when the answer holds them.
         covariance: ``parameters`` and ``matrix`` of all of them, when the answer holds them.
         formula: entry of an unnamed effect that the user accepts, or None.
+        models: contents of overlay files by the names of their effects, see `models_of`; none in an
+            answer of an earlier version.
     """
 
     file: Path
@@ -55,6 +57,7 @@ class Finding:
     covariance: Mapping[str, Any] = field(default_factory=dict)
     formula: Mapping[str, Any] | None = None
     without: tuple[str, ...] = ()
+    models: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -127,6 +130,7 @@ def read_answer(
         covariance=dict(raw.get("covariance") or {}) if choose is None else {},
         formula=law,
         without=tuple(raw.get("without") or ()),
+        models=raw.get("models") or {},
     )
 
 

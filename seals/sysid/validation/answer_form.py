@@ -9,6 +9,8 @@ _LARGEST = 1e30
 """Numbers beyond it are no measurement; their squares and cubes still are numbers."""
 _MOST_EFFECTS = 32
 """Effects of an answer: each may have a variant for every rotor, and all are tried together."""
+_MOST_ENTRIES = 1024
+"""Entries of a section of a model: nominal values of the largest vehicle are some hundred."""
 _MOMENT = {"value", "low90", "high90"}
 
 
@@ -45,8 +47,26 @@ def refuse_damaged(answer: Any) -> None:
         _kind(names, list, f"ambiguous_with[{k}]")
     if answer.get("covariance"):
         _covariance(_kind(answer["covariance"], Mapping, "covariance"))
+    for name, model in _kind(answer.get("models") or {}, Mapping, "models").items():
+        _model(_kind(model, Mapping, f"models.{name}"), f"models.{name}")
     if answer.get("formula"):
         _law(answer["formula"], "formula")
+
+
+def _model(model: Mapping[str, Any], where: str) -> None:
+    """Sections of an overlay; what their entries say is checked where they are read as one."""
+    for section in ("effects", "changes", "intervals", "nominal"):
+        entries = _kind(model.get(section) or {}, Mapping, f"{where}.{section}")
+        if len(entries) > _MOST_ENTRIES:
+            raise ValueError(f"{where}.{section} holds {len(entries)} entries")
+        for name, entry in entries.items():
+            place = f"{where}.{section}.{name}"
+            for key, ends in _kind(entry, Mapping, place).items():
+                if section == "intervals":
+                    for end in _kind(ends, list, f"{place}.{key}"):
+                        _number(end, f"{place}.{key}")
+    for section in ("wave", "provenance"):
+        _kind(model.get(section) or {}, Mapping, f"{where}.{section}")
 
 
 def _effect(effect: Mapping[str, Any], where: str) -> None:

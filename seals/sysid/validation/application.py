@@ -10,6 +10,7 @@ from typing import Any
 from seals.config.overlay import Overlay, find_overlay, load_overlay, overlay_names, read_overlay
 from seals.config.overrides import typed
 from seals.errors import ConfigError, MissingExtra, SealsError, suggestion
+from seals.field_roles import Role, roles_of
 from seals.logs.atomic import write_json
 from seals.logs.log import Log
 from seals.run.progress import progress
@@ -17,7 +18,6 @@ from seals.sound_numbers import refuse_undefined, trials
 from seals.sysid.data.supply import supply_words
 from seals.sysid.predictors.problem import Problem, prepare
 from seals.sysid.report.given_logs import GivenLogs, given_logs, robot_name, sources
-from seals.sysid.report.naming import log_names
 from seals.sysid.validation.ablation import (
     Ablation,
     compare_ends,
@@ -26,9 +26,8 @@ from seals.sysid.validation.ablation import (
     replay_variants,
 )
 from seals.sysid.validation.acceleration import acceleration_of, draw_acceleration
-from seals.sysid.validation.answer import Finding, logs_of, noted_logs, read_answer
+from seals.sysid.validation.answer import logs_of, noted_logs, read_answer
 from seals.sysid.validation.drawing import draw_ablation, print_table
-from seals.sysid.validation.refit import refit
 from seals.sysid.validation.verification import Verification, judge, sentences
 from seals.sysid.validation.writing import overlay_of, timed_words, withdraw, write_overlay
 
@@ -54,15 +53,15 @@ def add(config: Any) -> int:
     if config.log is None and not finding.logs:
         raise ConfigError(f"{finding.file} does not say which log it is of.\nGive it: log=FOLDER")
     given = given_logs(config, config.log or noted_logs(finding.logs), noted=finding.without)
+    if given.without != finding.without:
+        raise ConfigError(
+            f"{typed('without', given.without)}: the diagnosis left out {list(finding.without)}.\n"
+            "Leave without= out, or diagnose the log again with it."
+        )
     source = sources(given.places)
     _refuse_other_logs(finding.logs, logs_of({"log": source}))
-    base = _base(config.base)
-    log, described = given.read()
-    names = _names_in(finding, logs_of({"log": source}))
-    found = refit(log, finding, robot=described, names=names)
-    content = overlay_of(finding, found, base, source=source, without=given.without)
-    content["provenance"]["vehicle"] = str((log.meta.get("vehicle") or {}).get("name", ""))
-    read_overlay({"name": target.stem, "file": str(target), **content})
+    content = overlay_of(finding, _base(config.base), source=source)
+    _refuse_more_than_data(read_overlay({"name": target.stem, "file": str(target), **content}))
     option = target.stem if target.parent == Path("models") else str(target)
     target.parent.mkdir(parents=True, exist_ok=True)
     write_overlay(
@@ -84,12 +83,17 @@ def add(config: Any) -> int:
     return 0
 
 
-def _names_in(finding: Finding, given: Mapping[str, str]) -> list[str]:
-    """Return the names that a diagnosis gave some logs; those that have moved keep theirs."""
-    diagnosed = zip(finding.logs.values(), log_names(list(finding.logs)), strict=True)
-    known = {digest: name for digest, name in diagnosed if digest}
-    own = zip(given.values(), log_names(list(given)), strict=True)
-    return [known.get(digest, name) for digest, name in own]
+def _refuse_more_than_data(overlay: Overlay) -> None:
+    """Refuse an answer whose model sets a path, an address or a permission of an effect."""
+    parts: list[Any] = [*overlay.effects.values(), *filter(None, [overlay.waves])]
+    for part in parts:
+        kind: Any = type(part)
+        for name, role in roles_of(kind).items():
+            if role is not Role.data and getattr(part, name) != getattr(kind(), name):
+                raise ConfigError(
+                    f"the diagnosis sets {name} of {kind.__name__}, which is no data.\n"
+                    "Diagnose the log again; answers set data only."
+                )
 
 
 def _refuse_other_logs(diagnosed: Mapping[str, str], given: Mapping[str, str]) -> None:
