@@ -126,15 +126,15 @@ DESCRIPTIONS: dict[str, Guard] = {
     ),
     "confidence in an answer": Guard(
         _FORM,
-        """    _number(effect.get("confidence") or 0.0, f"{where}.confidence")\n""",
+        """    "confidence": _NUMBER,\n""",
         "",
         ODD,
         "odd_answer and confidence",
     ),
     "nuisances of an answer": Guard(
         _FORM,
-        """        _number(value, f"{where}.nuisance.{key}")\n""",
-        "        pass\n",
+        """    "nuisance": {_EACH: _NUMBER},\n""",
+        "",
         ODD,
         "odd_answer and nuisance",
     ),
@@ -149,14 +149,10 @@ DESCRIPTIONS: dict[str, Guard] = {
         "without_an_effect",
     ),
     "models of an answer": Guard(
-        _FORM,
-        """        _model(_kind(model, Mapping, f"models.{name}"), f"models.{name}")\n""",
-        "        pass\n",
-        MODELS,
-        "odd_model",
+        _FORM, """    "models": {_EACH: _MODEL},\n""", "", MODELS, "odd_model"
     ),
     "entries of a model in an answer": Guard(
-        _FORM, "if len(entries) > _MOST_ENTRIES:", "if False:", MODELS, "odd_model and many"
+        _FORM, "if len(value) > _MOST_ENTRIES:", "if False:", MODELS, "odd_model and many"
     ),
     "references in an answer": Guard(
         "seals.sysid.validation.writing",
@@ -191,7 +187,7 @@ DESCRIPTIONS: dict[str, Guard] = {
     ),
     "moments of an answer": Guard(
         _FORM,
-        'if set(_kind(moment, Mapping, f"{where}.{end}")) != _MOMENT:',
+        'if form is _MOMENT and set(value) != {"value", "low90", "high90"}:',
         "if False:",
         ODD,
         "odd_answer",
