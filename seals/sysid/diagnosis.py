@@ -10,7 +10,6 @@ from typing import Any
 
 from seals.errors import LogError
 from seals.logs.log import Log
-from seals.schema import parameters_of
 from seals.sound_numbers import refuse_undefined, trials
 from seals.sysid.calibration.free_numbers import number_behind
 from seals.sysid.calibration.stated import StatedNumber, hull_of, stated_numbers
@@ -24,7 +23,7 @@ from seals.sysid.decision.intervals import parameters
 from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.predictors.problem import Problem, prepare
-from seals.sysid.report.naming import log_names, parameter_words
+from seals.sysid.report.naming import log_names, parameter_words, unit_of
 from seals.sysid.scores.held_out import held_out_by_log, held_out_misfit, stated_misfit
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 from seals.sysid.selection.log_search import search_log
@@ -160,11 +159,7 @@ class Diagnosis:
             slope = slope if changes is None else changes.slope
             value = sets.nominal_of(moved.key) if number is None else number.value
             value = value if changes is None else changes.value
-            effect = sets.effects.get(sets.parameters[moved.key].instance)
-            meta = {} if effect is None else parameters_of(effect)
-            field_name = sets.parameters[moved.key].parameter
-            unit = meta[field_name].unit if field_name in meta else ""
-            unit = number.unit if number is not None else unit
+            unit = unit_of(sets, moved.key, "") if number is None else number.unit
             fitted = value + slope * moved.change
             entry = {
                 "what": moved.key if number is None else number.name,

@@ -65,13 +65,18 @@ def execute(config: Any) -> int:
                 found = _found(given, log, robot, beside, lambda stage: tell(stage * _STEP))
                 missing, then = beside.results(found, report=config.report)
         except LogError as refusal:
-            _write(out, _bad(str(refusal)))
+            _write(out, bad_data(str(refusal)))
             print(f"bad data: {refusal}")
             return Verdict.bad_data.exit_code
         vehicle = str((log.meta.get("vehicle") or {}).get("name", ""))
         _write(out, answer_of(found, missing, vehicle=vehicle))
         tell(STAGES * _STEP - 1)
-        pages = [_report(found, log, out, missing, then)] if config.report else []
+        pages = []
+        if config.report:
+            from seals.sysid.report.report import write_report
+
+            page = write_report(found, log, out, localisation=missing, residual_after=then)
+            pages.append(page)
     print(sentence(found))
     print(_told(found, missing), end="")
     print(_commands(found, missing, out), end="")
@@ -197,15 +202,8 @@ def _commands(found: Diagnosis, missing: Localisation, out: Path) -> str:
     return "".join(["Next:\n", *(f"  {line}\n" for line in lines)]) if lines else ""
 
 
-def _report(
-    found: Diagnosis, log: Log, out: Path, missing: Localisation, then: Residual | None
-) -> Path:
-    from seals.sysid.report.report import write_report
-
-    return write_report(found, log, out, localisation=missing, residual_after=then)
-
-
-def _bad(words: str) -> dict[str, Any]:
+def bad_data(words: str) -> dict[str, Any]:
+    """Return the answer about a log that cannot be used."""
     return {
         "verdict": Verdict.bad_data.value,
         "effects": [],

@@ -202,14 +202,8 @@ def _report(found: HealthyDiagnosis, name: str, out: Path) -> Path:
 
 def _refused(out: Path, words: str) -> int:
     """Write and print that the log cannot be used; return the exit code."""
-    answer = {
-        "verdict": Verdict.bad_data.value,
-        "effects": [],
-        "ambiguous_with": [],
-        "next_experiment": None,
-        "held_out_error": None,
-        "reasons": [words],
-    }
-    write_json(out / ANSWER, answer)
+    from seals.sysid.report.application import bad_data
+
+    write_json(out / ANSWER, bad_data(words))
     print(f"bad data: {words}")
     return Verdict.bad_data.exit_code

@@ -17,7 +17,7 @@ from seals.run.progress import progress
 from seals.sound_numbers import refuse_undefined, trials
 from seals.sysid.data.supply import supply_words
 from seals.sysid.predictors.problem import Problem, prepare
-from seals.sysid.report.given_logs import GivenLogs, given_logs, robot_name, sources
+from seals.sysid.report.given_logs import GivenLogs, given_logs, make_folder, robot_name, sources
 from seals.sysid.validation.ablation import (
     Ablation,
     compare_ends,
@@ -150,34 +150,35 @@ def verify(config: Any) -> int:
     logs: list[Log] = []
     for given in places:
         log, robot = given.read()
-        _same_vehicle(overlay, log)
+        own, other = overlay.provenance.get("vehicle"), (log.meta.get("vehicle") or {}).get("name")
+        if own and other and own != other:
+            raise ConfigError(
+                f"model '{overlay.name}' was found on the vehicle '{own}', log '{log.name}' is of "
+                f"'{other}'.\nGive a log of the same vehicle."
+            )
         logs.append(log)
+        name = given.places[0].name if len(given.places) == 1 else log.name
         with trials():
-            problems[_name_of(given, log)] = prepare(log, robot=robot)
-    found = verified(overlay, problems, fitted=_was_fitted(overlay, places[0]))
+            problems[name] = prepare(log, robot=robot)
+    known = overlay.provenance.get("log_sha256")
+    known = known if isinstance(known, list) else [known]
+    digests = logs_of({"log": sources(places[0].places)}).values()
+    found = verified(overlay, problems, fitted=any(d in known for d in digests if d))
     out = Path(config.out or HydraConfig.get().runtime.output_dir)
     _write(out, found, logs[0])
     print_table(found)
     print("\n".join(sentences(found)))
-    _tell_supply(problems)
+    for name, problem in problems.items():
+        samples = problem.samples
+        words = supply_words(samples.command, problem.vehicle) if samples.voltage is None else ""
+        if words:
+            print(f"{name}: {words}")
     if found.withdrawn and _lies_in(overlay.file, raw):
         withdraw(Path(overlay.file), found.withdrawn)
         print(f"{overlay.file}: marked as withdrawn.")
     print(_commands(found, places[0], next(iter(problems.values()))), end="")
     print(f"\n{out / RESULT}")
     return found.exit_code
-
-
-def _name_of(given: GivenLogs, log: Log) -> str:
-    """Name under which one log or several joined ones stand in the answer."""
-    return given.places[0].name if len(given.places) == 1 else log.name
-
-
-def _was_fitted(overlay: Overlay, given: GivenLogs) -> bool:
-    """Whether a model was fitted on one of some logs."""
-    known = overlay.provenance.get("log_sha256")
-    known = known if isinstance(known, list) else [known]
-    return any(d in known for d in logs_of({"log": sources(given.places)}).values() if d)
 
 
 def _commands(found: Verification, given: GivenLogs, problem: Problem) -> str:
@@ -196,15 +197,6 @@ def _commands(found: Verification, given: GivenLogs, problem: Problem) -> str:
         command = f"seals calibrate {words} {typed('parameters', numbers)}"
         out += f"Stated numbers that it changes, or that move in its place:\n  {command}\n"
     return out
-
-
-def _tell_supply(problems: Mapping[str, Problem]) -> None:
-    """Print which logs do not tell the voltage that limits their drives."""
-    for name, problem in problems.items():
-        samples = problem.samples
-        words = supply_words(samples.command, problem.vehicle) if samples.voltage is None else ""
-        if words:
-            print(f"{name}: {words}")
 
 
 def _lies_in(file: str, model: Mapping[str, Any]) -> bool:
@@ -242,16 +234,6 @@ def _with_bar(name: str, problem: Problem, overlay: Overlay, *, whole: bool) -> 
         return (replay_variants if whole else compare_ends)(name, problem, overlay, tell=tell)
 
 
-def _same_vehicle(overlay: Overlay, log: Log) -> None:
-    """Refuse a log of another vehicle."""
-    own, other = overlay.provenance.get("vehicle"), (log.meta.get("vehicle") or {}).get("name")
-    if own and other and own != other:
-        raise ConfigError(
-            f"model '{overlay.name}' was found on the vehicle '{own}', log '{log.name}' is of "
-            f"'{other}'.\nGive a log of the same vehicle."
-        )
-
-
 def _target(config: Any) -> Path:
     name = str(config.name)
     if not re.fullmatch(r"[A-Za-z0-9][\w.-]*", name):
@@ -282,10 +264,7 @@ def _base(name: str | None) -> dict[str, Any]:
 
 
 def _write(out: Path, found: Verification, log: Log) -> None:
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ConfigError(f"out={out} is not a folder: {error}.\nGive another folder.") from error
+    make_folder(out)
     write_json(out / RESULT, found.to_dict())
     try:
         draw_ablation(out / PICTURE, found)

@@ -161,7 +161,8 @@ def overlay_of(
         sections["intervals"][WAVE] = intervals.get(WAVE) or {}
     words = [*(str(e["name"]) for e in finding.effects)]
     words += [] if finding.formula is None else ["an unnamed force"]
-    out: dict[str, Any] = {"summary": f"{' and '.join(words)}, found in {_names(source)}"}
+    logs = " and ".join(Path(path).name for path in logs_of({"log": source}))
+    out: dict[str, Any] = {"summary": f"{' and '.join(words)}, found in {logs}"}
     out |= {key: value for key, value in sections.items() if value}
     out |= {key: model[key] for key in ("nominal", "speeds") if key in model}
     out["provenance"] = _provenance(finding, base, source)
@@ -278,10 +279,6 @@ def _refuse_twice(
             f"base={base.get('name')} adds {name} already: it would act twice.\n"
             "Leave base= out: the diagnosis was made against the log's own nominal model."
         )
-
-
-def _names(source: Mapping[str, Any]) -> str:
-    return " and ".join(Path(path).name for path in logs_of({"log": source}))
 
 
 def _provenance(
