@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import yaml
 
@@ -14,6 +15,10 @@ from seals.config.overlay import load_overlay, read_overlay
 from seals.errors import ConfigError
 from seals.field_roles import Role
 from seals.logs.shipped import shipped_logs
+from seals.sysid.candidates.vehicle import candidate_set_of
+from seals.sysid.data.robot_description import describe_robot
+from seals.sysid.data.vehicle import read_vehicle
+from seals.sysid.experiment_design.application import _known
 from seals.sysid.validation.answer import log_digest, read_answer
 from seals.sysid.validation.answer_form import refuse_damaged
 from seals.sysid.validation.writing import overlay_of
@@ -172,3 +177,15 @@ def test_damaged_numbers_are_refused(damaged: Any) -> None:
     effect = {"name": "payload", "parameters": {"mass": {"value": 0.31}}, "nuisance": damaged}
     with pytest.raises(ValueError, match=r"effects\[0\]\.nuisance"):
         refuse_damaged({"verdict": "named", "effects": [effect]})
+
+
+@pytest.mark.parametrize("value", [0.4, "much"])
+def test_a_size_in_words_is_none(value: Any) -> None:
+    """``plan`` supposes a size of its own where an answer tells none."""
+    meta = {"environment": {"gravity": [0.0, 0.0, -9.81], "water_level": None}}
+    vehicle = read_vehicle(meta, describe_robot("hexacopter"))
+    candidates = candidate_set_of(vehicle, speeds=np.ones(3))
+    told = {"relative_loss": {"value": value}, "rotor": {"value": 2.0}}
+    effect = {"name": "weak_rotor", "parameters": told}
+    found = _known(candidates, {"effects": [effect]}, ["weak_rotor"])
+    assert found == ({"weak_rotor": {"weak_rotor_2.relative_loss": 0.4}} if value == 0.4 else {})
