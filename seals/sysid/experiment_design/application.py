@@ -152,8 +152,8 @@ def _known(
             if any(parameters.get(k, {}).get("value") != v for k, v in variant.items()):
                 continue
             pairs = zip(candidate.keys, candidate.reported, strict=True)
-            told = {k: parameters[r]["value"] for k, r in pairs if r in parameters}
-            found = {k: float(v) for k, v in told.items() if not isinstance(v, str)}
+            shown = {k: parameters[r]["value"] for k, r in pairs if r in parameters}
+            found = {k: float(v) for k, v in shown.items() if not isinstance(v, str)}
             if len(found) == len(candidate.keys) and any(found.values()):
                 out[name] = found
                 break

@@ -168,8 +168,9 @@ def _experiment(content: Mapping[str, Any]) -> Experiment:
     for k, run in enumerate(runs):
         for name, count in () if "x" in run else _STARTS:
             given = run.get(name)
-            numbers = given if isinstance(given, list) and len(given) == count else [None]
-            if not all(type(v) in (int, float) and math.isfinite(v) for v in numbers):
+            numbers: list[Any] = given if isinstance(given, list) else []
+            sound = all(type(v) in (int, float) and math.isfinite(v) for v in numbers)
+            if len(numbers) != count or not sound:
                 raise ValueError(f"runs[{k}].{name} needs {count} finite numbers")
     return Experiment(
         name=str(content["name"]),

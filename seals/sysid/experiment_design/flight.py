@@ -209,21 +209,16 @@ def fly(
         if k >= 0:
             states.append(state)
             commands.append(command)
-        half, after = (command + (drive - command) * np.exp(-k * step / lag) for k in (0.5, 1.0))
-        if joints.shape[2]:
-            # servos are steeper than a row is long: explicit steps would let the joints ring
-            three = (Inputs(step, no_torque, d, volts, bent) for d in (drive, half, after))
-            state, _ = twin.advance(state, time, step, tuple(three))
-        else:
-            middle = _moved(state, first, 0.5 * step)
-            second = twin.rates(middle, time, Inputs(0.0, no_torque, half, volts, bent))
-            state = _moved(state, second, step)
+        half = command + (drive - command) * np.exp(-0.5 * step / lag)
+        middle = _moved(state, first, 0.5 * step)
+        second = twin.rates(middle, time, Inputs(0.0, no_torque, half, volts, bent))
         gust = keep * gust + np.sqrt(1.0 - keep**2) * rng.standard_normal(gust.shape) * level
-        kick, drive = gust / weight * step, after
+        kick, state = gust / weight * step, _moved(state, second, step)
         state = state._replace(
             velocity=state.velocity + kick[:, :3],
             angular_velocity=state.angular_velocity + kick[:, 3:],
         )
+        drive = command + (drive - command) * np.exp(-step / lag)
     return (
         {n: np.stack([s[i] for s in states]) for i, n in enumerate(_NAMES)},
         np.stack(commands),

@@ -17,7 +17,13 @@ from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis, diagnose
 from seals.sysid.parallel import Beside, cores
 from seals.sysid.predictors.problem import Problem
-from seals.sysid.report.given_logs import GivenLogs, given_logs, make_folder, sources
+from seals.sysid.report.given_logs import (
+    GivenLogs,
+    bad_data,
+    given_logs,
+    make_folder,
+    sources,
+)
 from seals.sysid.report.sentence import sentence
 from seals.sysid.report.settings import DiagnoseSettings
 from seals.sysid.report.words import next_steps
@@ -200,18 +206,6 @@ def _commands(found: Diagnosis, missing: Localisation, out: Path) -> str:
         return ""
     lines = next_steps(found, table, missing.formula, out)[1].splitlines()
     return "".join(["Next:\n", *(f"  {line}\n" for line in lines)]) if lines else ""
-
-
-def bad_data(words: str) -> dict[str, Any]:
-    """Return the answer about a log that cannot be used."""
-    return {
-        "verdict": Verdict.bad_data.value,
-        "effects": [],
-        "ambiguous_with": [],
-        "next_experiment": None,
-        "held_out_error": None,
-        "reasons": [words],
-    }
 
 
 def _write(out: Path, answer: dict[str, Any]) -> None:

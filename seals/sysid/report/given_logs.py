@@ -19,6 +19,7 @@ from seals.run.hidden import hide, holds
 from seals.sysid.data.join import join_logs
 from seals.sysid.data.robot_description import RobotDescription, describe_run, described
 from seals.sysid.data.robot_vehicle import acting
+from seals.sysid.decision.verdict import Verdict
 
 _MOST = 12
 """Logs that a refusal names."""
@@ -290,6 +291,18 @@ def without_start(log: Log) -> str:
         f"no diagnosis yet: the log has no {lacking}. Add them, or state initial_state of every "
         "run (docs/formats.md): seals convert ... meta=FILE"
     )
+
+
+def bad_data(words: str) -> dict[str, Any]:
+    """Return the answer about a log that cannot be used."""
+    return {
+        "verdict": Verdict.bad_data.value,
+        "effects": [],
+        "ambiguous_with": [],
+        "next_experiment": None,
+        "held_out_error": None,
+        "reasons": [words],
+    }
 
 
 def make_folder(out: Path) -> None:

@@ -77,13 +77,13 @@ def _entries(
     made: dict[str, dict[str, Any]] = {k: {} for k in ("effects", "changes", "wave", "intervals")}
     for candidate, model in chosen:
         throughout, known = candidate.throughout, model.fitter.candidate_set
-        told = parameters(candidate, model.fit, model)
+        shown = parameters(candidate, model.fit, model)
         pairs = zip(throughout.nuisance, candidate.nuisance, strict=True)
         values = {key: model.fit.values[own] for key, own in pairs}
         limits: dict[str, dict[str, list[float]]] = {}
         for key, name in zip(throughout.keys, candidate.reported, strict=True):
-            values[key] = told[name]["value"]
-            ends = [_short(told[name][end]) for end in ("low90", "high90")]
+            values[key] = shown[name]["value"]
+            ends = [_short(shown[name][end]) for end in ("low90", "high90")]
             if all(map(math.isfinite, ends)):
                 instance, _, parameter = key.partition(".")
                 limits.setdefault(instance, {})[parameter] = ends
