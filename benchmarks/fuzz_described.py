@@ -143,6 +143,7 @@ def _timed() -> dict[str, Any]:
         "nominal": {"mass": {"value": 0.1, "sd": 0.2}},
         "covariance": {"parameters": ["effects.0.mass"], "matrix": [[0.01]]},
         "formula": {"text": "f", "effect": law},
+        "models": {"payload": {k: v for k, v in _MODEL.items() if k != "summary"}},
         "log": {"path": "flight_a", "sha256": "0" * 64},
         "reasons": ["because"],
     }
@@ -150,6 +151,7 @@ def _timed() -> dict[str, Any]:
 
 def _answer() -> Target:
     """Answer of a diagnosis, read by all verbs that take one."""
+    from seals.config.overlay import read_overlay
     from seals.effects.effect import Effect
     from seals.errors import ConfigError
     from seals.learn.environments.posterior import posterior_of
@@ -157,7 +159,7 @@ def _answer() -> Target:
     from seals.sysid.candidates.activity import read_activity
     from seals.sysid.experiment_design.application import read_diagnosis
     from seals.sysid.validation.answer import read_answer
-    from seals.sysid.validation.writing import timed_words
+    from seals.sysid.validation.writing import overlay_of, timed_words
 
     payload: Effect = get("effect", "payload").load()(mass=0.1)
 
@@ -166,6 +168,8 @@ def _answer() -> Target:
             if "active" in effect:
                 timed_words(effect)
                 read_activity(effect["active"], [entry["log"] for entry in effect["active"]])
+        with contextlib.suppress(ConfigError):
+            read_overlay(overlay_of(read_answer(path), {}, source={}))
         with contextlib.suppress(ConfigError):
             posterior_of(path, {"load": payload})
         read_diagnosis(path)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from benchmarks.guard import FOUND, Guard
 
 ODD, TRIAL = "tests/unit/test_hostile_descriptions.py", "tests/unit/test_isolated_reading.py"
-COUNTS = "tests/unit/test_hostile_counts.py"
+COUNTS, MODELS = "tests/unit/test_hostile_counts.py", "tests/unit/test_answer_models.py"
 _MOTORS, _SHEET = "seals.logs.motor_curve", "seals.scaffold.datasheet"
 _FORM, _EDIT = "seals.sysid.validation.answer_form", "seals.robot.yaml_edit"
 _MODEL = "seals.config.overlay"
@@ -126,15 +126,15 @@ DESCRIPTIONS: dict[str, Guard] = {
     ),
     "confidence in an answer": Guard(
         _FORM,
-        """    _number(effect.get("confidence") or 0.0, f"{where}.confidence")\n""",
+        """    "confidence": _NUMBER,\n""",
         "",
         ODD,
         "odd_answer and confidence",
     ),
     "nuisances of an answer": Guard(
         _FORM,
-        """        _number(value, f"{where}.nuisance.{key}")\n""",
-        "        pass\n",
+        """    "nuisance": {_EACH: _NUMBER},\n""",
+        "",
         ODD,
         "odd_answer and nuisance",
     ),
@@ -148,22 +148,32 @@ DESCRIPTIONS: dict[str, Guard] = {
         ODD,
         "without_an_effect",
     ),
-    "values of a refit": Guard(
-        "seals.sysid.validation.refit",
-        "if isinstance(value, str):",
+    "models of an answer": Guard(
+        _FORM, """    "models": {_EACH: _MODEL},\n""", "", MODELS, "odd_model"
+    ),
+    "entries of a model in an answer": Guard(
+        _FORM, "if len(value) > _MOST_ENTRIES:", "if False:", MODELS, "odd_model and many"
+    ),
+    "references in an answer": Guard(
+        "seals.sysid.validation.writing",
+        "    refuse_references(finding.models[own], where=str(finding.file))\n",
+        "",
+        MODELS,
+        "odd_model and reference",
+    ),
+    "names of an answer": Guard(
+        "seals.sysid.validation.writing",
+        "if name not in known:",
         "if False:",
-        ODD,
-        "leaves_open",
+        MODELS,
+        "effect_that_is_none",
     ),
-    "empty entries of a refit": Guard(
-        "seals.sysid.validation.refit",
-        '(effect.get("parameters") or {}).items()',
-        'effect.get("parameters", {}).items()',
-        ODD,
-        "leaves_open",
-    ),
-    "choices of a refit": Guard(
-        "seals.sysid.validation.refit", "if count > _MOST_CHOICES:", "if False:", ODD, "leaves_open"
+    "paths in an answer": Guard(
+        "seals.sysid.validation.application",
+        "if role is not Role.data and getattr(part, name) != getattr(kind(), name):",
+        "if False:",
+        MODELS,
+        "sets_no_path",
     ),
     "entries of an answer that is planned with": Guard(
         "seals.sysid.experiment_design.application",
@@ -177,7 +187,7 @@ DESCRIPTIONS: dict[str, Guard] = {
     ),
     "moments of an answer": Guard(
         _FORM,
-        'if set(_kind(moment, Mapping, f"{where}.{end}")) != _MOMENT:',
+        'if form is _MOMENT and set(value) != {"value", "low90", "high90"}:',
         "if False:",
         ODD,
         "odd_answer",

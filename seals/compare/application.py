@@ -13,11 +13,13 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.compare.case import Case
+from seals.compare.cases import matching
 from seals.compare.prediction_methods import cases_of, step_of
 from seals.compare.result import Comparison, Group, as_data
+from seals.compare.score import unit_words
 from seals.compare.settings import CompareOptions, CompareSettings, PredictionMethod
 from seals.compare.variants import ModelVariant, fit_variants
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError
 from seals.file_names import short_path
 from seals.logs import Log, refuse_if_bad
 from seals.robot.build import build_robot
@@ -146,14 +148,8 @@ def read_logs(settings: CompareSettings) -> list[Log]:
 
 def _only(logs: list[Log], patterns: Sequence[str]) -> list[Log]:
     """Logs whose name matches a pattern, all without patterns."""
-    names = [log.name for log in logs]
-    for pattern in patterns:
-        if not fnmatch.filter(names, pattern):
-            present = suggestion(pattern, names, label="Present")
-            raise ConfigError(f"only: no log is called '{pattern}'.\n{present}")
-    if not patterns:
-        return logs
-    return [log for log in logs if any(fnmatch.fnmatch(log.name, p) for p in patterns)]
+    kept = matching("only", patterns, [log.name for log in logs], what="log")
+    return [log for log in logs if log.name in kept or not patterns]
 
 
 def _judged(logs: list[Log], settings: CompareSettings) -> list[Log]:
@@ -179,7 +175,7 @@ def print_variants(comparison: Comparison) -> None:
         for variant in group.variants:
             for channel in sorted({c for s in variant.scores for c in s.channels}):
                 train, rest = (variant.rms(channel, held_out=h) for h in (False, True))
-                unit = _unit(channel)
+                unit = unit_words(channel)
                 line = f"  {variant.name:28s} {channel:18s} train {train:9.4g}"
                 line += f"   held out {rest:9.4g} {unit}" if np.isfinite(rest) else f" {unit}"
                 print(line)
@@ -187,12 +183,6 @@ def print_variants(comparison: Comparison) -> None:
             bound = "  (at its bound)" if value.at_bound else ""
             unit = "" if value.unit == "1" else f" {value.unit}"
             print(f"  {value.key} = {value.value:.4g} +- {value.sigma:.2g}{unit}{bound}")
-
-
-def _unit(channel: str) -> str:
-    from seals.logs.channels import unit_of
-
-    return "rad" if channel == "orientation" else unit_of(channel) or ""
 
 
 def clock_offset(

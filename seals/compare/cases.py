@@ -30,11 +30,38 @@ def make_cases(logs: Sequence[Log], settings: CompareSettings, robot: RobotModel
     """
     segments = [(s, name) for log in logs for s, name in _named(log)]
     names = [name for _, name in segments]
-    train, held_out = (_matching(k, getattr(settings, k), names) for k in ("train", "held_out"))
+    train, held_out = (
+        matching(k, getattr(settings, k), names, what="log or segment")
+        for k in ("train", "held_out")
+    )
     chosen = [
         p for p in segments if p[1] in held_out or (p[1] in train if settings.train else True)
     ]
     return [_case(log, name, settings, robot, held_out=name in held_out) for log, name in chosen]
+
+
+def matching(key: str, patterns: Sequence[object], names: Sequence[str], *, what: str) -> set[str]:
+    """Return the names that shell patterns mean.
+
+    Args:
+        key: under which the patterns were given.
+        patterns: of names.
+        names: that there are.
+        what: has these names, for the message.
+
+    Raises:
+        ConfigError: a pattern means none of them.
+    """
+    found: set[str] = set()
+    for pattern in map(str, patterns):
+        hits = fnmatch.filter(names, pattern)
+        if not hits:
+            raise ConfigError(
+                f"{key}: no {what} is called '{pattern}'.\n"
+                f"{suggestion(pattern, names, label='Present')}"
+            )
+        found.update(hits)
+    return found
 
 
 def _named(log: Log) -> list[tuple[Log, str]]:
@@ -42,19 +69,6 @@ def _named(log: Log) -> list[tuple[Log, str]]:
     if len(segments) == 1:
         return [(segments[0], log.name)]
     return [(s, f"{log.name}/{int(s.segment[0])}") for s in segments]
-
-
-def _matching(key: str, patterns: Sequence[object], names: list[str]) -> set[str]:
-    found: set[str] = set()
-    for pattern in patterns:
-        hits = fnmatch.filter(names, str(pattern))
-        if not hits:
-            raise ConfigError(
-                f"{key}: no log or segment is called '{pattern}'.\n"
-                f"{suggestion(str(pattern), names, label='Present')}"
-            )
-        found.update(hits)
-    return found
 
 
 def _case(

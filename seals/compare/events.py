@@ -58,10 +58,13 @@ def find_drop(time: Floats, specific_force: Floats, *, gravity: float = 9.81) ->
     Raises:
         LogError: there is no free fall that starts at rest.
     """
+    from scipy.ndimage import median_filter
+
     force = specific_force if specific_force.ndim == 2 else specific_force[:, None]
     size = np.sqrt(np.nansum(force**2, axis=1))
     step = float(np.median(np.diff(time)))
-    calm = _running_median(size, max(3, round(SMOOTHING / step) | 1)) < FREE * gravity
+    width = max(3, round(SMOOTHING / step) | 1)
+    calm = median_filter(size, size=width, mode="nearest") < FREE * gravity
     found = [run for run in _runs(calm) if SHORTEST <= time[run[1]] - time[run[0]] <= LONGEST]
     found = [run for run in found if _rest_before(size, run[0], step, gravity)]
     if not found:
@@ -94,12 +97,6 @@ def find_drop(time: Floats, specific_force: Floats, *, gravity: float = 9.81) ->
         fall=float(time[entry] - time[release]),
         spread=0.5 * step,
     )
-
-
-def _running_median(values: Floats, width: int) -> Floats:
-    from scipy.ndimage import median_filter
-
-    return np.asarray(median_filter(values, size=width, mode="nearest"))
 
 
 def _runs(mask: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> list[tuple[int, int]]:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats
 from seals.batch import BatchDynamics, Rates, TwinState
 from seals.compare.case import Case
 from seals.compare.fitted import FitKey
@@ -63,8 +63,9 @@ class Predictor:
 
     def run(self, jobs: Sequence[Job]) -> list[dict[str, Floats]]:
         """Return the predicted samples of every job, channel to shape (rows, k)."""
-        twin = self._twin(jobs)
-        state = self._state(twin, jobs)
+        twin = self.twin_of(jobs, [1] * len(jobs), more={}, waves=self.settings.wave)
+        starts = [self.cases[j.case].start.moved(j.deviation[None]) for j in jobs]
+        state = twin.start(**{k: np.concatenate([s[k] for s in starts]) for k in starts[0]})
         steps = max(int(np.ceil(self.cases[j.case].time[-1] / self.step - 1e-9)) for j in jobs) + 1
         wanted = sorted({channel for j in jobs for channel in self.cases[j.case].measured})
         record: dict[str, list[Floats]] = {channel: [] for channel in wanted}
@@ -78,24 +79,23 @@ class Predictor:
         tables = {channel: np.stack(rows) for channel, rows in record.items()}
         return [self._sample(tables, b, self.cases[j.case]) for b, j in enumerate(jobs)]
 
-    def _twin(self, jobs: Sequence[Job]) -> BatchDynamics:
-        values: dict[str, Floats] = {}
+    def twin_of(
+        self, jobs: Sequence[Job], counts: Sequence[int], *, more: Mapping[str, Any], waves: Any
+    ) -> BatchDynamics:
+        """Return batch dynamics with ``counts`` rows per job; ``more`` adds to the keys' values."""
+        values: dict[str, Array] = {}
         for p, key in enumerate(self.keys):
-            column = np.array([j.values[p] for j in jobs])
+            column = np.repeat([j.values[p] for j in jobs], counts)
             values.update(dict.fromkeys(key.targets, column))
+        for name, extra in more.items():
+            values[name] = values.get(name, 0.0) + extra
         return BatchDynamics(
             self.robot,
             self.effects,
             self.settings.environment,
-            self.settings.wave,
-            batch=len(jobs),
+            waves,
+            batch=int(np.sum(counts)),
             values=values,
-        )
-
-    def _state(self, twin: BatchDynamics, jobs: Sequence[Job]) -> TwinState:
-        rows = [self.cases[j.case].start.moved(j.deviation[None]) for j in jobs]
-        return twin.start(
-            **{field: np.concatenate([row[field] for row in rows]) for field in rows[0]}
         )
 
     def _read(self, channel: str, state: TwinState, rates: Rates) -> Floats:

@@ -12,11 +12,10 @@ import numpy as np
 from seals.compare.case import Case
 from seals.compare.predict import residuals
 from seals.compare.result import Comparison, Group
-from seals.compare.score import by_horizon, pooled
+from seals.compare.score import by_horizon, pooled, unit_words
 from seals.compare.variants import ModelVariant
 from seals.file_names import file_name
 from seals.logs.atomic import write_json
-from seals.logs.channels import unit_of
 from seals.report import (
     Block,
     Chart,
@@ -102,14 +101,14 @@ def _summary(comparison: Comparison) -> Section:
                     f"{after:.4g}",
                     f"{score.rms:.4g}",
                     best.name,
-                    _unit(channel),
+                    unit_words(channel),
                     f"{score.ratio:.3g}",
                 ]
             )
             if len(facts) < 6:
                 judged = "held-out" if held else "fitted"
                 fall = f"{before:.3g} → " if len(group.variants) > 1 else ""
-                key = f"{group.name}: {channel}, {judged} error [{_unit(channel)}]"
+                key = f"{group.name}: {channel}, {judged} error [{unit_words(channel)}]"
                 facts[key] = f"{fall}{score.rms:.3g}"
     table = Table(
         head=[
@@ -145,7 +144,7 @@ def _variant_table(group: Group) -> Table:
                     channel,
                     _figure(train.rms if train else math.nan),
                     _figure(held.rms if held else math.nan),
-                    _unit(channel),
+                    unit_words(channel),
                     _figure(best.ratio if best else math.nan),
                     _fitted_words(variant),
                 ]
@@ -210,7 +209,7 @@ def _overlay(case: Case, channel: str, axis: int, shown: Sequence[ModelVariant],
         series.append(Series(name=variant.name, x=case.time, y=y, dashed=variant is not shown[-1]))
     return Chart(
         title=f"{case.name}: {_component(channel, axis, case)}",
-        y_label=f"{_component(channel, axis, case)} [{_unit(channel)}]",
+        y_label=f"{_component(channel, axis, case)} [{unit_words(channel)}]",
         series=tuple(series),
         marks=_marks(case),
     )
@@ -234,7 +233,7 @@ def _residual(case: Case, channel: str, first: ModelVariant, last: ModelVariant,
                 )
     return Chart(
         title=f"{case.name}: measured less model, {channel}",
-        y_label=f"residual [{_unit(channel)}]",
+        y_label=f"residual [{unit_words(channel)}]",
         series=tuple(series),
         marks=(*_marks(case), Mark(at=0.0, label="", level=True)),
     )
@@ -268,7 +267,7 @@ def _horizon(group: Group) -> list[Block]:
             Chart(
                 title=f"Error against horizon: {channel}, {last.name}",
                 x_label="time since the start [s]",
-                y_label=f"rms error [{_unit(channel)}]",
+                y_label=f"rms error [{unit_words(channel)}]",
                 series=tuple(series),
                 marks=marks,
             )
@@ -334,10 +333,6 @@ def _component(channel: str, axis: int, case: Case) -> str:
     if width == 1:
         return channel
     return f"{channel} {_AXES[axis]}" if width == 3 else f"{channel} {axis + 1}"
-
-
-def _unit(channel: str) -> str:
-    return "rad" if channel == "orientation" else unit_of(channel) or ""
 
 
 def _figure(value: float) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 from seals.compare.case import Case, start_names
 from seals.compare.score import pooled
 from seals.compare.variants import ModelVariant
+from seals.logs.atomic import finite
 from seals.logs.finding import Finding
 
 
@@ -53,7 +53,7 @@ class Comparison:
 
 def as_data(comparison: Comparison) -> dict[str, Any]:
     """Return the result as JSON-ready data, without the samples."""
-    out: dict[str, Any] = _plain(
+    out: dict[str, Any] = finite(
         {
             "name": comparison.name,
             "model": comparison.model,
@@ -105,14 +105,3 @@ def _variant(variant: ModelVariant) -> dict[str, Any]:
         "held_out": {k: asdict(s) for k, s in pooled(variant.scores, held_out=True).items()},
         "cases": {s.name: {"total": s.total, "regimes": s.regimes} for s in variant.scores},
     }
-
-
-def _plain(value: Any) -> Any:
-    """Replace numbers that JSON does not know by None."""
-    if isinstance(value, dict):
-        return {str(k): _plain(v) for k, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(v) for v in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from seals.arrays import Array, Floats
-from seals.batch import BatchDynamics
+from seals.arrays import Floats
 from seals.compare.case import Case, Start
+from seals.compare.cases import matching
 from seals.compare.predict import Job, Predictor
 from seals.compare.regimes import Regime
 from seals.compare.settings import CompareSettings
-from seals.errors import ConfigError, suggestion
 
 
 def bare_case(
@@ -55,23 +55,12 @@ def divided(cases: Sequence[Case], settings: CompareSettings) -> list[Case]:
     Raises:
         ConfigError: a pattern matches no stretch, or there is no stretch.
     """
-    import fnmatch
-    from dataclasses import replace
-
     names = [c.name for c in cases]
-    for key in ("train", "held_out"):
-        for pattern in map(str, getattr(settings, key)):
-            if not fnmatch.filter(names, pattern):
-                raise ConfigError(
-                    f"{key}: no stretch is called '{pattern}'.\n"
-                    f"{suggestion(pattern, names, label='Present')}"
-                )
-
-    def named(case: Case, key: str) -> bool:
-        return any(fnmatch.fnmatch(case.name, str(p)) for p in getattr(settings, key))
-
-    marked = [replace(c, held_out=named(c, "held_out")) for c in cases]
-    return [c for c in marked if c.held_out or not settings.train or named(c, "train")]
+    train, held_out = (
+        matching(k, getattr(settings, k), names, what="stretch") for k in ("train", "held_out")
+    )
+    marked = [replace(c, held_out=c.name in held_out) for c in cases]
+    return [c for c in marked if c.held_out or not settings.train or c.name in train]
 
 
 class SampledPredictor(Predictor):
@@ -82,31 +71,9 @@ class SampledPredictor(Predictor):
         ends = np.cumsum([0, *(len(self.cases[j.case].time) for j in jobs)])
         return [slice(int(a), int(b)) for a, b in pairwise(ends)]
 
-    def twin_of(
-        self, jobs: Sequence[Job], counts: Sequence[int], *, more: Mapping[str, Any], waves: Any
-    ) -> BatchDynamics:
-        """Return batch dynamics with ``counts`` rows per job; ``more`` adds to the keys' values."""
-        values: dict[str, Array] = {}
-        for p, key in enumerate(self.keys):
-            column = np.repeat([j.values[p] for j in jobs], counts)
-            values.update(dict.fromkeys(key.targets, column))
-        for name, extra in more.items():
-            values[name] = values.get(name, 0.0) + extra
-        return BatchDynamics(
-            self.robot,
-            self.effects,
-            self.settings.environment,
-            waves,
-            batch=int(np.sum(counts)),
-            values=values,
-        )
-
     def value(self, key: str, job: Job, default: float) -> float:
         """Return a job's value of one parameter, or the default where it is not fitted."""
         for p, known in enumerate(self.keys):
             if key in known.targets:
                 return float(job.values[p])
         return default
-
-
-__all__ = ["SampledPredictor", "bare_case", "divided"]

@@ -15,6 +15,7 @@ from seals.arrays import Floats
 from seals.compare.case import Case
 from seals.compare.predict import residuals
 from seals.compare.regimes import Regime
+from seals.logs.channels import unit_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,6 +50,11 @@ class CaseScore:
     channels: dict[str, Score]
     regimes: dict[str, float]
     total: float
+
+
+def unit_words(channel: str) -> str:
+    """Return the unit of a channel's errors; empty for none."""
+    return "rad" if channel == "orientation" else unit_of(channel) or ""
 
 
 def score_case(case: Case, predicted: dict[str, Floats]) -> CaseScore:

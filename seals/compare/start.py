@@ -42,7 +42,9 @@ def start_of_pose(log: Log, initial: InitialSettings, joints: int) -> Start:
     velocity = turn.T @ world
     measured = _first(log, "velocity", 3)
     velocity = np.where(np.isfinite(measured), measured, velocity)
-    sigma[6:9] = np.where(_seen_in_body(turn, known) | np.isfinite(measured), WIDE["velocity"], 0.0)
+    # of a body that is nearly upright
+    seen_in_body = np.abs(turn.T) @ known.astype(float) > 0.9
+    sigma[6:9] = np.where(seen_in_body | np.isfinite(measured), WIDE["velocity"], 0.0)
     turning = np.isfinite(_first(log, "angular_velocity", 3)).all() or attitude is not None
     spin = _filled(_first(log, "angular_velocity", 3), initial.angular_velocity, np.zeros(3), 0.0)
     sigma[9:12] = WIDE["spin"] if turning else 0.0
@@ -180,10 +182,3 @@ def _filled(measured: Floats, fallback: list[float], sigma: Floats, wide: float)
     base[: len(fallback)] = fallback[: len(base)]
     sigma[known] = wide
     return np.where(known, measured, base)
-
-
-def _seen_in_body(
-    turn: Floats, known: np.ndarray[tuple[int], np.dtype[np.bool_]]
-) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Body components whose world motion is measured, for a body that is nearly upright."""
-    return np.asarray(np.abs(turn.T) @ known.astype(float) > 0.9)

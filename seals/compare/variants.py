@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from seals.arrays import Floats
 from seals.compare.case import Case
-from seals.compare.fitted import FitKey, fit_keys
+from seals.compare.fitted import fit_keys
 from seals.compare.prediction_methods import predictor_of
 from seals.compare.score import CaseScore, pooled, score_case
 from seals.compare.settings import CompareSettings
-from seals.compare.solve import Solution, Solver
+from seals.compare.solve import Solver
 from seals.effects.binding import bind_effects
 from seals.effects.effect import Effect
 from seals.errors import ConfigError, suggestion
@@ -102,29 +101,34 @@ def _variant(
     bound = bind_effects(effects, robot.links)
     values = np.array([k.start for k in keys])
 
-    def solver(chosen: Sequence[Case]) -> Solver:
-        predictor = predictor_of(settings)(settings, robot, bound, keys, chosen, step=step)
-        return Solver(predictor, iterations=settings.compare.iterations)
-
     train = [c for c in cases if not c.held_out]
     rest = [c for c in cases if c.held_out]
-    found: dict[str, _Found] = {}
+    found: dict[str, tuple[dict[str, Floats], Floats, Floats]] = {}
     fitted: list[FittedValue] = []
-    if train:
-        solution = solver(train).fit(values, free=range(len(keys)))
-        values, fitted = solution.values, _fitted(keys, solution)
-        _keep(found, train, solution)
-    if rest:
-        _keep(found, rest, solver(rest).fit(values, free=()))
+    for chosen, free in ((train, range(len(keys))), (rest, range(0))):
+        if chosen:
+            predictor = predictor_of(settings)(settings, robot, bound, keys, chosen, step=step)
+            solver = Solver(predictor, iterations=settings.compare.iterations)
+            got = solver.fit(values, free=free)
+            parts = zip(got.predicted, got.deviations, got.start_sigma, strict=True)
+            found.update({case.name: part for case, part in zip(chosen, parts, strict=True)})
+            if free:
+                values = got.values
+                fitted = [
+                    FittedValue(
+                        key=k.key, value=float(v), sigma=float(s), unit=k.parameter.unit, at_bound=b
+                    )
+                    for k, v, s, b in zip(keys, values, got.sigma, got.at_bound, strict=True)
+                ]
     ordered = [found[c.name] for c in cases]
     return ModelVariant(
         name=name,
         effects=list(effects),
         fitted=fitted,
-        scores=[score_case(c, found[c.name].predicted) for c in cases],
-        predicted=[f.predicted for f in ordered],
-        deviations=[f.deviation for f in ordered],
-        start_sigma=[f.sigma for f in ordered],
+        scores=[score_case(c, found[c.name][0]) for c in cases],
+        predicted=[predicted for predicted, _, _ in ordered],
+        deviations=[deviation for _, deviation, _ in ordered],
+        start_sigma=[sigma for _, _, sigma in ordered],
     )
 
 
@@ -135,23 +139,3 @@ def _active(name: str, active: list[str], effects: Mapping[str, Effect]) -> dict
                 f"ladder.{name}: there is no effect '{effect}'.\n{suggestion(effect, effects)}"
             )
     return {n: e for n, e in effects.items() if n in active}
-
-
-class _Found(NamedTuple):
-    """Result of one stretch: model samples, deviation of its start and its spread."""
-
-    predicted: dict[str, Floats]
-    deviation: Floats
-    sigma: Floats
-
-
-def _keep(found: dict[str, _Found], cases: Sequence[Case], solution: Solution) -> None:
-    parts = zip(solution.predicted, solution.deviations, solution.start_sigma, strict=True)
-    found.update({case.name: _Found(*part) for case, part in zip(cases, parts, strict=True)})
-
-
-def _fitted(keys: Sequence[FitKey], solution: Solution) -> list[FittedValue]:
-    return [
-        FittedValue(key=k.key, value=float(v), sigma=float(s), unit=k.parameter.unit, at_bound=b)
-        for k, v, s, b in zip(keys, solution.values, solution.sigma, solution.at_bound, strict=True)
-    ]

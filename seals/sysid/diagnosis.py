@@ -10,7 +10,6 @@ from typing import Any
 
 from seals.errors import LogError
 from seals.logs.log import Log
-from seals.schema import parameters_of
 from seals.sound_numbers import refuse_undefined, trials
 from seals.sysid.calibration.free_numbers import number_behind
 from seals.sysid.calibration.stated import StatedNumber, hull_of, stated_numbers
@@ -18,13 +17,13 @@ from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.candidates.reported_values import deviation
 from seals.sysid.data.join import join_logs
 from seals.sysid.data.robot_description import RobotDescription
-from seals.sysid.decision.answer import Claim
 from seals.sysid.decision.evidence import EvidenceAnswer, decide
 from seals.sysid.decision.exact_numbers import explains_as_well, numbers_to_hold, with_exact
 from seals.sysid.decision.intervals import parameters
 from seals.sysid.decision.policy import DecisionPolicy
+from seals.sysid.decision.verdict import Verdict
 from seals.sysid.predictors.problem import Problem, prepare
-from seals.sysid.report.naming import log_names, parameter_words
+from seals.sysid.report.naming import log_names, parameter_words, unit_of
 from seals.sysid.scores.held_out import held_out_by_log, held_out_misfit, stated_misfit
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 from seals.sysid.selection.log_search import search_log
@@ -66,14 +65,8 @@ class Diagnosis:
     def to_dict(self) -> dict[str, Any]:
         """Return the diagnosis in the form of ``diagnosis.json``."""
         answer = self.answer
-        effects = [_effect(claim, self.logs) for claim in answer.claims]
-        sets = []
-        for claim in answer.claims:
-            if claim.alike:
-                sets.append([claim.name, *claim.alike])
-        if answer.verdict.value == "ambiguous":
-            rest = (1.0 - answer.claims[0].confidence) / max(len(answer.claims[0].rivals), 1)
-            effects += [_rival(self.search, n, rest, self.logs) for n in answer.claims[0].rivals]
+        effects = [_effect(*one, self.logs) for one in self.reported]
+        sets = [[claim.name, *claim.alike] for claim in answer.claims if claim.alike]
         nominal = self.nominal()
         return {
             "verdict": answer.verdict.value,
@@ -98,6 +91,18 @@ class Diagnosis:
             "without": list(self.without),
             "seconds": self.seconds,
         }
+
+    @property
+    def reported(self) -> list[tuple[Candidate, EvidenceHypothesis, float]]:
+        """Effects of the answer with their models and confidences: claims, then their rivals."""
+        claims = self.answer.claims
+        found = [(claim.candidate, claim.hypothesis, claim.confidence) for claim in claims]
+        rivals = claims[0].rivals if self.answer.verdict is Verdict.ambiguous else ()
+        for name in rivals:
+            tried = (h for r in self.search.rounds for h in r)
+            model = next(h for h in tried if h.candidates[-1].name == name)
+            found.append((model.candidates[-1], model, (1.0 - claims[0].confidence) / len(rivals)))
+        return found
 
     def fitted(self) -> list[dict[str, Any]]:
         """Effects of the best model, the named ones and those too uncertain or small for that."""
@@ -154,11 +159,7 @@ class Diagnosis:
             slope = slope if changes is None else changes.slope
             value = sets.nominal_of(moved.key) if number is None else number.value
             value = value if changes is None else changes.value
-            effect = sets.effects.get(sets.parameters[moved.key].instance)
-            meta = {} if effect is None else parameters_of(effect)
-            field_name = sets.parameters[moved.key].parameter
-            unit = meta[field_name].unit if field_name in meta else ""
-            unit = number.unit if number is not None else unit
+            unit = unit_of(sets, moved.key, "") if number is None else number.unit
             fitted = value + slope * moved.change
             entry = {
                 "what": moved.key if number is None else number.name,
@@ -322,26 +323,14 @@ def _directions(number: StatedNumber, *, in_folder: bool) -> dict[str, Any]:
     }
 
 
-def _effect(claim: Claim[EvidenceHypothesis], logs: Sequence[str]) -> dict[str, Any]:
-    candidate = claim.candidate
+def _effect(
+    candidate: Candidate,
+    hypothesis: EvidenceHypothesis,
+    confidence: float,
+    logs: Sequence[str],
+) -> dict[str, Any]:
     return {
         "name": candidate.name,
-        **_place(candidate, claim.hypothesis),
-        "confidence": claim.confidence,
-        "parameters": parameters(candidate, claim.hypothesis.fit, claim.hypothesis),
-        **_nuisance(candidate, claim.hypothesis),
-        **_active(candidate, logs),
-    }
-
-
-def _rival(
-    found: Search[EvidenceHypothesis], name: str, confidence: float, logs: Sequence[str]
-) -> dict[str, Any]:
-    tried = (h for r in found.rounds for h in r)
-    hypothesis = next(h for h in tried if h.candidates[-1].name == name)
-    candidate = hypothesis.candidates[-1]
-    return {
-        "name": name,
         **_place(candidate, hypothesis),
         "confidence": confidence,
         "parameters": parameters(candidate, hypothesis.fit, hypothesis),
@@ -357,7 +346,7 @@ def _active(candidate: Candidate, logs: Sequence[str]) -> dict[str, Any]:
 
 
 def _nuisance(candidate: Candidate, hypothesis: EvidenceHypothesis) -> dict[str, Any]:
-    """Return the effect's fitted nuisance parameters, if it has any: a refit starts from them."""
+    """Return the effect's fitted nuisance parameters, if it has any."""
     candidate_set, values = hypothesis.fitter.candidate_set, hypothesis.fit.values
     found = {
         candidate_set.parameters[key].parameter: candidate_set.nominal_of(key) + values[key]

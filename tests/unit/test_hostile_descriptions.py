@@ -26,9 +26,8 @@ from seals.scaffold.datasheet import write_datasheet
 from seals.sysid.data.vehicle import read_vehicle
 from seals.sysid.experiment_design.application import read_diagnosis
 from seals.sysid.validation import answer
-from seals.sysid.validation.answer import Finding, log_digest, read_answer
+from seals.sysid.validation.answer import log_digest, read_answer
 from seals.sysid.validation.application import _lies_in
-from seals.sysid.validation.refit import refit
 from seals.untrusted_io import plain_json, plain_yaml
 
 MOTORS: dict[str, Any] = {
@@ -280,36 +279,6 @@ def test_a_verdict_without_an_effect_is_no_answer(verdict: Any, tmp_path: Path) 
     (tmp_path / "diagnosis.json").write_text(json.dumps({"verdict": verdict, "effects": effects}))
     with pytest.raises(ConfigError, match="is damaged: verdict"):
         read_answer(tmp_path)
-
-
-REFITTED: dict[str, tuple[dict[str, Any], int, str]] = {
-    "parameters of nothing": ({"name": "wind", "parameters": None, "nuisance": None}, 1, ""),
-    "a value in words": ({"name": "wind", "parameters": {"velocity_x": {"value": "x"}}}, 1, "'x'"),
-    "any rotor, twice": ({"name": "weak_rotor", "parameters": {}}, 2, "leaves 16 choices open"),
-}
-
-
-@pytest.mark.parametrize("name", REFITTED)
-def test_what_an_answer_leaves_open_is_bounded(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Entries may be left out, values are numbers, and variants are not multiplied without end."""
-    monkeypatch.setattr("seals.sysid.validation.refit._MOST_CHOICES", 15)
-    effect, count, wrong = REFITTED[name]
-    log = read_native(shipped_logs()["hidden_effect/flight_a"])
-    columns = {key: values[:200] for key, values in log.columns.items()}
-    short = Log(name="short", columns=columns, meta=log.meta)
-    finding = Finding(
-        file=Path("a"),
-        effects=(effect,) * count,
-        verdict="named",
-        chosen=False,
-        logs={},
-        nominal={},
-    )
-    if not wrong:
-        assert refit(short, finding).candidates[0].name == effect["name"]
-        return
-    with pytest.raises(ConfigError, match=wrong):
-        refit(short, finding)
 
 
 def test_a_sound_answer_is_read(tmp_path: Path) -> None:

@@ -29,7 +29,7 @@ from seals.sysid.report.wrench import log_rows
 from seals.sysid.residual_force import locate_residual_force
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 from seals.sysid.validation.answer import read_answer
-from seals.sysid.validation.writing import _intervals
+from seals.sysid.validation.writing import models_of, overlay_of
 
 ROOT = Path(__file__).parents[2]
 if str(ROOT) not in sys.path:
@@ -98,8 +98,28 @@ def test_figures_that_are_not_determined_end_in_no_traceback(
     assert "2 → not determined" in page
     assert doubtful.answer.verdict.exit_code == 10
     # an effect without an interval can still be added
-    effect = read_answer(tmp_path).effects[0]
-    assert _intervals(claim.hypothesis.candidates[claim.index], effect) == {}
+    added = overlay_of(read_answer(tmp_path), {}, source={})
+    assert set(added["effects"]) == {"wind"}
+    assert added["intervals"] == {"wind": {}}
+
+
+def test_a_rival_has_a_model_of_its_own(windy: tuple[Diagnosis, Log]) -> None:
+    """Of what a log cannot tell apart, each comes with the nominal values fitted beside it."""
+    found, _ = windy
+    claim = found.answer.claims[0]
+    rival = next(h for h in found.search.rounds[0] if h.names[-1] != claim.name)
+    claim = dataclasses.replace(claim, rivals=(rival.names[-1],))
+    answer = dataclasses.replace(found.answer, verdict=Verdict.ambiguous, claims=(claim,))
+    models = models_of(dataclasses.replace(found, answer=answer), vehicle="quad")
+    assert list(models) == [claim.name, rival.names[-1]]
+    for name, model in ((claim.name, claim.hypothesis), (rival.names[-1], rival)):
+        parts = {**models[name].get("effects", {}), **models[name].get("changes", {})}
+        assert set(parts) == {name}
+        assert models[name]["provenance"] == {"vehicle": "quad"}
+        value = models[name]["nominal"]["mass.mass"]["value"]
+        assert value == pytest.approx(model.fit.values["mass.mass"], rel=1e-5)
+        alone = models[name]["nominal"]["mass.mass"]["alone"]
+        assert alone == pytest.approx(found.search.nominal.fit.values["mass.mass"], rel=1e-5)
 
 
 def test_the_report_is_two_whole_files_of_bounded_size(report: Path) -> None:

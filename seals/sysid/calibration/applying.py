@@ -59,7 +59,8 @@ def edited(found: Calibration, folder: Path, robot: RobotModel) -> Edited:
         robot: its model, with all links of the URDF.
     """
     urdf = Path(robot.urdf).resolve()
-    name = urdf.relative_to(folder.resolve()).as_posix() if _inside(urdf, folder) else ""
+    inside = urdf.is_relative_to(folder.resolve()) and urdf.is_file()
+    name = urdf.relative_to(folder.resolve()).as_posix() if inside else ""
     before = {ROBOT: read_text(folder / ROBOT)}
     after, notes = dict(before), []
     for number in found.numbers:
@@ -89,10 +90,6 @@ def edited(found: Calibration, folder: Path, robot: RobotModel) -> Edited:
     return Edited(
         folder=folder, before={k: before[k] for k in changed}, after=changed, notes=tuple(notes)
     )
-
-
-def _inside(file: Path, folder: Path) -> bool:
-    return file.is_relative_to(folder.resolve()) and file.is_file()
 
 
 def _with(text: str, number: StatedNumber, value: float) -> str:

@@ -228,12 +228,9 @@ def score_on(found: Calibration, log: Log, *, robot: RobotDescription | None = N
     Raises:
         LogError: the log cannot be used.
     """
-    candidate_set = found.problem.plant.candidate_set
-    problem = prepare(log, robot=robot, free=lambda vehicle, own: _like(own, candidate_set))
+    parameters = found.problem.plant.candidate_set.parameters
+    problem = prepare(
+        log, robot=robot, free=lambda vehicle, own: replace(own, parameters=parameters)
+    )
     values = found.solution.fit.values
     return unseen_misfit(problem, [values], at=values)[0]
-
-
-def _like(own: CandidateSet, other: CandidateSet) -> CandidateSet:
-    """Return a candidate set with the parameters of another one of the same vehicle."""
-    return replace(own, parameters=other.parameters)

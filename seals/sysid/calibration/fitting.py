@@ -55,7 +55,11 @@ def solve(
     tell(done)
     while done < ROUNDS and not settled:
         before = fit
-        fitter = _again(problem, fitter, fit)
+        if problem.samples.posed:
+            trajectory = refined(problem.plant, fitter.trajectory, at=fit.values)
+            fitter = linearise_model(problem.plant, trajectory, fit.values)
+        else:
+            fitter = follow_measurements(fitter, fit.free, at=fit.values, rounds=1)
         fit = fitter.fit(tuple(keys), start=fit.values)
         done += 1
         settled = moved(before, fit, keys) < _SETTLED
@@ -67,11 +71,3 @@ def moved(before: Fit, after: Fit, keys: Sequence[str]) -> float:
     """Return the largest change of some parameters in units of their 1-sigma."""
     steps = [abs(after.values[k] - before.values[k]) / after.spread(k) for k in keys]
     return float(np.max(steps))
-
-
-def _again(problem: Problem, fitter: Fitter, fit: Fit) -> Fitter:
-    """Re-estimate the trajectory with the fitted model, and linearise along it."""
-    if not problem.samples.posed:
-        return follow_measurements(fitter, fit.free, at=fit.values, rounds=1)
-    trajectory = refined(problem.plant, fitter.trajectory, at=fit.values)
-    return linearise_model(problem.plant, trajectory, fit.values)

@@ -38,7 +38,15 @@ def with_free_numbers(
             # tolerance and number are one: the log cannot tell them apart
             parameters[key] = replace(parameters[key], tolerance=0.0)
     for number in numbers:
-        parameters[number.key] = _free(number, parameters.get(number.key), share=share)
+        known = parameters.get(number.key)
+        sigma = prior_sigma(number, known, share=share) / abs(number.slope)
+        parameters[number.key] = replace(
+            Parameter(key=number.key) if known is None else known,
+            tolerance=0.0,
+            scale=sigma / WIDE,
+            bounds=number.reach,
+            adds=False,
+        )
     return replace(candidate_set, parameters=parameters)
 
 
@@ -49,9 +57,8 @@ def _hand_over(parameters: dict[str, Parameter], number: StatedNumber, keys: Seq
         return
     given = parameters[keys[0]]
     tolerance = given.tolerance * abs(stated.slope / number.slope)
-    low, high = sorted(number.change(b) for b in number.bounds)
     parameters[number.key] = replace(
-        given, key=number.key, tolerance=tolerance, bounds=(low, high), changes=None
+        given, key=number.key, tolerance=tolerance, bounds=number.reach, changes=None
     )
     for key in keys:
         parameters[key] = replace(parameters[key], tolerance=0.0)
@@ -65,13 +72,6 @@ def prior_sigma(number: StatedNumber, known: Parameter | None, *, share: float) 
     if number.value:
         return share * abs(number.value)
     return WIDE * abs(number.slope) * (known.scale if known is not None else 1.0)
-
-
-def _free(number: StatedNumber, known: Parameter | None, *, share: float) -> Parameter:
-    sigma = prior_sigma(number, known, share=share) / abs(number.slope)
-    low, high = sorted(number.change(b) for b in number.bounds)
-    like = Parameter(key=number.key) if known is None else known
-    return replace(like, tolerance=0.0, scale=sigma / WIDE, bounds=(low, high), adds=False)
 
 
 def same_number(candidate_set: CandidateSet, number: StatedNumber, base: str) -> list[str]:

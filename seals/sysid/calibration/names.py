@@ -27,10 +27,11 @@ def chosen(asked: Sequence[str], offered: Mapping[str, StatedNumber]) -> tuple[S
     """
     if not asked:
         shown = [n for n, number in offered.items() if number.offered]
+        more = f" and {len(shown) - _SHOWN} more" if len(shown) > _SHOWN else ""
         raise ConfigError(
             "parameters is not given.\n"
             f"Say what to calibrate, for instance parameters=[{','.join(shown[:3])}]; "
-            f"this vehicle has {_listed(shown)}"
+            f"this vehicle has {', '.join(shown[:_SHOWN])}{more}"
         )
     found: dict[str, StatedNumber] = {}
     for name in asked:
@@ -53,8 +54,3 @@ def _meant(name: str, offered: Mapping[str, StatedNumber]) -> list[StatedNumber]
             f"{suggestion(name, offered)}"
         )
     return meant
-
-
-def _listed(names: Sequence[str]) -> str:
-    more = len(names) - _SHOWN
-    return ", ".join(names[:_SHOWN]) + (f" and {more} more" if more > 0 else "")

@@ -65,7 +65,9 @@ def write_report(
         ),
     ]
     if diff or notes:
-        sections.insert(1, _change(diff, notes))
+        edits: list[Block] = [Code(text=diff)] if diff else []
+        edits += [Paragraph(text=note) for note in notes]
+        sections.insert(1, Section(title="Change of the robot's folder", blocks=edits, wide=True))
     samples = found.problem.samples
     seconds = sum(float(samples.time[b - 1] - samples.time[a]) for a, b in samples.runs)
     text = page(
@@ -101,15 +103,6 @@ def _summary(found: Calibration, more: Sequence[str]) -> Section:
     blocks += [Paragraph(text=remark, tone="warn") for remark in remarks(found)]
     blocks += [Paragraph(text=sentence) for sentence in more]
     return Section(title="In short", blocks=blocks, wide=True)
-
-
-def _change(diff: str, notes: Sequence[str]) -> Section:
-    blocks: list[Block] = [Code(text=diff)] if diff else []
-    return Section(
-        title="Change of the robot's folder",
-        blocks=[*blocks, *(Paragraph(text=note) for note in notes)],
-        wide=True,
-    )
 
 
 def _correlation(found: Calibration) -> Table:

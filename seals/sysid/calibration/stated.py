@@ -55,6 +55,12 @@ class StatedNumber:
     directions: tuple[float, ...] = ()
     turned_by: str = ""
 
+    @property
+    def reach(self) -> tuple[float, float]:
+        """Least and largest change of the model's parameter."""
+        low, high = sorted(map(self.change, self.bounds))
+        return low, high
+
     def allowed(self, number: float) -> bool:
         """Return whether a value lies within the bounds."""
         return self.bounds[0] <= number <= self.bounds[1]
@@ -105,13 +111,11 @@ def _properties(vehicle: Vehicle, candidate_set: CandidateSet, hull: str) -> Ite
         if changes.section != ACTUATORS:
             head = f"{HULLS}.{hull}." if changes.section == HULLS else ""
             yield _property(f"{head}{changes.name}", key, changes, parameter)
-        elif len(drives) == 1 and _has_field(vehicle.effects[drives[0]], changes.name):
+        elif len(drives) == 1 and changes.name in {
+            f.name for f in fields(vehicle.effects[drives[0]])
+        }:
             # drives of two kinds share a tolerance: its number is that of neither
             yield _property(f"{_head(vehicle, drives[0])}.{changes.name}", key, changes, parameter)
-
-
-def _has_field(effect: Effect, name: str) -> bool:
-    return name in {f.name for f in fields(effect)}
 
 
 def _property(name: str, key: str, changes: Property, parameter: Parameter) -> StatedNumber:

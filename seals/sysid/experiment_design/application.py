@@ -15,7 +15,7 @@ from seals.sysid.experiment_design.plan import Plan, proposal, table
 from seals.sysid.experiment_design.ranking import STAGES, propose
 from seals.sysid.experiment_design.supposed import variants_of
 from seals.sysid.predictors.problem import prepare
-from seals.sysid.report.given_logs import GivenLogs, given_logs, robot_name
+from seals.sysid.report.given_logs import GivenLogs, given_logs, make_folder, robot_name
 from seals.sysid.validation.answer import logs_of, noted_logs
 from seals.sysid.validation.answer_form import refuse_damaged
 from seals.untrusted_io import read_json
@@ -38,7 +38,12 @@ def execute(config: Any) -> int:
     answer = {} if config.diagnosis is None else read_diagnosis(Path(str(config.diagnosis)))
     names = [str(n) for n in config.between] or _open_question(answer, str(config.diagnosis))
     noted = [str(name) for name in answer.get("without") or ()]
-    given = given_logs(config, _logs_of(config, answer), noted=noted)
+    places = config.log if config.log is not None else noted_logs(logs_of(answer))
+    if not places:
+        raise ConfigError(
+            "log is not given.\nSay of which vehicle: seals plan effects=[NAME,NAME] log=FOLDER"
+        )
+    given = given_logs(config, places, noted=noted)
     out = Path(config.out or HydraConfig.get().runtime.output_dir)
     with progress("planning", STAGES + 2) as tell, trials():
         log, robot = given.read()
@@ -80,10 +85,7 @@ def write_plan(
     from seals.sysid.experiment_design.experiment import write_experiment
     from seals.sysid.experiment_design.picture import write_pictures
 
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ConfigError(f"out={out} is not a folder: {error}.\nGive another folder.") from error
+    make_folder(out)
     logs = [str(place) for place in given.places]
     write_json(out / ANSWER, {**plan.to_dict(), "log": logs[0] if len(logs) == 1 else logs})
     write_experiment(
@@ -134,16 +136,6 @@ def _open_question(given: Mapping[str, Any], place: str) -> list[str]:
     return list(dict.fromkeys(sets[0]))
 
 
-def _logs_of(config: Any, answer: Mapping[str, Any]) -> Any:
-    """Return the paths of the logs that are given, else of those that were diagnosed."""
-    given = config.log if config.log is not None else noted_logs(logs_of(answer))
-    if not given:
-        raise ConfigError(
-            "log is not given.\nSay of which vehicle: seals plan effects=[NAME,NAME] log=FOLDER"
-        )
-    return given
-
-
 def _known(
     candidate_set: CandidateSet, given: Mapping[str, Any], names: list[str]
 ) -> dict[str, dict[str, float]]:
@@ -160,7 +152,8 @@ def _known(
             if any(parameters.get(k, {}).get("value") != v for k, v in variant.items()):
                 continue
             pairs = zip(candidate.keys, candidate.reported, strict=True)
-            found = {k: float(parameters[r]["value"]) for k, r in pairs if r in parameters}
+            shown = {k: parameters[r]["value"] for k, r in pairs if r in parameters}
+            found = {k: float(v) for k, v in shown.items() if not isinstance(v, str)}
             if len(found) == len(candidate.keys) and any(found.values()):
                 out[name] = found
                 break

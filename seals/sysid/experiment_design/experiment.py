@@ -17,6 +17,7 @@ from seals.logs.atomic import plain, write_text
 from seals.sysid.experiment_design.control import ROTORS, THRUSTERS, Gains
 from seals.sysid.experiment_design.motions import Path as Reference
 from seals.sysid.experiment_design.plan import Plan
+from seals.sysid.validation.answer_form import check_form
 from seals.untrusted_io import read_plain_yaml
 
 KIND = "planned-manoeuvre"
@@ -134,17 +135,6 @@ def read_experiment(path: str | Path) -> Experiment:
         ) from error
     if not isinstance(content, dict) or content.get("kind") != KIND:
         raise ConfigError(f"experiment={path} is not a planned manoeuvre.\nAllowed: kind: {KIND}")
-    _check_keys(path, content)
-    try:
-        _check_kinds(content)
-        return _experiment(content)
-    except (KeyError, TypeError, ValueError) as error:
-        raise ConfigError(
-            f"experiment={path} is damaged: {error}.\nLet seals plan write it again."
-        ) from error
-
-
-def _check_keys(path: str | Path, content: Mapping[str, Any]) -> None:
     for key in content:
         if key not in (*_KEYS, *_MAY):
             near = suggestion(str(key), (*_KEYS, *_MAY))
@@ -154,30 +144,13 @@ def _check_keys(path: str | Path, content: Mapping[str, Any]) -> None:
         raise ConfigError(
             f"experiment={path} lacks {', '.join(lacking)}.\nLet seals plan write it again."
         )
-
-
-def _check_kinds(content: Mapping[str, Any]) -> None:
-    kinds: dict[str, type] = {"gains": dict, "meta": dict, "runs": list}
-    entries = {key: (content[key], kind) for key, kind in kinds.items()}
-    runs = content["runs"] if isinstance(content["runs"], list) else []
-    entries |= {f"runs[{k}]": (run, dict) for k, run in enumerate(runs)}
-    for where, (value, kind) in entries.items():
-        if not isinstance(value, kind):
-            wanted = "mapping" if kind is dict else "list"
-            raise ValueError(f"{where} is a {type(value).__name__}, a {wanted} belongs there")
-
-
-def _is_number(value: Any) -> bool:
-    return type(value) in (int, float) and math.isfinite(value)
-
-
-def _check_starts(runs: Sequence[Mapping[str, Any]]) -> None:
-    for k, run in enumerate(runs):
-        for name, count in () if "x" in run else _STARTS:
-            given = run.get(name)
-            sound = isinstance(given, list) and len(given) == count and all(map(_is_number, given))
-            if not sound:
-                raise ValueError(f"runs[{k}].{name} needs {count} finite numbers")
+    try:
+        check_form(content, {"gains?": {}, "meta?": {}, "runs?": [{}]}, "")
+        return _experiment(content)
+    except (KeyError, TypeError, ValueError) as error:
+        raise ConfigError(
+            f"experiment={path} is damaged: {error}.\nLet seals plan write it again."
+        ) from error
 
 
 def _experiment(content: Mapping[str, Any]) -> Experiment:
@@ -192,7 +165,13 @@ def _experiment(content: Mapping[str, Any]) -> Experiment:
     length += sum(float(r["seconds"]) for r in falling)
     if not 0.0 < step < math.inf or not 0.0 <= length <= MOST_ROWS * step:
         raise ValueError(f"{length:g} s in steps of {step:g} s; at most {MOST_ROWS:,} steps")
-    _check_starts(runs)
+    for k, run in enumerate(runs):
+        for name, count in () if "x" in run else _STARTS:
+            given = run.get(name)
+            numbers: list[Any] = given if isinstance(given, list) else []
+            sound = all(type(v) in (int, float) and math.isfinite(v) for v in numbers)
+            if len(numbers) != count or not sound:
+                raise ValueError(f"runs[{k}].{name} needs {count} finite numbers")
     return Experiment(
         name=str(content["name"]),
         meta=content["meta"],
@@ -208,17 +187,13 @@ def _experiment(content: Mapping[str, Any]) -> Experiment:
 
 def _reference(run: Mapping[str, Any], step: float) -> Reference:
     """A written reference at the rows of the log."""
+    from scipy.interpolate import CubicSpline
+
     place = np.array([run[a] for a in "xyz"], dtype=float).T
     yaw = np.array(run["yaw"], dtype=float)
     joints = np.array(run["joints"], dtype=float).reshape(len(yaw), -1)
     every = np.concatenate([place, yaw[:, None], joints], axis=1)
     at = np.arange(len(yaw)) * float(run["spacing"])
     time = np.arange(round(at[-1] / step)) * step
-    dense = _through(at, every, time)
+    dense = CubicSpline(at, every, axis=0)(time)
     return Reference(place=dense[:, :3], yaw=dense[:, 3], joints=dense[:, 4:])
-
-
-def _through(at: Any, values: Any, time: Any) -> Any:
-    from scipy.interpolate import CubicSpline
-
-    return CubicSpline(at, values, axis=0)(time)

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.batch import BatchDynamics, Rates, TwinState
-from seals.frames import exponential, multiply, quaternion_of_rpy
+from seals.batch import Rates, TwinState
+from seals.frames import quaternion_of_rpy
 from seals.motion import Inputs
 from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.data.vehicle import Vehicle
-from seals.sysid.experiment_design.control import Controller, Wanted
+from seals.sysid.experiment_design.control import Controller
 from seals.sysid.experiment_design.manoeuvres import Manoeuvre
 from seals.sysid.experiment_design.motions import Path
 from seals.sysid.experiment_design.recording import planned_plant
@@ -31,8 +31,6 @@ THINNED = {ARM: 2}
 """Rows of the loop for one row that is kept, where a model is dear to linearise."""
 _SETTLE = 2.0
 """Time on the first place of the reference before the log begins [s]."""
-_ESTIMATE = (0.002, 0.004, 0.004, 0.001)
-"""Noise of the estimates: place [m], velocity [m/s], body rates [rad/s], attitude [rad]."""
 _DISCHARGE = 0.002
 """Share of the battery's voltage that goes in a second."""
 _NAMES = ("position", "quaternion", "velocity", "angular_velocity", "joints", "joint_velocity")
@@ -191,126 +189,45 @@ def fly(
     Returns:
         States by name, shape (T, M, k) each, and commands, shape (T, M, n).
     """
-    loop = _Loop(problem, scene, flights, values, step=step, seed=seed)
-    rows = max(len(p.yaw) for p in flights)
-    for _ in range(round(_SETTLE / step)):
-        loop.advance(0)
+    vehicle, rng = problem.vehicle, np.random.default_rng(seed)
+    control = Controller(vehicle, flights, step=step, tilt=scene.tilt, rng=rng)
+    twin = problem.plant.twin(values, len(flights), stiff=False)
+    lag = np.maximum(vehicle.lag + problem.plant.timing(values)[1], 1e-3)
+    full, joints = vehicle.full_voltage, control.joints
+    volts = None if full is None else np.full((len(flights), 1), 0.95 * full)
+    level, keep = np.repeat(vehicle.gust, 3), float(np.exp(-step / vehicle.gust_time))
+    weight = np.concatenate([np.full(3, control.mass), control.inertia])
+    gust, (state, drive) = np.zeros((len(flights), 6)), control.start()
+    no_torque, settling = np.zeros((1, joints.shape[2])), round(_SETTLE / step)
     states, commands = [], []
-    for k in range(rows):
-        states.append(loop.state)
-        commands.append(loop.advance(k))
+    for k in range(-settling, control.rows):
+        row, time = max(k, 0), np.full((len(flights), 1), (k + settling) * step)
+        bent = joints[row] if joints.shape[2] else None
+        first = twin.rates(state, time, Inputs(0.0, no_torque, drive, volts, bent))
+        felt = (first.velocity, first.angular_velocity)
+        command = control.commands(row, state, felt, drive)
+        if k >= 0:
+            states.append(state)
+            commands.append(command)
+        half = command + (drive - command) * np.exp(-0.5 * step / lag)
+        middle = _moved(state, first, 0.5 * step)
+        second = twin.rates(middle, time, Inputs(0.0, no_torque, half, volts, bent))
+        gust = keep * gust + np.sqrt(1.0 - keep**2) * rng.standard_normal(gust.shape) * level
+        kick, state = gust / weight * step, _moved(state, second, step)
+        state = state._replace(
+            velocity=state.velocity + kick[:, :3],
+            angular_velocity=state.angular_velocity + kick[:, 3:],
+        )
+        drive = command + (drive - command) * np.exp(-step / lag)
     return (
         {n: np.stack([s[i] for s in states]) for i, n in enumerate(_NAMES)},
         np.stack(commands),
     )
 
 
-class _Loop:
-    """State of a batch in closed loop: vehicle, actuators, gusts."""
-
-    def __init__(
-        self,
-        problem: Problem,
-        scene: Scene,
-        flights: Sequence[Path],
-        values: Mapping[str, float],
-        *,
-        step: float,
-        seed: int,
-    ) -> None:
-        vehicle, self.step, batch = problem.vehicle, step, len(flights)
-        self.rng = np.random.default_rng(seed)
-        rows = max(len(p.yaw) for p in flights)
-        rates = [p.rates(step) for p in flights]
-        self._place = _padded([p.place for p in flights], rows)
-        self._velocity = _padded([r[0] for r in rates], rows, still=True)
-        self._acceleration = _padded([r[1] for r in rates], rows, still=True)
-        self._yaw = _padded([p.yaw for p in flights], rows)
-        self._turning = _padded([r[2] for r in rates], rows, still=True)
-        self._joints = _padded([p.joints for p in flights], rows)
-        self._twin = problem.plant.twin(values, batch, stiff=False)
-        self.control = Controller(vehicle, batch, tilt=scene.tilt)
-        self._lag = np.maximum(vehicle.lag + problem.plant.timing(values)[1], 1e-3)
-        self._gust = np.zeros((batch, 6))
-        self._level = np.repeat(vehicle.gust, 3)
-        self._keep = float(np.exp(-step / vehicle.gust_time))
-        self._weight = np.concatenate([np.full(3, self.control.mass), self.control.inertia])
-        full = vehicle.full_voltage
-        self._volts = None if full is None else np.full((batch, 1), 0.95 * full)
-        self.time = 0.0
-        self.state = self._begin(batch)
-        self._drive = self.control.idle(batch)
-
-    def _begin(self, batch: int) -> TwinState:
-        half = 0.5 * self._yaw[0]
-        still = np.zeros_like(half)
-        turn = np.stack([still, still, np.sin(half), np.cos(half)], axis=1)
-        zero = np.zeros((batch, 3))
-        joints = self._joints[0]
-        return TwinState(self._place[0], turn, zero, zero, joints, np.zeros_like(joints))
-
-    def _inputs(self, drive: Floats, row: int) -> Inputs:
-        joints = self._joints[row] if self._joints.shape[2] else None
-        return Inputs(0.0, np.zeros((1, self._joints.shape[2])), drive, self._volts, joints)
-
-    def _rates(self, twin: BatchDynamics, state: TwinState, drive: Floats, row: int) -> Rates:
-        return twin.rates(state, np.full((len(state[0]), 1), self.time), self._inputs(drive, row))
-
-    def _command(self, row: int, rates: Rates) -> Floats:
-        wanted = Wanted(
-            place=self._place[row],
-            velocity=self._velocity[row],
-            acceleration=self._acceleration[row],
-            yaw=self._yaw[row],
-            turning=self._turning[row],
-        )
-        felt = (rates.velocity, rates.angular_velocity)
-        return self.control.commands(wanted, self._estimate(), felt, self._drive, self.step)
-
-    def _estimate(self) -> TwinState:
-        noise = [s * self.rng.standard_normal((len(self._gust), 3)) for s in _ESTIMATE]
-        s = self.state
-        return TwinState(
-            s.position + noise[0],
-            multiply(s.quaternion, exponential(noise[3])),
-            s.velocity + noise[1],
-            s.angular_velocity + noise[2],
-            s.joints,
-            s.joint_velocity,
-        )
-
-    def advance(self, row: int) -> Floats:
-        """Compute the commands, advance by one row, and return the commands."""
-        first = self._rates(self._twin, self.state, self._drive, row)
-        command = self._command(row, first)
-        half: Floats = command + (self._drive - command) * np.exp(-0.5 * self.step / self._lag)
-        middle = _moved(self.state, first, 0.5 * self.step)
-        second = self._rates(self._twin, middle, half, row)
-        state = _moved(self.state, second, self.step)
-        fresh = self.rng.standard_normal(self._gust.shape) * self._level
-        self._gust = self._keep * self._gust + np.sqrt(1.0 - self._keep**2) * fresh
-        kick = self._gust / self._weight * self.step
-        self.state = state._replace(
-            velocity=state.velocity + kick[:, :3],
-            angular_velocity=state.angular_velocity + kick[:, 3:],
-        )
-        self._drive = command + (self._drive - command) * np.exp(-self.step / self._lag)
-        self.time += self.step
-        return command
-
-
 def _moved(state: TwinState, rates: Rates, step: float) -> TwinState:
     parts = [getattr(state, n) + step * getattr(rates, n) for n in _NAMES]
     return TwinState(*parts).normal()
-
-
-def _padded(parts: Sequence[Floats], rows: int, *, still: bool = False) -> Floats:
-    """Stack references of different length, shape (rows, M, ...), padded by the last row or 0."""
-    out = []
-    for part in parts:
-        last = np.zeros_like(part[-1:]) if still else part[-1:]
-        out.append(np.concatenate([part, np.repeat(last, rows - len(part), axis=0)]))
-    return np.stack(out, axis=1)
 
 
 def _dropped(

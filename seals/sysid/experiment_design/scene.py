@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from seals.arrays import Floats
-from seals.effects.effect import Effect, MediumKind
+from seals.effects.effect import MediumKind
 from seals.sysid.data.vehicle import Vehicle
 
 AIR, WATER, CROSSING, ARM, DROP = "air", "water", "crossing", "arm", "drop"
@@ -133,12 +133,10 @@ def _swims(vehicle: Vehicle) -> tuple[float, float, float]:
     ahead = force * float(np.abs(axis[:, 0]).sum())
     up = force * float(np.abs(axis[:, 2]).sum())
     drags = [e for e in vehicle.effects.values() if e.identification.family]
-    square = sum(float(getattr(e, "coefficient_x", 0.0)) for e in drags if _in_water(e))
+    square = sum(
+        float(getattr(e, "coefficient_x", 0.0)) for e in drags if e.medium is MediumKind.water
+    )
     square = square or 2.0 * vehicle.mass
     heavy = 1.8 * vehicle.mass
     speed = float(np.clip(np.sqrt(ahead / square), 0.2, 0.8))
     return speed, float(np.clip(ahead / heavy, 0.05, 0.5)), float(np.clip(up / heavy, 0.05, 0.4))
-
-
-def _in_water(effect: Effect) -> bool:
-    return effect.medium is MediumKind.water

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import datetime
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,13 +17,13 @@ from seals.config.overlay import find_overlay, load_overlay, overlay_names, read
 from seals.config.overrides import typed
 from seals.errors import ConfigError, suggestion
 from seals.file_names import file_name
-from seals.frames import exponential, matrix_of, multiply
+from seals.frames import matrix_of
 from seals.logs.log import Log
 from seals.logs.native import write_native
 from seals.run.progress import progress
-from seals.sysid.data.robot_description import RobotDescription, describe_robot
+from seals.sysid.data.robot_description import describe_robot
 from seals.sysid.data.vehicle import read_vehicle
-from seals.sysid.experiment_design.control import Controller, Wanted
+from seals.sysid.experiment_design.control import Controller
 from seals.sysid.experiment_design.experiment import Experiment, read_experiment
 from seals.sysid.experiment_design.motions import Path as Reference
 from seals.sysid.experiment_design.sensed import Track, measured
@@ -37,8 +37,6 @@ _SETTLE = 3.0
 """Time at the start of the reference before the log begins [s]."""
 _PARTS = 2
 """Steps of the simulator between rows; five times as many with joints."""
-_ESTIMATE = (0.002, 0.004, 0.004, 0.001)
-"""Noise of the controller's estimates: place, velocity, body rates, attitude."""
 
 
 def run(arguments: list[str]) -> int:
@@ -49,16 +47,24 @@ def run(arguments: list[str]) -> int:
     """
     options = _options(arguments)
     experiment = read_experiment(options["experiment"])
-    robot = _robot(options.get("robot"), experiment.without)
+    robot = describe_robot(options["robot"]) if options.get("robot") else None
+    if robot is not None:
+        kept = {k: e for k, e in robot.effects.items() if k not in experiment.without}
+        robot = replace(robot, effects=kept)
     model = nominal(read_vehicle(experiment.meta, robot))
     if options.get("model"):
-        model = _with_overlay(model, options["model"])
+        name = options["model"]
+        path = find_overlay(name)
+        if path is None:
+            raise ConfigError(f"there is no model '{name}'.\n{suggestion(name, overlay_names())}")
+        overlay = read_overlay(load_overlay(path))
+        overlay.refuse_withdrawn(force=False)
+        model = model.with_overlay(name, overlay)
     seed = options.get("seed", "0")
     if not seed.isdigit():
         raise ConfigError(f"seed={seed} is not allowed.\nAllowed: a whole number from 0 on.")
     now = datetime.datetime.now()
-    name = file_name(experiment.name)
-    usual = Path("runs") / f"{now:%Y-%m-%d}" / f"{now:%H-%M-%S}_{name}"
+    usual = Path("runs") / f"{now:%Y-%m-%d}" / f"{now:%H-%M-%S}_{file_name(experiment.name)}"
     out = Path(options.get("out") or usual)
     log = simulate(experiment, model, seed=int(seed))
     write_native(log, out)
@@ -68,14 +74,6 @@ def run(arguments: list[str]) -> int:
     print(f"'{experiment.name}' flown: {log.rows} rows\n{out}")
     print(f"Next: seals diagnose {' '.join(words)}")
     return 0
-
-
-def _robot(name: str | None, without: Sequence[str]) -> RobotDescription | None:
-    """Return a robot without some of its effects; None for the vehicle of the file."""
-    if not name:
-        return None
-    robot = describe_robot(name)
-    return replace(robot, effects={k: e for k, e in robot.effects.items() if k not in without})
 
 
 def _options(arguments: list[str]) -> dict[str, str]:
@@ -89,15 +87,6 @@ def _options(arguments: list[str]) -> dict[str, str]:
             )
         out[key] = value
     return out
-
-
-def _with_overlay(model: Model, name: str) -> Model:
-    path = find_overlay(name)
-    if path is None:
-        raise ConfigError(f"there is no model '{name}'.\n{suggestion(name, overlay_names())}")
-    overlay = read_overlay(load_overlay(path))
-    overlay.refuse_withdrawn(force=False)
-    return model.with_overlay(name, overlay)
 
 
 def simulate(experiment: Experiment, model: Model, *, seed: int = 0) -> Log:
@@ -154,126 +143,95 @@ def _run(
     rows = round(seconds / step)
     world = build_scene(model, step=step / parts, rows=(rows + round(_SETTLE / step) + 2) * parts)
     try:
-        flight = _Flight(world, model, experiment, job, parts=parts, volts=volts, rng=rng)
-        track = flight.fly(rows)
+        track = _fly(world, model, experiment, job, rows=rows, parts=parts, volts=volts, rng=rng)
     finally:
         world.close()
     return measured(experiment, model, track, parts=parts, volts=volts, rng=rng)
 
 
-class _Flight:
-    """Run in a world whose vehicle follows commands row by row, or none."""
+def _fly(
+    world: World,
+    model: Model,
+    experiment: Experiment,
+    job: Reference | Mapping[str, Any],
+    *,
+    rows: int,
+    parts: int,
+    volts: float | None,
+    rng: np.random.Generator,
+) -> Track:
+    """Let the transients of a vehicle decay, then record rows in which it follows commands or none.
 
-    def __init__(
-        self,
-        world: World,
-        model: Model,
-        experiment: Experiment,
-        job: Reference | Mapping[str, Any],
-        *,
-        parts: int,
-        volts: float | None,
-        rng: np.random.Generator,
-    ) -> None:
-        self.world, self.parts, self.step, self.rng = world, parts, experiment.step, rng
-        self.actor, vehicle = world.actors[VEHICLE], model.vehicle
-        self.control: Controller | None = None
-        if isinstance(job, Mapping):
-            world.reset({VEHICLE: _released(job)})
-        else:
-            self.reference, self.rates = job, job.rates(experiment.step)
-            self.control = Controller(vehicle, 1, tilt=experiment.tilt, gains=experiment.gains)
-            world.reset({VEHICLE: _placed(job)})
-            self.actor.drive = self.control.idle(1)
-        self.volts = None if not volts else np.array([[volts]])
-        self.last: list[Configuration] = []
-
-    def fly(self, rows: int) -> Track:
-        """Let the transients decay, then record the rows."""
-        if self.control is not None:
-            for _ in range(round(_SETTLE / self.step)):
-                self._advance(0, None)
-        track = Track(states=[], before=[], after=[], commands=[], joints=[])
-        for k in range(rows):
-            self._advance(k, track)
-        return track
-
-    def _advance(self, row: int, track: Track | None) -> None:
-        now = _copied(self.actor.body.read())
-        command = np.zeros(0)
-        if self.control is not None:
-            command = self._command(row, now)
-            self.actor.command = command[None]
-            if self.reference.joints.shape[1]:
-                self.actor.joint_command = self.reference.joints[row][None]
-        before = self.last[-1] if self.last else None
-        for part in range(self.parts):
-            if self.volts is not None:
-                self.actor.voltage = self.volts
-            self.last = [*self.last[-1:], _copied(self.actor.body.read())]
-            self.world.step()
-            if part == 0 and track is not None:
-                track.after.append(_copied(self.actor.body.read()))
-        if track is not None:
+    Args:
+        world: with the vehicle.
+        model: what acts.
+        experiment: the manoeuvre.
+        job: reference to follow, or start state to be released from.
+        rows: of the log.
+        parts: steps of the simulator between rows.
+        volts: of the battery.
+        rng: of the controller's estimates.
+    """
+    actor, control, step = world.actors[VEHICLE], None, experiment.step
+    if isinstance(job, Mapping):
+        world.reset({VEHICLE: _released(job)})
+    else:
+        control = Controller(
+            model.vehicle, [job], step=step, tilt=experiment.tilt, rng=rng, gains=experiment.gains
+        )
+        state, drive = control.start()
+        world.reset({VEHICLE: Configuration(*(part[0] for part in state))})
+        actor.drive = drive
+    track = Track(states=[], before=[], after=[], commands=[], joints=[])
+    last: list[Configuration] = []
+    settling = 0 if control is None else round(_SETTLE / step)
+    for k in range(-settling, rows):
+        now, command, joints = _copied(actor.body.read()), np.zeros(0), np.zeros(0)
+        if control is not None:
+            row = max(k, 0)
+            assert actor.drive is not None
+            state, felt = _felt([*last, now], world.step_size)
+            command, joints = (
+                control.commands(row, state, felt, actor.drive)[0],
+                control.joints[row, 0],
+            )
+            actor.command = command[None]
+            if joints.size:
+                actor.joint_command = joints[None]
+        if k >= 0:
             track.states.append(now)
-            track.before.append(before)
+            track.before.append(last[-1] if last else None)
             track.commands.append(command)
-            joints = np.zeros(0) if self.control is None else self.reference.joints[row]
             track.joints.append(joints)
+        for part in range(parts):
+            if volts:
+                actor.voltage = np.array([[volts]])
+            last = [*last[-1:], _copied(actor.body.read())]
+            world.step()
+            if part == 0 and k >= 0:
+                track.after.append(_copied(actor.body.read()))
+    return track
 
-    def _command(self, row: int, now: Configuration) -> Floats:
-        assert self.control is not None
-        state, drive = self._estimate(now), self.actor.drive
-        turn = matrix_of(now.quaternion[None])[0]
-        step = self.world.step_size
-        linear, angular = np.zeros(3), np.zeros(3)
-        if self.last:
-            seen = zip(*self.last, now, strict=True)
-            rates = accelerations(Configuration(*(np.array(x) for x in seen)), step)
-            linear, angular = (rate[-1] for rate in rates)
-        spin = turn.T @ now.angular_velocity
-        felt = turn.T @ linear - np.cross(spin, turn.T @ now.velocity)
-        velocity, acceleration, turning = (r[row : row + 1] for r in self.rates)
-        wanted = Wanted(
-            place=self.reference.place[row : row + 1],
-            velocity=velocity,
-            acceleration=acceleration,
-            yaw=self.reference.yaw[row : row + 1],
-            turning=turning,
-        )
-        assert drive is not None
-        both = (felt[None], (turn.T @ angular)[None])
-        command: Floats = self.control.commands(wanted, state, both, drive, self.step)[0]
-        return command
 
-    def _estimate(self, now: Configuration) -> TwinState:
-        turn = matrix_of(now.quaternion[None])[0]
-        noise = [s * self.rng.standard_normal((1, 3)) for s in _ESTIMATE]
-        return TwinState(
-            now.position[None] + noise[0],
-            multiply(now.quaternion[None], exponential(noise[3])),
-            (turn.T @ now.velocity)[None] + noise[1],
-            (turn.T @ now.angular_velocity)[None] + noise[2],
-            now.joints[None],
-            now.joint_velocity[None],
-        )
+def _felt(seen: list[Configuration], step: float) -> tuple[TwinState, tuple[Floats, Floats]]:
+    """Return the last of some states in body axes, and the rates of its velocity and spin."""
+    now = seen[-1]
+    turn = matrix_of(now.quaternion[None])[0]
+    velocity, spin, linear, angular = (
+        turn.T @ now.velocity,
+        turn.T @ now.angular_velocity,
+        *np.zeros((2, 3)),
+    )
+    if len(seen) > 1:
+        rates = accelerations(Configuration(*map(np.array, zip(*seen, strict=True))), step)
+        linear, angular = (rate[-1] for rate in rates)
+    parts = (now.position, now.quaternion, velocity, spin, now.joints, now.joint_velocity)
+    rate = turn.T @ linear - np.cross(spin, velocity)
+    return TwinState(*(part[None] for part in parts)), (rate[None], (turn.T @ angular)[None])
 
 
 def _copied(seen: Configuration) -> Configuration:
     return Configuration(*(np.array(x, dtype=float) for x in seen))
-
-
-def _placed(reference: Reference) -> Configuration:
-    half = 0.5 * float(reference.yaw[0])
-    joints = reference.joints[0]
-    return Configuration(
-        position=reference.place[0],
-        quaternion=np.array([0.0, 0.0, np.sin(half), np.cos(half)]),
-        velocity=np.zeros(3),
-        angular_velocity=np.zeros(3),
-        joints=joints,
-        joint_velocity=np.zeros_like(joints),
-    )
 
 
 def _released(job: Mapping[str, Any]) -> Configuration:

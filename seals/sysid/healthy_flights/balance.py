@@ -156,9 +156,11 @@ def balance_of(
                 )
         carried = [float(np.linalg.norm(np.nanmean(force[leg], axis=0))) for leg in legs]
         means = means * layout.gravity / np.array(carried)[:, None]
-    return Balance(
-        name=log.name, session=session, legs=means, travel=_travel(log, legs), floats=floats
-    )
+    place = _place(log)[:, :2]
+    ways = np.stack([place[leg[-1]] - place[leg[0]] for leg in legs])
+    size = np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-9)
+    travel = np.nan_to_num(ways / size)
+    return Balance(name=log.name, session=session, legs=means, travel=travel, floats=floats)
 
 
 def has_inertial(log: Log) -> bool:
@@ -291,11 +293,3 @@ def _place(log: Log) -> Floats:
         if log.has(name):
             return log.channel(name)
     return np.full((log.rows, 3), np.nan)
-
-
-def _travel(log: Log, legs: Sequence[NDArray[np.int64]]) -> Floats:
-    place = _place(log)[:, :2]
-    ways = np.stack([place[leg[-1]] - place[leg[0]] for leg in legs])
-    return np.asarray(
-        np.nan_to_num(ways / np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-9))
-    )

@@ -147,7 +147,8 @@ class Reference:
             LogError: the flight is not one of this vehicle.
         """
         ratio = float(np.abs(flight.mean).sum() / np.abs(self.scatter.mean).sum())
-        if self._lifted and not 1.0 / _FACTOR < ratio < _FACTOR:
+        lifted = not any(one.floats for one in self.flights)
+        if lifted and not 1.0 / _FACTOR < ratio < _FACTOR:
             raise LogError(
                 f"log '{flight.name}' flies on {ratio:.2g} times the thrust of the healthy flights."
                 "\nGive healthy flights of the same vehicle, with commands in the same units."
@@ -188,10 +189,6 @@ class Reference:
         low, high = (float(one.sizes[order][np.searchsorted(share, q)]) for q in (0.05, 0.95))
         value = float(weight @ one.sizes / weight.sum())
         return {one.parameter: {"value": value, "low90": low, "high90": high, "unit": one.unit}}
-
-    @property
-    def _lifted(self) -> bool:
-        return not any(flight.floats for flight in self.flights)
 
     @cached_property
     def _felt(self) -> tuple[Floats, NDArray[np.int64]]:

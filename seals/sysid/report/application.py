@@ -17,7 +17,13 @@ from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis, diagnose
 from seals.sysid.parallel import Beside, cores
 from seals.sysid.predictors.problem import Problem
-from seals.sysid.report.given_logs import GivenLogs, given_logs, make_folder, sources
+from seals.sysid.report.given_logs import (
+    GivenLogs,
+    bad_data,
+    given_logs,
+    make_folder,
+    sources,
+)
 from seals.sysid.report.sentence import sentence
 from seals.sysid.report.settings import DiagnoseSettings
 from seals.sysid.report.words import next_steps
@@ -25,6 +31,7 @@ from seals.sysid.residual_force import Localisation, locate_residual_force, resi
 from seals.sysid.residual_force.residual import Residual
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 from seals.sysid.selection.search import Search
+from seals.sysid.validation.writing import models_of
 
 ANSWER = "diagnosis.json"
 _STEP = 32
@@ -64,12 +71,18 @@ def execute(config: Any) -> int:
                 found = _found(given, log, robot, beside, lambda stage: tell(stage * _STEP))
                 missing, then = beside.results(found, report=config.report)
         except LogError as refusal:
-            _write(out, _bad(str(refusal)))
+            _write(out, bad_data(str(refusal)))
             print(f"bad data: {refusal}")
             return Verdict.bad_data.exit_code
-        _write(out, answer_of(found, missing))
+        vehicle = str((log.meta.get("vehicle") or {}).get("name", ""))
+        _write(out, answer_of(found, missing, vehicle=vehicle))
         tell(STAGES * _STEP - 1)
-        pages = [_report(found, log, out, missing, then)] if config.report else []
+        pages = []
+        if config.report:
+            from seals.sysid.report.report import write_report
+
+            page = write_report(found, log, out, localisation=missing, residual_after=then)
+            pages.append(page)
     print(sentence(found))
     print(_told(found, missing), end="")
     print(_commands(found, missing, out), end="")
@@ -157,13 +170,20 @@ def proposed(found: Diagnosis) -> dict[str, Any] | None:
         return {"effects": names, "sentence": str(refusal)}
 
 
-def answer_of(found: Diagnosis, missing: Localisation) -> dict[str, Any]:
-    """Return the content of ``diagnosis.json``, with the analysis of the residual force."""
+def answer_of(found: Diagnosis, missing: Localisation, *, vehicle: str = "") -> dict[str, Any]:
+    """Return the content of ``diagnosis.json``: residual force and models beside the diagnosis.
+
+    Args:
+        found: the diagnosis.
+        missing: analysis of the residual force.
+        vehicle: name that the log gives its vehicle.
+    """
     law = missing.formula
     return {
         **found.to_dict(),
         "signature": list(missing.signature.sentences),
         "formula": None if law is None else {**law.to_dict(), "words": str(law)},
+        "models": models_of(found, law, vehicle=vehicle),
     }
 
 
@@ -186,25 +206,6 @@ def _commands(found: Diagnosis, missing: Localisation, out: Path) -> str:
         return ""
     lines = next_steps(found, table, missing.formula, out)[1].splitlines()
     return "".join(["Next:\n", *(f"  {line}\n" for line in lines)]) if lines else ""
-
-
-def _report(
-    found: Diagnosis, log: Log, out: Path, missing: Localisation, then: Residual | None
-) -> Path:
-    from seals.sysid.report.report import write_report
-
-    return write_report(found, log, out, localisation=missing, residual_after=then)
-
-
-def _bad(words: str) -> dict[str, Any]:
-    return {
-        "verdict": Verdict.bad_data.value,
-        "effects": [],
-        "ambiguous_with": [],
-        "next_experiment": None,
-        "held_out_error": None,
-        "reasons": [words],
-    }
 
 
 def _write(out: Path, answer: dict[str, Any]) -> None:

@@ -68,7 +68,8 @@ def _gain_text(entry: Entry) -> str:
     gain, error = entry.gain or 0.0, entry.error or 0.0
     if entry.status == REJECTED and abs(gain) <= max(2.0 * error, NOTHING):
         return "none seen"
-    return _signed(gain) + (f" ± {error:.2g}" if error else "")
+    size = f"{gain:.3g}" if abs(gain) > NOTHING else "0"
+    return size + (f" ± {error:.2g}" if error else "")
 
 
 def ablation_chart(steps: Sequence[Step], *, claimed: Sequence[str]) -> Bars:
@@ -92,13 +93,13 @@ def ablation_chart(steps: Sequence[Step], *, claimed: Sequence[str]) -> Bars:
     ]
     for above, step in itertools.pairwise(steps):
         sure = not step.added or all(n in claimed for n in step.added.split(" + "))
-        worse = step.error > above.error
+        better = ("#12966f" if step.added else "#2f80d0") if sure else "#9aa4ad"
         bars.append(
             Bar(
                 label=step.name if sure else f"{step.name} (not named)",
                 value=step.error,
                 start=above.error,
-                colour=_step_colour(sure=sure, worse=worse, added=bool(step.added)),
+                colour="#cf5f8f" if step.error > above.error else better,
                 text=f"→ {step.error:.3g}",
             )
         )
@@ -116,15 +117,3 @@ def ablation_chart(steps: Sequence[Step], *, claimed: Sequence[str]) -> Bars:
             "above it is chance."
         ),
     )
-
-
-def _step_colour(*, sure: bool, worse: bool, added: bool) -> str:
-    if worse:
-        return "#cf5f8f"
-    if not sure:
-        return "#9aa4ad"
-    return "#12966f" if added else "#2f80d0"
-
-
-def _signed(value: float) -> str:
-    return f"{value:.3g}" if abs(value) > NOTHING else "0"

@@ -19,6 +19,7 @@ from seals.run.hidden import hide, holds
 from seals.sysid.data.join import join_logs
 from seals.sysid.data.robot_description import RobotDescription, describe_run, described
 from seals.sysid.data.robot_vehicle import acting
+from seals.sysid.decision.verdict import Verdict
 
 _MOST = 12
 """Logs that a refusal names."""
@@ -130,10 +131,14 @@ class GivenLogs:
         self, log: Log, robot: RobotDescription | None
     ) -> tuple[Log, RobotDescription | None]:
         """Return a log and the robot without the effects that are left out."""
+        from seals.config.plugin_lookup import plugin_name
+
         if not self.without:
             return log, robot
         entries, around = log.meta.get("baseline") or [], dict(log.meta.get("environment") or {})
-        known, wave = [*entries, *_own_entries(self.robot, log)], around.get("wave")
+        own = {} if self.robot is None else acting(self.robot, log.meta)
+        acts = [{"name": plugin_name("effect", type(e)), "instance": k} for k, e in own.items()]
+        known, wave = [*entries, *acts], around.get("wave")
         names = [n for n in self.without if self.strict or holds(n, known, wave)]
         gone, change = hide(names, known, wave, key="without")
         kept = [e for e in entries if str(e.get("instance", e["name"])) not in gone]
@@ -180,16 +185,6 @@ def given_logs(
         without=own or tuple(noted),
         strict=bool(own),
     )
-
-
-def _own_entries(robot: RobotDescription | None, log: Log) -> list[dict[str, str]]:
-    """Effects of a robot folder that act in a log, by the names of plug-in and instance."""
-    from seals.config.plugin_lookup import plugin_name
-
-    if robot is None:
-        return []
-    effects = acting(robot, log.meta)
-    return [{"name": plugin_name("effect", type(e)), "instance": k} for k, e in effects.items()]
 
 
 def robot_name(config: Any) -> str:
@@ -296,6 +291,18 @@ def without_start(log: Log) -> str:
         f"no diagnosis yet: the log has no {lacking}. Add them, or state initial_state of every "
         "run (docs/formats.md): seals convert ... meta=FILE"
     )
+
+
+def bad_data(words: str) -> dict[str, Any]:
+    """Return the answer about a log that cannot be used."""
+    return {
+        "verdict": Verdict.bad_data.value,
+        "effects": [],
+        "ambiguous_with": [],
+        "next_experiment": None,
+        "held_out_error": None,
+        "reasons": [words],
+    }
 
 
 def make_folder(out: Path) -> None:

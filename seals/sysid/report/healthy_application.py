@@ -19,7 +19,7 @@ from seals.sound_numbers import sound_numbers
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.healthy_flights.balance import has_inertial
 from seals.sysid.healthy_flights.diagnosis import HealthyDiagnosis, HealthyFlights
-from seals.sysid.report.given_logs import GivenLogs, given_logs, places_of, sources
+from seals.sysid.report.given_logs import GivenLogs, bad_data, given_logs, places_of, sources
 from seals.sysid.report.naming import figure, interval, percent
 
 ANSWER, PAGE = "diagnosis.json", "report.html"
@@ -202,14 +202,6 @@ def _report(found: HealthyDiagnosis, name: str, out: Path) -> Path:
 
 def _refused(out: Path, words: str) -> int:
     """Write and print that the log cannot be used; return the exit code."""
-    answer = {
-        "verdict": Verdict.bad_data.value,
-        "effects": [],
-        "ambiguous_with": [],
-        "next_experiment": None,
-        "held_out_error": None,
-        "reasons": [words],
-    }
-    write_json(out / ANSWER, answer)
+    write_json(out / ANSWER, bad_data(words))
     print(f"bad data: {words}")
     return Verdict.bad_data.exit_code

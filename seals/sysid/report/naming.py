@@ -9,7 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from seals.report.style import unit_text
-from seals.sysid.candidates.parameters import Candidate
+from seals.schema import parameters_of
+from seals.sysid.candidates.parameters import Candidate, CandidateSet
 from seals.sysid.candidates.vehicle import installed, wave_laws
 
 UNKNOWN = "not determined"
@@ -85,6 +86,14 @@ def _declared(instance: str, parameter: str) -> str:
         if words and ("{}" in words or variant in ("", "change")):
             return words.format(variant)
     return ""
+
+
+def unit_of(candidate_set: CandidateSet, key: str, usual: str = "1") -> str:
+    """Return the unit that the effect of a parameter states, or the usual one where it does not."""
+    parameter = candidate_set.parameters[key]
+    effect = candidate_set.effects.get(parameter.instance)
+    meta = {} if effect is None else parameters_of(effect)
+    return meta[parameter.parameter].unit if parameter.parameter in meta else usual
 
 
 def candidate_words(candidate: Candidate) -> str:

@@ -79,9 +79,19 @@ def write_runs_report(found: Sequence[RunsDiagnosis], folder: Path) -> Path:
     for one in found:
         group = group_of(one)
         picture = folder / f"{file_name(one.name)}.png"
-        write_picture(picture, case_charts(group, _shown(group)))
-        for section in sections_of(_comparison(one, group)):
-            sections.append(section)
+        shown = next((k for k, c in enumerate(group.cases) if c.held_out), 0)
+        write_picture(picture, case_charts(group, shown))
+        nominal = ", ".join(one.search.validator.experiment.candidate_set.nominal)
+        sections += sections_of(
+            Comparison(
+                name=one.name,
+                model=f"nominal: {nominal}",
+                groups=[group],
+                findings={},
+                sources={},
+                seconds=one.seconds,
+            )
+        )
     return write_page(folder / "report.html", f"Diagnosis: {found[0].name}", sections)
 
 
@@ -90,23 +100,6 @@ def group_of(one: RunsDiagnosis) -> Group:
     cases = one.search.validator.experiment.cases
     return Group(
         name=one.name, cases=cases, variants=one.variants, offsets={c.name: {} for c in cases}
-    )
-
-
-def _shown(group: Group) -> int:
-    """Return the first held-out run, or the first run without any."""
-    return next((k for k, c in enumerate(group.cases) if c.held_out), 0)
-
-
-def _comparison(one: RunsDiagnosis, group: Group) -> Comparison:
-    nominal = ", ".join(one.search.validator.experiment.candidate_set.nominal)
-    return Comparison(
-        name=one.name,
-        model=f"nominal: {nominal}",
-        groups=[group],
-        findings={},
-        sources={},
-        seconds=one.seconds,
     )
 
 

@@ -56,7 +56,9 @@ def tracks(before: EvidenceHypothesis, after: EvidenceHypothesis) -> tuple[Track
         whole[after.fitter.windows.rows] = restarted(after.fitter, after.fit.values)[0]
         last = whole[windows.rows]
     if "orientation" in windows.channel_of:
-        turned, at = windows.samples.channels["orientation"][windows.rows], _columns(windows)
+        turned = windows.samples.channels["orientation"][windows.rows]
+        column = windows.channel_of.index("orientation")
+        at = slice(column, column + 3)
         first[:, :, at] = attitude(turned, first[:, :, at])
         if last is not first:
             last[:, :, at] = attitude(turned, last[:, :, at])
@@ -81,11 +83,6 @@ def tracks(before: EvidenceHypothesis, after: EvidenceHypothesis) -> tuple[Track
             )
         )
     return tuple(sorted(out, key=lambda t: -t.level(t.before)))
-
-
-def _columns(windows: Windows) -> slice:
-    first = windows.channel_of.index("orientation")
-    return slice(first, first + 3)
 
 
 def measured_values(windows: Windows, channel: str) -> Floats | None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from seals.schema import parameters_of
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.decision.evidence import evidence_temperature
 from seals.sysid.decision.required_evidence import required_evidence
@@ -14,7 +13,7 @@ from seals.sysid.diagnosis import Diagnosis
 from seals.sysid.predictors.linear_screen import candidate_keys, linear_gain, screen
 from seals.sysid.predictors.surface_model_error import SurfaceModelError, surface_model_error
 from seals.sysid.report.gains import Gain, gain_over
-from seals.sysid.report.naming import candidate_words, figure, points
+from seals.sysid.report.naming import candidate_words, figure, points, unit_of
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant
 
 NAMED, POSSIBLE, REJECTED, UNTRIED = "named", "possible", "rejected", "not fitted"
@@ -59,7 +58,7 @@ class Entry:
 def ranking(diagnosis: Diagnosis) -> tuple[Entry, ...]:
     """Return the fitted effects, by round and best first, then the others."""
     search = diagnosis.search
-    out: list[Entry] = []
+    best, out = {c.label for c in search.best.candidates}, list[Entry]()
     base = search.nominal
     trajectory = base.fitter.trajectory
     surface_error = surface_model_error(diagnosis.problem.plant, trajectory)
@@ -67,7 +66,7 @@ def ranking(diagnosis: Diagnosis) -> tuple[Entry, ...]:
         entries = [_entry(diagnosis, base, h, surface_error) for h in tried]
         entries.sort(key=lambda e: (_ORDER[e.status], -(e.score or 0.0)))
         out += entries
-        following = [h for h in tried if {c.label for c in h.candidates} <= _best_labels(diagnosis)]
+        following = [h for h in tried if {c.label for c in h.candidates} <= best]
         if not following or k + 1 >= len(search.best.candidates):
             break
         base = max(following, key=lambda h: h.score)
@@ -76,10 +75,6 @@ def ranking(diagnosis: Diagnosis) -> tuple[Entry, ...]:
 
 
 _ORDER = {NAMED: 0, POSSIBLE: 1, REJECTED: 2, UNTRIED: 3}
-
-
-def _best_labels(diagnosis: Diagnosis) -> set[str]:
-    return {c.label for c in diagnosis.search.best.candidates}
 
 
 def _entry(
@@ -202,12 +197,8 @@ def _values(candidate: Candidate, tried: EvidenceHypothesis) -> str:
     candidate_set = tried.fitter.candidate_set
     out = []
     for key, name in zip(candidate.keys, candidate.reported, strict=True):
-        effect = candidate_set.effects.get(candidate_set.parameters[key].instance)
-        meta = parameters_of(effect) if effect is not None else {}
-        parameter = candidate_set.parameters[key].parameter
-        unit = meta[parameter].unit if parameter in meta else "1"
-        spread = tried.fit.spread(key)
-        out.append(f"{name} = {figure(tried.fit.values[key])} ± {figure(spread, unit)}")
+        spread = figure(tried.fit.spread(key), unit_of(candidate_set, key))
+        out.append(f"{name} = {figure(tried.fit.values[key])} ± {spread}")
     return ", ".join(out)
 
 

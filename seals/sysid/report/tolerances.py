@@ -7,9 +7,8 @@ from typing import Any
 
 from seals.report import Bar, Bars
 from seals.report.figures import Mark
-from seals.schema import parameters_of
 from seals.sysid.decision.moved_numbers import moved_numbers
-from seals.sysid.report.naming import parameter_words
+from seals.sysid.report.naming import parameter_words, unit_of
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
 _MOST = 12
@@ -47,16 +46,12 @@ def moved(hypothesis: EvidenceHypothesis) -> tuple[Moved, ...]:
     candidate_set = hypothesis.fitter.candidate_set
     out = []
     for number in moved_numbers(hypothesis):
-        parameter = candidate_set.parameters[number.key]
-        effect = candidate_set.effects.get(parameter.instance)
-        meta = parameters_of(effect) if effect is not None else {}
-        unit = meta[parameter.parameter].unit if parameter.parameter in meta else "1"
         out.append(
             Moved(
                 key=number.key,
                 words=parameter_words(number.key),
                 change=number.change,
-                unit=unit,
+                unit=unit_of(candidate_set, number.key),
                 sigmas=number.sigmas,
                 uncertainty=number.unknown,
             )

@@ -115,13 +115,21 @@ def replay_variants(
         ConfigError: the overlay does not fit the vehicle of the log.
     """
     models = model_variants(problem, overlay)
-    others = _without_each(models, overlay)
-    alone = _alone(problem, overlay)
+    parts, alone = overlay.parts, None
+    base = models[-1 - len(parts)]
+    # the ablation itself leaves out the last
+    others = {
+        part: base.with_overlay(f"without {part}", overlay.only([p for p in parts if p != part]))
+        for part in parts[:-1]
+    }
+    if overlay.nominal:
+        values = {key: fitted.alone for key, fitted in overlay.nominal.items()}
+        alone = nominal(problem.vehicle).changed(ALONE, values, library_for(problem, overlay))
     every = [*models, *others.values(), *([] if alone is None else [alone])]
     ruler = yardstick(problem, every)
     replays = Replays(ruler, tell)
     variants = [replays.of(m) for m in models]
-    last, parts = variants[-1], overlay.parts
+    last = variants[-1]
     gains = {part: fall(replays.of(m), last) for part, m in others.items()}
     if parts:
         gains[parts[-1]] = fall(variants[-2], last)
@@ -176,16 +184,6 @@ class Replays:
             self._tell(self._before + done)
 
 
-def _without_each(models: list[Model], overlay: Overlay) -> dict[str, Model]:
-    """Models without each effect but the last, which the ablation itself leaves out."""
-    parts = overlay.parts
-    base = models[-1 - len(parts)]
-    return {
-        part: base.with_overlay(f"without {part}", overlay.only([p for p in parts if p != part]))
-        for part in parts[:-1]
-    }
-
-
 def numbers_in_question(
     problem: Problem, overlay: Overlay, effects: Sequence[str], robot: RobotDescription | None
 ) -> list[str]:
@@ -213,14 +211,6 @@ def numbers_in_question(
     keys += sorted((key for key in far if far[key] > _MOVED), key=lambda key: -far[key])
     found = (number_behind(sets, known, key, vehicle.robot.links[0]) for key in keys)
     return list(dict.fromkeys(n.name for n in found if n is not None))[:_MOST_NUMBERS]
-
-
-def _alone(problem: Problem, overlay: Overlay) -> Model | None:
-    """Model that is calibrated without the effects."""
-    if not overlay.nominal:
-        return None
-    values = {key: fitted.alone for key, fitted in overlay.nominal.items()}
-    return nominal(problem.vehicle).changed(ALONE, values, library_for(problem, overlay))
 
 
 def _replayed(replays: Replays, model: Model) -> Misfit | None:

@@ -79,7 +79,8 @@ def draw_acceleration(path: Path, track: AccelerationTrack, found: Verification)
     """
     figure = canvas((9.0, 6.4))
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
-    names = f"stated model: {track.levels[0]:.2g}", f"{_words(found)}: {track.levels[1]:.2g}"
+    added = " and ".join(part.replace("_", " ") for part in found.overlay.parts)
+    names = f"stated model: {track.levels[0]:.2g}", f"with {added}: {track.levels[1]:.2g}"
     upper.plot(*_line(track.time, track.measured), color=MUTED, linewidth=2.4, label="measured")
     for simulated, colour, name in zip(track.simulated, COLOURS, names, strict=True):
         label = f"{name} m/s² left"
@@ -97,10 +98,6 @@ def draw_acceleration(path: Path, track: AccelerationTrack, found: Verification)
             axes.spines[side].set_visible(False)
     with atomic_path(path) as beside:
         figure.savefig(beside, dpi=130, format="png")
-
-
-def _words(found: Verification) -> str:
-    return "with " + " and ".join(part.replace("_", " ") for part in found.overlay.parts)
 
 
 def _line(x: Floats, y: Floats) -> tuple[Floats, Floats]:

@@ -44,6 +44,8 @@ class Finding:
         nominal: fitted nominal values by parameter key, when the answer holds them.
         covariance: ``parameters`` and ``matrix`` of all of them, when the answer holds them.
         formula: entry of an unnamed effect that the user accepts, or None.
+        models: contents of overlay files by the names of their effects, see `models_of`; none in an
+            answer of an earlier version.
     """
 
     file: Path
@@ -55,6 +57,7 @@ class Finding:
     covariance: Mapping[str, Any] = field(default_factory=dict)
     formula: Mapping[str, Any] | None = None
     without: tuple[str, ...] = ()
+    models: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -98,7 +101,10 @@ def read_answer(
         if verdict not in (*_GIVING, *_REFUSED) or (verdict in _GIVING and not names):
             raise ValueError(f"verdict {verdict!r:.40} with {len(names)} effects")
         why = "; ".join(str(reason) for reason in raw.get("reasons") or ())
-        nominal = _determined(raw.get("nominal") or {})
+        nominal = {
+            key: {name: value for name, value in fitted.items() if value is not None}
+            for key, fitted in (raw.get("nominal") or {}).items()
+        }
         text = str((raw.get("formula") or {}).get("text", ""))
     except LogError as cause:
         fault = str(cause).partition("\n")[0].rstrip(".")
@@ -127,6 +133,7 @@ def read_answer(
         covariance=dict(raw.get("covariance") or {}) if choose is None else {},
         formula=law,
         without=tuple(raw.get("without") or ()),
+        models=raw.get("models") or {},
     )
 
 
@@ -165,10 +172,6 @@ def noted_logs(logs: Mapping[str, str]) -> list[str]:
                 "Give the very log, or diagnose this one."
             )
     return list(logs)
-
-
-def _determined(nominal: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, float]]:
-    return {k: {n: x for n, x in v.items() if x is not None} for k, v in nominal.items()}
 
 
 def _formula(

@@ -7,9 +7,43 @@ from typing import Any
 
 _LARGEST = 1e30
 """Numbers beyond it are no measurement; their squares and cubes still are numbers."""
-_MOST_EFFECTS = 32
-"""Effects of an answer: each may have a variant for every rotor, and all are tried together."""
-_MOMENT = {"value", "low90", "high90"}
+_MOST_EFFECTS, _MOST_ENTRIES = 32, 1024
+"""Effects of an answer, and entries of a mapping: those of the largest vehicle are some hundred."""
+_NUMBER, _TOLD, _ANY = "number", "number or null", "anything"
+"""Null stands for what the log did not determine."""
+_EACH = "each"
+"""Key that stands for all keys of a mapping."""
+_NULL = type(None)
+_MOMENT = {"value!": _NUMBER, "low90!": _NUMBER, "high90!": _NUMBER}
+_EFFECT = {
+    "name!": str,
+    "medium": str,
+    "variant": {},
+    "confidence": _NUMBER,
+    "link": (str, int),  # of a robot's folder by its name
+    "parameters": {_EACH: {"value!": (str, _NUMBER), "low90?": _TOLD, "high90?": _TOLD}},
+    "nuisance": {_EACH: _NUMBER},
+    "active?": [{"log!": str, "start!": (_NULL, _MOMENT), "end!": (_NULL, _MOMENT)}],
+}
+_MODEL = {
+    "effects": {_EACH: {}},
+    "changes": {_EACH: {}},
+    "wave": {},
+    "intervals": {_EACH: {_EACH: [_NUMBER]}},
+    "nominal": {_EACH: {}},
+    "provenance": {},
+}
+_LAW = {"name!": str, "medium": str, "parameters!": {_EACH: _NUMBER}}
+_ANSWER = {
+    "effects": [_EFFECT],
+    "log": {"path": str, "logs": [{"path!": str}]},
+    "without": [str],
+    "nominal": {_EACH: {_EACH: _TOLD}},
+    "ambiguous_with": [[_ANY]],
+    "covariance": {"parameters!": [str], "matrix!": [[_TOLD]]},
+    "models": {_EACH: _MODEL},
+    "formula": {"effect!": _LAW},
+}
 
 
 def refuse_damaged(answer: Any) -> None:
@@ -23,89 +57,66 @@ def refuse_damaged(answer: Any) -> None:
         Traceback (most recent call last):
         ValueError: effects[0].parameters is a int, a mapping belongs there
     """
-    _kind(answer, Mapping, "the file")
-    effects = _kind(answer.get("effects") or [], list, "effects")
+    check_form(_kind(answer, Mapping, "the file"), _ANSWER, "")
+    effects, covariance = answer.get("effects") or [], answer.get("covariance")
     if len(effects) > _MOST_EFFECTS:
         raise ValueError(f"it holds {len(effects)} effects, at most {_MOST_EFFECTS} are allowed")
-    for k, effect in enumerate(effects):
-        _effect(_kind(effect, Mapping, f"effects[{k}]"), f"effects[{k}]")
-    for key in ("log", "nominal", "formula"):
-        _kind(answer.get(key) or {}, Mapping, key)
-    log = answer.get("log") or {}
-    _kind(log.get("path") or "", str, "log.path")
-    for k, part in enumerate(_kind(log.get("logs") or [], list, "log.logs")):
-        _kind(_kind(part, Mapping, f"log.logs[{k}]").get("path"), str, f"log.logs[{k}].path")
-    for k, name in enumerate(_kind(answer.get("without") or [], list, "without")):
-        _kind(name, str, f"without[{k}]")
-    for key, entry in (answer.get("nominal") or {}).items():
-        for name, value in _kind(entry, Mapping, f"nominal.{key}").items():
-            # null stands for what the log did not determine
-            _number(0.0 if value is None else value, f"nominal.{key}.{name}")
-    for k, names in enumerate(_kind(answer.get("ambiguous_with") or [], list, "ambiguous_with")):
-        _kind(names, list, f"ambiguous_with[{k}]")
-    if answer.get("covariance"):
-        _covariance(_kind(answer["covariance"], Mapping, "covariance"))
-    if answer.get("formula"):
-        _law(answer["formula"], "formula")
+    if covariance:
+        names, rows = covariance["parameters"], covariance["matrix"]
+        if (
+            len(rows) != len(names)
+            or len(set(names)) != len(names)
+            or any(len(row) != len(names) for row in rows)
+        ):
+            raise ValueError(f"covariance.matrix needs {len(names)} rows of {len(names)} numbers")
 
 
-def _effect(effect: Mapping[str, Any], where: str) -> None:
-    _kind(effect.get("name"), str, f"{where}.name")
-    _kind(effect.get("medium") or "", str, f"{where}.medium")
-    _kind(effect.get("variant") or {}, Mapping, f"{where}.variant")
-    _number(effect.get("confidence") or 0.0, f"{where}.confidence")
-    if not isinstance(effect.get("link"), str):  # of a robot's folder by its name
-        _kind(effect.get("link") or 0, int, f"{where}.link")
-    for key, entry in _kind(effect.get("parameters") or {}, Mapping, f"{where}.parameters").items():
-        place = f"{where}.parameters.{key}"
-        value = _kind(entry, Mapping, place).get("value")
-        if not isinstance(value, str):
-            _number(value, f"{place}.value")
-        for end in _MOMENT & set(entry) - {"value"}:
-            if entry[end] is not None:
-                _number(entry[end], f"{place}.{end}")
-    for key, value in _kind(effect.get("nuisance") or {}, Mapping, f"{where}.nuisance").items():
-        _number(value, f"{where}.nuisance.{key}")
-    for k, span in enumerate(_kind(effect.get("active", []), list, f"{where}.active")):
-        _span(_kind(span, Mapping, f"{where}.active[{k}]"), f"{where}.active[{k}]")
+def check_form(value: Any, form: Any, where: str) -> None:
+    """Refuse a value of another form.
+
+    Args:
+        value: what stands there.
+        form: a type; `_NUMBER`, `_TOLD` or `_ANY`; ``[form]`` for a list; keys with their forms for
+            a mapping; a type and a form for either of both. A key ends in ``!`` where it must be
+            there, in ``?`` where all that is there must fit; else what is empty counts as absent.
+        where: in the file.
+
+    Raises:
+        ValueError: it says where, and what belongs there.
+    """
+    if isinstance(form, tuple):
+        if isinstance(value, form[0]):
+            return
+        form = form[1]
+    if isinstance(form, type):
+        _kind(value, form, where)
+    elif isinstance(form, list):
+        for k, one in enumerate(_kind(value, list, where)):
+            check_form(one, form[0], f"{where}[{k}]")
+    elif isinstance(form, dict):
+        _check_mapping(_kind(value, Mapping, where), form, where)
+    elif form == _NUMBER or (form == _TOLD and value is not None):
+        whole = isinstance(value, int | float) and not isinstance(value, bool)
+        # compared, not converted: a whole number may have hundreds of digits
+        if not (whole and -_LARGEST < value < _LARGEST):
+            raise ValueError(f"{where} is {value!r:.60}, a finite number belongs there")
 
 
-def _span(span: Mapping[str, Any], where: str) -> None:
-    """Part of a log in which an effect acts."""
-    _kind(span.get("log"), str, f"{where}.log")
-    for end in ("start", "end"):
-        moment = span.get(end, ...)
-        if moment is None:
-            continue
-        if set(_kind(moment, Mapping, f"{where}.{end}")) != _MOMENT:
-            raise ValueError(f"{where}.{end} needs {', '.join(sorted(_MOMENT))}")
-        for key, value in moment.items():
-            _number(value, f"{where}.{end}.{key}")
-
-
-def _covariance(given: Mapping[str, Any]) -> None:
-    """Joint covariance of the parameters."""
-    names = _kind(given.get("parameters"), list, "covariance.parameters")
-    for k, name in enumerate(names):
-        _kind(name, str, f"covariance.parameters[{k}]")
-    rows = _kind(given.get("matrix"), list, "covariance.matrix")
-    sizes = {len(_kind(row, list, f"covariance.matrix[{k}]")) for k, row in enumerate(rows)}
-    if len(rows) != len(names) or len(set(names)) != len(names) or sizes - {len(names)}:
-        raise ValueError(f"covariance.matrix needs {len(names)} rows of {len(names)} numbers")
-    for k, row in enumerate(rows):
-        for i, value in enumerate(row):
-            # null stands for what the log did not determine
-            _number(0.0 if value is None else value, f"covariance.matrix[{k}][{i}]")
-
-
-def _law(formula: Mapping[str, Any], where: str) -> None:
-    """Formula of an unnamed effect, which the user may accept."""
-    law = _kind(formula.get("effect"), Mapping, f"{where}.effect")
-    _kind(law.get("name"), str, f"{where}.effect.name")
-    _kind(law.get("medium") or "", str, f"{where}.effect.medium")
-    table = _kind(law.get("parameters"), Mapping, f"{where}.effect.parameters")
-    for key, value in table.items():
-        _number(value, f"{where}.effect.parameters.{key}")
+def _check_mapping(value: Mapping[str, Any], form: Mapping[str, Any], where: str) -> None:
+    if len(value) > _MOST_ENTRIES:
+        raise ValueError(f"{where} holds {len(value)} entries, at most {_MOST_ENTRIES} are allowed")
+    if form is _MOMENT and set(value) != {"value", "low90", "high90"}:
+        raise ValueError(f"{where} needs high90, low90, value")
+    if _EACH in form:
+        for key, one in value.items():
+            check_form(one, form[_EACH], f"{where}.{key}")
+        return
+    for key, inner in form.items():
+        name = key.rstrip("!?")
+        # where null is allowed, what is missing is not
+        absent = ... if isinstance(inner, tuple) and inner[0] is _NULL else None
+        if key.endswith("!") or (key.endswith("?") and name in value) or value.get(name):
+            check_form(value.get(name, absent), inner, f"{where}.{name}" if where else name)
 
 
 def _kind(value: Any, kind: Any, where: str) -> Any:
@@ -113,10 +124,3 @@ def _kind(value: Any, kind: Any, where: str) -> Any:
         return value
     wanted = "mapping" if kind is Mapping else {str: "text", int: "whole number"}.get(kind, "list")
     raise ValueError(f"{where} is a {type(value).__name__}, a {wanted} belongs there")
-
-
-def _number(value: Any, where: str) -> None:
-    whole = isinstance(value, int | float) and not isinstance(value, bool)
-    # compared, not converted: a whole number may have hundreds of digits
-    if not (whole and -_LARGEST < value < _LARGEST):
-        raise ValueError(f"{where} is {value!r:.60}, a finite number belongs there")

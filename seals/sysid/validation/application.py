@@ -10,14 +10,14 @@ from typing import Any
 from seals.config.overlay import Overlay, find_overlay, load_overlay, overlay_names, read_overlay
 from seals.config.overrides import typed
 from seals.errors import ConfigError, MissingExtra, SealsError, suggestion
+from seals.field_roles import Role, roles_of
 from seals.logs.atomic import write_json
 from seals.logs.log import Log
 from seals.run.progress import progress
 from seals.sound_numbers import refuse_undefined, trials
 from seals.sysid.data.supply import supply_words
 from seals.sysid.predictors.problem import Problem, prepare
-from seals.sysid.report.given_logs import GivenLogs, given_logs, robot_name, sources
-from seals.sysid.report.naming import log_names
+from seals.sysid.report.given_logs import GivenLogs, given_logs, make_folder, robot_name, sources
 from seals.sysid.validation.ablation import (
     Ablation,
     compare_ends,
@@ -26,9 +26,8 @@ from seals.sysid.validation.ablation import (
     replay_variants,
 )
 from seals.sysid.validation.acceleration import acceleration_of, draw_acceleration
-from seals.sysid.validation.answer import Finding, logs_of, noted_logs, read_answer
+from seals.sysid.validation.answer import logs_of, noted_logs, read_answer
 from seals.sysid.validation.drawing import draw_ablation, print_table
-from seals.sysid.validation.refit import refit
 from seals.sysid.validation.verification import Verification, judge, sentences
 from seals.sysid.validation.writing import overlay_of, timed_words, withdraw, write_overlay
 
@@ -54,15 +53,15 @@ def add(config: Any) -> int:
     if config.log is None and not finding.logs:
         raise ConfigError(f"{finding.file} does not say which log it is of.\nGive it: log=FOLDER")
     given = given_logs(config, config.log or noted_logs(finding.logs), noted=finding.without)
+    if given.without != finding.without:
+        raise ConfigError(
+            f"{typed('without', given.without)}: the diagnosis left out {list(finding.without)}.\n"
+            "Leave without= out, or diagnose the log again with it."
+        )
     source = sources(given.places)
     _refuse_other_logs(finding.logs, logs_of({"log": source}))
-    base = _base(config.base)
-    log, described = given.read()
-    names = _names_in(finding, logs_of({"log": source}))
-    found = refit(log, finding, robot=described, names=names)
-    content = overlay_of(finding, found, base, source=source, without=given.without)
-    content["provenance"]["vehicle"] = str((log.meta.get("vehicle") or {}).get("name", ""))
-    read_overlay({"name": target.stem, "file": str(target), **content})
+    content = overlay_of(finding, _base(config.base), source=source)
+    _refuse_more_than_data(read_overlay({"name": target.stem, "file": str(target), **content}))
     option = target.stem if target.parent == Path("models") else str(target)
     target.parent.mkdir(parents=True, exist_ok=True)
     write_overlay(
@@ -84,12 +83,17 @@ def add(config: Any) -> int:
     return 0
 
 
-def _names_in(finding: Finding, given: Mapping[str, str]) -> list[str]:
-    """Return the names that a diagnosis gave some logs; those that have moved keep theirs."""
-    diagnosed = zip(finding.logs.values(), log_names(list(finding.logs)), strict=True)
-    known = {digest: name for digest, name in diagnosed if digest}
-    own = zip(given.values(), log_names(list(given)), strict=True)
-    return [known.get(digest, name) for digest, name in own]
+def _refuse_more_than_data(overlay: Overlay) -> None:
+    """Refuse an answer whose model sets a path, an address or a permission of an effect."""
+    parts: list[Any] = [*overlay.effects.values(), *filter(None, [overlay.waves])]
+    for part in parts:
+        kind: Any = type(part)
+        for name, role in roles_of(kind).items():
+            if role is not Role.data and getattr(part, name) != getattr(kind(), name):
+                raise ConfigError(
+                    f"the diagnosis sets {name} of {kind.__name__}, which is no data.\n"
+                    "Diagnose the log again; answers set data only."
+                )
 
 
 def _refuse_other_logs(diagnosed: Mapping[str, str], given: Mapping[str, str]) -> None:
@@ -146,34 +150,35 @@ def verify(config: Any) -> int:
     logs: list[Log] = []
     for given in places:
         log, robot = given.read()
-        _same_vehicle(overlay, log)
+        own, other = overlay.provenance.get("vehicle"), (log.meta.get("vehicle") or {}).get("name")
+        if own and other and own != other:
+            raise ConfigError(
+                f"model '{overlay.name}' was found on the vehicle '{own}', log '{log.name}' is of "
+                f"'{other}'.\nGive a log of the same vehicle."
+            )
         logs.append(log)
+        name = given.places[0].name if len(given.places) == 1 else log.name
         with trials():
-            problems[_name_of(given, log)] = prepare(log, robot=robot)
-    found = verified(overlay, problems, fitted=_was_fitted(overlay, places[0]))
+            problems[name] = prepare(log, robot=robot)
+    known = overlay.provenance.get("log_sha256")
+    known = known if isinstance(known, list) else [known]
+    digests = logs_of({"log": sources(places[0].places)}).values()
+    found = verified(overlay, problems, fitted=any(d in known for d in digests if d))
     out = Path(config.out or HydraConfig.get().runtime.output_dir)
     _write(out, found, logs[0])
     print_table(found)
     print("\n".join(sentences(found)))
-    _tell_supply(problems)
+    for name, problem in problems.items():
+        samples = problem.samples
+        words = supply_words(samples.command, problem.vehicle) if samples.voltage is None else ""
+        if words:
+            print(f"{name}: {words}")
     if found.withdrawn and _lies_in(overlay.file, raw):
         withdraw(Path(overlay.file), found.withdrawn)
         print(f"{overlay.file}: marked as withdrawn.")
     print(_commands(found, places[0], next(iter(problems.values()))), end="")
     print(f"\n{out / RESULT}")
     return found.exit_code
-
-
-def _name_of(given: GivenLogs, log: Log) -> str:
-    """Name under which one log or several joined ones stand in the answer."""
-    return given.places[0].name if len(given.places) == 1 else log.name
-
-
-def _was_fitted(overlay: Overlay, given: GivenLogs) -> bool:
-    """Whether a model was fitted on one of some logs."""
-    known = overlay.provenance.get("log_sha256")
-    known = known if isinstance(known, list) else [known]
-    return any(d in known for d in logs_of({"log": sources(given.places)}).values() if d)
 
 
 def _commands(found: Verification, given: GivenLogs, problem: Problem) -> str:
@@ -192,15 +197,6 @@ def _commands(found: Verification, given: GivenLogs, problem: Problem) -> str:
         command = f"seals calibrate {words} {typed('parameters', numbers)}"
         out += f"Stated numbers that it changes, or that move in its place:\n  {command}\n"
     return out
-
-
-def _tell_supply(problems: Mapping[str, Problem]) -> None:
-    """Print which logs do not tell the voltage that limits their drives."""
-    for name, problem in problems.items():
-        samples = problem.samples
-        words = supply_words(samples.command, problem.vehicle) if samples.voltage is None else ""
-        if words:
-            print(f"{name}: {words}")
 
 
 def _lies_in(file: str, model: Mapping[str, Any]) -> bool:
@@ -238,16 +234,6 @@ def _with_bar(name: str, problem: Problem, overlay: Overlay, *, whole: bool) -> 
         return (replay_variants if whole else compare_ends)(name, problem, overlay, tell=tell)
 
 
-def _same_vehicle(overlay: Overlay, log: Log) -> None:
-    """Refuse a log of another vehicle."""
-    own, other = overlay.provenance.get("vehicle"), (log.meta.get("vehicle") or {}).get("name")
-    if own and other and own != other:
-        raise ConfigError(
-            f"model '{overlay.name}' was found on the vehicle '{own}', log '{log.name}' is of "
-            f"'{other}'.\nGive a log of the same vehicle."
-        )
-
-
 def _target(config: Any) -> Path:
     name = str(config.name)
     if not re.fullmatch(r"[A-Za-z0-9][\w.-]*", name):
@@ -278,10 +264,7 @@ def _base(name: str | None) -> dict[str, Any]:
 
 
 def _write(out: Path, found: Verification, log: Log) -> None:
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ConfigError(f"out={out} is not a folder: {error}.\nGive another folder.") from error
+    make_folder(out)
     write_json(out / RESULT, found.to_dict())
     try:
         draw_ablation(out / PICTURE, found)

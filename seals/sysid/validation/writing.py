@@ -1,10 +1,11 @@
-"""Writing of overlay files, with comments for editing by hand."""
+"""Models of an answer, and overlay files of them with comments for editing by hand."""
 
 from __future__ import annotations
 
 import dataclasses
 import datetime
 import hashlib
+import math
 from collections.abc import Mapping, Sequence
 from enum import Enum
 from pathlib import Path
@@ -15,14 +16,20 @@ from seals import registry
 from seals.config.overlay import WAVE, free_name
 from seals.config.overrides import typed
 from seals.effects.effect import Effect, MediumKind
-from seals.errors import ConfigError
+from seals.errors import ConfigError, suggestion
 from seals.logs.atomic import plain, write_text
 from seals.schema import parameters_of
 from seals.sysid.candidates.activity import active_words
 from seals.sysid.candidates.parameters import Candidate
+from seals.sysid.candidates.vehicle import formula_effect, installed, wave_laws
+from seals.sysid.decision.intervals import parameters
+from seals.sysid.diagnosis import Diagnosis
+from seals.sysid.predictors.problem import typical_speeds
+from seals.sysid.residual_force import Formula
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 from seals.sysid.validation.answer import FORMULA, Finding, logs_of
 from seals.sysid.validation.model import by_instance
-from seals.sysid.validation.refit import Refit
+from seals.untrusted_io import refuse_references
 
 _HEAD = """\
 # Model '{name}': {summary}.
@@ -32,73 +39,160 @@ _HEAD = """\
 """
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Part:
-    """Entry of an overlay.
+def models_of(
+    found: Diagnosis, law: Formula | None = None, *, vehicle: str = ""
+) -> dict[str, dict[str, Any]]:
+    """Return the models that an answer offers, each with the content of an overlay file.
+
+    An instance that the nominal model holds is changed, and so is an effect whose change is
+    negative where the whole cannot be.
 
     Args:
-        section: ``effects``, ``changes`` or ``wave``.
-        name: of the entry.
-        values: as written.
-        intervals: 90 % interval of each parameter.
-    """
+        found: the diagnosis.
+        law: formula of the force that no effect explains.
+        vehicle: name that the log gives its vehicle.
 
-    section: str
-    name: str
-    values: dict[str, Any]
-    intervals: dict[str, list[float]]
+    Returns:
+        By the names of their effects joined by a comma: all claims together, every claim and every
+        rival alone; by `FORMULA` the formula.
+    """
+    reported = [(candidate, model) for candidate, model, _ in found.reported]
+    choices = [reported[: len(found.answer.claims)], *([one] for one in reported)]
+    out: dict[str, dict[str, Any]] = {}
+    for chosen in filter(None, choices):
+        name = ",".join(candidate.name for candidate, _ in chosen)
+        if name not in out:
+            out[name] = _entries(found, chosen) | _beside(found, chosen[0][1], vehicle)
+    if law is not None:
+        values = {key: _short(value) for key, value in law.parameters().items()}
+        entry = {"effect": formula_effect(), "medium": law.medium, **values}
+        out[FORMULA] = {"effects": {FORMULA: entry}} | _beside(found, found.hypothesis, vehicle)
+    return out
+
+
+def _entries(
+    found: Diagnosis, chosen: Sequence[tuple[Candidate, EvidenceHypothesis]]
+) -> dict[str, Any]:
+    """Return the sections of a model for its effects, with the 90 % interval of each parameter."""
+    made: dict[str, dict[str, Any]] = {k: {} for k in ("effects", "changes", "wave", "intervals")}
+    for candidate, model in chosen:
+        throughout, known = candidate.throughout, model.fitter.candidate_set
+        shown = parameters(candidate, model.fit, model)
+        pairs = zip(throughout.nuisance, candidate.nuisance, strict=True)
+        values = {key: model.fit.values[own] for key, own in pairs}
+        limits: dict[str, dict[str, list[float]]] = {}
+        for key, name in zip(throughout.keys, candidate.reported, strict=True):
+            values[key] = shown[name]["value"]
+            ends = [_short(shown[name][end]) for end in ("low90", "high90")]
+            if all(map(math.isfinite, ends)):
+                instance, _, parameter = key.partition(".")
+                limits.setdefault(instance, {})[parameter] = ends
+        for instance, moved in by_instance(values).items():
+            short = {k: _short(v) for k, v in moved.items()}
+            if instance in known.waves:
+                plugin = _plugin_of(known.waves[instance].law, "wave")
+                made["wave"] = {"wave": plugin, **short}
+                made["intervals"][WAVE] = limits.get(instance, {})
+                continue
+            law = known.effects[instance]
+            section, entry = "changes", {"effect": _plugin_of(type(law)), **_medium(law), **short}
+            if instance not in found.problem.vehicle.effects and not _below_bounds(law, moved):
+                total = {k: _short(float(getattr(law, k)) + v) for k, v in moved.items()}
+                section, entry = "effects", {"effect": entry["effect"], **_options(law), **total}
+            free = free_name(candidate.name, made["effects"] | made["changes"])
+            made[section][free] = entry
+            made["intervals"][free] = limits.get(instance, {})
+    return {key: value for key, value in made.items() if value}
+
+
+def _beside(found: Diagnosis, model: EvidenceHypothesis, vehicle: str) -> dict[str, Any]:
+    """Return what a model holds beside its effects: fitted nominal values, speeds, vehicle.
+
+    Nominal values are zero where an effect changes the same value.
+    """
+    alone, nominal = found.search.nominal.fit.values, dict[str, Any]()
+    for key in model.fitter.tolerances:
+        own = key in model.fit.free
+        both = {
+            "value": 0.0 if own else model.fit.values[key],
+            "sd": 0.0 if own else model.fit.spread(key),
+            "alone": alone[key],
+        }
+        nominal[key] = {k: _short(v) for k, v in both.items() if math.isfinite(v)}
+    speeds = typical_speeds(found.problem.fitter.trajectory)
+    return {
+        "nominal": nominal,
+        "speeds": [_short(x) for x in speeds],
+        "provenance": {"vehicle": vehicle},
+    }
 
 
 def overlay_of(
     finding: Finding,
-    found: Refit,
     base: Mapping[str, Any],
     *,
     source: Mapping[str, Any],
-    without: Sequence[str] = (),
 ) -> dict[str, Any]:
     """Return the content of an overlay.
 
     Args:
         finding: the answer.
-        found: fitted values.
         base: content of the model that it adds to; empty for none.
         source: path and SHA-256 of the log, or a list of them, as in an answer.
-        without: effects that were left out of the nominal model.
 
     Raises:
-        ConfigError: the base holds one of the effects already.
+        ConfigError: the answer holds no such model, or the base holds one of the effects already.
     """
+    model = _model_of(finding)
     sections: dict[str, Any] = {
         k: dict(base.get(k) or {}) for k in ("effects", "changes", "intervals")
     }
     sections["wave"] = base.get("wave")
-    for candidate, effect in zip(found.candidates, finding.effects, strict=True):
-        for part in parts_of(candidate, found, effect):
-            _refuse_twice(part, sections, base)
-            taken = {**sections["effects"], **sections["changes"]}
-            name = part.name if part.section == "wave" else free_name(part.name, taken)
-            if part.section == "wave":
-                sections["wave"] = part.values
-            else:
-                sections[part.section][name] = part.values
-            sections["intervals"][name] = part.intervals
-    if finding.formula is not None:
-        law = finding.formula["effect"]
-        values = {k: _short(v) for k, v in law["parameters"].items()}
-        entry = {"effect": law["name"], "medium": law["medium"], **values}
-        sections["effects"][free_name(FORMULA, sections["effects"])] = entry
+    intervals = model.get("intervals") or {}
+    for section in ("effects", "changes"):
+        for name, entry in (model.get(section) or {}).items():
+            _refuse_twice(name, entry, sections, base)
+            free = free_name(name, {**sections["effects"], **sections["changes"]})
+            sections[section][free] = entry
+            sections["intervals"] |= {free: intervals[name]} if name in intervals else {}
+    if model.get("wave"):
+        _refuse_twice(WAVE, model["wave"], sections, base)
+        sections["wave"] = model["wave"]
+        sections["intervals"][WAVE] = intervals.get(WAVE) or {}
     words = [*(str(e["name"]) for e in finding.effects)]
     words += [] if finding.formula is None else ["an unnamed force"]
-    out: dict[str, Any] = {"summary": f"{' and '.join(words)}, found in {_names(source)}"}
+    logs = " and ".join(Path(path).name for path in logs_of({"log": source}))
+    out: dict[str, Any] = {"summary": f"{' and '.join(words)}, found in {logs}"}
     out |= {key: value for key, value in sections.items() if value}
-    out["nominal"] = {
-        key: {k: _short(x) for k, x in {**v, **(finding.nominal.get(key) or {})}.items()}
-        for key, v in found.nominal.items()
-    }
-    out["speeds"] = [_short(x) for x in found.speeds]
-    out["provenance"] = _provenance(finding, base, source, without)
+    out |= {key: model[key] for key in ("nominal", "speeds") if key in model}
+    out["provenance"] = _provenance(finding, base, source)
+    out["provenance"]["vehicle"] = str((model.get("provenance") or {}).get("vehicle", ""))
     return out
+
+
+def _model_of(finding: Finding) -> Mapping[str, Any]:
+    """Return the model of an answer with the chosen effects.
+
+    Raises:
+        ConfigError: an earlier version wrote the answer, or it compares flights.
+    """
+    names = [str(effect["name"]) for effect in finding.effects]
+    known = {*installed(), *(law.candidate for law in wave_laws())}
+    for name in names:
+        if name not in known:
+            raise ConfigError(
+                f"'{name}' is none of the effects that this vehicle could be missing.\n"
+                f"{suggestion(name, known)}"
+            )
+    own = ",".join(names) or FORMULA
+    if own not in finding.models:
+        raise ConfigError(
+            f"{finding.file} holds no model of {own}: an earlier version wrote it, or it compares "
+            "a flight with healthy ones.\n"
+            "Diagnose the log again, by itself: seals diagnose log=FOLDER out=FOLDER"
+        )
+    refuse_references(finding.models[own], where=str(finding.file))
+    return finding.models[own]
 
 
 def timed_words(effect: Mapping[str, Any]) -> str:
@@ -143,48 +237,6 @@ def withdraw(path: Path, reason: str) -> None:
     write_text(path, "\n".join([*kept, line]) + "\n")
 
 
-def parts_of(candidate: Candidate, found: Refit, effect: Mapping[str, Any]) -> list[Part]:
-    """Return the overlay entries of one effect, one for each instance that it changes.
-
-    An instance that the nominal model holds is changed, and so is an effect whose change is
-    negative where the whole cannot be.
-    """
-    made = []
-    values = {key: found.values[key] for key in candidate.all_keys}
-    intervals = _intervals(candidate, effect)
-    for instance, moved in by_instance(values).items():
-        limits = intervals.get(instance, {})
-        short = {k: _short(v) for k, v in moved.items()}
-        if instance in found.candidate_set.waves:
-            plugin = _plugin_of(found.candidate_set.waves[instance].law, "wave")
-            made.append(Part(section="wave", name=WAVE, values={"wave": plugin, **short},
-                             intervals=limits))  # fmt: skip
-            continue
-        law = found.candidate_set.effects[instance]
-        if instance in found.own or _below_bounds(law, moved):
-            entry = {"effect": _plugin_of(type(law)), **_medium(law), **short}
-            made.append(Part(section="changes", name=candidate.name, values=entry,
-                             intervals=limits))  # fmt: skip
-            continue
-        total = {k: _short(float(getattr(law, k)) + v) for k, v in moved.items()}
-        entry = {"effect": _plugin_of(type(law)), **_options(law), **total}
-        made.append(Part(section="effects", name=candidate.name, values=entry, intervals=limits))
-    return made
-
-
-def _intervals(candidate: Candidate, effect: Mapping[str, Any]) -> dict[str, Any]:
-    """90 % intervals by instance and parameter."""
-    given = effect.get("parameters", {})
-    table: dict[str, Any] = {}
-    for key, name in zip(candidate.keys, candidate.reported, strict=True):
-        ends = [given.get(name, {}).get(end) for end in ("low90", "high90")]
-        # null in an answer: the log did not determine the interval
-        if None not in ends:
-            instance, _, parameter = key.partition(".")
-            table.setdefault(instance, {})[parameter] = [_short(end) for end in ends]
-    return table
-
-
 def _below_bounds(law: Effect, moved: Mapping[str, float]) -> bool:
     declared = parameters_of(law)
     return any(
@@ -216,34 +268,28 @@ def _plugin_of(law: type, kind: str = "effect") -> str:
     raise ConfigError(f"{target} is not installed as a plug-in.\nSee: seals list {kind}")
 
 
-def _refuse_twice(part: Part, sections: Mapping[str, Any], base: Mapping[str, Any]) -> None:
+def _refuse_twice(
+    name: str, entry: Mapping[str, Any], sections: Mapping[str, Any], base: Mapping[str, Any]
+) -> None:
     """Refuse an effect that the base model already adds."""
-    if not base:
-        return
-    own: Sequence[Any] = [sections["wave"]] if part.section == "wave" else [
-        *sections["effects"].values(), *sections["changes"].values()
-    ]  # fmt: skip
+    own = [*sections["effects"].values(), *sections["changes"].values(), sections["wave"]]
     kinds = ("effect", "wave", "medium", "links", "rotor", "joint")
-    if any(e and all(e.get(k) == part.values.get(k) for k in kinds) for e in own):
+    if base and any(e and all(e.get(k) == entry.get(k) for k in kinds) for e in own):
         raise ConfigError(
-            f"base={base.get('name')} adds {part.name} already: it would act twice.\n"
+            f"base={base.get('name')} adds {name} already: it would act twice.\n"
             "Leave base= out: the diagnosis was made against the log's own nominal model."
         )
 
 
-def _names(source: Mapping[str, Any]) -> str:
-    return " and ".join(Path(path).name for path in logs_of({"log": source}))
-
-
 def _provenance(
-    finding: Finding, base: Mapping[str, Any], source: Mapping[str, Any], without: Sequence[str]
+    finding: Finding, base: Mapping[str, Any], source: Mapping[str, Any]
 ) -> dict[str, Any]:
     logs = logs_of({"log": source})
     paths, digests = list(logs), [digest for digest in logs.values() if digest]
     out: dict[str, Any] = {
         "log": paths[0] if len(paths) == 1 else paths,
         "log_sha256": digests[0] if len(digests) == 1 else digests,
-        **({"without": list(without)} if without else {}),
+        **({"without": list(finding.without)} if finding.without else {}),
         "verdict": finding.verdict,
         "confidence": {str(e["name"]): _short(e.get("confidence", 0.0)) for e in finding.effects},
         "diagnosis": str(finding.file.resolve()),
