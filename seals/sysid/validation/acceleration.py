@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from seals.arrays import Floats
+from seals.errors import printable
 from seals.logs.atomic import atomic_path
 from seals.logs.log import Log
 from seals.report.style import CYCLE, MUTED
@@ -91,7 +92,7 @@ def draw_acceleration(path: Path, track: AccelerationTrack, found: Verification)
     lower.set_xlabel("time [s]")
     lower.axhline(0.0, color=MUTED, linewidth=0.8)
     upper.legend(loc="best", frameon=False, fontsize=9)
-    upper.set_title(f"{found.overlay.name} on {found.ablation.name}", fontsize=11)
+    upper.set_title(printable(f"{found.overlay.name} on {found.ablation.name}"), fontsize=11)
     for axes in (upper, lower):
         for side in ("top", "right"):
             axes.spines[side].set_visible(False)
@@ -100,7 +101,7 @@ def draw_acceleration(path: Path, track: AccelerationTrack, found: Verification)
 
 
 def _words(found: Verification) -> str:
-    return "with " + " and ".join(part.replace("_", " ") for part in found.overlay.parts)
+    return "with " + " and ".join(printable(part).replace("_", " ") for part in found.overlay.parts)
 
 
 def _line(x: Floats, y: Floats) -> tuple[Floats, Floats]:
