@@ -86,7 +86,8 @@ class ReaderFlume(ReaderPublished):
             if ours in _NEEDED and ours not in columns:
                 refuse_lacking(path, [theirs], raw, label="Columns there")
         stem = path.name.split(".")[0]
-        meta = {"sensors": {"channels": _channels(columns["t"])}, "wave": _wave(stem)}
+        channels = _channels(columns["t"])
+        meta: dict[str, Any] = {"sensors": {"channels": channels}, "wave": _wave(stem)}
         if "position_z" not in columns:
             meta["vehicle"] = None
         return self.described(stem, columns, meta=meta)

@@ -149,7 +149,7 @@ def datasheet_of(folder: str | Path) -> dict[str, Any]:
         return {}
     sheet = read_yaml(place)
     refuse_references(sheet, where=str(place))
-    wrong = check_meta(Log(name=DATASHEET, columns={"t": [0.0]}, meta=sheet))
+    wrong = check_meta(Log(name=DATASHEET, columns={"t": np.zeros(1)}, meta=sheet))
     if wrong:
         reasons = (f"- {one.channel}: {one.message.removeprefix('meta.yaml ')}" for one in wrong)
         raise LogError("\n".join([f"{place} cannot be used:", *reasons]))
