@@ -233,7 +233,11 @@ def _declared(kind: str) -> Mapping[str, tuple[Plugin, ...]]:
         raise ConfigError(f"there is no kind '{kind}'.\n{suggestion(kind, GROUPS, label='Kinds')}")
     found: dict[str, list[Plugin]] = {}
     for point in _points().select(group=GROUPS[kind]):
-        found.setdefault(point.name, []).append(_plugin(kind, point))
+        name, version = _owner(point.dist)
+        own = Plugin(
+            kind=kind, name=point.name, value=point.value, distribution=name, version=version
+        )
+        found.setdefault(point.name, []).append(own)
     return MappingProxyType({name: tuple(found[name]) for name in sorted(found)})
 
 
@@ -263,11 +267,6 @@ def _listed(package: Distribution, faults: dict[str, str] | None = None) -> Iter
         if faults is not None:
             faults[_owner(package)[0]] = f"its entry_points.txt is damaged: {_one_line(cause)}"
         return ()
-
-
-def _plugin(kind: str, point: EntryPoint) -> Plugin:
-    name, version = _owner(point.dist)
-    return Plugin(kind=kind, name=point.name, value=point.value, distribution=name, version=version)
 
 
 @functools.cache
