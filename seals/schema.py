@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -259,14 +259,8 @@ def check_tree(thing: object, *, where: str) -> None:
         raise ConfigError(f"{where}={thing} is not allowed.\nAllowed: a finite number.")
     if dataclasses.is_dataclass(thing) and not isinstance(thing, type):
         check_fields(type(thing), vars_of(thing), where=where)
-    else:
-        if isinstance(thing, dict):
-            inside = [(f"{where}.{key}", item) for key, item in thing.items()]
-        elif isinstance(thing, list | tuple):
-            inside = [(f"{where}[{index}]", item) for index, item in enumerate(thing)]
-        else:
-            return
-        for key, item in inside:
+    elif isinstance(thing, dict | list | tuple):
+        for key, item in _items(thing, where):
             check_tree(item, where=key)
 
 
@@ -300,6 +294,13 @@ def check_fields(cls: type, values: dict[str, Any], *, where: str) -> None:
 def vars_of(thing: Any) -> dict[str, Any]:
     """Return the field values of a dataclass instance by name, not copied."""
     return {field.name: getattr(thing, field.name) for field in dataclasses.fields(thing)}
+
+
+def _items(thing: object, where: str) -> Iterator[tuple[str, object]]:
+    if isinstance(thing, dict):
+        yield from ((f"{where}.{key}", item) for key, item in thing.items())
+    elif isinstance(thing, list | tuple):
+        yield from ((f"{where}[{index}]", item) for index, item in enumerate(thing))
 
 
 def _metadata(default: float, unit: str, **physics: Any) -> dict[str, Any]:
