@@ -85,7 +85,7 @@ def plug_ins() -> Iterator[Remark]:
 
     count = 0
     for package, words in registry.damaged_lists().items():
-        yield Remark(state="FAULT", subject=f"package {package}", words=words)
+        yield "FAULT", f"package {package}", words
     for kind in registry.GROUPS:
         for name in registry.names(kind):
             subject = f"{kind} {name}"

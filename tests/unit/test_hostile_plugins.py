@@ -62,9 +62,9 @@ def test_a_damaged_list_of_one_package_hides_no_other(points: str, install: Inst
     assert "gravity" in registry.names("effect")
     assert registry.get("effect", "gravity").origin.startswith("aam-seals")
     assert len(registry.plugins("effect")) > 20, "no name counts twice"
-    told = [remark for remark in plug_ins() if remark.subject == "package reef"]
-    assert [remark.state for remark in told] == ["FAULT"]
-    assert "entry_points.txt is damaged" in told[0].words
+    told = [remark for remark in plug_ins() if remark[1] == "package reef"]
+    assert [state for state, _, _ in told] == ["FAULT"]
+    assert "entry_points.txt is damaged" in told[0][2]
 
 
 VALUES = ["os:system", "os", "nowhere:X", ":X", "a b:c", "reef_law:X.y", "builtins:int", "..x:Y"]
