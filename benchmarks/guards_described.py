@@ -11,7 +11,64 @@ _FORM, _EDIT = "seals.sysid.validation.answer_form", "seals.robot.yaml_edit"
 _MODEL = "seals.config.overlay"
 
 TERMINAL = "tests/unit/test_terminal.py"
+_SHEETS, PLUGINS = "tests/unit/test_hostile_sheets.py", "tests/unit/test_hostile_plugins.py"
+_KINDS = "seals.logs.check_meta"
 DESCRIPTIONS: dict[str, Guard] = {
+    "kinds of a data sheet": Guard(
+        "seals.run.equipment_metadata",
+        "    if wrong:\n",
+        "    if False:\n",
+        _SHEETS,
+        "odd_data_sheet",
+    ),
+    "lookups of a data sheet": Guard(
+        "seals.run.equipment_metadata",
+        "    refuse_references(sheet, where=str(place))\n",
+        "",
+        _SHEETS,
+        "odd_data_sheet",
+    ),
+    "a data sheet that cannot be read": Guard(
+        "seals.run.equipment_metadata",
+        "if not os.path.lexists(place):",
+        "if not place.is_file():",
+        _SHEETS,
+        "ordinary_file",
+    ),
+    "length of a turn": Guard(
+        _KINDS,
+        "(want.shape != (4,) or abs(float(given @ given) - 1.0) < _UNIT)",
+        "True",
+        _SHEETS,
+        "odd_data_sheet",
+    ),
+    "least of a number": Guard(
+        _KINDS, "bool((given >= want.least).all())", "True", _SHEETS, "odd_data_sheet"
+    ),
+    "weight of healthy flights": Guard(
+        "seals.sysid.healthy_flights.balance",
+        "if vehicle.environment.gravity == 0.0:",
+        "if False:",
+        _SHEETS,
+        "healthy",
+    ),
+    "confidence of a model": Guard(
+        "seals.config.overlay",
+        '    _mapping(provenance.get("confidence"), f"{where}: provenance.confidence")\n',
+        "",
+        _SHEETS,
+        "confidence",
+    ),
+    "names in a chart of verify": Guard(
+        "seals.sysid.validation.drawing",
+        'title = printable(f"{found.overlay.name} on {ablation.name}: {words}")',
+        'title = f"{found.overlay.name} on {ablation.name}: {words}"',
+        _SHEETS,
+        "drawn_without",
+    ),
+    "logs of a reader": Guard(
+        "seals.logs.reader", "    if odd:\n", "    if False:\n", PLUGINS, "returns_logs"
+    ),
     "signs that steer a terminal": Guard(
         "seals.cli.main", "with plain_streams():", "if True:", TERMINAL, "columns or refusal"
     ),

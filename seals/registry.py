@@ -10,9 +10,15 @@ import ast
 import functools
 import importlib
 import importlib.util
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from importlib.metadata import Distribution, EntryPoint, entry_points
+from importlib.metadata import (
+    Distribution,
+    EntryPoint,
+    EntryPoints,
+    distributions,
+    entry_points,
+)
 from importlib.resources import files
 from pathlib import Path
 from types import MappingProxyType
@@ -99,9 +105,9 @@ class Plugin:
             found: Any = importlib.import_module(module)
             for part in attribute.split(".") if attribute else ():
                 found = getattr(found, part)
-        except SealsError:
+        except (SealsError, KeyboardInterrupt):
             raise
-        except Exception as cause:  # whatever a stranger's module raises belongs to that plug-in
+        except BaseException as cause:  # whatever a stranger's module raises, an exit among it
             raise self.broken(cause) from cause
         return found
 
@@ -113,7 +119,9 @@ class Plugin:
         """
         try:
             return Path(str(files(self.value)))
-        except Exception as cause:  # importing the parent package runs foreign code
+        except KeyboardInterrupt:
+            raise
+        except BaseException as cause:  # importing the parent package runs foreign code
             raise self.broken(cause) from cause
 
     def broken(self, cause: BaseException) -> BrokenPlugin:
@@ -225,19 +233,40 @@ def _declared(kind: str) -> Mapping[str, tuple[Plugin, ...]]:
         raise ConfigError(f"there is no kind '{kind}'.\n{suggestion(kind, GROUPS, label='Kinds')}")
     found: dict[str, list[Plugin]] = {}
     for point in _points().select(group=GROUPS[kind]):
-        found.setdefault(point.name, []).append(_plugin(kind, point))
+        name, version = _owner(point.dist)
+        own = Plugin(
+            kind=kind, name=point.name, value=point.value, distribution=name, version=version
+        )
+        found.setdefault(point.name, []).append(own)
     return MappingProxyType({name: tuple(found[name]) for name in sorted(found)})
 
 
 @functools.cache
 def _points() -> Any:
     """Entry points of all packages: a look at them reads every package's own."""
-    return entry_points()
+    try:
+        return entry_points()
+    except Exception:  # one package's damaged list hides no other package
+        every = (point for package in distributions() for point in _listed(package))
+        # a package may be found twice
+        return EntryPoints({(p.group, p.name, p.value): p for p in every}.values())
 
 
-def _plugin(kind: str, point: EntryPoint) -> Plugin:
-    name, version = _owner(point.dist)
-    return Plugin(kind=kind, name=point.name, value=point.value, distribution=name, version=version)
+def damaged_lists() -> dict[str, str]:
+    """Return why the entry points of packages cannot be read, by name; most often none."""
+    found: dict[str, str] = {}
+    for package in distributions():
+        _listed(package, found)
+    return found
+
+
+def _listed(package: Distribution, faults: dict[str, str] | None = None) -> Iterable[EntryPoint]:
+    try:
+        return package.entry_points
+    except Exception as cause:  # text of a stranger, parsed by the standard library
+        if faults is not None:
+            faults[_owner(package)[0]] = f"its entry_points.txt is damaged: {_one_line(cause)}"
+        return ()
 
 
 @functools.cache
@@ -253,7 +282,9 @@ def _class_summary(plugin: Plugin) -> str:
         if spec is None or spec.origin is None:
             raise ModuleNotFoundError(f"No module named '{module}'")
         found = _source_summary(Path(spec.origin), module, attribute)
-    except Exception as cause:  # a foreign parent package may raise anything
+    except KeyboardInterrupt:
+        raise
+    except BaseException as cause:  # a foreign parent package may raise anything
         raise plugin.broken(cause) from cause
     if found is None:
         # the class is built at run time or comes from another package: only an import can tell

@@ -7,16 +7,16 @@ import re
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from seals.errors import LogError
-from seals.field_roles import roles
 from seals.logs.arrays import refuse_hollow
-from seals.logs.datasets import locate, paths_of, read_dataset
+from seals.logs.datasets import Dataset, locate, paths_of, read_dataset
 from seals.logs.log import Log
 from seals.logs.units import to_si
+from seals.plugins.readers.published import ReaderPublished
 from seals.untrusted_io import MOST_BYTES, read_bytes, regular_file
 
 DATASET = read_dataset("seals.plugins.readers", "falling-balls")
@@ -25,9 +25,8 @@ _HEADER = ("Drop #", "Time (s)", "Height (m)")
 _MOST_ROWS = 10_000
 
 
-@roles(read="path")
 @dataclass(kw_only=True)
-class ReaderBalls:
+class ReaderBalls(ReaderPublished):
     """Falling-ball videos: balls dropped from a bridge; one log per ball, two drops each.
 
     Channels:
@@ -48,7 +47,7 @@ class ReaderBalls:
         path: the spreadsheet, or a folder that holds it.
     """
 
-    path: str = ""
+    dataset: ClassVar[Dataset] = DATASET
 
     def read(self, source: str | Path | None = None) -> list[Log]:
         """Return one log for each ball.
@@ -64,9 +63,37 @@ class ReaderBalls:
         else:
             weights = read_weights(beside) if beside.is_file() else {}
         return [
-            _ball(title, rows, weights, where=f"'{sheets}', sheet '{title}'")
+            self._ball(title, rows, weights, where=f"'{sheets}', sheet '{title}'")
             for title, rows in read_sheets(sheets).items()
         ]
+
+    def _ball(
+        self,
+        title: str,
+        rows: list[tuple[Any, ...]],
+        weights: dict[str, tuple[float, float]],
+        *,
+        where: str,
+    ) -> Log:
+        names = [str(cell).strip() for cell in rows[0]] if rows else []
+        for name in _HEADER:
+            if name not in names:
+                raise LogError(
+                    f"{where} has no column '{name}'.\nColumns there: {', '.join(names)}"
+                )
+        try:
+            picked = [[float(row[names.index(name)]) for name in _HEADER] for row in rows[1:]]
+        except (TypeError, ValueError) as error:
+            raise LogError(f"{where} holds something else than numbers ({error}).") from error
+        table = np.asarray(picked, dtype=np.float64).reshape(-1, 3)
+        if not np.isfinite(table).all():
+            raise LogError(f"{where} holds a value that is not finite.")
+        return self.described(
+            title.casefold().replace(" ", "_"),
+            {"t": table[:, 1], "position_z": table[:, 2]},
+            segment=table[:, 0].astype(np.int64) - 1,
+            meta={"vehicle": _vehicle(title, weights)},
+        )
 
 
 def read_sheets(path: Path) -> dict[str, list[tuple[Any, ...]]]:
@@ -119,31 +146,7 @@ def read_weights(path: Path) -> dict[str, tuple[float, float]]:
     return found
 
 
-def _ball(
-    title: str, rows: list[tuple[Any, ...]], weights: dict[str, tuple[float, float]], *, where: str
-) -> Log:
-    names = [str(cell).strip() for cell in rows[0]] if rows else []
-    for name in _HEADER:
-        if name not in names:
-            raise LogError(f"{where} has no column '{name}'.\nColumns there: {', '.join(names)}")
-    try:
-        picked = [[float(row[names.index(name)]) for name in _HEADER] for row in rows[1:]]
-    except (TypeError, ValueError) as error:
-        raise LogError(f"{where} holds something else than numbers ({error}).") from error
-    table = np.asarray(picked, dtype=np.float64).reshape(-1, 3)
-    if not np.isfinite(table).all():
-        raise LogError(f"{where} holds a value that is not finite.")
-    return Log(
-        name=title.casefold().replace(" ", "_"),
-        columns={"t": table[:, 1], "position_z": table[:, 2]},
-        segment=table[:, 0].astype(np.int64) - 1,
-        meta=_meta(title, weights),
-        source=DATASET.source,
-        licence=DATASET.licence,
-    )
-
-
-def _meta(title: str, weights: dict[str, tuple[float, float]]) -> dict[str, Any]:
+def _vehicle(title: str, weights: dict[str, tuple[float, float]]) -> dict[str, Any]:
     # balls.txt writes "wiffleball1", "yellowWiffle"; sheets "Whiffle Ball 1", "Yellow Whiffle Ball"
     key = title.casefold().replace(" ", "").replace("whiffle", "wiffle")
     figures = next((weights[name] for name in weights if key.startswith(name)), None)
@@ -151,18 +154,4 @@ def _meta(title: str, weights: dict[str, tuple[float, float]]) -> dict[str, Any]
     if figures is not None:
         vehicle |= {"mass": figures[0], "circumference": figures[1]}
         vehicle["radius"] = figures[1] / (2.0 * math.pi)
-    return {
-        "vehicle": vehicle,
-        "environment": {
-            "gravity": [0.0, 0.0, -9.81],
-            "water_level": None,
-            "ground_level": 0.0,
-            "air_density": 1.2,
-        },
-        "baseline": [{"name": "gravity"}],
-        "sensors": {"channels": {"position": {"sigma": 0.09, "rate": 15.0, "unit": "m"}}},
-        "notes": [
-            "air_density is assumed",
-            "sigma: residual of the bowling ball under pure gravity, errors of scale included",
-        ],
-    }
+    return vehicle

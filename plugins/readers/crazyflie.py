@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import LogError, suggestion
 from seals.field_roles import roles
-from seals.logs.datasets import paths_of, read_dataset
+from seals.logs.datasets import Dataset, read_dataset
 from seals.logs.log import Log
 from seals.logs.units import STANDARD_GRAVITY, to_si
 from seals.plugins.readers.crazyflie_log import parse
+from seals.plugins.readers.published import ReaderPublished
 from seals.untrusted_io import read_bytes
 
 DATASET = read_dataset("seals.plugins.readers", "crazyflie-sysid")
@@ -27,9 +28,9 @@ _COLUMNS = {
 }
 
 
-@roles(data="event allow_truncated", read="path")
+@roles(data="event allow_truncated")
 @dataclass(kw_only=True)
-class ReaderCrazyflie:
+class ReaderCrazyflie(ReaderPublished):
     """Flights of a 27 g quadrotor, recorded on board; one log for each file.
 
     Channels:
@@ -51,19 +52,13 @@ class ReaderCrazyflie:
         allow_truncated: whether a file that was cut short is read up to the cut.
     """
 
-    path: str = ""
+    dataset: ClassVar[Dataset] = DATASET
+
     event: str = ""
     allow_truncated: bool = False
 
-    def read(self, source: str | Path | None = None) -> list[Log]:
-        """Return one log for each flight.
-
-        Raises:
-            LogError: a file is absent, damaged, or holds no accelerometer.
-        """
-        return [self._flight(path) for path in paths_of(DATASET, source or self.path or None)]
-
-    def _flight(self, path: Path) -> Log:
+    def log_of(self, path: Path) -> Log:
+        """Return one flight."""
         content = read_bytes(path, most=_MOST_BYTES)
         events = parse(content, where=str(path), allow_truncated=self.allow_truncated)
         found = {name: event for name, event in events.items() if "acc.z" in event}
@@ -71,17 +66,14 @@ class ReaderCrazyflie:
         if name not in events:
             what = f"event '{name}'" if name else "event with an accelerometer (acc.z)"
             raise LogError(f"'{path}' has no {what}.\n" + suggestion(name, events, label="Events"))
-        return Log(
-            name=path.name,
-            columns=_columns(events[name]),
-            meta=_meta(events[name]["t"]),
-            source=DATASET.source if path.name in _stems() else str(path),
-            licence=DATASET.licence if path.name in _stems() else "",
-        )
-
-
-def _stems() -> set[str]:
-    return {file.stem for file in DATASET.files}
+        time = events[name]["t"]
+        rate = float(1.0 / np.median(np.diff(time))) if time.size > 1 else 0.0
+        # standard deviations at rest with the motors off; in flight vibration adds to them
+        force = {"sigma": 0.0011 * STANDARD_GRAVITY, "rate": rate, "unit": "m/s^2"}
+        turn = {"sigma": 0.0021, "rate": rate, "unit": "rad/s"}
+        channels = {"specific_force": force, "angular_velocity": turn}
+        meta = {"sensors": {"channels": channels}}
+        return self.described(path.name, _columns(events[name]), of=path, meta=meta)
 
 
 def _columns(event: dict[str, Floats]) -> dict[str, Floats]:
@@ -93,24 +85,3 @@ def _columns(event: dict[str, Floats]) -> dict[str, Floats]:
         elif theirs != "t":
             columns[ours] = to_si(values, unit) if unit else values
     return columns
-
-
-def _meta(time: Floats) -> dict[str, Any]:
-    rate = float(1.0 / np.median(np.diff(time))) if time.size > 1 else 0.0
-    return {
-        "vehicle": {"name": "crazyflie", "mass": 0.027, "arm": None, "hull": None},
-        "environment": {"gravity": [0.0, 0.0, -9.81], "water_level": None, "air_density": 1.2},
-        "baseline": [{"name": "gravity"}, {"name": "rotor_thrust"}],
-        "sensors": {
-            "channels": {
-                # standard deviations at rest with the motors off; in flight vibration adds to them
-                "specific_force": {
-                    "sigma": 0.0011 * STANDARD_GRAVITY,
-                    "rate": rate,
-                    "unit": "m/s^2",
-                },
-                "angular_velocity": {"sigma": 0.0021, "rate": rate, "unit": "rad/s"},
-            }
-        },
-        "notes": ["no battery voltage, no pose", "air_density is assumed"],
-    }

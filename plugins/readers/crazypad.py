@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
-from seals.errors import LogError, suggestion
-from seals.field_roles import roles
-from seals.logs.datasets import paths_of, read_dataset
+from seals.errors import LogError
+from seals.logs.datasets import Dataset, read_dataset
 from seals.logs.log import Log
 from seals.logs.table import read_parquet
+from seals.plugins.readers.published import ReaderPublished, refuse_lacking
 
 DATASET = read_dataset("seals.plugins.readers", "crazypad/flights")
 _BODY = ("x", "y", "z")
@@ -25,9 +26,8 @@ _PRESENT_IN_SOME = {
 }
 
 
-@roles(read="path")
 @dataclass(kw_only=True)
-class ReaderCrazypad:
+class ReaderCrazypad(ReaderPublished):
     """Flights of a 27 g quadrotor, unmodified and modified on purpose; one log for each file.
 
     Channels:
@@ -49,42 +49,17 @@ class ReaderCrazypad:
         path: a table, the folder of the published set, or the name of one of its flights.
     """
 
-    path: str = ""
+    dataset: ClassVar[Dataset] = DATASET
 
-    def read(self, source: str | Path | None = None) -> list[Log]:
-        """Return one log for each flight.
-
-        Raises:
-            LogError: a table is absent, damaged or lacks a column.
-        """
-        return [_flight(path) for path in paths_of(DATASET, source or self.path or None)]
-
-
-def _flight(path: Path) -> Log:
-    if path.suffix != ".parquet":
-        raise LogError(
-            f"'{path}' is no table of a CrazyPAD flight.\n"
-            "Needed is the offline form, a .parquet file with t_s and command_1..4."
-        )
-    table = read_parquet(path)
-    missing = [name for name in _NEEDED if name not in table]
-    if missing:
-        raise LogError(
-            f"'{path}' has no column '{missing[0]}': it is no CrazyPAD flight.\n"
-            + suggestion(missing[0], table)
-        )
-    known = {**_NEEDED, **_PRESENT_IN_SOME}
-    columns = {ours: table[theirs] for theirs, ours in known.items() if theirs in table}
-    published = any(path.stem == file.stem for file in DATASET.files)
-    return Log(
-        name=path.stem,
-        columns=columns,
-        meta={
-            "vehicle": {"name": "crazyflie"},
-            "environment": {"gravity": [0.0, 0.0, -9.81], "water_level": None, "air_density": 1.2},
-            "motor_command": "thrust_share",
-            "notes": ["the mass that flew is not known"],
-        },
-        source=DATASET.source if published else str(path),
-        licence=DATASET.licence if published else "",
-    )
+    def log_of(self, path: Path) -> Log:
+        """Return one flight."""
+        if path.suffix != ".parquet":
+            raise LogError(
+                f"'{path}' is no table of a CrazyPAD flight.\n"
+                "Needed is the offline form, a .parquet file with t_s and command_1..4."
+            )
+        table = read_parquet(path)
+        refuse_lacking(path, _NEEDED, table, "CrazyPAD flight")
+        known = {**_NEEDED, **_PRESENT_IN_SOME}
+        columns = {ours: table[theirs] for theirs, ours in known.items() if theirs in table}
+        return self.described(path.stem, columns, of=path)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -13,13 +13,10 @@ from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.errors import LogError, suggestion
-from seals.field_roles import roles
-from seals.logs.column_map import ColumnMap
 from seals.logs.log import Log
 from seals.logs.merge import Stream
 from seals.plugins.readers.ardupilot import motor_pulses
 from seals.plugins.readers.dataflash_file import Messages, parse
-from seals.plugins.readers.mapped import ReaderMapped
 from seals.plugins.readers.ned import (
     enu,
     flu,
@@ -29,7 +26,7 @@ from seals.plugins.readers.ned import (
     orientation,
     quaternion_of,
 )
-from seals.plugins.readers.streams import by_topic, finished, refuse_unknown, vector
+from seals.plugins.readers.streams import ReaderTopics, vector
 from seals.untrusted_io import read_bytes
 
 _INSTANCES = ("I", "C", "Instance", "Inst")
@@ -39,9 +36,8 @@ _FIX_3D = 3
 _GOOD_RANGE = 4
 
 
-@roles(data="topics")
 @dataclass(kw_only=True)
-class ReaderDataflash(ReaderMapped):
+class ReaderDataflash(ReaderTopics):
     """Logs of ArduPilot on board (``.bin``): known messages automatically, other fields by a map.
 
     Channels:
@@ -66,8 +62,6 @@ class ReaderDataflash(ReaderMapped):
 
     kind: ClassVar[str] = "DataFlash"
 
-    topics: list[str] = field(default_factory=list)
-
     def read(self, source: str | Path | None = None) -> list[Log]:
         """Return the one log of the file.
 
@@ -78,22 +72,26 @@ class ReaderDataflash(ReaderMapped):
         where = str(given)
         found = parse(read_bytes(given), where=where)
         samples = dict(_instances(found))
-        wanted = by_topic(chosen)
-        refuse_unknown([*self.topics, *wanted], samples, where=where)
-        streams = [_mapped(topic, samples[topic], wanted[topic], chosen) for topic in wanted]
-        taken = set(self.columns.values())
-        parameters = _parameters(found)
-        about = _Known(samples, parameters, _vehicle(found))
-        for topic, make in _TOPICS.items():
-            if topic in samples and (not self.topics or topic in self.topics):
-                columns = {k: v for k, v in make(topic, about).items() if k not in taken}
-                streams.append(Stream(name=topic, stamps=_stamps(samples[topic]), columns=columns))
-                taken |= columns.keys()
+        about = _Known(samples, _parameters(found), _vehicle(found))
+
+        def streams(topic: str) -> list[Stream]:
+            columns = _TOPICS[topic](topic, about)
+            return [Stream(name=topic, stamps=_stamps(samples[topic]), columns=columns)]
+
         meta: dict[str, Any] = {"motor_command": "pwm"} if "RCOU" in samples else {}
         if about.vehicle:
             meta["firmware"] = about.vehicle
-        meta |= self.meta
-        return [finished(streams, given, meta=meta, name=self.name, licence=self.licence)]
+        return [
+            self.log_of(
+                given,
+                samples,
+                chosen,
+                field_of=lambda topic, name: _column(samples[topic], name, topic),
+                stamps_of=lambda topic: _stamps(samples[topic]),
+                known=dict.fromkeys(_TOPICS, streams),
+                meta=meta,
+            )
+        ]
 
 
 @dataclass(frozen=True)
@@ -171,14 +169,6 @@ def _column(messages: Messages, name: str, topic: str) -> Floats:
     if values.dtype.kind != "f" or values.ndim != 1:
         raise LogError(f"'{topic}/{name}' holds text or lists, a number is needed.")
     return values
-
-
-def _mapped(topic: str, messages: Messages, fields: dict[str, str], chosen: ColumnMap) -> Stream:
-    columns = {
-        column: chosen.converted(_column(messages, name, topic), f"{topic}/{name}", column)
-        for name, column in fields.items()
-    }
-    return Stream(name=topic, stamps=_stamps(messages), columns=columns)
 
 
 def _all(messages: Messages, topic: str, names: str) -> list[Floats]:

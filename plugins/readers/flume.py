@@ -5,16 +5,15 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from seals.arrays import Floats
-from seals.errors import LogError, suggestion
-from seals.field_roles import roles
-from seals.logs.datasets import paths_of, read_dataset
+from seals.logs.datasets import Dataset, read_dataset
 from seals.logs.log import Log
 from seals.logs.table import read_csv_columns
+from seals.plugins.readers.published import ReaderPublished, refuse_lacking
 
 DATASET = read_dataset("seals.plugins.readers", "wave-flume-ship-section")
 
@@ -50,9 +49,8 @@ _FREQUENCY = {
 }
 
 
-@roles(read="path")
 @dataclass(kw_only=True)
-class ReaderFlume:
+class ReaderFlume(ReaderPublished):
     """Flume tests of a floating ship section in regular waves, and of the waves alone.
 
     Channels:
@@ -76,67 +74,39 @@ class ReaderFlume:
         path: a ``.csv`` or ``.csv.gz`` file, a folder of them, or the stem of a published run.
     """
 
-    path: str = ""
+    dataset: ClassVar[Dataset] = DATASET
 
-    def read(self, source: str | Path | None = None) -> list[Log]:
-        """Return one log for each run.
-
-        Raises:
-            LogError: a file is absent, damaged or lacks a column.
-        """
-        return [_run(path) for path in paths_of(DATASET, source or self.path or None)]
-
-
-def _run(path: Path) -> Log:
-    raw = read_csv_columns(path)
-    # headers write "WM_Position" or "WM_Position [m]", "ACC_HEAVE_PS" or "ACC_Heave_SB"
-    plain = {name.split("[")[0].strip().casefold(): values for name, values in raw.items()}
-    columns = {ours: plain[theirs] for theirs, ours in _COLUMNS.items() if theirs in plain}
-    missing = [ours for ours in _NEEDED if ours not in columns]
-    if missing:
-        theirs = next(key for key, ours in _COLUMNS.items() if ours == missing[0])
-        raise LogError(
-            f"'{path}' has no column '{theirs}'.\n" + suggestion(theirs, raw, label="Columns there")
-        )
-    stem = path.name.split(".")[0]
-    return Log(
-        name=stem,
-        columns=columns,
-        meta=_meta(stem, columns),
-        source=DATASET.source,
-        licence=DATASET.licence,
-    )
+    def log_of(self, path: Path) -> Log:
+        """Return one run."""
+        raw = read_csv_columns(path)
+        # headers write "WM_Position" or "WM_Position [m]", "ACC_HEAVE_PS" or "ACC_Heave_SB"
+        plain = {name.split("[")[0].strip().casefold(): values for name, values in raw.items()}
+        columns = {ours: plain[theirs] for theirs, ours in _COLUMNS.items() if theirs in plain}
+        for theirs, ours in _COLUMNS.items():
+            if ours in _NEEDED and ours not in columns:
+                refuse_lacking(path, [theirs], raw, label="Columns there")
+        stem = path.name.split(".")[0]
+        channels = _channels(columns["t"])
+        meta: dict[str, Any] = {"sensors": {"channels": channels}, "wave": _wave(stem)}
+        if "position_z" not in columns:
+            meta["vehicle"] = None
+        return self.described(stem, columns, meta=meta)
 
 
-def _meta(stem: str, columns: dict[str, Floats]) -> dict[str, Any]:
+def _wave(stem: str) -> dict[str, Any]:
+    """What the name of a run says of its wave."""
     match = _NAME.match(stem)
-    wave: dict[str, Any] = {}
-    if match:
-        height = _HEIGHT.get(match["height"])
-        wave = {"index": match["wave"], "nominal_height": height}
-        wave["angular_frequency"] = _FREQUENCY.get(match["wave"])
-    step = float(np.median(np.diff(columns["t"]))) if columns["t"].size > 1 else 0.0
+    if match is None:
+        return {}
+    height, frequency = _HEIGHT.get(match["height"]), _FREQUENCY.get(match["wave"])
+    return {"index": match["wave"], "nominal_height": height, "angular_frequency": frequency}
+
+
+def _channels(time: Floats) -> dict[str, Any]:
+    step = float(np.median(np.diff(time))) if time.size > 1 else 0.0
     rate = 1.0 / step if step > 0.0 else 0.0
-    vehicle = {"name": "ship_section", "mass": 46.8, "length": 0.586, "beam": 0.40, "draft": 0.20}
     # standard deviations over the first two seconds, before the waves arrive
     sigma = {"wave_elevation": 6.5e-5, "spring_tension": 5e-3, "heave_acceleration": 1e-3}
     sigma["sway_acceleration"] = 3e-4
     channels: dict[str, Any] = {key: {"sigma": s, "rate": rate} for key, s in sigma.items()}
-    channels["position"] = {"rate": 20.0, "unit": "m"}
-    return {
-        "vehicle": vehicle if "position_z" in columns else None,
-        "environment": {
-            "gravity": [0.0, 0.0, -9.81],
-            "water_level": 0.0,
-            "tank_bottom": -1.0,
-            "tank_width": 0.6,
-            "water_density": 1000.0,
-        },
-        "baseline": [{"name": "gravity"}, {"name": "buoyancy", "medium": "water"}],
-        "sensors": {"channels": channels},
-        "wave": wave,
-        "notes": [
-            "mass is the displaced mass, heave rig included",
-            "the pose is resampled from 20 Hz",
-        ],
-    }
+    return channels | {"position": {"rate": 20.0, "unit": "m"}}

@@ -4,25 +4,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 
-from seals.arrays import Floats
 from seals.errors import LogError
-from seals.field_roles import roles
 from seals.logs.arrays import read_npy
-from seals.logs.datasets import paths_of, read_dataset
+from seals.logs.datasets import Dataset, read_dataset
 from seals.logs.log import Log
 from seals.logs.units import to_si
+from seals.plugins.readers.published import ReaderPublished
 
 DATASET = read_dataset("seals.plugins.readers", "slocum-glider")
 _GRAVITY = 9.81
 
 
-@roles(read="path")
 @dataclass(kw_only=True)
-class ReaderGlider:
+class ReaderGlider(ReaderPublished):
     """One flight of a Slocum glider in the Baltic, June 2016: 4.1 h of yos to about 40 m.
 
     Channels:
@@ -44,49 +42,22 @@ class ReaderGlider:
         path: the ``.npy`` file, or a folder that holds it.
     """
 
-    path: str = ""
+    dataset: ClassVar[Dataset] = DATASET
 
-    def read(self, source: str | Path | None = None) -> list[Log]:
-        """Return the one log of the flight.
-
-        Raises:
-            LogError: the file is absent, damaged or of another shape.
-        """
-        path = paths_of(DATASET, source or self.path or None)[0]
+    def log_of(self, path: Path) -> Log:
+        """Return the flight."""
         table = read_npy(path)
         if table.ndim != 2 or table.shape[0] != 6 or table.shape[1] < 2:
             raise LogError(f"'{path}' has shape {table.shape}, needed is (6, samples).")
-        log = Log(
-            name="slocum_glider",
-            columns=_columns(table),
-            meta=_meta(float(table[0, 0])),
-            source=DATASET.source,
-            licence=DATASET.licence,
-        )
-        return [log]
-
-
-def _columns(table: Floats) -> dict[str, Floats]:
-    time, pressure, pitch, ballast, density, speed = table
-    pascal = to_si(pressure, "bar")
-    return {
-        "t": time - time[0],
-        "pressure": pascal,
-        "depth": pascal / (_GRAVITY * float(np.nanmean(density))),
-        "pitch": pitch,
-        "ballast_volume": to_si(ballast, "cm^3"),
-        "water_density": density,
-        "speed_through_water": speed,
-    }
-
-
-def _meta(start: float) -> dict[str, Any]:
-    rates = ("pressure", "depth", "pitch", "ballast_volume", "water_density")
-    return {
-        "vehicle": {"name": "slocum_glider", "mass": None},
-        "environment": {"gravity": [0.0, 0.0, -_GRAVITY], "water_level": 0.0},
-        "baseline": [{"name": "gravity"}, {"name": "buoyancy", "medium": "water"}],
-        "sensors": {"channels": {name: {"rate": 1.0} for name in rates}},
-        "start_time_unix": start,
-        "notes": ["pitch was scaled by 0.86 and shifted by -0.004 rad by the publisher"],
-    }
+        time, pressure, pitch, ballast, density, speed = table
+        pascal = to_si(pressure, "bar")
+        columns = {
+            "t": time - time[0],
+            "pressure": pascal,
+            "depth": pascal / (_GRAVITY * float(np.nanmean(density))),
+            "pitch": pitch,
+            "ballast_volume": to_si(ballast, "cm^3"),
+            "water_density": density,
+            "speed_through_water": speed,
+        }
+        return self.described("slocum_glider", columns, meta={"start_time_unix": float(time[0])})

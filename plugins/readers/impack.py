@@ -6,17 +6,17 @@ import re
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import LogError, MissingExtra
-from seals.field_roles import roles
 from seals.logs.arrays import read_npz
-from seals.logs.datasets import paths_of, read_dataset
+from seals.logs.datasets import Dataset, read_dataset
 from seals.logs.log import Log
 from seals.logs.units import STANDARD_GRAVITY, to_si
+from seals.plugins.readers.published import ReaderPublished
 from seals.untrusted_io import regular_file
 
 DATASET = read_dataset("seals.plugins.readers", "water-entry-impack")
@@ -34,9 +34,8 @@ _RANGE_G = {ImpackSensor.DC: 42.0, ImpackSensor.PIEZORESISTIVE: 100.0}
 _NAME = re.compile(r"^(?P<speed>\d+(?:\.\d+)?)mps_(?P<nose>[^_]+)_(?P<run>\d+)$")
 
 
-@roles(read="path")
 @dataclass(kw_only=True)
-class ReaderImpack:
+class ReaderImpack(ReaderPublished):
     """Drops of a 44.45 mm impactor with a recorder on board into still water; one log each.
 
     Channels:
@@ -60,32 +59,27 @@ class ReaderImpack:
         sensor: the 40 g channel (DC, 2 kHz) or the 100 g one (20 kHz, around the peak only).
     """
 
-    path: str = ""
+    dataset: ClassVar[Dataset] = DATASET
     sensor: ImpackSensor = ImpackSensor.DC
 
-    def read(self, source: str | Path | None = None) -> list[Log]:
-        """Return one log for each drop.
-
-        Raises:
-            LogError: a file is absent or damaged.
-            MissingExtra: a ``.ide`` file is given and ``idelib`` is not installed.
-        """
-        return [self._drop(path) for path in paths_of(DATASET, source or self.path or None)]
-
-    def _drop(self, path: Path) -> Log:
+    def log_of(self, path: Path) -> Log:
+        """Return one drop."""
         read = _from_ide if path.suffix.casefold() == ".ide" else _from_npz
         time, force_g = read(path, self.sensor)
         if force_g.ndim != 2 or force_g.shape[0] != 3 or force_g.shape[1] != time.size:
             raise LogError(f"'{path}': three axes for {time.size} times are needed.")
         x, y, z = to_si(force_g[[1, 2, 0]], "g")
         columns = {"t": time, "specific_force_x": x, "specific_force_y": y, "specific_force_z": z}
-        return Log(
-            name=path.stem,
-            columns=columns,
-            meta=_meta(path.stem, time, self.sensor),
-            source=DATASET.source,
-            licence=DATASET.licence,
-        )
+        rate = 1.0 / float(np.median(np.diff(time))) if time.size > 1 else 0.0
+        channel: dict[str, Any] = {"rate": rate, "unit": "m/s^2"}
+        channel["saturation"] = _RANGE_G[self.sensor] * STANDARD_GRAVITY
+        if self.sensor is ImpackSensor.DC:
+            # standard deviation over one second at rest, equal within 10 % on all 15 drops
+            channel["sigma"] = 0.0024 * STANDARD_GRAVITY
+        match = _NAME.match(path.stem)
+        drop = {"nominal_speed": float(match["speed"]), "nose": match["nose"]} if match else {}
+        meta = {"sensors": {"channels": {"specific_force": channel}}, "drop": drop}
+        return self.described(path.stem, columns, meta=meta)
 
 
 def _from_npz(path: Path, sensor: ImpackSensor) -> tuple[Floats, Floats]:
@@ -111,24 +105,3 @@ def _from_ide(path: Path, sensor: ImpackSensor) -> tuple[Floats, Floats]:
         raise LogError(f"'{path}' is not a valid enDAQ recording: {error}") from error
     # times come in microseconds
     return rows[0] * 1e-6, rows[1:4]
-
-
-def _meta(stem: str, time: Floats, sensor: ImpackSensor) -> dict[str, Any]:
-    match = _NAME.match(stem)
-    rate = 1.0 / float(np.median(np.diff(time))) if time.size > 1 else 0.0
-    channel: dict[str, Any] = {"rate": rate, "unit": "m/s^2"}
-    channel["saturation"] = _RANGE_G[sensor] * STANDARD_GRAVITY
-    if sensor is ImpackSensor.DC:
-        # standard deviation over one second at rest, equal within 10 % on all 15 drops
-        channel["sigma"] = 0.0024 * STANDARD_GRAVITY
-    drop = {"nominal_speed": float(match["speed"]), "nose": match["nose"]} if match else {}
-    return {
-        "vehicle": {"name": "impactor", "diameter": 0.04445, "mass": None},
-        "environment": {"gravity": [0.0, 0.0, -9.81], "water_level": 0.0},
-        "sensors": {"channels": {"specific_force": channel}},
-        "drop": drop,
-        "notes": [
-            "the largest spike is the catch at the bottom, not the water entry",
-            "the impactor's mass is not published with the data",
-        ],
-    }

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
-from seals.errors import LogError, suggestion
-from seals.field_roles import roles
-from seals.logs.datasets import paths_of, read_dataset
+from seals.errors import LogError
+from seals.logs.datasets import Dataset, read_dataset
 from seals.logs.log import Log
 from seals.logs.table import read_csv_columns, read_parquet
 from seals.logs.units import STANDARD_GRAVITY
+from seals.plugins.readers.published import ReaderPublished, refuse_lacking
 
 DATASET = read_dataset("seals.plugins.readers", "nanobench/flights")
 _FULL_PWM = 65535.0
@@ -37,9 +38,8 @@ _OFFLINE = {
 }
 
 
-@roles(read="path")
 @dataclass(kw_only=True)
-class ReaderNanobench:
+class ReaderNanobench(ReaderPublished):
     """Flights of a 27 g quadrotor under motion capture; one log for each file.
 
     Channels:
@@ -60,40 +60,16 @@ class ReaderNanobench:
         path: a table, the folder of a published set, or the name of one of its flights.
     """
 
-    path: str = ""
+    dataset: ClassVar[Dataset] = DATASET
 
-    def read(self, source: str | Path | None = None) -> list[Log]:
-        """Return one log for each flight.
-
-        Raises:
-            LogError: a table is absent, damaged or lacks a column.
-        """
-        return [_flight(path) for path in paths_of(DATASET, source or self.path or None)]
-
-
-def _flight(path: Path) -> Log:
-    table = read_parquet(path) if path.suffix == ".parquet" else read_csv_columns(path)
-    known = _OFFLINE if "t_s" in table else _PUBLIC
-    missing = [name for name in known if name not in table]
-    if missing:
-        raise LogError(
-            f"'{path}' has no column '{missing[0]}': it is no NanoBench flight.\n"
-            + suggestion(missing[0], table)
-        )
-    columns = {ours: scale * table[theirs] for theirs, (ours, scale) in known.items()}
-    if columns["t"].size == 0:
-        raise LogError(f"'{path}' has no rows.\nWas it copied completely?")
-    columns["t"] = columns["t"] - columns["t"][0]
-    name = path.name.split(".parquet")[0].split(".csv")[0]
-    published = any(name == file.stem for file in DATASET.files)
-    return Log(
-        name=name,
-        columns=columns,
-        meta={
-            "vehicle": {"name": "crazyflie", "mass": 0.027},
-            "environment": {"gravity": [0.0, 0.0, -9.81], "water_level": None, "air_density": 1.2},
-            "motor_command": "speed_share",
-        },
-        source=DATASET.source if published else str(path),
-        licence=DATASET.licence if published else "",
-    )
+    def log_of(self, path: Path) -> Log:
+        """Return one flight."""
+        table = read_parquet(path) if path.suffix == ".parquet" else read_csv_columns(path)
+        known = _OFFLINE if "t_s" in table else _PUBLIC
+        refuse_lacking(path, known, table, "NanoBench flight")
+        columns = {ours: scale * table[theirs] for theirs, (ours, scale) in known.items()}
+        if columns["t"].size == 0:
+            raise LogError(f"'{path}' has no rows.\nWas it copied completely?")
+        columns["t"] = columns["t"] - columns["t"][0]
+        name = path.name.split(".parquet")[0].split(".csv")[0]
+        return self.described(name, columns, of=path)

@@ -5,25 +5,24 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import LogError
-from seals.field_roles import roles
 from seals.isolated_reading import read_isolated
-from seals.logs.datasets import paths_of, read_dataset
+from seals.logs.datasets import Dataset, paths_of, read_dataset
 from seals.logs.log import Log
+from seals.plugins.readers.published import ReaderPublished
 from seals.untrusted_io import regular_file
 
 DATASET = read_dataset("seals.plugins.readers", "single-pendulum")
 _GROUPS = {"identification": ("Time_id", "Y_id"), "validation": ("Time_vad", "Y_vad")}
 
 
-@roles(read="path")
 @dataclass(kw_only=True)
-class ReaderPendulum:
+class ReaderPendulum(ReaderPublished):
     """Free swings of a real pendulum on a fixed cart, no input; a log to fit, one to test.
 
     Channels:
@@ -44,7 +43,7 @@ class ReaderPendulum:
         path: the ``.mat`` file, or a folder that holds it.
     """
 
-    path: str = ""
+    dataset: ClassVar[Dataset] = DATASET
 
     def read(self, source: str | Path | None = None) -> list[Log]:
         """Return the logs ``identification`` and ``validation``.
@@ -53,14 +52,30 @@ class ReaderPendulum:
             LogError: the file is absent, damaged or of another layout.
         """
         path = paths_of(DATASET, source or self.path or None)[0]
-        content = _load(path)
-        return [_log(path, content, name) for name in _GROUPS]
+        file = regular_file(path, most=1 << 25)
+        content: dict[str, list[Floats]] = read_isolated(f"{__name__}:segments_of", file)
+        return [self._swing(path, content, name) for name in _GROUPS]
 
-
-def _load(path: Path) -> dict[str, list[Floats]]:
-    file = regular_file(path, most=1 << 25)
-    found: dict[str, list[Floats]] = read_isolated(f"{__name__}:segments_of", file)
-    return found
+    def _swing(self, path: Path, content: dict[str, list[Floats]], name: str) -> Log:
+        times, values = (content[key] for key in _GROUPS[name])
+        if len(times) != len(values):
+            raise LogError(f"'{path}': {len(times)} time and {len(values)} data segments.")
+        for time, part in zip(times, values, strict=True):
+            if part.ndim != 2 or part.shape[0] != 2 or part.shape[1] != time.size:
+                raise LogError(
+                    f"'{path}': a segment has {time.size} times and data of shape {part.shape}, "
+                    "needed is (2, times)."
+                )
+        angle, rate = np.concatenate(values, axis=1)
+        return self.described(
+            name,
+            {
+                "t": np.concatenate([time.ravel() for time in times]),
+                "joint_position_1": angle - math.pi,
+                "joint_velocity_1": rate,
+            },
+            segment=np.repeat(np.arange(len(times)), [time.size for time in times]),
+        )
 
 
 def segments_of(file: Path) -> dict[str, list[Floats]]:
@@ -78,31 +93,6 @@ def segments_of(file: Path) -> dict[str, list[Floats]]:
     return {key: _segments(file, content, key) for group in _GROUPS.values() for key in group}
 
 
-def _log(path: Path, content: dict[str, list[Floats]], name: str) -> Log:
-    parts = [content[key] for key in _GROUPS[name]]
-    if len(parts[0]) != len(parts[1]):
-        raise LogError(f"'{path}': {len(parts[0])} time and {len(parts[1])} data segments.")
-    for time, values in zip(*parts, strict=True):
-        if values.ndim != 2 or values.shape[0] != 2 or values.shape[1] != time.size:
-            raise LogError(
-                f"'{path}': a segment has {time.size} times and data of shape {values.shape}, "
-                "needed is (2, times)."
-            )
-    angle, rate = np.concatenate(parts[1], axis=1)
-    return Log(
-        name=name,
-        columns={
-            "t": np.concatenate([time.ravel() for time in parts[0]]),
-            "joint_position_1": angle - math.pi,
-            "joint_velocity_1": rate,
-        },
-        segment=np.repeat(np.arange(len(parts[0])), [time.size for time in parts[0]]),
-        meta=_meta(),
-        source=DATASET.source,
-        licence=DATASET.licence,
-    )
-
-
 def _segments(path: Path, content: dict[str, Any], key: str) -> list[Floats]:
     cells = content.get(key)
     if not isinstance(cells, np.ndarray) or cells.dtype != object or cells.size == 0:
@@ -111,18 +101,3 @@ def _segments(path: Path, content: dict[str, Any], key: str) -> list[Floats]:
         return [np.asarray(cell, dtype=np.float64) for cell in cells.ravel()]
     except (TypeError, ValueError) as error:
         raise LogError(f"'{path}': '{key}' does not hold numbers ({error}).") from error
-
-
-def _meta() -> dict[str, Any]:
-    return {
-        "vehicle": {"name": "single_pendulum", "joints": 1},
-        "environment": {"gravity": [0.0, 0.0, -9.81], "water_level": None},
-        "baseline": [{"name": "gravity"}],
-        "sensors": {
-            "channels": {
-                "joint_position": {"rate": 1000.0, "unit": "rad"},
-                "joint_velocity": {"rate": 1000.0, "unit": "rad/s"},
-            }
-        },
-        "notes": ["0 = hanging; the file's own zero is upright", "cart fixed, no input"],
-    }

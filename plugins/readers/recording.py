@@ -3,26 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
 from seals.field_roles import roles
 from seals.logs.log import Log
-from seals.plugins.readers.mapped import ReaderMapped
 from seals.plugins.readers.mcap_file import messages as mcap_messages
 from seals.plugins.readers.ros_streams import Choice, Message, gather
 from seals.plugins.readers.rosbag1_file import messages as rosbag1_messages
 from seals.plugins.readers.rosbag2_file import messages as rosbag2_messages
-from seals.plugins.readers.streams import by_topic, finished
+from seals.plugins.readers.streams import ReaderTopics, by_topic, finished
 
 Source = Callable[[Path, Callable[[str, str, str], bool], dict[str, str]], Iterator[Message]]
 """Yields the wanted messages of a path, and fills in which topics it has."""
 
 
-@roles(data="topics clock")
+@roles(data="clock")
 @dataclass(kw_only=True)
-class Recording(ReaderMapped):
+class Recording(ReaderTopics):
     """Base of readers of recorded messages; subclasses interpret the messages.
 
     Args:
@@ -32,7 +31,6 @@ class Recording(ReaderMapped):
     """
 
     source: ClassVar[Source]
-    topics: list[str] = field(default_factory=list)
     clock: str = "header"
 
     def read(self, source: str | Path | None = None) -> list[Log]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -94,7 +94,9 @@ def gather(
     taken = {column for stream in streams for column in stream.columns}
     for kind in KNOWN:
         own = [_known(topic, got) for topic, got in found.items() if got.known and got.kind == kind]
-        streams += [_without(stream, taken) for stream in own]
+        for stream in own:
+            left = {name: v for name, v in stream.columns.items() if name not in taken}
+            streams.append(replace(stream, columns=left))
         taken |= {column for stream in own for column in stream.columns}
     return streams
 
@@ -150,8 +152,3 @@ def _known(topic: str, got: _Gathered) -> Stream:
     columns = {name: np.array([sample.get(name, np.nan) for sample in got.known]) for name in names}
     held = {name: values for name, values in columns.items() if np.isfinite(values).any()}
     return Stream(name=topic, stamps=np.array(got.stamps, dtype=np.int64), columns=held)
-
-
-def _without(stream: Stream, taken: set[str]) -> Stream:
-    columns = {name: values for name, values in stream.columns.items() if name not in taken}
-    return Stream(name=stream.name, stamps=stream.stamps, columns=columns)

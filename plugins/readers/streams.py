@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.errors import LogError, suggestion
+from seals.field_roles import roles
 from seals.logs.column_map import ColumnMap
 from seals.logs.log import Log
 from seals.logs.merge import Stream, merge
+from seals.plugins.readers.mapped import ReaderMapped
 
 
 def by_topic(chosen: ColumnMap) -> dict[str, dict[str, str]]:
@@ -83,3 +87,64 @@ def finished(
         source=str(path),
         licence=licence,
     )
+
+
+@roles(data="topics")
+@dataclass(kw_only=True)
+class ReaderTopics(ReaderMapped):
+    """Base of readers of logs by topic: known topics automatically, other fields by the map.
+
+    Args:
+        topics: known topics to read; empty for all.
+    """
+
+    topics: list[str] = field(default_factory=list)
+
+    def log_of(
+        self,
+        given: Path,
+        present: Collection[str],
+        chosen: ColumnMap,
+        *,
+        field_of: Callable[[str, str], Floats],
+        stamps_of: Callable[[str], NDArray[np.int64]],
+        known: Mapping[str, Callable[[str], Iterable[Stream]]],
+        meta: Mapping[str, Any],
+    ) -> Log:
+        """Return the log of one file.
+
+        Args:
+            given: the file.
+            present: its topics.
+            chosen: map of the columns, which comes before the known topics.
+            field_of: numbers of a field of a topic, shape (samples,).
+            stamps_of: stamps of a topic [us], shape (samples,).
+            known: streams of each known topic, the preferred one first where two give the same
+                channel.
+            meta: what the file says; the reader's own rules over it.
+
+        Raises:
+            LogError: a topic or field is absent, or nothing usable is in the file.
+        """
+        wanted = by_topic(chosen)
+        refuse_unknown([*self.topics, *wanted], present, where=str(given))
+        streams = [
+            Stream(
+                name=topic,
+                stamps=stamps_of(topic),
+                columns={
+                    ours: chosen.converted(field_of(topic, name), f"{topic}/{name}", ours)
+                    for name, ours in fields.items()
+                },
+            )
+            for topic, fields in wanted.items()
+        ]
+        taken = set(self.columns.values())
+        for topic, make in known.items():
+            if topic in present and (not self.topics or topic in self.topics):
+                for stream in make(topic):
+                    left = {k: v for k, v in stream.columns.items() if k not in taken}
+                    streams.append(replace(stream, columns=left))
+                    taken |= left.keys()
+        whole = {**meta, **self.meta}
+        return finished(streams, given, meta=whole, name=self.name, licence=self.licence)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -14,12 +14,10 @@ from numpy.typing import NDArray
 from seals.arrays import Floats
 from seals.errors import LogError, suggestion
 from seals.field_roles import roles
-from seals.logs.column_map import ColumnMap
 from seals.logs.log import Log
 from seals.logs.merge import Stream
 from seals.logs.units import STANDARD_GRAVITY
 from seals.plugins.readers.ardupilot import motor_pulses
-from seals.plugins.readers.mapped import ReaderMapped
 from seals.plugins.readers.ned import (
     enu,
     flu,
@@ -30,7 +28,7 @@ from seals.plugins.readers.ned import (
     quaternion_of,
 )
 from seals.plugins.readers.ros_streams import CLOCKS
-from seals.plugins.readers.streams import by_topic, finished, refuse_unknown, vector
+from seals.plugins.readers.streams import ReaderTopics, vector
 from seals.plugins.readers.tlog_file import Packets, parse
 from seals.untrusted_io import read_bytes
 
@@ -48,9 +46,9 @@ _LATEST = 5_000_000
 _PART = re.compile(r"(?P<name>\w+)(?:\[(?P<index>\d{1,3})\])?")
 
 
-@roles(data="topics clock")
+@roles(data="clock")
 @dataclass(kw_only=True)
-class ReaderTlog(ReaderMapped):
+class ReaderTlog(ReaderTopics):
     """Telemetry logs (``.tlog``) of MAVLink vehicles: ArduPilot, PX4; other fields by a map.
 
     Channels:
@@ -78,7 +76,6 @@ class ReaderTlog(ReaderMapped):
 
     kind: ClassVar[str] = "tlog"
 
-    topics: list[str] = field(default_factory=list)
     clock: str = "header"
     system: int = 0
 
@@ -97,27 +94,23 @@ class ReaderTlog(ReaderMapped):
         where = str(given)
         about = _vehicle(parse(read_bytes(given), where=where), self.system, where)
         samples = about.samples
-        wanted = by_topic(chosen)
-        refuse_unknown([*self.topics, *wanted], samples, where=where)
         stamps = _all_stamps(samples, own=self.clock == "header")
-        streams = [
-            Stream(
-                name=topic,
-                stamps=stamps[topic],
-                columns=_mapped(topic, samples[topic], wanted[topic], chosen),
+
+        def streams(topic: str) -> list[Stream]:
+            columns = _TOPICS[topic](samples[topic].rows, about, stamps)
+            return [Stream(name=topic, stamps=stamps[topic], columns=columns)]
+
+        return [
+            self.log_of(
+                given,
+                samples,
+                chosen,
+                field_of=lambda topic, name: _field(samples[topic].rows, name, topic),
+                stamps_of=stamps.__getitem__,
+                known=dict.fromkeys(_TOPICS, streams),
+                meta={"motor_command": "pwm"} if "SERVO_OUTPUT_RAW" in samples else {},
             )
-            for topic in wanted
         ]
-        taken = set(self.columns.values())
-        for topic, make in _TOPICS.items():
-            if topic in samples and (not self.topics or topic in self.topics):
-                found = make(samples[topic].rows, about, stamps)
-                columns = {key: values for key, values in found.items() if key not in taken}
-                streams.append(Stream(name=topic, stamps=stamps[topic], columns=columns))
-                taken |= columns.keys()
-        meta: dict[str, Any] = {"motor_command": "pwm"} if "SERVO_OUTPUT_RAW" in samples else {}
-        meta |= self.meta
-        return [finished(streams, given, meta=meta, name=self.name, licence=self.licence)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -208,15 +201,6 @@ def _own(rows: NDArray[Any]) -> NDArray[np.int64] | None:
             stamps = stamps + (_WRAP * wraps if rows[name].dtype.itemsize == 4 else 0)
             return np.asarray(stamps * micro) if np.all(rows[name] > 0) else None
     return None
-
-
-def _mapped(
-    topic: str, packets: Packets, fields: dict[str, str], chosen: ColumnMap
-) -> dict[str, Floats]:
-    return {
-        column: chosen.converted(_field(packets.rows, name, topic), f"{topic}/{name}", column)
-        for name, column in fields.items()
-    }
 
 
 def _field(rows: NDArray[Any], path: str, topic: str) -> Floats:

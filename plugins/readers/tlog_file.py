@@ -184,7 +184,8 @@ def _definitions() -> dict[int, _Definition]:
         from pymavlink.dialects.v20 import ardupilotmega
     found = {}
     for number, message in ardupilotmega.mavlink_map.items():
-        codes = iter(_codes(message.native_format.decode("ascii")))
+        # NumPy knows the letters of `struct`
+        codes = iter(message.native_format.decode("ascii").lstrip("<"))
         layout = []
         for name, length in zip(message.ordered_fieldnames, message.array_lengths, strict=True):
             code = next(codes)
@@ -194,10 +195,3 @@ def _definitions() -> dict[int, _Definition]:
             name=str(message.msgname), extra=int(message.crc_extra), packed=np.dtype(layout)
         )
     return found
-
-
-def _codes(layout: str) -> list[str]:
-    """Return the code of NumPy of each field, of a format of `struct`."""
-    kinds = {"b": "i1", "B": "u1", "h": "i2", "H": "u2", "i": "i4", "I": "u4", "q": "i8",
-             "Q": "u8", "f": "f4", "d": "f8", "c": "c"}  # fmt: skip
-    return [kinds[letter] for letter in layout.lstrip("<")]

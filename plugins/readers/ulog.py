@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -12,13 +13,10 @@ from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.errors import LogError, suggestion
-from seals.field_roles import roles
-from seals.logs.column_map import ColumnMap
 from seals.logs.log import Log
 from seals.logs.merge import Stream
-from seals.plugins.readers.mapped import ReaderMapped
 from seals.plugins.readers.ned import enu, flu, flu_in_enu, in_body, orientation
-from seals.plugins.readers.streams import by_topic, finished, refuse_unknown, vector
+from seals.plugins.readers.streams import ReaderTopics, vector
 from seals.plugins.readers.ulog_file import Samples, parse
 from seals.untrusted_io import read_bytes
 
@@ -27,9 +25,8 @@ _NO_OFFSET = 0x7FFFFFFF
 _RPM = 2.0 * np.pi / 60.0
 
 
-@roles(data="topics")
 @dataclass(kw_only=True)
-class ReaderUlog(ReaderMapped):
+class ReaderUlog(ReaderTopics):
     """Flight logs of PX4 (``.ulg``): known topics automatically, other fields by a map.
 
     Channels:
@@ -53,8 +50,6 @@ class ReaderUlog(ReaderMapped):
 
     kind: ClassVar[str] = "ULog"
 
-    topics: list[str] = field(default_factory=list)
-
     def read(self, source: str | Path | None = None) -> list[Log]:
         """Return the one log of the file.
 
@@ -67,32 +62,20 @@ class ReaderUlog(ReaderMapped):
             (topic if instance == 0 else f"{topic}:{instance}"): found
             for (topic, instance), found in parse(read_bytes(given), where=where).items()
         }
-        wanted = by_topic(chosen)
-        refuse_unknown([*self.topics, *wanted], samples, where=where)
-        streams = [_mapped(topic, samples[topic], wanted[topic], chosen) for topic in wanted]
-        taken = set(self.columns.values())
-        for stream in self._known(samples):
-            columns = {key: value for key, value in stream.columns.items() if key not in taken}
-            streams.append(Stream(name=stream.name, stamps=stream.stamps, columns=columns))
-            taken |= columns.keys()
         shares = {"motor_command": "thrust_share"} if "actuator_motors" in samples else {}
-        meta = shares | self.meta
-        return [finished(streams, given, meta=meta, name=self.name, licence=self.licence)]
-
-    def _known(self, samples: dict[str, Samples]) -> list[Stream]:
-        streams = []
-        for topic, make in _TOPICS.items():
-            if topic in samples and (not self.topics or topic in self.topics):
-                streams += make(topic, samples)
-        return streams
-
-
-def _mapped(topic: str, samples: Samples, fields: dict[str, str], chosen: ColumnMap) -> Stream:
-    columns = {
-        column: chosen.converted(_column(samples, name, topic), f"{topic}/{name}", column)
-        for name, column in fields.items()
-    }
-    return Stream(name=topic, stamps=_stamps(samples), columns=columns)
+        return [
+            self.log_of(
+                given,
+                samples,
+                chosen,
+                field_of=lambda topic, name: _column(samples[topic], name, topic),
+                stamps_of=lambda topic: _stamps(samples[topic]),
+                known={
+                    topic: partial(make, all_samples=samples) for topic, make in _TOPICS.items()
+                },
+                meta=shares,
+            )
+        ]
 
 
 def _stamps(samples: Samples) -> NDArray[np.int64]:

@@ -132,14 +132,11 @@ def _samples(state: _State, number: int, pieces: list[bytes], where: str) -> Sam
     while layout and layout[-1][0].startswith("_padding"):
         layout.pop()
     least = np.dtype(layout)
-    kept = [piece[: least.itemsize] for piece in pieces if _fits(piece, least, packed)]
+    small, large = least.itemsize, packed.itemsize
+    kept = [piece[:small] for piece in pieces if small <= len(piece) <= large]
     if least.names is None or "timestamp" not in least.names or not kept:
         return np.zeros(0, dtype=least)
     return np.frombuffer(b"".join(kept), dtype=least)
-
-
-def _fits(piece: bytes, least: np.dtype[Any], packed: np.dtype[Any]) -> bool:
-    return least.itemsize <= len(piece) <= packed.itemsize
 
 
 def _layout(

@@ -18,7 +18,7 @@ from seals.logs.finding import Severity, lines_of
 from seals.logs.log import Log
 from seals.logs.motor_curve import motor_curve, with_rotor_speeds
 from seals.logs.native import TABLES, write_native
-from seals.logs.reader import foreign_reader_of
+from seals.logs.reader import foreign_reader_of, logs_by
 from seals.logs.resample import even_rows
 from seals.logs.shipped import find_log
 from seals.untrusted_io import read_bytes, read_json, read_yaml
@@ -116,7 +116,7 @@ def execute(config: Any) -> int:
             urdf = read_bytes(config.urdf, most=_MOST_URDF).decode("utf-8")
         except UnicodeDecodeError as error:
             raise ConfigError(f"urdf={config.urdf} is not UTF-8 text ({error.reason}).") from error
-    logs: list[Log] = reader.read(str(find_log(config.log)))
+    logs = logs_by(reader, str(find_log(config.log)))
     sheet, vehicle = _robot(config)
     for log in logs:
         place = out if len(logs) == 1 else out / re.sub(r"[^\w.+-]", "_", log.name).lstrip(".")

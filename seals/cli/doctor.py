@@ -84,6 +84,8 @@ def plug_ins() -> Iterator[Remark]:
     from seals.robot.robot_file import read_robot
 
     count = 0
+    for package, words in registry.damaged_lists().items():
+        yield "FAULT", f"package {package}", words
     for kind in registry.GROUPS:
         for name in registry.names(kind):
             subject = f"{kind} {name}"

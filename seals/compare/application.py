@@ -22,6 +22,7 @@ from seals.compare.variants import ModelVariant, fit_variants
 from seals.errors import ConfigError
 from seals.file_names import short_path
 from seals.logs import Log, refuse_if_bad
+from seals.logs.reader import logs_by
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
 from seals.run.build import build_run
@@ -139,7 +140,7 @@ def read_logs(settings: CompareSettings) -> list[Log]:
     sources = settings.log if isinstance(settings.log, list | tuple) else [settings.log]
     logs: list[Log] = []
     for source in sources:
-        logs += settings.reader.read(source)
+        logs += logs_by(settings.reader, source)
     kept = _only(logs, settings.only)
     if settings.compare.course is not PredictionMethod.simulated:
         return kept

@@ -232,6 +232,8 @@ def read_overlay(raw: Mapping[str, Any]) -> Overlay:
     changes = _mapping(raw.get("changes"), f"{where}: changes")
     wave = raw.get("wave")
     nominal = _mapping(raw.get("nominal"), f"{where}: nominal")
+    provenance = _mapping(raw.get("provenance"), f"{where}: provenance")
+    _mapping(provenance.get("confidence"), f"{where}: provenance.confidence")
     return Overlay(
         name=name,
         file=str(raw.get("file") or ""),
@@ -245,7 +247,7 @@ def read_overlay(raw: Mapping[str, Any]) -> Overlay:
         intervals=_mapping(raw.get("intervals"), f"{where}: intervals"),
         nominal={str(k): _fitted(v, f"{where}: nominal.{k}") for k, v in nominal.items()},
         speeds=_speeds(raw.get("speeds"), f"{where}: speeds"),
-        provenance=_mapping(raw.get("provenance"), f"{where}: provenance"),
+        provenance=provenance,
         withdrawn=str(raw.get("withdrawn") or ""),
     )
 

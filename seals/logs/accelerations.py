@@ -36,7 +36,9 @@ class Even(NamedTuple):
 def even(log: Log, stems: tuple[str, ...]) -> Even | None:
     """Return the longest run of a log with the channels on an even grid; None if too short."""
     parts = [part for part in log.segments() if part.rows > 1]
-    if not parts or any(not _whole(log, stem) for stem in stems):
+    if not parts or not all(
+        log.has(stem) and np.isfinite(log.channel(stem)).any(axis=0).all() for stem in stems
+    ):
         return None
     part = max(parts, key=lambda p: float(p.time[-1] - p.time[0]))
     rows = int((part.time[-1] - part.time[0]) / STEP) + 1
@@ -60,10 +62,6 @@ def even(log: Log, stems: tuple[str, ...]) -> Even | None:
     if "orientation" in found:
         found["orientation"] = normalised(found["orientation"])
     return Even(time, there, found) if there.sum() >= _LEAST else None
-
-
-def _whole(log: Log, stem: str) -> bool:
-    return log.has(stem) and bool(np.isfinite(log.channel(stem)).any(axis=0).all())
 
 
 def second_derivative(position: Floats) -> Floats:

@@ -44,7 +44,9 @@ def check_log(log: Log, vehicle: Mapping[str, Any] | None = None) -> list[Findin
     if not any(finding.code in _BROKEN for finding in found):
         finite = _without_infinities(log)
         found += [*check_values(log), *check_units(finite), *check_frames(finite)]
-        weighed = check_thrust(finite, vehicle or _vehicle(log))
+        stated = log.meta.get("vehicle")
+        own = stated if isinstance(stated, Mapping) else {}
+        weighed = check_thrust(finite, vehicle or own)
         # the weight tells the unit of rotor speeds surer than their size
         found = [f for f in found if not (weighed and f.code == "unit_rotor_speed")]
         found += [*check_filled(finite), *weighed]
@@ -52,11 +54,6 @@ def check_log(log: Log, vehicle: Mapping[str, Any] | None = None) -> list[Findin
         if not any(finding.code in _TURNED for finding in found):
             found += check_motion(finite)
     return sorted(found, key=lambda finding: _GRAVEST_FIRST[finding.severity])
-
-
-def _vehicle(log: Log) -> Mapping[str, Any]:
-    stated = log.meta.get("vehicle")
-    return stated if isinstance(stated, Mapping) else {}
 
 
 def _without_infinities(log: Log) -> Log:

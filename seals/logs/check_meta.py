@@ -19,6 +19,7 @@ class _Wanted(NamedTuple):
     shape: tuple[int, ...] = ()
     positive: bool = False
     needed: bool = True
+    least: float = -np.inf
 
 
 _BODY = (
@@ -52,8 +53,16 @@ _AROUND = (
     _Wanted("air_density", positive=True, needed=False),
     _Wanted("water_density", positive=True, needed=False),
 )
-_GUSTS = (_Wanted("force_sigma"), _Wanted("torque_sigma"), _Wanted("correlation_time"))
+_GUSTS = (
+    _Wanted("force_sigma", least=0.0),
+    _Wanted("torque_sigma", least=0.0),
+    _Wanted("correlation_time", positive=True),
+)
 _SIGMA = (_Wanted("sigma", positive=True),)
+_IMU = (_Wanted("position", (3,), needed=False), _Wanted("orientation", (4,), needed=False))
+_UNIT = 0.05
+"""Largest miss of the square of a quaternion's length."""
+_STEP = (_Wanted("step", positive=True, needed=False),)
 
 
 def check_meta(log: Log) -> list[Finding]:
@@ -65,10 +74,11 @@ def check_meta(log: Log) -> list[Finding]:
         [refuse] vehicle.mass: meta.yaml says 'heavy'; give a number above 0
     """
     found = list(_misshapen(log.meta))
-    if found or not isinstance(log.meta.get("vehicle"), Mapping):
+    if found:
         return found
     # a log without tolerances is compared with a model given apart: it need not state one
-    whole = "baseline" in log.meta and "tolerance" in log.meta
+    stated = isinstance(log.meta.get("vehicle"), Mapping)
+    whole = stated and "baseline" in log.meta and "tolerance" in log.meta
     return [finding for part in _parts(log.meta) for finding in _wrong(*part, whole=whole)]
 
 
@@ -109,11 +119,11 @@ def _misshapen(meta: Mapping[str, Any]) -> Iterator[Finding]:
 
 def _parts(meta: Mapping[str, Any]) -> Iterator[tuple[str, Any, tuple[_Wanted, ...]]]:
     """Yield the parts of a description, their place in it, and what they must hold."""
-    vehicle = meta["vehicle"]
+    vehicle = meta.get("vehicle") or {}
     armed = isinstance(vehicle.get("arm"), Mapping)
     if armed:
         yield "vehicle.base", vehicle.get("base") or {}, _BODY
-    else:
+    elif vehicle:
         yield "vehicle", vehicle, _BODY
     for name, wanted in (("rotors", _ROTOR), ("thrusters", _THRUSTER)):
         entries = vehicle.get(name) or []
@@ -124,7 +134,9 @@ def _parts(meta: Mapping[str, Any]) -> Iterator[tuple[str, Any, tuple[_Wanted, .
     if meta.get("environment") is not None:
         yield "environment", meta["environment"], _AROUND
     sensors = meta.get("sensors") or {}
-    channels = sensors.get("channels") if isinstance(sensors, Mapping) else sensors
+    channels = sensors.get("channels")
+    yield "sensors.imu", sensors.get("imu") or {}, _IMU
+    yield "simulated", meta.get("simulated") or {}, _STEP
     for place, table in (("sensors.channels", channels), ("tolerance", meta.get("tolerance"))):
         for name, entry in (table if isinstance(table, Mapping) else {}).items():
             known = CHANNELS.get(str(name))
@@ -144,7 +156,11 @@ def _wrong(place: str, part: Any, wanted: tuple[_Wanted, ...], *, whole: bool) -
             given = np.asarray(value, dtype=float)
             good = given.shape == want.shape and not isinstance(value, bool)
             good = good and bool(np.isfinite(given).all())
-            good = good and not (want.positive and given <= 0.0)
+            good = (
+                good and not (want.positive and given <= 0.0) and bool((given >= want.least).all())
+            )
+            # turns are quaternions: one far from unit length would scale what is turned
+            good = good and (want.shape != (4,) or abs(float(given @ given) - 1.0) < _UNIT)
         except (TypeError, ValueError):
             good = False
         if not good:
@@ -152,6 +168,10 @@ def _wrong(place: str, part: Any, wanted: tuple[_Wanted, ...], *, whole: bool) -
 
 
 def _allowed(want: _Wanted) -> str:
+    if want.shape == (4,):
+        return "4 numbers w, x, y, z of length 1"
+    if want.least == 0.0:
+        return "a number that is not below 0"
     if want.shape:
         return f"{' x '.join(map(str, want.shape))} numbers"
     return f"a number{' above 0' if want.positive else ''}"

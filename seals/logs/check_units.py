@@ -67,7 +67,15 @@ def _accelerometer(log: Log) -> list[Finding]:
                 f"at rest the accelerometer reads {size:.4g}: this looks like {unit}, m/s^2 is "
                 f"needed (9.81 at rest).\nConvert it, or give the reader the unit {unit}."
             )
-            return [_refuse("unit_acceleration", "specific_force", text, len(means))]
+            return [
+                Finding(
+                    severity=Severity.REFUSE,
+                    code="unit_acceleration",
+                    channel="specific_force",
+                    message=text,
+                    count=len(means),
+                )
+            ]
     if not 0.8 < size / STANDARD_GRAVITY < 1.25:
         text = f"in quiet moments the accelerometer reads {size:.4g} m/s^2; at rest it is 9.81. "
         text += "Is gravity removed, or the unit another?"
@@ -116,12 +124,6 @@ def _angles(log: Log) -> list[Finding]:
             text = f"angles up to {high:.4g} rad, beyond {limit:.3g}. Are they in degrees?"
             found.append(_warn("unit_angle", stem, text))
     return found
-
-
-def _refuse(code: str, channel: str, message: str, count: int = 0) -> Finding:
-    return Finding(
-        severity=Severity.REFUSE, code=code, channel=channel, message=message, count=count
-    )
 
 
 def _warn(code: str, channel: str, message: str, count: int = 0) -> Finding:

@@ -50,6 +50,7 @@ _REFUSED: tuple[tuple[bytes, str, str], ...] = (
     (b"\xfd7zXZ\0", "packed with xz", "Unpack it: unxz FILE"),
     (b"\x28\xb5\x2f\xfd", "packed with zstd", "Unpack it: zstd -d FILE"),
     (b"version https://git-lfs", "a pointer of Git LFS", "Fetch the file itself: git lfs pull"),
+    (b"RRF", "a recording of Rerun", "Record as MCAP, too, or write its numbers as a CSV table"),
     (b"PAR1", "a Parquet table", "Name it log.parquet, in a folder with meta.yaml: reader=native"),
     (b"{", "JSON", "Write its numbers as a table: CSV with a column for the time"),
     (b"<", "XML or a page of the web", "Download the log itself, or write a CSV table"),

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from importlib.resources import files
@@ -64,6 +64,7 @@ class Dataset:
         attribution: whom to name, and what to cite.
         note: how the offline files differ from the public ones.
         files: what it consists of.
+        meta: what its logs have in common of vehicle, surroundings, sensors (``meta.yaml``).
     """
 
     folder: str
@@ -72,7 +73,8 @@ class Dataset:
     licence: str
     attribution: str
     note: str = ""
-    files: tuple[DataFile, ...] = field(default=())
+    files: tuple[DataFile, ...] = ()
+    meta: Mapping[str, Any] = field(default_factory=dict)
 
     def address(self, file: DataFile) -> str:
         """Return the public address of a file."""

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
-from seals.errors import ConfigError
+from seals.errors import BrokenPlugin, ConfigError
 from seals.logs.content import reader_by_content
 from seals.logs.log import Log
 from seals.logs.native import TABLES
@@ -38,6 +38,24 @@ class Reader(Protocol):
             seals.errors.LogError: the source cannot be used.
         """
         ...
+
+
+def logs_by(reader: Reader, source: str | Path | None) -> list[Log]:
+    """Return what a reader reads from a source.
+
+    Raises:
+        LogError: the source cannot be used.
+        BrokenPlugin: the reader returns anything but logs.
+    """
+    found = reader.read(source)
+    odd = [one for one in found if not isinstance(one, Log)] if isinstance(found, list) else [found]
+    if odd:
+        own = type(reader)
+        raise BrokenPlugin(
+            f"reader {own.__module__}:{own.__qualname__} returns a {type(odd[0]).__name__}, not "
+            "logs.\nIts read() is to return a list of seals.logs.Log: take another reader."
+        )
+    return found
 
 
 def foreign_reader_of(place: Path) -> str | None:

@@ -108,7 +108,8 @@ def _sampled(stamps: Floats, values: Floats, time: Floats) -> Floats:
 
 
 def _interpolated(stamps: Floats, values: Floats, time: Floats) -> Floats:
-    usual, step = float(np.median(np.diff(stamps))), _step(time)
+    usual = float(np.median(np.diff(stamps)))
+    step = float(np.median(np.diff(time))) if time.size > 1 else 1.0
     if usual * _DENSE < step:
         width = max(1, round(step / usual))
         kernel = np.ones(width) / width
@@ -123,7 +124,3 @@ def _interpolated(stamps: Floats, values: Floats, time: Floats) -> Floats:
     inside = (time >= stamps[0] - 1e-9) & (time <= stamps[-1] + 1e-9)
     even = np.stack([np.interp(time, stamps, v) for v in values.T], axis=1)
     return np.where((there & inside)[:, None], even, np.nan)
-
-
-def _step(time: Floats) -> float:
-    return float(np.median(np.diff(time))) if time.size > 1 else 1.0

@@ -239,7 +239,10 @@ class Claim:
     def give_back(self) -> None:
         """Restore a folder in which no run began."""
         earlier, folder, self.earlier = self.earlier, self._folder, None
-        if earlier is not None and folder is not None and not _begun(folder):
+        if earlier is None or folder is None:
+            return
+        # what is there before a run begins is Hydra's configuration alone
+        if not any((folder / name).exists() for name in PRODUCTS if name != NOTES):
             bring_back(earlier)
 
     def close(self) -> None:
@@ -253,11 +256,6 @@ def _names(folder: Path) -> tuple[str, ...]:
     """Return `PRODUCTS` behind the names of the policies that are kept in a folder."""
     return (*sorted(path.name for path in folder.glob("policy_*") if KEPT.fullmatch(path.name)),
             *PRODUCTS)  # fmt: skip
-
-
-def _begun(folder: Path) -> bool:
-    """Return whether a folder holds more of a run than Hydra's configuration."""
-    return any((folder / name).exists() for name in PRODUCTS if name != NOTES)
 
 
 def set_aside(folder: Path, *, notes: bool = True) -> Path | None:

@@ -19,7 +19,7 @@ from seals.hydrostatics import (
 from seals.multibody.tree import Tree
 from seals.robot.limbs import build_arms, build_grippers, build_legs
 from seals.robot.model import RobotModel
-from seals.robot.settings import HullSettings, RobotSettings, ShapeSettings
+from seals.robot.settings import RobotSettings, ShapeSettings
 from seals.robot.urdf import Urdf, UrdfJoint, read_urdf
 
 
@@ -93,10 +93,6 @@ def _hull(settings: RobotSettings, link: str) -> Hull | None:
     stated = (spec.displaced_volume, spec.centre_of_buoyancy, spec.plan_area)
     if len(shapes) == 1 and stated == (None, None, None):
         return shapes[0]
-    return _compound(shapes, spec)
-
-
-def _compound(shapes: list[Hull], spec: HullSettings) -> Hull:
     return HullCompound(
         parts=shapes,
         displaced_volume=spec.displaced_volume,

@@ -121,22 +121,16 @@ class _Group:
         turn = turns[top].T
         self._places = {k: (turn @ (origins[k] - origins[top]), turn @ turns[k]) for k in members}
         self.mass = float(robot.mass[members].sum())
-        self.centre = self._centre(robot)
-        self.inertia = self._inertia(robot)
-        self.hull = self._hull(robot)
-
-    def _centre(self, robot: RobotModel) -> Floats:
         moments = [robot.mass[k] * (p + r @ robot.centre[k]) for k, (p, r) in self._places.items()]
-        total: Floats = np.sum(moments, axis=0)
-        return total / self.mass if self.mass > 0.0 else np.zeros(3)
-
-    def _inertia(self, robot: RobotModel) -> Floats:
-        total = np.zeros((3, 3))
+        self.centre: Floats = np.zeros(3)
+        if self.mass > 0.0:
+            self.centre = np.sum(moments, axis=0) / self.mass
+        self.inertia: Floats = np.zeros((3, 3))
         for k, (p, r) in self._places.items():
             arm = p + r @ robot.centre[k] - self.centre
             steiner = robot.mass[k] * ((arm @ arm) * np.eye(3) - np.outer(arm, arm))
-            total += r @ robot.inertia[k] @ r.T + steiner
-        return total
+            self.inertia += r @ robot.inertia[k] @ r.T + steiner
+        self.hull = self._hull(robot)
 
     def _hull(self, robot: RobotModel) -> Hull | None:
         hulls = [(k, robot.hulls[k], place) for k, place in self._places.items()]

@@ -103,7 +103,7 @@ def expanded(
             command(
                 child,
                 str(path.resolve()),
-                *_given(packages or {}),
+                *(f"{name}={folder.resolve()}" for name, folder in (packages or {}).items()),
                 *(f"{name}:={value}" for name, value in (arguments or {}).items()),
             ),
             env={key: value for key, value in environment().items() if key in _KEPT},
@@ -123,10 +123,6 @@ def expanded(
     if not isinstance(text, str):
         raise _refused(path, str(answer.get("refused")))
     return text
-
-
-def _given(packages: Mapping[str, Path]) -> list[str]:
-    return [f"{name}={folder.resolve()}" for name, folder in packages.items()]
 
 
 def _installed() -> bool:

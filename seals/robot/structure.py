@@ -45,7 +45,9 @@ def check_structure(path: Path, text: str, *, endless: bool = False) -> None:
     where = f"URDF {path}"
     root = _parsed(where, text)
     links, joints = root.findall("link"), root.findall("joint")
-    _countable(where, root)
+    shapes = sum(1 for tag in ("collision", "visual") for _ in root.iter(tag))
+    if shapes > MOST_SHAPES:
+        raise RobotError(f"{where} has {shapes:,} shapes.\nAllowed: up to {MOST_SHAPES:,}.")
     for element in (root, *links, *joints):
         _plain_name(where, element)
     for kind, elements in (("link", links), ("joint", joints)):
@@ -77,12 +79,6 @@ def _parsed(where: str, text: str) -> Element:
             "A robot folder holds a URDF; seals new robot also takes xacro, SDF and MJCF."
         )
     return root
-
-
-def _countable(where: str, root: Element) -> None:
-    shapes = sum(1 for tag in ("collision", "visual") for _ in root.iter(tag))
-    if shapes > MOST_SHAPES:
-        raise RobotError(f"{where} has {shapes:,} shapes.\nAllowed: up to {MOST_SHAPES:,}.")
 
 
 def _plain_name(where: str, element: Element) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -11,12 +12,15 @@ import numpy as np
 from seals.control.plant import ROTOR, Layout, layout_of
 from seals.effects.binding import bind_effects
 from seals.effects.effect import EffectOptions
+from seals.errors import LogError
+from seals.logs.check_meta import check_meta
+from seals.logs.log import Log
 from seals.plugin_options import options_of
 from seals.robot.limbs import standing
 from seals.robot.model import RobotModel
 from seals.robot.whole_body import whole_body
 from seals.run.settings import RunSettings
-from seals.untrusted_io import read_yaml
+from seals.untrusted_io import read_yaml, refuse_references
 
 ROTORS, THRUSTERS, SERVOS = "rotor_thrust", "thruster_force", "arm"
 """Names of drives and servos in the list of what the model holds."""
@@ -138,7 +142,15 @@ def datasheet_of(folder: str | Path) -> dict[str, Any]:
     """Return the data sheet in a robot's folder; empty where there is none.
 
     Raises:
-        SealsError: the file is damaged.
+        SealsError: the file is damaged, or an entry is of another kind than a log states.
     """
     place = Path(folder) / DATASHEET
-    return read_yaml(place) if place.is_file() else {}
+    if not os.path.lexists(place):
+        return {}
+    sheet = read_yaml(place)
+    refuse_references(sheet, where=str(place))
+    wrong = check_meta(Log(name=DATASHEET, columns={"t": np.zeros(1)}, meta=sheet))
+    if wrong:
+        reasons = (f"- {one.channel}: {one.message.removeprefix('meta.yaml ')}" for one in wrong)
+        raise LogError("\n".join([f"{place} cannot be used:", *reasons]))
+    return sheet

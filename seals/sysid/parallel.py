@@ -3,6 +3,9 @@
 Results come back through the pipe of `multiprocessing`, which pickles them. Both ends are this
 program: the children are forked from this very process, and nothing that is pickled comes from a
 file or from a socket that others can write to.
+
+`concurrent.futures` is not used: its children wait for work for ever where the parent was killed,
+and have no public way to be ended in the midst of a fit.
 """
 
 from __future__ import annotations
@@ -66,7 +69,7 @@ def spread(work: Callable[[Item], Any], items: Sequence[Item], processes: int) -
         for _ in range(many):
             here, there = multiprocessing.Pipe(duplex=False)
             ends.append(here)
-            children.append(_forked(_serve, (work, items, waiting, there)))
+            children.append(_forked(_serve, (work, items, waiting, ends, there)))
             there.close()
         while ends:
             for end in cast("list[Connection]", wait(ends)):
@@ -90,17 +93,22 @@ def spread(work: Callable[[Item], Any], items: Sequence[Item], processes: int) -
 
 
 def _serve(
-    work: Callable[[Item], Any], items: Sequence[Item], waiting: int, there: Connection
+    work: Callable[[Item], Any],
+    items: Sequence[Item],
+    waiting: int,
+    ends: Sequence[Connection],
+    there: Connection,
 ) -> None:
-    """Work in a child until no number is left."""
-    _leave_signals()
+    """Work in a child until no number is left, or until nobody reads."""
+    _leave_signals(ends)
     while taken := os.read(waiting, _NUMBER.size):
         (number,) = _NUMBER.unpack(taken)
         try:
             answer = (number, True, work(items[number]))
         except Exception as fault:
             answer = (number, False, fault)
-        there.send(answer)
+        if not _sent(there, answer):
+            return
 
 
 class Beside:
@@ -119,7 +127,7 @@ class Beside:
         if processes < 2 or not forks or multiprocessing.current_process().daemon:
             return
         here, there = multiprocessing.Pipe(duplex=False)
-        self._end, self._child = here, _forked(_answer, (job, there))
+        self._end, self._child = here, _forked(_answer, (job, here, there))
         there.close()
 
     def result(self) -> Any:
@@ -149,14 +157,23 @@ class Beside:
             self._child = self._end = None
 
 
-def _answer(job: Callable[[], Any], there: Connection) -> None:
+def _answer(job: Callable[[], Any], here: Connection, there: Connection) -> None:
     """Do one job in a child."""
-    _leave_signals()
+    _leave_signals([here])
     try:
         answer = (True, job())
     except Exception as fault:
         answer = (False, fault)
-    there.send(answer)
+    _sent(there, answer)
+
+
+def _sent(there: Connection, answer: tuple[Any, ...]) -> bool:
+    """Send an answer to the parent; false where it was killed."""
+    try:
+        there.send(answer)
+    except BrokenPipeError:
+        return False
+    return True
 
 
 def _forked(target: Callable[..., None], arguments: tuple[Any, ...]) -> ForkProcess:
@@ -177,14 +194,19 @@ def _forked(target: Callable[..., None], arguments: tuple[Any, ...]) -> ForkProc
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _leave_signals() -> None:
+def _leave_signals(ends: Sequence[Connection]) -> None:
     """End a child at once on SIGTERM or SIGHUP, and leave all other signals to the parent.
 
     A child inherits the parent's handlers, and the pool ends its children by SIGTERM: a handler
     that raises would print a traceback of work that is already done. A signal to the whole process
     group, such as that of `timeout`, would end a child that holds the lock of the pool's queue, and
     the parent would wait for that lock for ever: children have a group of their own.
+
+    Args:
+        ends: of the parent, which are closed: a child that held them would never learn of its end.
     """
+    for end in ends:
+        end.close()
     os.setpgid(0, 0)
     for number in ending():
         signal.signal(number, signal.SIG_DFL)

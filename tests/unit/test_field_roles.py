@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from omegaconf import open_dict
+from omegaconf import OmegaConf, open_dict
 
 from seals import registry
 from seals.cli.main import main
@@ -216,6 +216,24 @@ def test_a_card_does_not_say_where_results_go(capsys: pytest.CaptureFixture[str]
         assert main([verb, "policy=card"]) == 2
         assert "which is a path to write" in capsys.readouterr().err
     assert not [*others()]
+
+
+REACHING = [
+    pytest.param(name.removesuffix("_schema"), field, role, id=f"{name}.{field}")
+    for name in roots.NAMES
+    for field, role in roles_of(roots.root_schema(name)).items()
+    if role is not Role.data
+]
+"""Every field of every verb that is a path, an address or a permission."""
+
+
+@pytest.mark.parametrize(("verb", "field", "role"), REACHING)
+def test_no_file_sets_a_field_that_reaches_out(verb: str, field: str, role: Role) -> None:
+    """Whatever verb it is, and whichever of its fields."""
+    config = OmegaConf.create({field: "taken"})
+    with pytest.raises(ConfigError, match=rf"sets {field}=taken, which is an? {role.value}: "):
+        refuse_values(config, root=verb, words=(), where="a file")
+    refuse_values(config, root=verb, words=(f"{field}=taken",), where="a file")
 
 
 @pytest.mark.parametrize("word", ["+live=ros2", "robot=theirs", "guide.policy=/etc", "repeat=/etc"])

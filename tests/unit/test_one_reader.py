@@ -157,6 +157,41 @@ def test_a_picture_starts_no_program(postscript: Path) -> None:
     assert postscript.exists(), "the test itself: Pillow alone starts it"
 
 
+KINDS = [
+    "BMP",
+    "DIB",
+    "EPS",
+    "GIF",
+    "ICNS",
+    "ICO",
+    "JPEG",
+    "PCX",
+    "PPM",
+    "SGI",
+    "TGA",
+    "TIFF",
+    "WEBP",
+]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_name_chooses_no_decoder(kind: str) -> None:
+    """Pillow knows some forty kinds by their content; of a stranger's picture one is read."""
+    Image.new("RGB", (16, 16), (9, 8, 7)).save("a.png", format=kind)
+    with pytest.raises(LogError, match="no sound PNG"):
+        read_picture("a.png")
+
+
+@pytest.mark.parametrize(
+    "start", [b"<svg xmlns='http://www.w3.org/2000/svg'/>", b"%PDF-1.4", b"\x00\x00\x01\xba", b""]
+)
+def test_what_is_no_picture_is_not_read_as_one(start: bytes) -> None:
+    """Documents, films and nothing."""
+    Path("a.png").write_bytes(start)
+    with pytest.raises(LogError):
+        read_picture("a.png")
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="a program of the shell")
 def test_a_texture_starts_no_program(postscript: Path) -> None:
     """Materials and pictures of a mesh are left alone."""

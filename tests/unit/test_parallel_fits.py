@@ -68,11 +68,11 @@ def test_a_child_that_starts_late_is_ended_too(tmp_path: Path) -> None:
         "import contextlib, os, signal, sys, time\n"
         "from seals.sysid import parallel\n"
         "usual = parallel._leave_signals\n"
-        "def late():\n"
+        "def late(ends):\n"
         "    with contextlib.suppress(FileExistsError):\n"
         "        os.close(os.open(sys.argv[1], os.O_CREAT | os.O_EXCL))\n"
         "        time.sleep(2.0)\n"
-        "    usual()\n"
+        "    usual(ends)\n"
         "parallel._leave_signals = late\n"
         "signal.signal(signal.SIGTERM, lambda *_: None)\n"
         "assert parallel.spread(lambda x: x, range(2), 2) == [0, 1]\n"
@@ -84,6 +84,32 @@ def test_a_child_that_starts_late_is_ended_too(tmp_path: Path) -> None:
         finally:
             if parent.poll() is None:
                 os.killpg(parent.pid, signal.SIGKILL)
+
+
+def test_a_parent_that_is_killed_leaves_no_child() -> None:
+    """Children of `concurrent.futures` would wait for ever: each ends when nobody reads."""
+    if not hasattr(signal, "SIGKILL"):
+        pytest.skip("no forked processes on this system")
+    program = (
+        "import os, time\n"
+        "from seals.sysid.parallel import spread\n"
+        "def work(_):\n"
+        "    os.write(1, f'{os.getpid()} '.encode())\n"
+        "    time.sleep(1.0)\n"
+        "spread(work, range(100), 2)\n"
+    )
+    command = [sys.executable, "-c", program]
+    with subprocess.Popen(command, start_new_session=True, stdout=subprocess.PIPE) as parent:
+        assert parent.stdout is not None
+        told = b""
+        while len(set(told.split())) < 2:
+            told += os.read(parent.stdout.fileno(), 100)
+        parent.kill()
+        # the pipe ends once no child holds it
+        end = time.monotonic() + 30.0
+        while time.monotonic() < end and os.read(parent.stdout.fileno(), 100):
+            pass
+        assert time.monotonic() < end
 
 
 @pytest.mark.parametrize("processes", [1, 2])

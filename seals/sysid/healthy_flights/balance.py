@@ -95,13 +95,18 @@ def layout_of(vehicle: Vehicle, log: Log) -> DriveLayout:
     """Return the drives of a vehicle as the commands of a log address them.
 
     Raises:
-        LogError: it has no drives, or the log has no commands to them.
+        LogError: it has no drives or no weight, or the log has no commands to them.
     """
     actuators = _actuators(vehicle)
     if not actuators:
         raise LogError(
             f"vehicle '{vehicle.name}' has no rotors or thrusters: healthy= compares what the "
             "drives are commanded to do.\nGive the folder of the robot that was flown: robot=NAME"
+        )
+    if vehicle.environment.gravity == 0.0:
+        raise LogError(
+            f"log '{log.name}' states a gravity of zero: healthy= compares what the drives carry.\n"
+            "State environment.gravity in meta.yaml."
         )
     signals = not log.has(vehicle.commands) and log.has(SIGNALS)
     full = np.concatenate([np.asarray(a.limit, dtype=float) for a in actuators])

@@ -14,6 +14,7 @@ from seals.errors import ConfigError, LogError
 from seals.file_names import short_path
 from seals.logs import refuse_if_bad
 from seals.logs.log import Log
+from seals.logs.reader import logs_by
 from seals.logs.shipped import find_log
 from seals.run.hidden import hide, holds
 from seals.sysid.data.join import join_logs
@@ -213,7 +214,7 @@ def _read_log(config: Any, place: Path, *, sheet: bool = True) -> Log:
     from seals.config.build import build
     from seals.run.equipment_metadata import datasheet_of
 
-    logs = build(config.reader, where="reader").read(str(place))
+    logs = logs_by(build(config.reader, where="reader"), str(place))
     if not logs:
         raise LogError(f"log={place} holds no run.\nGive a log with a run.")
     if len(logs) > 1:
@@ -221,7 +222,7 @@ def _read_log(config: Any, place: Path, *, sheet: bool = True) -> Log:
             f"log={place} holds {len(logs)} logs.\n"
             f"Give one of them: {', '.join(one.name for one in logs[:_MOST])}"
         )
-    log: Log = logs[0]
+    log = logs[0]
     _tell_time(log)
     refuse_if_bad(log)
     if config.robot.folder:

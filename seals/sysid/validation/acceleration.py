@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from seals.arrays import Floats
+from seals.errors import printable
 from seals.logs.atomic import atomic_path
 from seals.logs.log import Log
 from seals.report.style import CYCLE, MUTED
@@ -79,7 +80,7 @@ def draw_acceleration(path: Path, track: AccelerationTrack, found: Verification)
     """
     figure = canvas((9.0, 6.4))
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
-    added = " and ".join(part.replace("_", " ") for part in found.overlay.parts)
+    added = " and ".join(printable(part).replace("_", " ") for part in found.overlay.parts)
     names = f"stated model: {track.levels[0]:.2g}", f"with {added}: {track.levels[1]:.2g}"
     upper.plot(*_line(track.time, track.measured), color=MUTED, linewidth=2.4, label="measured")
     for simulated, colour, name in zip(track.simulated, COLOURS, names, strict=True):
@@ -92,7 +93,7 @@ def draw_acceleration(path: Path, track: AccelerationTrack, found: Verification)
     lower.set_xlabel("time [s]")
     lower.axhline(0.0, color=MUTED, linewidth=0.8)
     upper.legend(loc="best", frameon=False, fontsize=9)
-    upper.set_title(f"{found.overlay.name} on {found.ablation.name}", fontsize=11)
+    upper.set_title(printable(f"{found.overlay.name} on {found.ablation.name}"), fontsize=11)
     for axes in (upper, lower):
         for side in ("top", "right"):
             axes.spines[side].set_visible(False)

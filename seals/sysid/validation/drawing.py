@@ -68,7 +68,8 @@ def draw_ablation(path: Path, found: Verification) -> None:
     axes = figure.add_subplot()
     _bars(axes, ablation)
     words = found.word.replace("_", " ")
-    axes.set_title(f"{found.overlay.name} on {ablation.name}: {words}", fontsize=11)
+    title = printable(f"{found.overlay.name} on {ablation.name}: {words}")
+    axes.set_title(title, fontsize=11)
     with atomic_path(path) as beside:
         figure.savefig(beside, dpi=130, format="png")
 
@@ -105,9 +106,8 @@ def _bars(axes: Any, ablation: Ablation) -> None:
         axes.plot([k - 0.3, k + 1.3], [level] * 2, color=MUTED, linewidth=0.8)
     axes.axhline(1.0, color=CYCLE[2], linestyle="--", linewidth=1.4, label="noise floor")
     axes.legend(loc="upper right", frameon=False, fontsize=9)
-    names = [
-        m.model.name.replace("_", " ").replace(" nominal", "\nnominal") for m in ablation.variants
-    ]
+    words = (printable(m.model.name).replace("_", " ") for m in ablation.variants)
+    names = [name.replace(" nominal", "\nnominal") for name in words]
     axes.set_xticks(range(count + 1), [*names, "whole model"], fontsize=9)
     axes.set_ylabel("error of the simulator,\ntimes the noise floor")
     if wide:
