@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from seals.errors import ConfigError
+from seals.learn.environments.batch import Environments
 from seals.learn.environments.batch_cameras import BatchCameras
 from seals.learn.environments.episode_frame import FrameCallback
-from seals.learn.environments.twin import TwinEnvironments
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -31,7 +31,7 @@ class PixelEnvironments:
         ConfigError: fewer than one.
     """
 
-    def __init__(self, batch: TwinEnvironments, cameras: BatchCameras, *, frames: int) -> None:
+    def __init__(self, batch: Environments, cameras: BatchCameras, *, frames: int) -> None:
         """Store the sizes of the environments."""
         if frames < 1:
             raise ConfigError(f"frames={frames} shows nothing.\nAllowed: 1 or more.")
