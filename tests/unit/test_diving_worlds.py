@@ -98,6 +98,17 @@ def test_a_hand_closes_by_its_action(divers: Environments) -> None:
     np.testing.assert_allclose(divers.now.facts["closed"].numpy(), 0.5, atol=0.05)
 
 
+def test_an_episode_that_begins_anew_begins_with_an_open_hand(divers: Environments) -> None:
+    """What the first observation tells of the hand is of the new episode, not of the last one."""
+    divers.reset(SEEDS)
+    close = torch.tensor([[0.0, 0.0, 0.5, 1.0]] * 2)
+    for _ in range(3):
+        divers.step(close)
+    divers.simulator.worlds.engine.position[0, 0] = float("nan")  # type: ignore[attr-defined]
+    assert divers.step(close).terminated.tolist() == [True, False]
+    assert divers.now.facts["grip"][:, 0].tolist() == pytest.approx([0.0, 0.4])
+
+
 def test_what_a_batch_has_not_is_refused_in_words() -> None:
     """Further objects, and behaviours without a form over a batch."""
 

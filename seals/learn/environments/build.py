@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from typing import Any
 
@@ -69,17 +70,27 @@ def batched_of(
     """
     if count < 1:
         raise ConfigError(f"{count} environments cannot be stepped.\nAllowed: 1 or more.")
+    from seals.run.sight import sees
+
     settings, task = build_learning(config)
     simulator: BatchSimulator
+    batch: Any = Environments
     if hasattr(settings.backend, "interval"):
         from seals.learn.environments.twin import TwinSimulator
 
         simulator = TwinSimulator(
             settings, task, count=count, device=device, values=values, fused=fused
         )
-        batch = Environments(simulator, task, count=count, device=device, seed=seed, renew=renew)
-        return _with_pixels(batch, settings, config, seed=seed)
-    if hasattr(settings.backend, "worlds") and device != "cpu":
+        if any(map(sees, settings.sensors.values())):
+            from seals.learn.environments.batch_cameras import BatchCameras
+            from seals.learn.environments.pixels import PixelEnvironments
+
+            robot, ball = simulator.robot, float(config.ball)
+            cameras = BatchCameras(
+                settings, robot, task.posture, ball=ball, device=device, seed=seed
+            )
+            batch = functools.partial(PixelEnvironments, cameras, int(config.frames))
+    elif hasattr(settings.backend, "worlds") and device != "cpu":
         from seals.learn.environments.warp_worlds import DivingWorlds, WalkingWorlds
 
         kind = DivingWorlds if task.object else WalkingWorlds
@@ -93,7 +104,8 @@ def batched_of(
             # a scene belongs to one backend object: each world is built from the configuration anew
             worlds.append(FullWorld(*build_learning(config), episodes=episodes))
         simulator = WorldsInTurn(worlds)
-    return Environments(simulator, task, count=count, device=device, seed=seed, renew=renew)
+    found: Batched = batch(simulator, task, count=count, device=device, seed=seed, renew=renew)
+    return found
 
 
 def _episodes(config: Any, task: Any, count: int) -> int:
@@ -101,24 +113,3 @@ def _episodes(config: Any, task: Any, count: int) -> int:
     steps = config.course.steps if config.get("course") is not None else 0
     made = int(steps / (task.rate * task.duration)) + int(config.get("episodes") or 0)
     return max(1, made // count)
-
-
-def _with_pixels(batch: Any, settings: Any, config: Any, *, seed: int) -> Batched:
-    """Add camera pixels to environments if the run has cameras."""
-    from seals.run.sight import sees
-
-    found: Batched = batch
-    if any(map(sees, settings.sensors.values())):
-        from seals.learn.environments.batch_cameras import BatchCameras
-        from seals.learn.environments.pixels import PixelEnvironments
-
-        cameras = BatchCameras(
-            settings,
-            batch.robot,
-            batch.task.posture,
-            ball=float(config.ball),
-            device=batch.device,
-            seed=seed,
-        )
-        found = PixelEnvironments(batch, cameras, frames=int(config.frames))
-    return found
