@@ -192,7 +192,7 @@ class Environments:
             opened = self._opened(*self._starts.picked(chance))
         else:
             rows = np.flatnonzero(ended.cpu() if hasattr(ended, "cpu") else ended)
-            few, seeds = self._drawn(rows, None)
+            few, seeds = self._drawn(rows.tolist(), None)
             full = Draw(*(np.zeros((self.count, x.shape[1])) for x in few))
             for whole, part in zip(full, few, strict=True):
                 whole[rows] = part

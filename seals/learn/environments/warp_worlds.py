@@ -130,7 +130,8 @@ class WarpWorlds(BatchSimulator):
         return torch.as_tensor(np.asarray(values), dtype=torch.float32, device=self.device)
 
     def _zeros(self, width: int) -> Tensor:
-        return self.like.new_zeros(self.count, width)
+        found: Tensor = self.like.new_zeros(self.count, width)
+        return found
 
     def _start(self, draw: Draw) -> tuple[Tensor, Tensor, Tensor, Tensor]:
         """Return position, quaternion, velocity and goal of starts as tensors."""

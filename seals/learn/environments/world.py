@@ -212,7 +212,7 @@ class WorldsInTurn(BatchSimulator):
     ) -> tuple[Array, Array]:
         """Reset some worlds, each with its own seed."""
         count = len(self.worlds)
-        at = range(count) if rows is None else np.flatnonzero(rows)
+        at: Sequence[int] = range(count) if rows is None else np.flatnonzero(rows).tolist()
         for k, seed in zip(at, seeds or (), strict=True):
             self.worlds[k].begin(_row(draw, k), int(seed))
         return np.zeros(count, dtype=bool), draw.goal
@@ -240,10 +240,11 @@ class WorldsInTurn(BatchSimulator):
         """Return the state with the target as cameras see it, where policies are told that."""
         if self.worlds[0].watcher is None:
             return now
-        for k in range(len(self.worlds)) if rows is None else np.flatnonzero(rows):
+        every = range(len(self.worlds))
+        for k in every if rows is None else np.flatnonzero(rows).tolist():
             world, watcher = self.worlds[k], self.worlds[k].watcher
             assert watcher is not None
-            self._told[k] = watcher.perceive(_row(now, int(k)), world.actor.sensor_suite.cameras)
+            self._told[k] = watcher.perceive(_row(now, k), world.actor.sensor_suite.cameras)
         return _joined(self._told)
 
     def frame(self, now: Instant) -> EpisodeFrame:
@@ -283,8 +284,8 @@ def _joined(instants: Sequence[Instant]) -> Instant:
     if len(instants) == 1:
         return first
     facts = {name: np.concatenate([x.facts[name] for x in instants]) for name in first.facts}
-    columns: Any = zip(*(x[:-1] for x in instants), strict=True)
-    return Instant(*map(np.concatenate, columns), facts)
+    columns = [np.concatenate(column) for column in zip(*(x[:-1] for x in instants), strict=True)]
+    return Instant._make([*columns, facts])
 
 
 def _check_objects(world: World, names: list[str]) -> None:
