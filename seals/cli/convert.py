@@ -13,8 +13,8 @@ from seals.config.overrides import typed
 from seals.errors import ConfigError, LogError, SealsError
 from seals.logs.axes import with_axes
 from seals.logs.check import check_log
+from seals.logs.false_readings import without_false_readings
 from seals.logs.finding import Severity, lines_of
-from seals.logs.held_readings import without_held
 from seals.logs.log import Log
 from seals.logs.motor_curve import motor_curve, with_rotor_speeds
 from seals.logs.native import TABLES, write_native
@@ -233,7 +233,7 @@ def adapted(log: Log, config: Any, vehicle: Mapping[str, Any]) -> tuple[Log, lis
     from omegaconf import OmegaConf
 
     axes: Any = OmegaConf.to_object(config.axes)
-    log, held = without_held(_cut(log, list(config.span)))
+    log, held = without_false_readings(_cut(log, list(config.span)))
     log, said = with_axes(log, axes)
     said = [*held, *said]
     motors: Any = OmegaConf.to_container(config.motors)

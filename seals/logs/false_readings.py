@@ -1,4 +1,4 @@
-"""Readings that a log repeats row by row until the next one comes: they are one reading each."""
+"""Readings of a table that are none: repeated until the next one comes, held, or leaping away."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from seals.arrays import Floats
 from seals.logs.channels import CHANNELS, columns_of
 from seals.logs.log import Log
+from seals.logs.resample import one_sign
 
 _VECTORS = ("position", "orientation", "velocity", "angular_velocity", "specific_force")
 """Channels of three components or four: by chance all of them hardly ever repeat together."""
@@ -19,13 +20,19 @@ _REPEATED, _REGULAR = 0.4, 0.85
 one: a slower sensor on the rows of the log. A coarse one repeats as often as it happens to."""
 _LOST, _JUMP = 10, 3.0
 """Rows for which a pose was held where it failed, and the jump behind them in usual steps."""
+_FEWEST, _BESIDE = 50, 3
+"""Readings of a pose that tell what is usual, and neighbours on either side of one."""
+_LEAP, _FAR, _RARE = 0.03, 6.0, 0.04
+"""Least leap [m, half a rad], the same over what 95 % stay below, and the largest share of rows."""
 
 
-def without_held(log: Log) -> tuple[Log, list[str]]:
-    """Return a log in which rows that repeat a reading have none, and remarks on what was found.
+def without_false_readings(log: Log) -> tuple[Log, list[str]]:
+    """Return a log in which rows without a reading of their own have none, and remarks.
 
-    A fit that took every row as a reading would see a pose that stands and jumps. Runs of SEALS
-    hold nothing, and a vehicle at rest may repeat itself in all channels.
+    A table repeats a slower sensor's reading until the next one comes, and motion capture holds its
+    last value where it loses the markers, or takes others for them in a row or two: a fit would see
+    a pose that stands and jumps. Runs of SEALS do nothing of this, and a vehicle at rest may repeat
+    itself in all channels.
 
     Args:
         log: with any times, rising in each segment.
@@ -36,7 +43,7 @@ def without_held(log: Log) -> tuple[Log, list[str]]:
         >>> place = {f"position_{a}": np.sin(rows // 4 + k) for k, a in enumerate("xyz")}
         >>> spin = {f"angular_velocity_{a}": rng.standard_normal(40) for a in "xyz"}
         >>> log = Log(columns={"t": 0.01 * rows, **place, **spin}, meta={}, name="x")
-        >>> thin, said = without_held(log)
+        >>> thin, said = without_false_readings(log)
         >>> said
         ['position repeats each reading in 4 rows: one every 0.04 s is kept']
         >>> int(np.isfinite(thin.columns["position_x"]).sum())
@@ -68,7 +75,37 @@ def without_held(log: Log) -> tuple[Log, list[str]]:
             continue
         for name in columns_of(stem, log.columns):
             columns[name] = np.where(same, np.nan, columns[name])
+    for stem in (s for s in _POSE if log.has(s)):
+        false = _leaps(log, stem)
+        if false.any():
+            said.append(f"{stem} leaps away and back {false.sum()} times: left out")
+        for name in columns_of(stem, log.columns):
+            columns[name] = np.where(false, np.nan, columns[name])
     return replace(log, columns=columns), said
+
+
+def _leaps(log: Log, stem: str) -> NDArray[np.bool_]:
+    """Rows at which a pose is far from the median of its neighbours, as it is nowhere else.
+
+    A step from which it does not come back is none.
+    """
+    values = log.channel(stem)
+    values = one_sign(values) if stem == "orientation" else values
+    out = np.zeros(log.rows, dtype=bool)
+    there = np.flatnonzero(np.isfinite(values).all(axis=1))
+    if there.size < _FEWEST:
+        return out
+    seen = values[there]
+    padded = np.pad(seen, ((_BESIDE, _BESIDE), (0, 0)), mode="reflect")
+    around = np.lib.stride_tricks.sliding_window_view(padded, 2 * _BESIDE + 1, axis=0)
+    away = np.linalg.norm(seen - np.median(around, axis=-1), axis=1)
+    # a bounce turns back within as many steps as there are neighbours
+    steps = np.linalg.norm(np.diff(seen, axis=0), axis=1)
+    usual = float(np.median(steps[steps > 0.0])) if steps.any() else 0.0
+    far = away > max(_LEAP, _FAR * float(np.quantile(away, 0.95)), _FAR * usual)
+    if np.mean(far) < _RARE:
+        out[there[far]] = True
+    return out
 
 
 def _changing(log: Log) -> NDArray[np.bool_]:
