@@ -93,14 +93,17 @@ class Environments:
 
     @property
     def now(self) -> Instant:
-        """Present state of all robots."""
+        """Present state of all robots; before the first reset that of one."""
+        if self._scene is None:
+            self.reset()
         found: Instant = self._scene.now
         return found
 
     @property
     def perceived(self) -> Instant:
         """The same as policies are told it: of a target that cameras see, what they see."""
-        found: Instant = self._scene.now if self.simulator.pure else self._told
+        now = self.now
+        found: Instant = now if self.simulator.pure else self._told
         return found
 
     def scripted_policy(self) -> Tensor:
@@ -119,6 +122,8 @@ class Environments:
 
         with torch.no_grad():
             asked = self._as_action(action)
+            if self._scene is None:
+                self.reset()
             if self._alone and self._starts is None:
                 rounds = range(-(-PREFETCHED // self.count))
                 self._starts = self.simulator.drawn_ahead(
