@@ -21,13 +21,15 @@ def measured(env: str, count: int, device: str, steps: int) -> dict[str, Any]:
     import torch
 
     from seals.config.compose import compose
+    from seals.learn.environments.batch import Environments
     from seals.learn.environments.build import build_learning
-    from seals.learn.environments.diving_worlds import DivingWorlds
+    from seals.learn.environments.warp_worlds import DivingWorlds
 
     before = waited(device)
     words = [f"env={env}", "backend=mujoco_warp", "task.ends=true"]
-    run = build_learning(compose(words, root="learn"))
-    environment = DivingWorlds(*run, count=count, device=device, seed=0)
+    settings, task = build_learning(compose(words, root="learn"))
+    worlds = DivingWorlds(settings, task, count=count, device=device)
+    environment = Environments(worlds, task, count=count, device=device)
     environment.reset(list(range(count)))
     environment.step(environment.scripted_policy())
     environment.reset(list(range(count)))
@@ -40,15 +42,15 @@ def measured(env: str, count: int, device: str, steps: int) -> dict[str, Any]:
         won |= running & result.success
         running &= ~(result.terminated | result.truncated)
     took = waited(device) - begin
-    worlds = environment.worlds
-    phases = worlds.parts() | {"fly": environment.fly, "walk": environment.walk}
+    worlds = environment.simulator.worlds
+    phases = worlds.parts() | {"fly": environment.simulator.fly, "walk": environment.simulator.walk}
     return {
         "env": env,
         "worlds": count,
         "device": torch.cuda.get_device_name() if device != "cpu" else "cpu",
         "start_s": start,
         "control_steps_per_s": count * steps / took,
-        "steps_per_s": count * steps * environment.physics_steps / took,
+        "steps_per_s": count * steps * environment.simulator.physics_steps / took,
         "won": int(won.sum()),
         "ended": int((~running).sum()),
         "phases_ms": share_of(phases, device, 50 if device != "cpu" else 2),

@@ -42,10 +42,12 @@ def learning(*words: str) -> tuple[Any, Any]:
 
 def batch(count: int, device: str, *words: str) -> Any:
     """Return a batch of worlds."""
-    from seals.learn.environments.batch_worlds import BatchWorlds
+    from seals.learn.environments.batch import Environments
+    from seals.learn.environments.warp_worlds import WalkingWorlds
 
-    run = learning("backend=mujoco_warp", *words)
-    return BatchWorlds(*run, count=count, device=device, seed=0)
+    settings, task = learning("backend=mujoco_warp", *words)
+    worlds = WalkingWorlds(settings, task, count=count, device=device)
+    return Environments(worlds, task, count=count, device=device)
 
 
 def waited(device: str) -> float:
@@ -80,16 +82,16 @@ def measured(count: int, device: str, seconds: float) -> dict[str, Any]:
     steps, begin = 0, waited(device)
     while waited(device) - begin < seconds:
         environment.step(environment.scripted_policy())
-        steps += environment.physics_steps
+        steps += environment.simulator.physics_steps
     took = waited(device) - begin
-    worlds = environment.worlds
+    worlds = environment.simulator.worlds
     found = {
         "worlds": count,
         "device": torch.cuda.get_device_name() if device != "cpu" else "cpu",
         "start_s": start,
         "steps_per_s": count * steps / took,
-        "control_steps_per_s": count * steps / took / environment.physics_steps,
-        "phases_ms": share_of(worlds.parts() | {"gait": environment.walk}, device, 50),
+        "control_steps_per_s": count * steps / took / environment.simulator.physics_steps,
+        "phases_ms": share_of(worlds.parts() | {"gait": environment.simulator.walk}, device, 50),
         "overflow": worlds.overflowing(),
         "upright": float((environment.now.rotation[:, 2, 2] > 0.5).float().mean()),
         "memory_GB": torch.cuda.max_memory_reserved() / 1e9 if device != "cpu" else 0.0,
@@ -100,7 +102,8 @@ def measured(count: int, device: str, seconds: float) -> dict[str, Any]:
 
 def agreement(count: int, device: str) -> dict[str, Any]:
     """Return the deviation of crabs after 1 s from MuJoCo's, and that of half its step [m]."""
-    from seals.learn.environments.world import WorldEnvironment
+    from seals.learn.environments.batch import Environments
+    from seals.learn.environments.world import FullWorld, WorldsInTurn
 
     environment = batch(count, device)
     environment.reset(list(range(count)))
@@ -112,12 +115,14 @@ def agreement(count: int, device: str) -> dict[str, Any]:
     ends = {}
     for step in (STEP, HALF):
         own = ("backend=mujoco", "backend.second_order=false", f"time.step={step}")
-        world = WorldEnvironment(*learning(*own))
+        settings, task = learning(*own)
+        one = WorldsInTurn([FullWorld(settings, task)])
+        world = Environments(one, task, count=1, device="cpu", renew=False)
         places = []
         for row in range(count):
-            world.reset(row)
+            world.reset([row])
             for action in actions:
-                world.step(action[row].cpu().numpy().astype(float))
+                world.step(action[row : row + 1].cpu())
             places.append(world.now.position[0].copy())
         ends[step] = np.array(places)
         world.close()

@@ -145,22 +145,27 @@ def bare(world: Any) -> float:
 
 def reaching(engine: str) -> list[Callable[[], float]]:
     """Return what measures control steps a second of the task Reach, by NumPy and compiled."""
+    import torch
+
     from seals.config.compose import compose
+    from seals.learn.environments.batch import Environments
     from seals.learn.environments.build import build_learning
-    from seals.learn.environments.world import WorldEnvironment
+    from seals.learn.environments.world import FullWorld, WorldsInTurn
 
     def measured(compiled: str) -> Callable[[], float]:
         words = ["env=reach", f"backend={engine}", f"backend.compiled={compiled}"]
-        environment = WorldEnvironment(*build_learning(compose(words, root="learn")))
-        actions = np.random.default_rng(0).uniform(-1.0, 1.0, (CONTROLS, 3))
+        settings, task = build_learning(compose(words, root="learn"))
+        one = WorldsInTurn([FullWorld(settings, task)])
+        environment = Environments(one, task, count=1, device="cpu", renew=False)
+        actions = torch.as_tensor(np.random.default_rng(0).uniform(-1.0, 1.0, (CONTROLS, 3)))
 
         def block() -> float:
-            environment.reset(0)
+            environment.reset([0])
             begin = time.process_time()
             for k, action in enumerate(actions):
-                verdict = environment.step(action).verdict
-                if verdict.terminated[0] or verdict.truncated[0]:
-                    environment.reset(k)
+                turn = environment.step(action[None])
+                if turn.terminated[0] or turn.truncated[0]:
+                    environment.reset([k])
             return CONTROLS / (time.process_time() - begin)
 
         block()

@@ -13,7 +13,6 @@ from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 
 from seals.arrays import Array, Floats
-from seals.deprecation import add_former_names
 from seals.effects.evaluation import Evaluation
 from seals.environment.settings import EnvironmentSettings
 from seals.errors import ConfigError, suggestion
@@ -40,9 +39,6 @@ class Configuration(NamedTuple):
     angular_velocity: Floats
     joints: Floats
     joint_velocity: Floats
-
-
-add_former_names(Configuration, {"spin": "angular_velocity", "rates": "joint_velocity"})
 
 
 class LinkPoses(NamedTuple):

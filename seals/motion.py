@@ -11,7 +11,6 @@ from enum import Enum
 from typing import NamedTuple
 
 from seals.arrays import Array, namespace
-from seals.deprecation import add_former_names
 
 
 class MediumKind(Enum):
@@ -101,9 +100,6 @@ class Medium(NamedTuple):
     depth: Array | None = None
     water_density: Array | None = None
     air_density: Array | None = None
-
-
-add_former_names(Medium, {"share": "medium_fraction"})
 
 
 class Joints(NamedTuple):

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any, TypeVar, cast
-
-from seals.deprecation import warn_renamed
 
 Options = TypeVar("Options")
 
@@ -14,8 +11,7 @@ def options_of(plugin: object, options: type[Options]) -> Options:
     """Return a plug-in completed with the default options of its kind.
 
     A plug-in that derives from the class of options comes back as it is. Any other is given the
-    defaults of what it lacks, once; what it has stays. Options under their former names, which the
-    class of options lists in ``_former``, are taken over with a warning.
+    defaults of what it lacks, once; what it has stays.
 
     Args:
         plugin: object of a plug-in class.
@@ -31,11 +27,6 @@ def options_of(plugin: object, options: type[Options]) -> Options:
         >>> options_of(Stranger(), Options).idles
         False
     """
-    former: Mapping[str, str] = getattr(options, "_former", {})
-    for old, new in former.items():
-        if hasattr(plugin, old) and new not in vars(plugin):
-            warn_renamed(f"{type(plugin).__name__}.{old}", new, level=3)
-            object.__setattr__(plugin, new, getattr(plugin, old))
     if not isinstance(plugin, options):
         for name, default in vars(options).items():
             if not name.startswith("_") and not hasattr(plugin, name):

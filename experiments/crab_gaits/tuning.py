@@ -123,6 +123,8 @@ def _tried(
     share: Sequence[float], base: Sequence[str], animal: str, rows: list[dict[str, str]]
 ) -> float:
     """Walk once and note it."""
+    from seals.config.compose import compose
+
     values = values_of(share, animal)
     price, speed, cost = WORST, 0.0, math.inf
     try:
@@ -132,14 +134,8 @@ def _tried(
         print(f"left out: {error}".partition("\n")[0], flush=True)
     else:
         speed, cost = walk.speed, walk.cost
-        price = min(price_of(speed, _wanted(base), cost, walk.upright), WORST)
+        wanted = float(compose(list(base)).guide.speed)
+        price = min(price_of(speed, wanted, cost, walk.upright), WORST)
     row = {**values, "speed": speed, "cost": cost, "price": price}
     rows.append({"seed": f"{len(rows)}", **{key: f"{value:.5g}" for key, value in row.items()}})
     return price
-
-
-def _wanted(words: Sequence[str]) -> float:
-    """Speed that the gait's overrides ask for [m/s]."""
-    from seals.config.compose import compose
-
-    return float(compose(list(words)).guide.speed)

@@ -84,13 +84,11 @@ class Player:
         if has_checkpoint(folder):
             take_up(self.training, device="cpu")
         else:
-            agent.add_demonstrations(self._shown())
-
-    def _shown(self) -> dict[str, Any]:
-        """Return what the script does, with noise, against the other one."""
-        episodes = record(self.pursuit, self.script, range(SHOWN), noise=NOISE)
-        origin = Origin(env="pursuit", config_hash="", who=Who.scripted, by="scripted")
-        return dict(Demonstrations(origin=origin, episodes=episodes).transitions())
+            # what the script does, with noise, against the other one
+            episodes = record(self.pursuit, self.script, range(SHOWN), noise=NOISE)
+            origin = Origin(env="pursuit", config_hash="", who=Who.scripted, by="scripted")
+            shown = Demonstrations(origin=origin, episodes=episodes)
+            agent.add_demonstrations(dict(shown.transitions()))
 
     def policies(self, turns: int) -> list[Policy]:
         """Return the script and what was learned after each of so many turns.

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from seals.arrays import Array, Floats, namespace
 from seals.learn.batched import StepResult
-from seals.learn.environments.batch import Scene
+from seals.learn.environments.batch import Environments, Scene
 from seals.learn.environments.build import build_learning
 from seals.learn.environments.gym import composed
-from seals.learn.environments.twin import TwinEnvironments
+from seals.learn.environments.twin import TwinSimulator
 from seals.learn.task import Draw, Instant
 from seals.plugins.tasks.reach import EXPERT_GAIN, TaskReach
 from seals.robot.build import build_robot
@@ -170,7 +170,7 @@ class Squad:
         return found
 
 
-class Pursuit(TwinEnvironments):
+class Pursuit(Environments):
     """N pursuits seen by one role; the other is played by policies.
 
     Args:
@@ -189,7 +189,8 @@ class Pursuit(TwinEnvironments):
         settings, _ = build_learning(config)
         task = TaskPursuit()
         task.bind(build_robot(settings.robot))
-        super().__init__(settings, task, count=count, device="cpu", seed=seed)
+        twins = TwinSimulator(settings, task, count=count, device="cpu")
+        super().__init__(twins, task, count=count, device="cpu", seed=seed)
         self.role, self.game = role, task
         self.opponent: Policy = Scripted(PREY if role == HUNTER else HUNTER, task)
         self.observation_size, self.action_size = SEEN[role], SAYS[role]

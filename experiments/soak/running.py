@@ -108,7 +108,9 @@ class _Soak:
                 tell(self.actor, wish(self.actor.robot, self.settings.seed, number))
             self.world.step()
             self.done += 1
-            self._look()
+            wet = float(self.actor.body.read().position[2]) < 0.0
+            self.crossings += wet != self.wet
+            self.wet = wet
             if self.done % EVERY == 0 or self.done == steps:
                 row = self._row()
                 with (self.out / TABLE).open("a", newline="", encoding="utf-8") as file:
@@ -117,11 +119,6 @@ class _Soak:
                 self.actor.ledger.rewind(0)
                 self._keep()
                 yield row
-
-    def _look(self) -> None:
-        wet = float(self.actor.body.read().position[2]) < 0.0
-        self.crossings += wet != self.wet
-        self.wet = wet
 
     def _row(self) -> dict[str, float]:
         totals, at = self.books.totals, self.actor.body.read()

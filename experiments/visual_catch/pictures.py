@@ -141,25 +141,29 @@ def flight(seed: int, words: Sequence[str], *, sway: float, rng: np.random.Gener
         sway: standard deviation of what is added to the actions [1].
         rng: of what is added.
     """
+    import torch
+
     from seals.config.compose import compose
     from seals.learn.environments import batched_of
 
     config = compose([*words, "task.ends=true"], root="evaluate")
     environment: Any = batched_of(config, count=1)
     water = list(WATERS).index(str(config.water_type))
-    world, rows = environment.worlds[0], []
+    world, rows = environment.simulator.worlds[0], []
     try:
         environment.reset([seed])
         pushed, over, count = np.zeros(environment.action_size), False, 0
         while not over:
             pushed = HELD * pushed + np.sqrt(1.0 - HELD**2) * sway * rng.standard_normal(4)
             told = environment.scripted_policy().numpy()[0]
-            verdict = world.step(told + np.append(pushed[:3], 0.0)).verdict
-            over = bool(verdict.terminated[0] | verdict.truncated[0])
+            turn = environment.step(torch.as_tensor(told + np.append(pushed[:3], 0.0))[None])
+            over = bool(turn.terminated[0] | turn.truncated[0])
             count += 1
             if (count + seed) % EVERY == 0 and not over:
                 cameras = world.actor.sensor_suite.cameras.values()
-                rows += [_row(camera, world.now, environment.task.object) for camera in cameras]
+                rows += [
+                    _row(camera, environment.now, environment.task.object) for camera in cameras
+                ]
     finally:
         environment.close()
     columns = [np.stack(column) for column in zip(*rows, strict=True)]

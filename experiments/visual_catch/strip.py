@@ -58,19 +58,19 @@ def show(words: Sequence[str], path: Path) -> str:
     keys = {word.partition("=")[0] for word in words}
     own = [f"{key}={value}" for key, value in USUAL.items() if key not in keys]
     config = compose([*own, *words, "task.ends=true"], root="evaluate")
-    environment: Any = batched_of(config, count=1)
+    environment: Any = batched_of(config, count=1, renew=False)
     try:
         world, glances, over = _seeing(environment), [], False
         environment.reset(held_out_seeds(1))
         while not over:
-            verdict = world.step(environment.scripted_policy().numpy()[0]).verdict
-            over = bool(verdict.terminated[0] | verdict.truncated[0])
-            glances.append(_glance(world))
+            turn = environment.step(environment.scripted_policy())
+            over = bool(turn.terminated[0] | turn.truncated[0])
+            glances.append(_glance(environment, world))
     finally:
         environment.close()
     _draw(glances, path)
     _film(glances[::2], path.with_name(f"{path.stem}_film.webp"))
-    won = "caught" if bool(verdict.success[0]) else "not caught"
+    won = "caught" if bool(turn.success[0]) else "not caught"
     return f"{path}: {won} after {glances[-1].time:.1f} s"
 
 
@@ -80,11 +80,13 @@ def _seeing(environment: Any) -> Any:
     Raises:
         ConfigError: they are not.
     """
-    from seals.learn.environments.sequential import SequentialEnvironments
+    from seals.learn.environments.batch import Environments
+    from seals.learn.environments.world import WorldsInTurn
 
-    full = isinstance(environment, SequentialEnvironments)
-    world: Any = environment.worlds[0] if full else None
-    if not (full and isinstance(world.task, SeeingTask) and world.actor.sensor_suite.cameras):
+    simulator = environment.simulator if isinstance(environment, Environments) else None
+    full = isinstance(simulator, WorldsInTurn) and isinstance(environment.task, SeeingTask)
+    world: Any = environment.simulator.worlds[0] if full else None
+    if not (full and world.actor.sensor_suite.cameras):
         raise ConfigError(
             "nothing is seen by cameras in this environment.\n"
             "Give one with cameras in full worlds: env=catch_seen backend=mujoco"
@@ -92,15 +94,15 @@ def _seeing(environment: Any) -> Any:
     return world
 
 
-def _glance(world: Any) -> Glance:
-    pictures, spots = {}, {}
+def _glance(environment: Any, world: Any) -> Glance:
+    pictures, spots, told = {}, {}, environment.perceived
     for name, camera in world.actor.sensor_suite.cameras.items():
         shot = shot_of(camera)
         pictures[name] = to_bytes(np.asarray(shot.picture.colour))
-        away = shot.axes.T @ (world.perceived.target[0] - shot.position)
-        seen = world.perceived.facts["seen"][0, 0] > 0.5 and away[2] > shot.lens.near
+        away = shot.axes.T @ (told.target[0] - shot.position)
+        seen = told.facts["seen"][0, 0] > 0.5 and away[2] > shot.lens.near
         spots[name] = np.asarray(shot.lens.project(away)) if seen else None
-    return Glance(float(world.now.time[0, 0]), pictures, spots)
+    return Glance(float(environment.now.time[0, 0]), pictures, spots)
 
 
 def _draw(glances: Sequence[Glance], path: Path) -> None:

@@ -58,7 +58,9 @@ def write_page(folder: Path, results: Sequence[Result], *, grade: Grade, cases: 
     """
     pictures = folder / "water_validation"
     pictures.mkdir(parents=True, exist_ok=True)
-    known = _kept(pictures / FIGURES)
+    path = pictures / FIGURES
+    # figures of earlier runs stay
+    known = dict(json.loads(path.read_text(encoding="utf-8"))) if path.is_file() else {}
     for result in results:
         if result.outcome is None:
             continue
@@ -67,16 +69,11 @@ def write_page(folder: Path, results: Sequence[Result], *, grade: Grade, cases: 
             write_picture(pictures / f"{result.case.name}.webp", list(result.outcome.charts))
         except MissingExtra as absent:
             print(f"no picture of {result.case.name}: {str(absent).splitlines()[0]}")
-    write_text(pictures / FIGURES, json.dumps(known, indent=1))
+    write_text(path, json.dumps(known, indent=1))
     shown = [(case, known[case.name]) for case in cases if case.name in known]
     parts = [_head(shown)] + [_section(case, record, pictures) for case, record in shown]
     write_text(folder / PAGE, "\n".join(parts))
     return folder / PAGE
-
-
-def _kept(path: Path) -> dict[str, Any]:
-    """Figures of earlier runs."""
-    return dict(json.loads(path.read_text(encoding="utf-8"))) if path.is_file() else {}
 
 
 def _record(result: Result, grade: Grade) -> dict[str, Any]:

@@ -66,15 +66,59 @@ class BC:
         return BcAgent(self, spaces, device, seed)
 
 
-class BcAgent(Stateful):
-    """Agent of behaviour cloning.
+class CloningAgent(Stateful):
+    """Agent whose network is fitted to the actions of another.
 
     Args:
-        learner: the hyper-parameters.
+        learner: the hyper-parameters: ``hidden``, ``learning_rate``, ``weight_decay``.
         spaces: sizes of observation and action.
         device: of the network.
         seed: of the first weights and of all draws.
+        normalise: whether observations are brought to mean 0 and deviation 1.
     """
+
+    def __init__(
+        self, learner: Any, spaces: Spaces, device: str, seed: int, *, normalise: bool = True
+    ) -> None:
+        """Make network and optimiser."""
+        import torch
+
+        self.learner, self.spaces, self.device = learner, spaces, device
+        self.generator = generator_of(seed, device)
+        size = spaces.observation_size
+        self.norm: Any = RunningNormaliser(size, device) if normalise else None
+        with first_weights(seed):
+            self.body = networks.mlp(size, spaces.action_size, learner.hidden).to(device)
+        self.optimiser = torch.optim.AdamW(
+            self.body.parameters(), lr=learner.learning_rate, weight_decay=learner.weight_decay
+        )
+
+    def action_of(self, body: Any, observation: Tensor) -> Tensor:
+        """Return the actions of a network, shape (N, a)."""
+        norm = None if self.norm is None else self.norm.layer
+        found: Tensor = body(networks.network_inputs(observation, norm=norm, encoder=None)).tanh()
+        return found
+
+    def fit(self, loss: Tensor) -> None:
+        """Take one gradient step."""
+        self.optimiser.zero_grad(set_to_none=True)
+        loss.backward()
+        self.optimiser.step()
+
+    def policy_with(self, body: Any) -> tuple[dict[str, Any], dict[str, Tensor]]:
+        """Return the policy of a network: its description and its tensors."""
+        network = networks.description(
+            observation=self.spaces.observation_size,
+            action=self.spaces.action_size,
+            hidden=self.learner.hidden,
+            normalise=self.norm is not None,
+        )
+        norm = None if self.norm is None else self.norm.layer
+        return networks.policy_of(network, body=body, norm=norm)
+
+
+class BcAgent(CloningAgent):
+    """Agent of behaviour cloning."""
 
     parts = ("body", "best", "optimiser", "norm", "generator")
     plain = ("least", "shown", "test", "made")
@@ -83,20 +127,10 @@ class BcAgent(Stateful):
     reports = ("loss", "least_held_out_loss")
 
     def __init__(self, learner: BC, spaces: Spaces, device: str, seed: int) -> None:
-        """Make network and optimiser."""
+        """Make network and optimiser; there are no demonstrations yet."""
         import torch
 
-        self.learner, self.spaces, self.device = learner, spaces, device
-        self.generator = generator_of(seed, device)
-        self.norm = (
-            RunningNormaliser(spaces.observation_size, device) if learner.normalise else None
-        )
-        with first_weights(seed):
-            body = networks.mlp(spaces.observation_size, spaces.action_size, learner.hidden)
-        self.body = body.to(device)
-        self.optimiser = torch.optim.AdamW(
-            self.body.parameters(), lr=learner.learning_rate, weight_decay=learner.weight_decay
-        )
+        super().__init__(learner, spaces, device, seed, normalise=learner.normalise)
         self.made = 0
         self.best = copy.deepcopy(self.body)
         self.least = torch.tensor(float("inf"), device=device)
@@ -123,11 +157,7 @@ class BcAgent(Stateful):
         import torch
 
         with torch.no_grad():
-            return self._action(vector(observation))
-
-    def _action(self, observation: Tensor) -> Tensor:
-        norm = None if self.norm is None else self.norm.layer
-        return self.body(networks.network_inputs(observation, norm=norm, encoder=None)).tanh()
+            return self.action_of(self.body, vector(observation))
 
     def observe(self, observation: Any, action: Tensor, result: StepResult) -> None:
         """Ignore the step: behaviour cloning learns from demonstrations only."""
@@ -152,15 +182,14 @@ class BcAgent(Stateful):
             device=self.device,
         )
         loss = self._loss({key: value[index] for key, value in self.shown.items()})
-        self.optimiser.zero_grad(set_to_none=True)
-        loss.backward()
-        self.optimiser.step()
+        self.fit(loss)
         if self.made in (1, self.learner.updates) or self.made % self.learner.look == 0:
             self._validate()
         return {"loss": loss.detach(), "least_held_out_loss": self.least}
 
     def _loss(self, steps: Mapping[str, Tensor]) -> Tensor:
-        return (self._action(steps["observation"]) - steps["action"]).square().mean()
+        gap = self.action_of(self.body, steps["observation"]) - steps["action"]
+        return gap.square().mean()
 
     def _validate(self) -> None:
         """Save the weights if their held-out loss is the lowest so far."""
@@ -174,11 +203,4 @@ class BcAgent(Stateful):
 
     def policy(self) -> tuple[dict[str, Any], dict[str, Tensor]]:
         """Return the best policy so far."""
-        network = networks.description(
-            observation=self.spaces.observation_size,
-            action=self.spaces.action_size,
-            hidden=self.learner.hidden,
-            normalise=self.learner.normalise,
-        )
-        norm = None if self.norm is None else self.norm.layer
-        return networks.policy_of(network, body=self.best, norm=norm)
+        return self.policy_with(self.best)

@@ -7,12 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from seals.learn import networks
 from seals.learn.learner import MOST, Spaces, need_torch
 from seals.learn.observations import vector
-from seals.learn.scaling import RunningNormaliser
-from seals.learn.seeding import first_weights, generator_of
-from seals.learn.stateful import Stateful
+from seals.plugins.learners.bc import CloningAgent
 from seals.schema import count, setting
 
 if TYPE_CHECKING:
@@ -68,7 +65,7 @@ class Dagger:
         return DaggerAgent(self, spaces, device, seed)
 
 
-class DaggerAgent(Stateful):
+class DaggerAgent(CloningAgent):
     """Agent that imitates the scripted policy; see `seals.learn.learner.Advised`.
 
     Args:
@@ -88,16 +85,9 @@ class DaggerAgent(Stateful):
         """Make network, optimiser and memory."""
         import torch
 
-        self.learner, self.spaces, self.device = learner, spaces, device
-        self.generator = generator_of(seed, device)
+        super().__init__(learner, spaces, device, seed)
         size, actions = spaces.observation_size, spaces.action_size
-        self.norm = RunningNormaliser(size, device)
-        with first_weights(seed):
-            self.body = networks.mlp(size, actions, learner.hidden).to(device)
         self.averaged = copy.deepcopy(self.body)
-        self.optimiser = torch.optim.AdamW(
-            self.body.parameters(), lr=learner.learning_rate, weight_decay=learner.weight_decay
-        )
         rounds = max(1, learner.capacity // spaces.count)
         self.memory = {
             "observation": torch.zeros(rounds, spaces.count, size, device=device),
@@ -137,7 +127,7 @@ class DaggerAgent(Stateful):
 
         with torch.no_grad():
             body = self.body if explore else self.averaged
-            own = self._action(body, vector(observation))
+            own = self.action_of(body, vector(observation))
             if not explore or self.advice is None:
                 return own
             if self.steps < self.learner.led:
@@ -145,11 +135,6 @@ class DaggerAgent(Stateful):
             led = int(self.learner.share * len(own))
             own[:led] = self.advice[:led]
             return own
-
-    def _action(self, body: Any, observation: Tensor) -> Tensor:
-        seen = networks.network_inputs(observation, norm=self.norm.layer, encoder=None)
-        found: Tensor = body(seen).tanh()
-        return found
 
     def observe(self, observation: Any, action: Tensor, result: StepResult) -> None:
         """Remember the states and what the expert would have done in them."""
@@ -176,10 +161,8 @@ class DaggerAgent(Stateful):
             remembered, (self.learner.batch,), generator=self.generator, device=self.device
         )
         rows = {key: value.flatten(0, 1)[index] for key, value in self.memory.items()}
-        loss = (self._action(self.body, rows["observation"]) - rows["action"]).square().mean()
-        self.optimiser.zero_grad(set_to_none=True)
-        loss.backward()
-        self.optimiser.step()
+        loss = (self.action_of(self.body, rows["observation"]) - rows["action"]).square().mean()
+        self.fit(loss)
         with torch.no_grad():
             for kept, new in zip(self.averaged.parameters(), self.body.parameters(), strict=True):
                 kept.lerp_(new, 1.0 - self.learner.mean)
@@ -187,10 +170,4 @@ class DaggerAgent(Stateful):
 
     def policy(self) -> tuple[dict[str, Any], dict[str, Tensor]]:
         """Return the policy with the mean weights."""
-        network = networks.description(
-            observation=self.spaces.observation_size,
-            action=self.spaces.action_size,
-            hidden=self.learner.hidden,
-            normalise=True,
-        )
-        return networks.policy_of(network, body=self.averaged, norm=self.norm.layer)
+        return self.policy_with(self.averaged)

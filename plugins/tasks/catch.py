@@ -14,7 +14,7 @@ from seals.control import Reference
 from seals.errors import ConfigError
 from seals.field_roles import roles
 from seals.learn.task import Draw, Instant
-from seals.plugins.tasks.catching import Plan, fetch
+from seals.plugins.tasks.catching import fetch
 from seals.plugins.tasks.observation import ObservationKind, level_hand_offset
 from seals.plugins.tasks.reach import TaskReach
 from seals.plugins.tasks.rewards import Reward, near, unshaped
@@ -218,12 +218,4 @@ class TaskCatch(TaskReach):
 
     def scripted_policy(self, now: Instant) -> Array:
         """Return the actions of a memoryless scripted diver, shape (N, 4)."""
-        plan = Plan(
-            speed=self.speed,
-            steps=self.rate * self.closing,
-            grasp=self.grasp,
-            height=self.height,
-            squeeze=self.squeeze,
-            firm=self.firm,
-        )
-        return fetch(plan, now, self.seen(now))
+        return fetch(self, now, self.seen(now))

@@ -7,11 +7,14 @@ at a steady pace that the hand can follow, and not back and forth beneath it.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING
 
 from seals.arrays import Array, namespace
 from seals.learn.task import Instant
 from seals.plugins.tasks.observation import level_hand_offset
+
+if TYPE_CHECKING:
+    from seals.plugins.tasks.catch import TaskCatch
 
 GAIN = 1.2
 """Of the velocity against the distance [1/s]."""
@@ -62,34 +65,14 @@ LAP = 8.0
 """Time of a lap on that ring [s]."""
 
 
-class Plan(NamedTuple):
-    """Parameters of the scripted diver.
-
-    Args:
-        speed: velocity of an action of 1 [m/s].
-        steps: control steps in which the hand closes.
-        grasp: distance of the hand from what is in it [m].
-        height: to which the animal is lifted above the water [m].
-        squeeze: lead of the wanted grip over the fingers' own that is held back [1].
-        firm: force on a tip that counts as a grip [N].
-    """
-
-    speed: float
-    steps: float
-    grasp: float
-    height: float
-    squeeze: float
-    firm: float
-
-
-def fetch(plan: Plan, now: Instant, seen: Array) -> Array:
+def fetch(task: TaskCatch, now: Instant, seen: Array) -> Array:
     """Return actions: search, follow, descend, close, lift; begin again when it slipped away.
 
     The last action is its memory: a hand that has begun to close goes on, and one that has begun
     to open does, too.
 
     Args:
-        plan: of the task.
+        task: with speeds, sizes and times.
         now: with the facts ``grip``, ``closed``, ``touch`` and ``level``.
         seen: 1 where the animal is seen, shape (N, 1).
     """
@@ -102,23 +85,24 @@ def fetch(plan: Plan, now: Instant, seen: Array) -> Array:
     fast = _speed(now)
     at = AT[0] + AT[1] * fast
     below = xp.abs(away[:, 2:3] + LOW) < at
-    ready = there & (grip < 1.0 / plan.steps) & (flat < at) & below & _calm(now, fast)
+    open_ = grip < 1.0 / (task.rate * task.closing)
+    ready = there & open_ & (flat < at) & below & _calm(now, fast)
     begun = now.action[:, 3:4] > 0.0
     # the fingers have come to something, or to each other
-    shut = (grip > 1.0 - 1e-6) | (grip - now.facts["closed"] > plan.squeeze - 0.02)
+    shut = (grip > 1.0 - 1e-6) | (grip - now.facts["closed"] > task.squeeze - 0.02)
     empty = now.facts["closed"] > EMPTY
-    closing = ready | (begun & ~(shut & ((far > plan.grasp) | empty)))
-    firm = xp.astype(now.facts["touch"] > plan.firm, far.dtype)
+    closing = ready | (begun & ~(shut & ((far > task.grasp) | empty)))
+    firm = xp.astype(now.facts["touch"] > task.firm, far.dtype)
     # one finger alone would push it over
     lifting = closing & shut & (xp.sum(firm, axis=1, keepdims=True) > 1.5)
     pace = _pace(now, closing)
     follow = _follow(level + _lead(pace), flat, grip, closing) + pace
     velocity = xp.where(there, follow, away * 0.0)
     velocity = xp.where(there | closing, velocity, _search(now))
-    velocity = xp.where(lifting, _lift(now, plan), velocity)
+    velocity = xp.where(lifting, _lift(now, task.height), velocity)
     one = grip * 0.0 + 1.0
-    flat = now.action[:, :2] + EASE * (velocity[:, :2] / plan.speed - now.action[:, :2])
-    wanted = xp.concat((flat, velocity[:, 2:3] / plan.speed, xp.where(closing, one, -one)), axis=1)
+    flat = now.action[:, :2] + EASE * (velocity[:, :2] / task.speed - now.action[:, :2])
+    wanted = xp.concat((flat, velocity[:, 2:3] / task.speed, xp.where(closing, one, -one)), axis=1)
     bound = wanted * 0.0 + 1.0
     return xp.minimum(xp.maximum(wanted, -bound), bound)
 
@@ -191,10 +175,10 @@ def _search(now: Instant) -> Array:
     return GAIN * (place - now.position)
 
 
-def _lift(now: Instant, plan: Plan) -> Array:
+def _lift(now: Instant, height: float) -> Array:
     """Upward velocity, up to 1.5 times the height that the animal must reach [m/s]."""
     xp = namespace(now.position)
-    end = now.facts["level"] + 1.5 * plan.height
+    end = now.facts["level"] + 1.5 * height
     up = xp.minimum(GAIN * (end - now.target[:, 2:3]), end * 0.0 + LIFT)
     up = xp.minimum(up, xp.maximum(now.velocity[:, 2:3], end * 0.0) + JERK)
     return xp.concat((up * 0.0, up * 0.0, up), axis=1)

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import TYPE_CHECKING
 
 from seals.arrays import Array, namespace
 from seals.learn.task import Instant
+
+if TYPE_CHECKING:
+    from seals.plugins.tasks.walk import TaskWalk
 
 SCRIPTED: Mapping[str, float] = {
     "frequency": 4.0,
@@ -28,22 +31,6 @@ TURN_GAIN = 3.0
 """Of the rate of turn against the angle [1/s]."""
 
 
-class Steps(NamedTuple):
-    """Parameters of the scripted walker.
-
-    Args:
-        speed: of an action of 1 [m/s].
-        turning: rate of turn of an action of 1 [rad/s].
-        sideways: whether a side leads.
-        near: distance at which it has arrived [m].
-    """
-
-    speed: float
-    turning: float
-    sideways: bool
-    near: float
-
-
 def yaw_of(now: Instant) -> Array:
     """Return the heading of the body x axis [rad], shape (N, 1)."""
     return namespace(now.position).atan2(now.rotation[:, 1, 0:1], now.rotation[:, 0, 0:1])
@@ -60,12 +47,12 @@ def over_ground(now: Instant) -> tuple[Array, Array]:
 
 
 def scripted(
-    steps: Steps, ranges: Mapping[str, tuple[float, float]], way: Array, far: Array
+    task: TaskWalk, ranges: Mapping[str, tuple[float, float]], way: Array, far: Array
 ) -> Array:
     """Return actions that walk straight to the target with the leading side ahead.
 
     Args:
-        steps: of the task.
+        task: with speeds, and the side that leads.
         ranges: of the manner of stepping, by name.
         way: to the target, heading axes [m], shape (N, 2).
         far: its length [m], shape (N, 1).
@@ -73,13 +60,13 @@ def scripted(
     xp = namespace(way)
     one = far * 0.0 + 1.0
     share = xp.minimum(xp.maximum(far / SLOWING, 0.3 * one), one)
-    going = xp.astype(far > 0.5 * steps.near, far.dtype)
-    pace = going * share * (PACE / steps.speed) / xp.maximum(far, one * 1e-6)
+    going = xp.astype(far > 0.5 * task.success_distance, far.dtype)
+    pace = going * share * (PACE / task.speed) / xp.maximum(far, one * 1e-6)
     angle = xp.atan2(way[:, 1:2], way[:, 0:1])
-    if steps.sideways:
+    if task.sideways:
         # the nearer of the two sides
         angle = angle - 0.5 * math.pi * xp.where(way[:, 1:2] >= 0.0, one, -one)
-    turn = going * share * angle * (TURN_GAIN / max(steps.turning, 1e-9))
+    turn = going * share * angle * (TURN_GAIN / max(task.turning, 1e-9))
     columns = [
         one * (2.0 * (SCRIPTED.get(name, 0.5 * (low + high)) - low) / max(high - low, 1e-12) - 1.0)
         for name, (low, high) in ranges.items()

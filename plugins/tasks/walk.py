@@ -15,7 +15,7 @@ from seals.errors import ConfigError
 from seals.field_roles import roles
 from seals.learn.task import Draw, Instant, Task
 from seals.plugins.tasks.rewards import Reward, near, unshaped
-from seals.plugins.tasks.stepping import Steps, over_ground, scripted, yaw_of
+from seals.plugins.tasks.stepping import over_ground, scripted, yaw_of
 from seals.robot.model import RobotModel
 from seals.schema import setting, vector
 
@@ -253,6 +253,5 @@ class TaskWalk(Task):
 
     def scripted_policy(self, now: Instant) -> Array:
         """Scripted policy: turn the leading side to the target, then walk straight."""
-        steps = Steps(self.speed, self.turning, self.sideways, self.success_distance)
         ranges = {name: (float(low), float(high)) for name, (low, high) in self.manner.items()}
-        return scripted(steps, ranges, *over_ground(now))
+        return scripted(self, ranges, *over_ground(now))

@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Array, as_like
-from seals.deprecation import add_former_names, warn_renamed
 from seals.environment.sample import Sample
 from seals.frames import normalised, quaternion_of_rpy
 from seals.motion import Motion
@@ -55,10 +54,6 @@ class TwinState(NamedTuple):
             "joints": joint_count,
             "joint_velocity": joint_count,
         }
-        for old, new in (("spin", "angular_velocity"), ("rates", "joint_velocity")):
-            if old in values:
-                warn_renamed(old, new, level=3)
-                values[new] = values.pop(old)
         if "rpy" in values:
             values["quaternion"] = quaternion_of_rpy(
                 np.atleast_2d(np.asarray(values.pop("rpy"), dtype=float))
@@ -71,9 +66,6 @@ class TwinState(NamedTuple):
             for name, width in widths.items()
         }
         return TwinState(**{name: as_like(np.asfortranarray(x), like) for name, x in full.items()})
-
-
-add_former_names(TwinState, {"spin": "angular_velocity", "rates": "joint_velocity"})
 
 
 class Rates(NamedTuple):
@@ -97,9 +89,6 @@ class Rates(NamedTuple):
     joints: Array
     joint_velocity: Array
     specific_force: Array
-
-
-add_former_names(Rates, {"spin": "angular_velocity", "rates": "joint_velocity"})
 
 
 def advance(state: TwinState, rates: Rates, step: Any) -> TwinState:

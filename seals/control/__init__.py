@@ -8,8 +8,3 @@ from seals.control.protocols import Controller as Controller
 from seals.control.protocols import Guide as Guide
 from seals.control.protocols import Reference as Reference
 from seals.control.protocols import RobotState as RobotState
-from seals.deprecation import renamed_members
-
-__getattr__ = renamed_members(
-    __name__, {"Aim": "Reference", "Order": "ActuatorCommand", "Situation": "RobotState"}
-)

@@ -16,13 +16,8 @@ import numpy as np
 
 from seals.arrays import Array, Floats
 from seals.control.plant import Plant
-from seals.deprecation import add_former_names, renamed_members
 from seals.errors import ConfigError
 from seals.state_records import state_record
-
-__getattr__ = renamed_members(
-    __name__, {"Aim": "Reference", "Order": "ActuatorCommand", "Situation": "RobotState"}
-)
 
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 STILL = np.zeros(3)
@@ -109,9 +104,6 @@ class RobotState(NamedTuple):
         return math.atan2(self.rotation.item(1, 0), self.rotation.item(0, 0))
 
 
-add_former_names(RobotState, {"spin": "angular_velocity", "rates": "joint_velocity"})
-
-
 @state_record
 class Reference(NamedTuple):
     """Reference values of a guide: velocity of the robot, angles of the arms, grippers.
@@ -160,8 +152,6 @@ Compiler = Callable[[Callable[..., Sequence[Array]], Sequence[tuple[int, ...]]],
 
 class ControllerOptions:
     """Optional attributes of a controller and their defaults; see `options_of`."""
-
-    _former: ClassVar[Mapping[str, str]] = {"weighs": "needs_mass_properties"}
 
     needs_mass_properties: ClassVar[bool] = True
     """Whether it asks for mass properties, buoyancy and limits of drives; situations hold those of

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeAlias, runtime_checkable
 
 from seals.arrays import Array, Floats
-from seals.deprecation import warn_renamed
 from seals.effects.derived import default_additions
 from seals.effects.identification import (
     Addition,
@@ -58,15 +57,6 @@ class EffectOptions:
     def full_voltage(self) -> float | None:
         """Voltage of the full battery [V]; None for an effect that knows no battery."""
         return None
-
-
-_FORMER = {
-    "dries": "zero_when_dry",
-    "nominal": "inertia_change",
-    "supply": "battery_update",
-    "askew": "axis_misalignment",
-}
-"""Present name of each renamed hook and attribute."""
 
 
 @roles(data="links correction")
@@ -130,18 +120,6 @@ class Effect(EffectOptions):
 
     zero_when_dry: ClassVar[bool] = False
     """Whether nothing is left of the effect in water where nothing of the robot is submerged."""
-
-    def __init_subclass__(cls) -> None:
-        """Accept hooks and attributes under their former names."""
-        super().__init_subclass__()
-        for old, new in _FORMER.items():
-            given = vars(cls).get(old)
-            if new not in vars(cls) and isinstance(given, (bool, staticmethod)):
-                warn_renamed(f"{cls.__name__}.{old}", new, level=3)
-                setattr(cls, new, given)
-        if "twins" in vars(cls):
-            warn_renamed(f"{cls.__name__}.twins", "identification.confounders", level=2)
-            cls.identification = replace(cls.identification, confounders=vars(cls)["twins"])
 
     def ambient(self) -> Effect | None:
         """Return the effect for the other bodies of the scene; None if it is the robot's own."""

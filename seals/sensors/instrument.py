@@ -10,7 +10,6 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.deprecation import renamed_members
 from seals.sensors.mount import Mount, MountedSensor
 from seals.sensors.noise import Noise
 from seals.sensors.protocol import SensorInput
@@ -18,8 +17,6 @@ from seals.state_records import state_record
 
 TrueValues = Mapping[str, Floats]
 """Quantities without sensor errors, by name, each of shape (k,)."""
-
-__getattr__ = renamed_members(__name__, {"Seen": "TrueValues", "Felt": "SensorInput"})
 
 
 @state_record

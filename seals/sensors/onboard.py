@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.deprecation import add_former_names
 from seals.effects.binding import EffectSet
 from seals.robot.model import RobotModel
 
@@ -39,9 +38,6 @@ class OnboardState(NamedTuple):
     joints: Callable[[], Floats]
     rotors: Callable[[], Floats]
     battery_state: Callable[[], tuple[float, float, float]]
-
-
-add_former_names(OnboardState, {"supply": "battery_state"})
 
 
 def equipment_of(robot: RobotModel, effects: EffectSet) -> RobotEquipment:

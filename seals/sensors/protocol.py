@@ -9,14 +9,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 
 from seals.arrays import Floats
-from seals.deprecation import add_former_names, renamed_members
 from seals.sensors.onboard import OnboardState, nothing_aboard
 from seals.sensors.surroundings import Surroundings, no_surroundings
 
 if TYPE_CHECKING:
     from seals.rendering.camera_view import CameraView
-
-__getattr__ = renamed_members(__name__, {"Felt": "SensorInput"})
 
 NO_CONTACT: Floats = np.zeros(6)
 NO_CONTACT.setflags(write=False)
@@ -65,17 +62,6 @@ class SensorInput(NamedTuple):
     axis_misalignment: Floats | None = None
     camera: CameraView | None = None
     turning: Floats | None = None
-
-
-add_former_names(
-    SensorInput,
-    {
-        "spin": "angular_velocity",
-        "spin_rate": "angular_acceleration",
-        "askew": "axis_misalignment",
-        "eye": "camera",
-    },
-)
 
 
 @runtime_checkable

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from seals.arrays import Floats
 from seals.backend import Configuration
 from seals.effects.binding import EffectSet, bind_effects
 from seals.effects.effect import Effect
@@ -47,7 +46,7 @@ class SceneReport:
     scene: str
     arm: bool
     steps: tuple[float, ...]
-    errors: tuple[tuple[float, float, float], ...]
+    errors: tuple[tuple[float, ...], ...]
     moved: float
 
     @property
@@ -113,7 +112,7 @@ class Agreement:
                 scene=scene,
                 arm=case.arm,
                 steps=self.steps,
-                errors=tuple(_triple(table[k]) for table in found),
+                errors=tuple(tuple(map(float, table[k])) for table in found),
                 moved=float(moved[k]),
             )
             for k, scene in enumerate(case.scenes)
@@ -201,7 +200,3 @@ def _reference(
 def _bind(robot: RobotModel, others: dict[str, Effect], effect: Effect | None = None) -> EffectSet:
     chosen = others if effect is None else {**others, "it": effect}
     return bind_effects(chosen, robot.links)
-
-
-def _triple(row: Floats) -> tuple[float, float, float]:
-    return float(row[0]), float(row[1]), float(row[2])

@@ -8,6 +8,7 @@ from seals.arrays import Array, namespace
 from seals.effects.effect import Effect, Parameters
 from seals.effects.hooks import pick_of
 from seals.motion import Drives, Joints, Reading, Timing
+from seals.pytree import mapped
 from seals.testing.instants import JOINTS, Instant
 
 DRIVEN = ("actuation", "drive_loads")
@@ -55,15 +56,10 @@ def call_hook(
 
 def _by_joints(bundle: Any, joints: Joints) -> Any:
     """Repeat the rows of a bundle for every joint; fields of a single row stay."""
-
-    def tiled(x: Any) -> Any:
-        if isinstance(x, tuple):
-            return type(x)._make(tiled(part) for part in x)  # type: ignore[attr-defined]
-        if x is None or x.shape[0] == 1:
-            return x
-        return namespace(x).concat([x] * joints.velocity.shape[1], axis=0)
-
-    return tiled(bundle)
+    count = joints.velocity.shape[1]
+    return mapped(
+        bundle, lambda x: x if x.shape[0] == 1 else namespace(x).concat([x] * count, axis=0)
+    )
 
 
 def nothing(hook: str, instant: Instant) -> Any:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from seals.learn.batched import StepResult
+from seals.learn.observations import each
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -147,21 +148,7 @@ def demonstrations(episodes: int, *, size: int = 0) -> Mapping[str, Any]:
             "episode": torch.arange(episodes),
         }
         for key, value in row.items():
-            found.setdefault(key, []).append(_chosen(value, running))
+            found.setdefault(key, []).append(each(lambda leaf, on=running: leaf[on], value))
         observation = result.observation
         running = running & ~(result.terminated | result.truncated)
-    return {key: _joined(parts) for key, parts in found.items()}
-
-
-def _chosen(value: Any, running: Tensor) -> Any:
-    from seals.learn.observations import each
-
-    return each(lambda leaf: leaf[running], value)
-
-
-def _joined(parts: list[Any]) -> Any:
-    import torch
-
-    from seals.learn.observations import each
-
-    return each(lambda *leaves: torch.cat(leaves), *parts)
+    return {key: each(lambda *leaves: torch.cat(leaves), *p) for key, p in found.items()}

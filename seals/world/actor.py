@@ -19,7 +19,6 @@ from seals.backend import (
     Dynamics,
     compiles,
 )
-from seals.deprecation import add_former_names
 from seals.effects.binding import EffectSet
 from seals.effects.evaluation import Evaluator
 from seals.environment.sample import Sample
@@ -438,9 +437,6 @@ class Actor:
             self.pilot.restore(train[1])
         self._now = self._look = None
         self.ledger.rewind(rows)
-
-
-add_former_names(Actor, {"senses": "sensor_suite"})
 
 
 def _copy(values: Floats | None) -> Floats | None:

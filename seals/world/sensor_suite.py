@@ -9,7 +9,6 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.backend import RigidBody
-from seals.deprecation import add_former_names
 from seals.effects.binding import EffectSet
 from seals.errors import ConfigError, suggestion
 from seals.plugin_options import options_of
@@ -224,9 +223,6 @@ class SensorSuite:
         self.arrived = list(arrived)
         for name, view in self.cameras.items():
             view.shot = shots.get(name)
-
-
-add_former_names(SensorSuite, {"eyes": "cameras"})
 
 
 def carrier_of(name: str, sensor: Sensor, robot: RobotModel) -> int:

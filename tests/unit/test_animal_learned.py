@@ -48,7 +48,7 @@ def test_a_run_walks_as_the_environment_does() -> None:
     draw = walks.task.draw(np.random.default_rng(SEED), 1)
     for _ in range(10):
         seen = walks.step(policy.act(seen)).observation
-        path.append(walks.worlds[0].now.position[0])
+        path.append(walks.now.position[0])
     walks.close()
     x, y, z = (float(v) for v in draw.position[0])
     turn = f"initial.rpy=[0,0,{float(draw.yaw[0, 0])}]"

@@ -20,7 +20,6 @@ ALLOWED = {
     "seals/isolated_reading.py": 2,
     "seals/multibody/equations.py": 1,
     "seals/multibody/kinematics.py": 1,
-    "seals/plugin_options.py": 1,
     "seals/registry.py": 1,
     "seals/rendering/gather.py": 1,
     "seals/report/page.py": 1,

@@ -273,7 +273,7 @@ def test_the_scripted_crab_comes_to_its_target() -> None:
     task, costs, slips = walks.task, [], []
     for _ in range(15):
         turn = walks.step(walks.scripted_policy())
-        now = walks.worlds[0].now
+        now = walks.now
         speed = float(np.hypot(*now.velocity[0, :2]))
         if 0.8 < now.time[0, 0] < 1.9:
             costs.append(now.facts["power"][0, 0] / (task._weight * speed))
@@ -294,10 +294,10 @@ def test_the_diver_lifts_a_crab_from_the_bottom() -> None:
     place = ["task.target_low=[0,0,0]", "task.target_high=[0,0,0]"]
     dives = _worlds("catch", *box, *place, "objects.crab.guide=freeze", "initial.drives=rest")
     dives.reset([1])
-    low = float(dives.worlds[0].now.target[0, 2])
+    low = float(dives.now.target[0, 2])
     for _ in range(100):
         dives.step(dives.scripted_policy())
-        now = dives.worlds[0].now
+        now = dives.now
         if now.target[0, 2] > low + 0.1:
             break
     assert now.target[0, 2] > low + 0.1
@@ -314,7 +314,7 @@ def test_a_seed_places_the_animal() -> None:
     assert torch.equal(first, again)
     assert not torch.equal(first[:, :3], other[:, :3])
     place = dives.task.draw(np.random.default_rng(5), 1).goal[0]
-    np.testing.assert_allclose(dives.worlds[0].now.target[0, :2], place[:2], atol=1e-6)
+    np.testing.assert_allclose(dives.now.target[0, :2], place[:2], atol=1e-6)
     dives.close()
 
 
@@ -325,7 +325,7 @@ def test_an_episode_begins_with_a_fresh_engine(monkeypatch: pytest.MonkeyPatch) 
     """
     pytest.importorskip("pybullet")
     walks = _worlds("crab_walk")
-    world, calls = walks.worlds[0].world, []
+    world, calls = walks.simulator.worlds[0].world, []
     restore, reset = world.backend.restore, world.reset
     monkeypatch.setattr(world.backend, "restore", lambda s: (calls.append(s), restore(s)))
     monkeypatch.setattr(world, "reset", lambda c: (calls.append("placed"), reset(c)))
@@ -387,7 +387,7 @@ def test_an_engine_that_gives_up_ends_the_episode(monkeypatch: pytest.MonkeyPatc
     walks.reset([1])
     still = torch.zeros(1, walks.action_size)
     assert walks.step(still).facts["broken"][0] == 0.0
-    world = walks.worlds[0].world
+    world = walks.simulator.worlds[0].world
 
     def refuse() -> None:
         raise PhysicsError("too fast.\nTake a smaller step.")

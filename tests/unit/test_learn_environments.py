@@ -324,7 +324,10 @@ def test_environments_go_with_their_last_name() -> None:
         twins = _twins(2, "env=hover", "backend=twin")
         twins.reset([0, 1])
         twins.step(torch.zeros(2, twins.action_size))
-        parts = [weakref.ref(x) for x in (twins, twins._twin, twins._twin.twin, twins.robot)]
+        parts = [
+            weakref.ref(x)
+            for x in (twins, twins.simulator.twin, twins.simulator.twin.twin, twins.robot)
+        ]
         del twins
         assert [part() for part in parts] == [None] * 4
     finally:
@@ -346,5 +349,5 @@ def test_laws_are_compiled_where_all_episodes_together_are_long() -> None:
     ):
         config = compose(["env=reach", "backend=mujoco", *words], root=root)
         found: Any = batched_of(config, count=1)
-        assert (found.worlds[0].actor.compiled is not None) == compiled, (root, words)
+        assert (found.simulator.worlds[0].actor.compiled is not None) == compiled, (root, words)
         found.close()

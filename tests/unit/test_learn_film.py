@@ -40,7 +40,7 @@ def episode(words: list[str], count: int) -> tuple[list[EpisodeFrame], list[floa
 
     class Noting(PolicyScripted):
         def act(self, observation: Any) -> Any:
-            now = environment.now if hasattr(environment, "now") else environment.worlds[0].now
+            now = environment.now
             heights.append(float(now.position[0, 2]))
             return super().act(observation)
 

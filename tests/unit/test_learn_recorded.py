@@ -21,7 +21,7 @@ class _Pair(NamedTuple):
 
 def _as_if_there(monkeypatch: pytest.MonkeyPatch) -> None:
     """Take the ways that are taken on an accelerator, on the processor."""
-    for module in ("arrays", "learn.environments.twin"):
+    for module in ("arrays", "learn.environments.batch"):
         monkeypatch.setattr(f"seals.{module}.on_accelerator", lambda array: True)
 
 
@@ -122,14 +122,8 @@ def test_single_precision_ends_where_double_does(monkeypatch: pytest.MonkeyPatch
 
 
 def _drawn_ahead(twins: Any) -> None:
-    from seals.learn.environments.prefetched_resets import joined
-    from seals.learn.environments.twin import STARTING
-
-    parts = []
-    for _ in range(20):
-        flight, goal = twins._initial_flight(twins.task.draw(twins._rng, twins.count))
-        parts.append((flight.state, flight.drive, goal))
-    twins._still, twins._starts = flight, joined(parts, STARTING)
+    draws = [twins.task.draw(twins._rng, twins.count) for _ in range(20)]
+    twins._starts = twins.simulator.drawn_ahead(draws)
     twins._generator = torch.Generator().manual_seed(0)
 
 

@@ -83,8 +83,8 @@ def test_an_environment_is_made_by_its_name(backend: str) -> None:
     env = GymEnv("seals.envs:SEALS/Hover-v0", overrides=[f"backend={backend}", *SHORT])
     try:
         check_env_specs(env)
-        kind = "TwinEnvironments" if backend == "twin" else "SequentialEnvironments"
-        assert type(env._env.unwrapped._batched).__name__ == kind
+        kind = "TwinSimulator" if backend == "twin" else "WorldsInTurn"
+        assert type(env._env.unwrapped._batched.simulator).__name__ == kind
         env.set_seed(5)
         first = env.rollout(2 * STEPS, break_when_any_done=False)
         goes_on(first)

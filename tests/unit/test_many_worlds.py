@@ -15,9 +15,10 @@ from seals.control.plant import build_plant
 from seals.control.protocols import NOTHING, Buoyancy, Reference
 from seals.errors import ConfigError
 from seals.frames import matrix_of, quaternion_of_rpy
-from seals.learn.environments.batch_worlds import BatchWorlds
+from seals.learn.environments.batch import Environments
 from seals.learn.environments.build import build_learning
-from seals.learn.environments.world import WorldEnvironment
+from seals.learn.environments.warp_worlds import WalkingWorlds
+from seals.learn.environments.world import FullWorld, WorldsInTurn
 from seals.motion import Inputs, Joints
 from seals.plugins.backends.mujoco_warp.laws import kernel_of
 from seals.pytree import leaves
@@ -39,38 +40,41 @@ SEA = (
 SEEDS = (5, 6)
 
 
-def batch(*words: str, count: int = 2) -> BatchWorlds:
+def batch(*words: str, count: int = 2) -> Environments:
     """Return a batch of worlds of a crab on the sea bed."""
     settings, task = build_learning(compose([*SEA, "backend=mujoco_warp", *words], root="learn"))
-    return BatchWorlds(settings, task, count=count, device="cpu", seed=1)
+    worlds = WalkingWorlds(settings, task, count=count, device="cpu")
+    return Environments(worlds, task, count=count, device="cpu", seed=1)
 
 
-def world(*words: str) -> WorldEnvironment:
+def world(*words: str) -> Environments:
     """Return the same crab in a world of MuJoCo."""
     own = ("backend=mujoco", "backend.compiled=false", "backend.second_order=false")
-    return WorldEnvironment(*build_learning(compose([*SEA, *own, *words], root="learn")))
+    settings, task = build_learning(compose([*SEA, *own, *words], root="learn"))
+    one = WorldsInTurn([FullWorld(settings, task)])
+    return Environments(one, task, count=1, device="cpu", renew=False)
 
 
 @pytest.fixture(scope="module")
-def crabs() -> BatchWorlds:
+def crabs() -> Environments:
     """Return one batch for all tests: it is compiled once."""
     return batch()
 
 
-def test_a_crab_at_rest_weighs_on_the_ground_what_it_weighs_in_water(crabs: BatchWorlds) -> None:
+def test_a_crab_at_rest_weighs_on_the_ground_what_it_weighs_in_water(crabs: Environments) -> None:
     """The sum of all contact forces is weight less buoyancy, within 1e-3 of it, in every world."""
     crabs.reset(SEEDS)
     for _ in range(120):
-        crabs.worlds.advance()
+        crabs.simulator.worlds.advance()
     robot = crabs.robot
     volume = sum(hull.volume for hull in robot.hulls if hull is not None)
     weight = 9.81 * (float(robot.mass.sum()) - 1000.0 * volume)
-    found = crabs.worlds.first.views.normals().sum(1).numpy()
+    found = crabs.simulator.worlds.first.views.normals().sum(1).numpy()
     np.testing.assert_allclose(found, weight, rtol=1e-3)
-    np.testing.assert_allclose(crabs.worlds.first.submersion.numpy(), 1.0, atol=1e-6)
+    np.testing.assert_allclose(crabs.simulator.worlds.first.submersion.numpy(), 1.0, atol=1e-6)
 
 
-def test_free_motion_with_added_mass_is_that_of_mujoco(crabs: BatchWorlds) -> None:
+def test_free_motion_with_added_mass_is_that_of_mujoco(crabs: Environments) -> None:
     """Thrown through the water, tilted, legs loose: the place after 0.2 s within 20 um."""
     place, velocity = np.array([0.1, -0.2, -0.5]), np.array([0.4, -0.3, 0.2])
     quaternion = quaternion_of_rpy(np.array([[0.5, -0.4, 1.0]]))
@@ -78,32 +82,34 @@ def test_free_motion_with_added_mass_is_that_of_mujoco(crabs: BatchWorlds) -> No
     start = (torch.as_tensor(np.repeat(x, 2, 0)).float() for x in (place[None], quaternion))
     speed = torch.as_tensor(np.repeat(velocity[None], 2, 0)).float()
     posture = torch.as_tensor(crabs.task.posture).float()
-    crabs.worlds.place(torch.ones(2, dtype=torch.bool), *start, speed, posture)
+    crabs.simulator.worlds.place(torch.ones(2, dtype=torch.bool), *start, speed, posture)
     for _ in range(50):
-        crabs.worlds.advance()
+        crabs.simulator.worlds.advance()
     other = world()
-    other.reset(5)
+    other.reset([5])
+    alone = other.simulator.worlds[0]
     joints = np.asarray(other.task.posture)
     still = np.zeros_like(joints)
-    other.world.backend.restore(other._fresh)
-    other.world.reset(
+    alone.world.backend.restore(alone._fresh)
+    alone.world.reset(
         {ROBOT: Configuration(place, quaternion[0], velocity, np.zeros(3), joints, still)}
     )
     for _ in range(50):
-        other.world.step()
-    body = other.actor.body.read()
+        alone.world.step()
+    body = alone.actor.body.read()
     turn = matrix_of(body.quaternion[None])[0]
     there = (body.position, turn, body.velocity)
-    for found, told in zip(crabs.worlds.first.base()[:3], there, strict=True):
+    first = crabs.simulator.worlds.first
+    for found, told in zip(first.base()[:3], there, strict=True):
         np.testing.assert_allclose(found[0].numpy(), told, atol=1e-4)
-    np.testing.assert_allclose(crabs.worlds.first.base()[0][0].numpy(), body.position, atol=2e-5)
-    np.testing.assert_allclose(crabs.worlds.first.joints()[0].numpy(), body.joints, atol=5e-4)
+    np.testing.assert_allclose(first.base()[0][0].numpy(), body.position, atol=2e-5)
+    np.testing.assert_allclose(first.joints()[0].numpy(), body.joints, atol=5e-4)
     assert np.abs(body.position - place).max() > 0.02
     assert np.abs(body.joints).max() > 1e-4
     other.close()
 
 
-def test_laws_as_one_kernel_are_the_laws_launch_by_launch(crabs: BatchWorlds) -> None:
+def test_laws_as_one_kernel_are_the_laws_launch_by_launch(crabs: Environments) -> None:
     """Crabs that the surface cuts, tilted and moving: loads agree to single precision."""
     plain = batch("backend.compiled=false")
     found = []
@@ -114,8 +120,12 @@ def test_laws_as_one_kernel_are_the_laws_launch_by_launch(crabs: BatchWorlds) ->
         speed = torch.tensor([[0.4, -0.3, 0.2], [-0.1, 0.6, -0.5]])
         posture = torch.as_tensor(many.task.posture).float()
         everyone = torch.ones(2, dtype=torch.bool)
-        many.worlds.place(everyone, place, turn.float(), speed, posture)
-        worlds, robot, e = many.worlds, many.worlds.first, many.worlds.engine
+        many.simulator.worlds.place(everyone, place, turn.float(), speed, posture)
+        worlds, robot, e = (
+            many.simulator.worlds,
+            many.simulator.worlds.first,
+            many.simulator.worlds.engine,
+        )
         e.velocity[:, 3:] = torch.linspace(-2.0, 2.0, 2 * e.velocity[:, 3:].shape[1]).reshape(2, -1)
         worlds._begin()
         v = robot.views
@@ -123,7 +133,7 @@ def test_laws_as_one_kernel_are_the_laws_launch_by_launch(crabs: BatchWorlds) ->
         inputs = Inputs(worlds.step, robot.none, joint_command=robot.held + 0.1)
         law, states = robot.laws.evaluate, v.states()
         found.append(law(states, joints, worlds.time, inputs, robot.memory))
-    assert type(crabs.worlds.first.laws) is not type(plain.worlds.first.laws)
+    assert type(crabs.simulator.worlds.first.laws) is not type(plain.simulator.worlds.first.laws)
     one, other = (list(leaves(loads)) for loads in found)
     for a, b in zip(one, other, strict=True):
         largest = float(b.abs().max())
@@ -152,9 +162,9 @@ def test_scripted_walks_are_those_of_mujoco_within_the_spread_of_two_steps() -> 
     for k, step in enumerate((0.004, 0.002)):
         own = world(f"time.step={step}")
         for row in range(8):
-            own.reset(row)
+            own.reset([row])
             for action in actions:
-                own.step(action[row].numpy().astype(float))
+                own.step(action[row : row + 1])
                 done[k, row] += own.now.facts["power"].item()
             places[k, row] = own.now.position[0]
             phase = own.now.facts["phase"][0]
@@ -167,7 +177,7 @@ def test_scripted_walks_are_those_of_mujoco_within_the_spread_of_two_steps() -> 
     assert np.linalg.norm(crabs.now.target.numpy() - found, axis=1).max() < 0.36
 
 
-def test_steps_repeat_bit_for_bit_and_go_on_from_a_snapshot(crabs: BatchWorlds) -> None:
+def test_steps_repeat_bit_for_bit_and_go_on_from_a_snapshot(crabs: Environments) -> None:
     """The same seeds and actions give the same numbers; so does a restored snapshot."""
     action = torch.linspace(-1.0, 1.0, 14).reshape(2, 7)
 
@@ -188,12 +198,12 @@ def test_steps_repeat_bit_for_bit_and_go_on_from_a_snapshot(crabs: BatchWorlds) 
         assert torch.equal(a, b)
 
 
-def test_an_episode_that_ends_begins_anew_and_leaves_the_others_alone(crabs: BatchWorlds) -> None:
+def test_an_episode_that_ends_begins_anew_and_leaves_the_others_alone(crabs: Environments) -> None:
     """A robot that is nowhere any more loses its episode, and stands at a start after it."""
     crabs.reset(SEEDS)
     still = torch.zeros(2, 7)
     crabs.step(still)
-    crabs.worlds.engine.position[0, 0] = float("nan")
+    crabs.simulator.worlds.engine.position[0, 0] = float("nan")
     result = crabs.step(still)
     assert result.terminated.tolist() == [True, False]
     assert result.success.tolist() == [False, False]
@@ -212,11 +222,11 @@ def test_on_a_slope_every_crab_starts_and_stands_square_to_its_own_ground() -> N
     assert float(up.max()) <= 0.17
     assert float((up[0] - up[1]).abs()) > 1e-3
     for _ in range(60):
-        crabs.worlds.advance()
+        crabs.simulator.worlds.advance()
     robot = crabs.robot
     volume = sum(hull.volume for hull in robot.hulls if hull is not None)
     weight = 9.81 * (float(robot.mass.sum()) - 1000.0 * volume)
-    found = crabs.worlds.first.views.normals().sum(1)
+    found = crabs.simulator.worlds.first.views.normals().sum(1)
     np.testing.assert_allclose(found.numpy(), weight * up.cos().numpy(), rtol=0.02)
 
 
@@ -290,7 +300,7 @@ def test_what_has_no_form_in_a_batch_is_refused(words: tuple[str, ...], said: st
     base = () if words[0].startswith("env=") else SEA
     settings, task = build_learning(compose([*base, "backend=mujoco_warp", *words], root="learn"))
     with pytest.raises(ConfigError, match=said):
-        BatchWorlds(settings, task, count=1, device="cpu")
+        WalkingWorlds(settings, task, count=1, device="cpu")
 
 
 def test_on_a_processor_the_worlds_are_those_of_mujoco() -> None:
@@ -298,7 +308,7 @@ def test_on_a_processor_the_worlds_are_those_of_mujoco() -> None:
     from seals.learn.environments import batched_of
 
     found = batched_of(compose([*SEA, "backend=mujoco_warp"], root="learn"), count=1)
-    assert [type(w) for w in found.worlds] == [WorldEnvironment]  # type: ignore[attr-defined]
+    assert [type(w) for w in found.simulator.worlds] == [FullWorld]  # type: ignore[attr-defined]
     found.close()
 
 
@@ -317,10 +327,10 @@ def test_memory_of_effects_goes_through_the_kernel() -> None:
     for own in ((), ("backend.compiled=false",)):
         many = batch(*radiation, *own)
         many.reset(SEEDS)
-        many.worlds.engine.position[:, 2] += torch.tensor([0.97, 0.98])
+        many.simulator.worlds.engine.position[:, 2] += torch.tensor([0.97, 0.98])
         for _ in range(10):
-            many.worlds.advance()
-        found.append(many.worlds.first.memory["radiation"].numpy())
+            many.simulator.worlds.advance()
+        found.append(many.simulator.worlds.first.memory["radiation"].numpy())
     assert found[0].shape == (4, 4)
     np.testing.assert_allclose(*found, rtol=0.0, atol=1e-5 * np.abs(found[1]).max())
     assert np.abs(found[0]).max(axis=1).min() > 1e-6

@@ -171,15 +171,15 @@ def test_a_start_shows_no_animal_and_its_flight_is_labelled(tmp_path: Path) -> N
     words = ["env=catch_seen", "backend=mujoco", "task.duration=0.4"]
     environment = batched_of(compose(words, root="evaluate"), count=1)
     try:
-        world = environment.worlds[0]  # type: ignore[attr-defined]
+        world = environment.simulator.worlds[0]  # type: ignore[attr-defined]
         for seed in held_out_seeds(2):
             environment.reset([seed])
             environment.step(environment.scripted_policy())
             cameras = world.actor.sensor_suite.cameras
             assert [*cameras] == ["front", "belly"]
             assert [pixels_of("crab", camera) for camera in cameras.values()] == [0, 0]
-            assert world.perceived.facts["seen"] == 0.0
-            assert np.all(world.perceived.target == world.now.position)
+            assert environment.perceived.facts["seen"] == 0.0
+            assert np.all(environment.perceived.target == environment.now.position)
     finally:
         environment.close()
 

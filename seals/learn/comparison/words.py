@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from seals.learn.comparison.outcome import ArmComparison, Study
 from seals.learn.statistics.curve import LAST
-from seals.learn.statistics.interval import Interval
 
 METRIC_NAMES = {"area": "area under the curve", "last": f"mean of the last {LAST:.0%}"}
 _SAYS = {
@@ -79,23 +78,18 @@ def comparison_rows(study: Study) -> tuple[tuple[str, ...], Rows]:
         "exact p",
         "verdict",
     )
-    return head, [_comparison_row(duel) for duel in study.duels]
-
-
-def _comparison_row(duel: ArmComparison) -> tuple[str, ...]:
-    return (
-        duel.arm,
-        METRIC_NAMES[duel.metric],
-        duel.improvement.text(),
-        duel.bootstrap.text(),
-        _share(duel.pairs),
-        f"{duel.p:.4f}" if duel.p >= 1e-4 else "<0.0001",
-        duel.verdict,
-    )
-
-
-def _share(pairs: Interval | None) -> str:
-    return "no pairs" if pairs is None else pairs.text()
+    return head, [
+        (
+            duel.arm,
+            METRIC_NAMES[duel.metric],
+            duel.improvement.text(),
+            duel.bootstrap.text(),
+            "no pairs" if duel.pairs is None else duel.pairs.text(),
+            f"{duel.p:.4f}" if duel.p >= 1e-4 else "<0.0001",
+            duel.verdict,
+        )
+        for duel in study.duels
+    ]
 
 
 def run_rows(study: Study) -> tuple[tuple[str, ...], Rows]:

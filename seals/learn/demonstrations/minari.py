@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from seals.errors import ConfigError, MissingExtra
-from seals.learn.demonstrations.episode import Demonstrations, Episode
+from seals.learn.demonstrations.episode import Demonstrations
 
 _ID = re.compile(r"[A-Za-z0-9_\-/]+-v\d+")
 
@@ -48,7 +48,19 @@ def write_minari(demonstrations: Demonstrations, name: str) -> Path:
         "code_permalink": "none",
         "description": f"{demonstrations.origin.who.value} in {demonstrations.origin.env}",
     }
-    buffers = [_buffer(minari, k, e) for k, e in enumerate(demonstrations.episodes)]
+    buffers = [
+        minari.data_collector.EpisodeBuffer(
+            id=number,
+            seed=episode.seed,
+            observations=list(episode.observation),
+            actions=list(episode.action),
+            rewards=episode.reward.tolist(),
+            terminations=episode.terminated.tolist(),
+            truncations=episode.truncated.tolist(),
+            infos={},
+        )
+        for number, episode in enumerate(demonstrations.episodes)
+    ]
     try:
         with warnings.catch_warnings():
             # the spaces are given: Minari would like the environments beside them
@@ -61,19 +73,6 @@ def write_minari(demonstrations: Demonstrations, name: str) -> Path:
             f"minari={name} cannot be written: {cause}\nChoose another id."
         ) from cause
     return Path(str(made.storage.data_path))
-
-
-def _buffer(minari: Any, number: int, episode: Episode) -> Any:
-    return minari.data_collector.EpisodeBuffer(
-        id=number,
-        seed=episode.seed,
-        observations=list(episode.observation),
-        actions=list(episode.action),
-        rewards=episode.reward.tolist(),
-        terminations=episode.terminated.tolist(),
-        truncations=episode.truncated.tolist(),
-        infos={},
-    )
 
 
 def _minari() -> Any:

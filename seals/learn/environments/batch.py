@@ -1,26 +1,38 @@
-"""Batch of environments that are one state: starts from seeds, verdicts, results of a step."""
+"""N learning environments of one task: starts from seeds, verdicts, results of a step."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from seals.arrays import Array, namespace
+from seals.arrays import Array, as_like, namespace, on_accelerator, some
 from seals.learn.batched import StepResult
+from seals.learn.environments.episode_frame import FrameCallback
 from seals.learn.environments.episodes import FARTHEST, EpisodeOutcome, Episodes, EpisodeState
+from seals.learn.environments.simulator import BatchSimulator, picked
+from seals.learn.seeding import generator_of
+from seals.learn.starts import TRAINING_END
 from seals.learn.task import Draw, Instant, Task
+from seals.pytree import copied
+from seals.tensor_compiler import compile_law
 
 if TYPE_CHECKING:
     from torch import Tensor
+
+    from seals.learn.recorded import Recorded
+
+PREFETCHED = 1 << 16
+"""Starts drawn ahead; an episode begins at any of them with equal chance."""
 
 
 class Scene(NamedTuple):
     """State of N environments.
 
     Args:
-        robots: what moves them, as the batch has it.
+        robots: what moves them, as the simulator has it.
         goal: numbers from which the task knows the target, shape (N, g).
         now: what is the case.
         ledger: of the episodes.
@@ -32,61 +44,144 @@ class Scene(NamedTuple):
     ledger: EpisodeState
 
 
-class BatchEnvironments:
-    """Part of N environments of one task that does not depend on what moves the robots.
+class Environments:
+    """N environments of one task, moved by one simulator; see `seals.learn.batched.Batched`.
+
+    A simulator of pure laws is compiled, and recorded on an accelerator: there starts are drawn
+    ahead, so that a step takes no decision on the processor.
 
     Args:
+        simulator: of the N robots.
         task: bound to the robot.
         count: N.
         device: of all tensors.
         seed: of the starts that are not asked for by seed.
+        renew: whether episodes that end begin anew in the same step.
+
+    Attributes:
+        reached: what the last step reached, before episodes that ended began anew.
     """
 
     pixels: tuple[int, int, int] | None = None
 
-    def __init__(self, task: Task, *, count: int, device: str, seed: int) -> None:
+    def __init__(
+        self,
+        simulator: BatchSimulator,
+        task: Task,
+        *,
+        count: int,
+        device: str,
+        seed: int = 0,
+        renew: bool = True,
+    ) -> None:
         """Store the sizes; there is no scene before the first reset."""
-        self.task, self.count, self.device = task, count, device
-        self.episodes = Episodes(task)
+        self.simulator, self.task, self.count, self.device = simulator, task, count, device
+        self.robot, self.episodes = simulator.robot, Episodes(task)
         self.observation_size = len(task.observation_names)
         self.action_size = len(task.action_names)
-        self._rng = np.random.default_rng(seed)
+        self._rng, self._renew = np.random.default_rng(seed), renew
+        self._no_action = as_like(np.zeros((count, self.action_size)), simulator.like)
+        pure, fused = simulator.pure, simulator.fused
+        self._alone = pure and (fused or on_accelerator(simulator.like))
+        self._generator: Any = generator_of(seed, device) if self._alone else None
+        self._compiled = compile_law(self._law) if fused else None
+        self._starts: Any = None
+        self._recorded: Recorded | None = None
         self._scene: Any = None
+        self._told: Any = None
+        self.reached: Any = None
 
     @property
     def now(self) -> Instant:
-        """Present state of all robots."""
+        """Present state of all robots; before the first reset that of one."""
+        if self._scene is None:
+            self.reset()
         found: Instant = self._scene.now
+        return found
+
+    @property
+    def perceived(self) -> Instant:
+        """The same as policies are told it: of a target that cameras see, what they see."""
+        now = self.now
+        found: Instant = now if self.simulator.pure else self._told
         return found
 
     def scripted_policy(self) -> Tensor:
         """Return the actions of the task's scripted policy, shape (N, a)."""
-        return self._as_tensor(self.task.scripted_policy(self._scene.now))
+        return self._as_tensor(self.task.scripted_policy(self.perceived))
 
-    def _drawn(self, seeds: Sequence[int] | None) -> Draw:
-        """Return starts of all environments, each from its own seed where seeds are given."""
-        if seeds is None:
-            return self.task.draw(self._rng, self.count)
-        draws = [self.task.draw(np.random.default_rng(s), 1) for s in seeds]
-        return Draw(*(np.concatenate(column) for column in zip(*draws, strict=True)))
+    def reset(self, seeds: Sequence[int] | None = None) -> Tensor:
+        """Reset all environments; see `seals.learn.batched.Batched`."""
+        draw, seeds = self._drawn(range(self.count), seeds)
+        self._set(self._opened(*self.simulator.begin(draw, None, seeds)))
+        return self._observation(self._perceive(self._scene.now, None))
 
-    def _drawn_where(self, ended: Any) -> Draw:
-        """Return starts where a mask of NumPy says so, and zeros elsewhere."""
-        index = np.flatnonzero(ended)
-        few = self.task.draw(self._rng, len(index))
-        full = [np.zeros((self.count, x.shape[1])) for x in few]
-        for whole, part in zip(full, few, strict=True):
-            whole[index] = part
-        return Draw(*full)
+    def step(self, action: Tensor) -> StepResult:
+        """Step all environments; see `seals.learn.batched.Batched`."""
+        import torch
+
+        with torch.no_grad():
+            asked = self._as_action(action)
+            if self._scene is None:
+                self.reset()
+            if self._alone and self._starts is None:
+                rounds = range(-(-PREFETCHED // self.count))
+                self._starts = self.simulator.drawn_ahead(
+                    self.task.draw(self._rng, self.count) for _ in rounds
+                )
+            if not (self.simulator.pure and on_accelerator(asked)):
+                self._scene, (found, self.reached) = self._advance(self._scene, asked)
+            else:
+                recorded = self._recorded or self._record(asked)
+                found, self.reached = recorded(asked)
+                self._scene = recorded.state
+            callback = self.simulator.frame_callback
+            if callback is not None and not self.simulator.films:
+                callback(self.simulator.frame(self.reached))
+            result: StepResult = found
+            return result
+
+    def _advance(self, scene: Scene, asked: Array) -> tuple[Scene, tuple[StepResult, Instant]]:
+        """One control step of all environments, with random numbers for the episodes that begin."""
+        chance = self._starts.chances(self.count, self._generator) if self._starts else None
+        # looked up at each call: a bound method kept in its own object would be a reference cycle
+        law = self._compiled or self._law
+        found: tuple[Scene, tuple[StepResult, Instant]] = law(scene, asked, chance)
+        return found
+
+    def _law(
+        self, scene: Scene, asked: Array, chance: Array | None
+    ) -> tuple[Scene, tuple[StepResult, Instant]]:
+        """One control step: a pure function without branches on values if the simulator is."""
+        before, simulator = scene.now, self.simulator
+        robots = simulator.advance(scene.robots, asked, before)
+        now = simulator.instant(robots, scene.goal, asked, before.start)
+        failed = simulator.failed(robots)
+        if failed is not None:
+            now = picked(before, now, failed)
+        verdict, ended, ledger = self._judged(now, before, scene.ledger, failed)
+        final = self._observation(self._perceive(now, None))
+        after = Scene(robots, scene.goal, now, ledger)
+        # nobody waits for an accelerator whose law is pure: there the answer is always yes
+        if self._renew and (some(ended) if simulator.pure else bool(ended.any())):
+            after = self._reset_ended(after, ended, chance)
+            seen = self._perceive(after.now, ended)
+        else:
+            seen = self.perceived if not simulator.pure else now
+        return after, (self._result(verdict, final, self._observation(seen)), now)
 
     def _judged(
-        self, now: Instant, before: Instant, ledger: EpisodeState
+        self, now: Instant, before: Instant, ledger: EpisodeState, failed: Array | None
     ) -> tuple[EpisodeOutcome, Array, EpisodeState]:
         """Return the verdict on a step, which episodes ended, and the new ledger."""
         verdict, ledger = self.episodes.assess(now, before, ledger)
         xp = namespace(now.position)
         # nothing compares with what is not a number
         lost = ~xp.all(xp.abs(now.position) < FARTHEST, axis=1)
+        if failed is not None:
+            # told with every step: a course of training shows how often its engine gave up
+            verdict.facts["broken"] = xp.astype(failed, now.position.dtype)
+            lost = lost | failed
         terminated = verdict.terminated | lost
         ended = terminated | verdict.truncated
         verdict = verdict._replace(
@@ -96,46 +191,177 @@ class BatchEnvironments:
         )
         return verdict, ended, ledger
 
+    def _reset_ended(self, scene: Scene, ended: Array, chance: Array | None) -> Scene:
+        """Reset the environments whose episode ended."""
+        if self._starts is not None and chance is not None:
+            opened = self._opened(*self._starts.picked(chance))
+        else:
+            rows = np.flatnonzero(ended.cpu() if hasattr(ended, "cpu") else ended)
+            few, seeds = self._drawn(rows.tolist(), None)
+            full = Draw(*(np.zeros((self.count, x.shape[1])) for x in few))
+            for whole, part in zip(full, few, strict=True):
+                whole[rows] = part
+            opened = self._opened(*self.simulator.begin(full, ended, seeds))
+        return Scene(
+            self.simulator.merged(opened.robots, scene.robots, ended),
+            namespace(ended).where(ended[:, None], opened.goal, scene.goal),
+            picked(opened.now, scene.now, ended),
+            picked(opened.ledger, scene.ledger, ended),
+        )
+
+    def _drawn(
+        self, rows: Sequence[int], seeds: Sequence[int] | None
+    ) -> tuple[Draw, Sequence[int] | None]:
+        """Return starts of some environments, each from its own seed where there are seeds."""
+        if seeds is None and self.simulator.seeded:
+            seeds = [int(self._rng.integers(TRAINING_END)) for _ in rows]
+        if seeds is None:
+            return self.task.draw(self._rng, len(rows)), None
+        draws = [self.task.draw(np.random.default_rng(seed), 1) for seed in seeds]
+        return Draw(*(np.concatenate(column) for column in zip(*draws, strict=True))), seeds
+
+    def _opened(self, robots: Any, goal: Array) -> Scene:
+        """Return episodes at their first instant."""
+        still = self._no_action
+        now = self.simulator.instant(robots, goal, still, still[:, 0:1])
+        away = now.target - now.tool
+        xp = namespace(away)
+        now = now._replace(start=xp.sqrt(xp.sum(away * away, axis=1, keepdims=True)))
+        return Scene(robots, goal, now, self.episodes.start(now))
+
+    def _perceive(self, now: Instant, rows: Array | None) -> Instant:
+        """Return what policies are told, after a step or a start of some rows, None for all."""
+        if not self.simulator.pure:
+            now = self._told = self.simulator.perceive(now, rows)
+        return now
+
+    def snapshot(self) -> Any:
+        """Return the complete state, as plain data and tensors.
+
+        Raises:
+            NotImplementedError: the simulator's state cannot be put back.
+        """
+        found = {"random": json.dumps(self._rng.bit_generator.state), **self.simulator.snapshot()}
+        scene = self._scene
+        if not isinstance(self._no_action, np.ndarray):
+            # what is recorded goes on in the same tensors
+            scene = copied(scene)
+        found["parts"] = _plain(scene)
+        if self._generator is not None:
+            found["generator"] = self._generator.get_state()
+        return found
+
+    def restore(self, kept: Any) -> None:
+        """Restore a snapshot of environments of the same settings.
+
+        Raises:
+            NotImplementedError: see `snapshot`.
+        """
+        if self._scene is None:
+            self.reset()
+        self._rng.bit_generator.state = json.loads(kept["random"])
+        scene = _rebuilt(kept["parts"], self._scene)
+        self._set(scene._replace(robots=self.simulator.restore(kept, scene.robots)))
+        self._told = self._scene.now
+        if self._generator is not None:
+            self._generator.set_state(kept["generator"].cpu())
+
+    def set_frame_callback(self, callback: FrameCallback | None) -> None:
+        """Set a callback that receives the first robot's frames, or None; the present one at once.
+
+        Simulators that film themselves tell each of their steps, others each control step.
+        """
+        self.simulator.frame_callback = callback
+        if callback is not None:
+            callback(self.simulator.frame(self.now))
+
+    def close(self) -> None:
+        """Release the simulator, and compiled and recorded functions, which refer to these."""
+        self._compiled = self._recorded = None
+        self.simulator.close()
+
+    def _set(self, scene: Scene) -> None:
+        self._scene = scene
+        if self._recorded is not None:
+            self._recorded.begin(scene)
+
+    def _record(self, asked: Array) -> Recorded:
+        """Record a control step on the accelerator."""
+        from seals.learn.recorded import Recorded
+
+        self._recorded = Recorded(self._advance, self._scene, asked, self._generator)
+        return self._recorded
+
     def _result(self, verdict: EpisodeOutcome, final: Tensor, observation: Tensor) -> StepResult:
         """Return the result of a step as tensors."""
         return StepResult(
             observation=observation,
             reward=self._as_tensor(verdict.reward),
-            terminated=_flag(verdict.terminated),
-            truncated=_flag(verdict.truncated),
+            terminated=self._flag(verdict.terminated),
+            truncated=self._flag(verdict.truncated),
             final=final,
-            success=_flag(verdict.success),
+            success=self._flag(verdict.success),
             facts={
                 name: self._as_tensor(x, none=float("nan")) for name, x in verdict.facts.items()
             },
         )
+
+    def _as_action(self, action: Tensor) -> Array:
+        """Return an action as the simulator takes it, clipped to -1 to 1."""
+        held, like = action.detach().clamp(-1.0, 1.0), self.simulator.like
+        if isinstance(like, np.ndarray):
+            return np.asarray(held.cpu().numpy(), dtype=float)
+        return held.to(device=like.device, dtype=like.dtype)
 
     def _as_tensor(self, values: Array, none: float = 0.0) -> Tensor:
         """Convert to a float32 tensor; numbers that are not finite become `none`."""
         import torch
 
         tensor = torch.from_numpy(values) if isinstance(values, np.ndarray) else values
-        return torch.nan_to_num(tensor.to(torch.float32), none, none, none)
+        return torch.nan_to_num(tensor.to(self.device, torch.float32), none, none, none)
+
+    def _flag(self, flags: Array) -> Tensor:
+        import torch
+
+        found: Tensor = torch.from_numpy(flags) if isinstance(flags, np.ndarray) else flags
+        return found.to(self.device)
 
     def _observation(self, now: Instant) -> Tensor:
         return self._as_tensor(self.task.observation(now)).clamp(-FARTHEST, FARTHEST)
 
 
-def _flag(flags: Array) -> Tensor:
-    import torch
+def _plain(value: Any) -> Any:
+    """Return tuples as lists and mappings as dicts; tensors and numbers stay.
 
-    found: Tensor = torch.from_numpy(flags) if isinstance(flags, np.ndarray) else flags
-    return found
+    Example:
+        >>> _plain((1, {"a": (2.0, None)}))
+        [1, {'a': [2.0, None]}]
+    """
+    if isinstance(value, Mapping):
+        return {str(key): _plain(part) for key, part in value.items()}
+    if isinstance(value, tuple | list):
+        return [_plain(part) for part in value]
+    if isinstance(value, np.ndarray):
+        import torch
+
+        return torch.from_numpy(value.copy())
+    return value
 
 
-def picked(fresh: Any, other: Any, ended: Array) -> Any:
-    """Select rows of one tuple of arrays by the mask ``ended`` (N,), else of another."""
-    xp = namespace(ended)
-    out = []
-    for a, b in zip(fresh, other, strict=True):
-        if isinstance(b, Mapping):
-            out.append(b)
-            continue
-        mask = xp.reshape(ended, (-1, *[1] * (b.ndim - 1)))
-        out.append(xp.where(mask, a, b))
-    return type(other)(*out) if hasattr(other, "_fields") else tuple(out)
+def _rebuilt(kept: Any, like: Any) -> Any:
+    """Convert plain data to the structure of another value, on the device of its tensors.
+
+    Example:
+        >>> _rebuilt([1, {"a": [2.0, None]}], (0, {"a": (0.0, None)}))
+        (1, {'a': (2.0, None)})
+    """
+    if isinstance(like, Mapping):
+        return {key: _rebuilt(kept[key], part) for key, part in like.items()}
+    if isinstance(like, tuple):
+        parts = [_rebuilt(a, b) for a, b in zip(kept, like, strict=True)]
+        return type(like)(*parts) if hasattr(like, "_fields") else tuple(parts)
+    if isinstance(like, np.ndarray):
+        return kept.cpu().numpy().copy()
+    if hasattr(like, "device") and hasattr(kept, "to"):
+        return kept.to(like.device)
+    return kept

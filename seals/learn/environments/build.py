@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from typing import Any
 
 from seals.config.build import build
 from seals.errors import ConfigError, suggestion
 from seals.learn.batched import Batched
+from seals.learn.environments.batch import Environments
+from seals.learn.environments.simulator import BatchSimulator
 from seals.registry import names
 from seals.robot.build import build_robot
 from seals.run.build import build_run
@@ -47,6 +50,7 @@ def batched_of(
     seed: int = 0,
     values: Mapping[str, Any] | None = None,
     fused: bool | None = None,
+    renew: bool = True,
 ) -> Batched:
     """Build N environments: one batch with ``backend=twin``, else N worlds.
 
@@ -59,35 +63,49 @@ def batched_of(
         seed: of the starts that are not asked for by seed.
         values: ``"effect.parameter"`` to a number or N numbers, for twins.
         fused: whether twins are compiled; None as the backend says.
+        renew: whether episodes that end begin anew in the same step.
 
     Raises:
         SealsError: the configuration cannot be used.
     """
     if count < 1:
         raise ConfigError(f"{count} environments cannot be stepped.\nAllowed: 1 or more.")
+    from seals.run.sight import sees
+
     settings, task = build_learning(config)
+    simulator: BatchSimulator
+    batch: Any = Environments
     if hasattr(settings.backend, "interval"):
-        from seals.learn.environments.twin import TwinEnvironments
+        from seals.learn.environments.twin import TwinSimulator
 
-        batch = TwinEnvironments(
-            settings, task, count=count, device=device, seed=seed, values=values, fused=fused
+        simulator = TwinSimulator(
+            settings, task, count=count, device=device, values=values, fused=fused
         )
-        return _with_pixels(batch, settings, config, seed=seed)
-    if hasattr(settings.backend, "worlds") and device != "cpu":
-        from seals.learn.environments.batch_worlds import BatchWorlds
-        from seals.learn.environments.diving_worlds import DivingWorlds
+        if any(map(sees, settings.sensors.values())):
+            from seals.learn.environments.batch_cameras import BatchCameras
+            from seals.learn.environments.pixels import PixelEnvironments
 
-        kind = DivingWorlds if task.object else BatchWorlds
-        return kind(settings, task, count=count, device=device, seed=seed, values=values)
-    from seals.learn.environments.sequential import SequentialEnvironments
-    from seals.learn.environments.world import WorldEnvironment
+            robot, ball = simulator.robot, float(config.ball)
+            cameras = BatchCameras(
+                settings, robot, task.posture, ball=ball, device=device, seed=seed
+            )
+            batch = functools.partial(PixelEnvironments, cameras, int(config.frames))
+    elif hasattr(settings.backend, "worlds") and device != "cpu":
+        from seals.learn.environments.warp_worlds import DivingWorlds, WalkingWorlds
 
-    episodes = _episodes(config, task, count)
-    worlds = [WorldEnvironment(settings, task, episodes=episodes)]
-    for _ in range(count - 1):
-        # a scene belongs to one backend object: each world is built from the configuration anew
-        worlds.append(WorldEnvironment(*build_learning(config), episodes=episodes))
-    return SequentialEnvironments(worlds, device=device, seed=seed)
+        kind = DivingWorlds if task.object else WalkingWorlds
+        simulator = kind(settings, task, count=count, device=device, values=values)
+    else:
+        from seals.learn.environments.world import FullWorld, WorldsInTurn
+
+        episodes = _episodes(config, task, count)
+        worlds = [FullWorld(settings, task, episodes=episodes)]
+        for _ in range(count - 1):
+            # a scene belongs to one backend object: each world is built from the configuration anew
+            worlds.append(FullWorld(*build_learning(config), episodes=episodes))
+        simulator = WorldsInTurn(worlds)
+    found: Batched = batch(simulator, task, count=count, device=device, seed=seed, renew=renew)
+    return found
 
 
 def _episodes(config: Any, task: Any, count: int) -> int:
@@ -95,24 +113,3 @@ def _episodes(config: Any, task: Any, count: int) -> int:
     steps = config.course.steps if config.get("course") is not None else 0
     made = int(steps / (task.rate * task.duration)) + int(config.get("episodes") or 0)
     return max(1, made // count)
-
-
-def _with_pixels(batch: Any, settings: Any, config: Any, *, seed: int) -> Batched:
-    """Add camera pixels to environments if the run has cameras."""
-    from seals.run.sight import sees
-
-    found: Batched = batch
-    if any(map(sees, settings.sensors.values())):
-        from seals.learn.environments.batch_cameras import BatchCameras
-        from seals.learn.environments.pixels import PixelEnvironments
-
-        cameras = BatchCameras(
-            settings,
-            batch.robot,
-            batch.task.posture,
-            ball=float(config.ball),
-            device=batch.device,
-            seed=seed,
-        )
-        found = PixelEnvironments(batch, cameras, frames=int(config.frames))
-    return found

@@ -33,11 +33,15 @@ class Facts:
         kinds: Mapping[str, Callable[[], Floats]] = {
             "grip": self._grip,
             "closed": self._closed,
-            "touch": self._touch,
+            # normal forces on the finger-tips [N]
+            "touch": lambda: np.asarray(actor.body.contact_normals()[self._tips]),
             "phase": self._phase,
-            "power": self._mean_power,
-            "slip": self._mean_slip,
-            "level": self._level,
+            # mechanical power of all joints, sum of |force x rate| [W]
+            "power": lambda: np.array([self._power / max(self._steps, 1)]),
+            # horizontal speed of the toes on the ground [m/s]
+            "slip": lambda: np.array([self._slip / max(self._steps, 1)]),
+            # height of the water at rest [m]
+            "level": lambda: np.array([self._water], dtype=float),
         }
         for name in names:
             if name not in kinds:
@@ -122,11 +126,6 @@ class Facts:
             shares.append(float(gone @ way / (way @ way)))
         return np.array(shares)
 
-    def _touch(self) -> Floats:
-        """Normal forces on the finger-tips [N]."""
-        found: Floats = np.asarray(self._actor.body.contact_normals()[self._tips])
-        return found
-
     def _phase(self) -> Floats:
         """Cosines and sines of the phases of all legs."""
         pilot = self._actor.pilot
@@ -134,18 +133,6 @@ class Facts:
         memory = pilot.snapshot().controller or pilot.controller.start()
         angle = 2.0 * np.pi * np.asarray(memory.phase)
         return np.concatenate((np.cos(angle), np.sin(angle)))
-
-    def _mean_power(self) -> Floats:
-        """Mechanical power of all joints, sum of |force x rate| [W]."""
-        return np.array([self._power / max(self._steps, 1)])
-
-    def _mean_slip(self) -> Floats:
-        """Horizontal speed of the toes on the ground [m/s]."""
-        return np.array([self._slip / max(self._steps, 1)])
-
-    def _level(self) -> Floats:
-        """Height of the water at rest [m]."""
-        return np.array([self._water], dtype=float)
 
     def _sliding(self) -> float:
         """Mean horizontal speed of the toes that are on the ground now [m/s]."""

@@ -12,6 +12,7 @@ from gymnasium import spaces
 from seals import registry
 from seals.control import Reference
 from seals.errors import ConfigError, optional_import, suggestion
+from seals.learn.environments.batch import Environments
 from seals.learn.environments.build import build_learning
 from seals.learn.environments.episodes import FARTHEST
 from seals.learn.environments.gym import Numbers, composed
@@ -56,15 +57,16 @@ class SealsParallelEnv(ParallelEnv[str, Numbers, Numbers]):
         speed: float = 0.1,
     ) -> None:
         """Build the world once; every episode resets it."""
-        from seals.learn.environments.world import WorldEnvironment
+        from seals.learn.environments.world import FullWorld, WorldsInTurn
 
         engine = backend or registry.default_backend()
         other = _object_of(composed(env, engine, overrides), env)
         words = [f"objects.{other}.guide=commanded", *overrides]
         settings, task = build_learning(composed(env, engine, words))
-        self._inner = WorldEnvironment(settings, task)
+        world = FullWorld(settings, task)
+        self._inner = Environments(WorldsInTurn([world]), task, count=1, device="cpu", renew=False)
         self._other, self._speed = other, speed
-        self._actor: Any = self._inner.world.actors[other]
+        self._actor: Any = world.world.actors[other]
         self._seed = np.random.default_rng()
         self._last = np.zeros(2)
         self.possible_agents = [ROBOT, other]
@@ -99,7 +101,7 @@ class SealsParallelEnv(ParallelEnv[str, Numbers, Numbers]):
         if seed is not None:
             self._seed = np.random.default_rng(seed)
         self._tell(np.zeros(2))
-        seen = self._inner.reset(int(self._seed.integers(1_000_000_000)))
+        seen = self._inner.reset([int(self._seed.integers(1_000_000_000))])
         self.agents = list(self.possible_agents)
         return self._observed(seen), {name: {} for name in self.agents}
 
@@ -113,16 +115,18 @@ class SealsParallelEnv(ParallelEnv[str, Numbers, Numbers]):
         dict[str, dict[str, Any]],
     ]:
         """Step both agents by one control period of the robot."""
+        import torch
+
         self._tell(np.clip(np.asarray(actions[self._other], dtype=float), -1.0, 1.0))
-        found, verdict = self._inner.step(np.asarray(actions[ROBOT], dtype=float))
-        names, reward = self.agents, float(verdict.reward[0])
-        ends = [bool(verdict.terminated[0]), bool(verdict.truncated[0])]
-        values = {name: float(x[0]) for name, x in verdict.facts.items()}
+        turn = self._inner.step(torch.as_tensor(np.asarray(actions[ROBOT], dtype=float))[None])
+        names, reward = self.agents, float(turn.reward[0])
+        ends = [bool(turn.terminated[0]), bool(turn.truncated[0])]
+        values = {name: float(x[0]) for name, x in turn.facts.items()}
         facts = {name: value for name, value in values.items() if not math.isnan(value)}
         if any(ends):
             self.agents = []
         return (
-            self._observed(found),
+            self._observed(turn.final),
             {ROBOT: reward, self._other: -reward},
             dict.fromkeys(names, ends[0]),
             dict.fromkeys(names, ends[1]),
@@ -153,7 +157,7 @@ class SealsParallelEnv(ParallelEnv[str, Numbers, Numbers]):
             [math.cos(yaw), math.sin(yaw)],
             self._last,
         )
-        rows = {ROBOT: np.asarray(seen), self._other: np.concatenate(own)}
+        rows = {ROBOT: seen[0].numpy(), self._other: np.concatenate(own)}
         return {k: np.clip(x, -FARTHEST, FARTHEST).astype(np.float32) for k, x in rows.items()}
 
 

@@ -135,8 +135,9 @@ def _effect_estimates(
     if added:
         alike = [name for name in alike if effects[name].correction] or alike
     if not alike:
+        words = "".join(f" of {name} {int(value)}" for name, value in places.items())
         raise ConfigError(
-            f"{KEY}={finding.file.parent}: it found {kind}{_words(places)}, and the environment "
+            f"{KEY}={finding.file.parent}: it found {kind}{words}, and the environment "
             f"has no such effect.\nAdd it: '+effect@effects.{kind}={kind}', or +model=NAME that "
             f"seals add made.  {suggestion(kind, effects, label='Effects')}"
         )
@@ -245,7 +246,3 @@ def _refuse_other(finding: Finding, model: Mapping[str, Any]) -> None:
             f"{KEY}={finding.file.parent}: model={model.get('name')} was made of another diagnosis."
             "\nMake one of this: seals add diagnosis=FOLDER name=NAME, or leave model= out."
         )
-
-
-def _words(places: Mapping[str, Any]) -> str:
-    return "".join(f" of {name} {int(value)}" for name, value in places.items())

@@ -1,40 +1,30 @@
-"""Learning environment in a full world: rigid-body engine, contacts, sensors, ledger."""
+"""Full worlds, stepped in turn, as the simulator of learning environments."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats
 from seals.backend import Configuration
 from seals.control import Reference
 from seals.errors import ConfigError, PhysicsError, suggestion
 from seals.frames import quaternion_of_rpy
 from seals.learn.environments.episode_frame import ActorPose, EpisodeFrame, FrameCallback
-from seals.learn.environments.episodes import EpisodeOutcome, Episodes, EpisodeState
 from seals.learn.environments.facts import Facts
+from seals.learn.environments.simulator import BatchSimulator
 from seals.learn.task import Draw, Instant, SeeingTask, Task, WorldTask, tool_of
+from seals.pytree import mapped
 from seals.run.assembly import ROBOT, build_world
 from seals.run.settings import RunSettings
 from seals.world import Actor, World
 
 
-class Step(NamedTuple):
-    """Result of one control step.
-
-    Args:
-        observation: shape (d,).
-        verdict: of the episode, arrays of one row.
-    """
-
-    observation: Floats
-    verdict: EpisodeOutcome
-
-
-class WorldEnvironment:
-    """One robot and one task in a world.
+class FullWorld:
+    """One robot and one task in a world: rigid-body engine, contacts, sensors, ledger.
 
     Args:
         settings: of the run, with a guide that takes orders.
@@ -42,8 +32,7 @@ class WorldEnvironment:
         episodes: that are expected, so that laws are compiled where that pays.
 
     Attributes:
-        now: present state.
-        perceived: the same as the policy is told it: of a target that cameras see, what they see.
+        watcher: turns pictures into what policies are told; None where they are told the truth.
 
     Raises:
         ConfigError: the control rate is above that of the world's steps, or the task's object is
@@ -68,7 +57,7 @@ class WorldEnvironment:
         )
         time = replace(settings.time, duration=task.duration)
         self.settings = replace(settings, initial=initial, time=time)
-        self.task, self.episodes = task, Episodes(task)
+        self.task = task
         self.world: World = build_world(self.settings, repeats=episodes)
         self.actor: Actor = self.world.actors[ROBOT]
         pilot = self.actor.pilot
@@ -79,83 +68,47 @@ class WorldEnvironment:
         self._arms = {n: task.posture[list(a.joints)] for n, a in robot.arms.items()}
         self._grip = dict.fromkeys(robot.grippers, 0.0)
         self._goal = draw.goal
-        self._watcher = task.watcher() if isinstance(task, SeeingTask) else None
+        self.watcher = task.watcher() if isinstance(task, SeeingTask) else None
         self._whole: WorldTask | None = task if isinstance(task, WorldTask) else None
         names = () if self._whole is None else self._whole.knows
-        self._frame_callback: FrameCallback | None = None
         self._facts = Facts(names, self.actor, self.settings.environment)
         _check_objects(self.world, [n for n in (task.object,) if n])
-        self.now = self.perceived = self._instant(
-            np.zeros((1, len(task.action_names))), np.zeros((1, 1))
-        )
-        self._ledger: EpisodeState = self.episodes.start(self.now)
         # an engine keeps contacts and impulses of the past, which placing bodies does not clear
         self._fresh = self.world.backend.snapshot()
 
-    def reset(self, seed: int) -> Floats:
-        """Reset with a seed and return the observation, shape (d,)."""
-        draw = self.task.draw(np.random.default_rng(seed), 1)
+    def begin(self, draw: Draw, seed: int) -> None:
+        """Begin an episode at the start of one draw; guides take the episode's seed."""
         self.world.seed = seed
         self._guide.tell(self._aim(np.zeros(3), float(draw.yaw[0, 0])))
         self.world.backend.restore(self._fresh)
         self.world.reset({ROBOT: self._start(draw), **self._others(draw, seed)})
         self._facts.reset()
         self._goal = draw.goal
-        still = np.zeros((1, len(self.task.action_names)))
-        first = self._instant(still, np.zeros((1, 1)))
-        away = np.linalg.norm(first.target - first.tool, axis=1, keepdims=True)
-        self.now = first._replace(start=away)
-        self._ledger = self.episodes.start(self.now)
-        if self._watcher is not None:
-            self._watcher.begin()
-        return self._observation()
+        if self.watcher is not None:
+            self.watcher.begin()
 
-    def step(self, action: Floats) -> Step:
-        """Step one control period; ``action`` has the shape (a,), from -1 to 1."""
-        before = self.now
-        asked = np.clip(np.asarray(action, dtype=float), -1.0, 1.0)[None]
-        self._guide.tell(self._wanted(asked))
-        broken = not self._advanced()
-        self.now = before if broken else self._instant(asked, before.start)
-        verdict, self._ledger = self.episodes.assess(self.now, before, self._ledger)
-        # told with every step: a course of training shows how often its engine gave up
-        verdict.facts["broken"] = np.array([float(broken)])
-        if broken:
-            ends = np.ones(1, dtype=bool)
-            verdict = verdict._replace(terminated=ends, truncated=~ends, success=~ends)
-        return Step(self._observation(), verdict)
-
-    def _advanced(self) -> bool:
+    def advance(self, action: Floats, now: Instant, callback: FrameCallback | None = None) -> bool:
         """Step the world for one control period; return False if the engine fails.
 
         A hand that squeezes something out may throw a link faster than the engine bears: that ends
         the episode, as leaving the world does, and not the training.
+
+        Args:
+            action: from -1 to 1, shape (1, a).
+            now: before the step.
+            callback: receives the world's frame after each of its steps.
         """
+        self._guide.tell(self._wanted(action, now))
         self._facts.begin()
         try:
             for _ in range(self._every):
                 self.world.step()
                 self._facts.observe()
-                if self._frame_callback is not None:
-                    self._frame_callback(self._frame())
+                if callback is not None:
+                    callback(self.frame())
         except PhysicsError:
             return False
         return True
-
-    def scripted_policy(self) -> Floats:
-        """Return the action of the task's scripted policy, shape (a,)."""
-        found: Floats = self.task.scripted_policy(self.perceived)[0]
-        return found
-
-    def set_frame_callback(self, callback: FrameCallback | None) -> None:
-        """Set a callback that receives the world's frame after each of its steps, or None."""
-        self._frame_callback = callback
-        if callback is not None:
-            callback(self._frame())
-
-    def close(self) -> None:
-        """Release the world."""
-        self.world.close()
 
     def _others(self, draw: Draw, seed: int) -> dict[str, Configuration]:
         """Return the objects' initial configurations; their guides take the episode's seed."""
@@ -189,19 +142,19 @@ class WorldEnvironment:
             joint_velocity=np.zeros_like(joints),
         )
 
-    def _wanted(self, action: Floats) -> Reference:
+    def _wanted(self, action: Floats, now: Instant) -> Reference:
         """Convert an action of shape (1, a) to a reference; arms hold the posture by default."""
         if self._whole is None:
-            velocity, yaw = self.task.command(action, self.now)
+            velocity, yaw = self.task.command(action, now)
             return self._aim(velocity[0], float(yaw[0, 0]))
-        aim = self._whole.aim(action, self.now)
+        aim = self._whole.aim(action, now)
         return aim._replace(joints={**self._arms, **aim.joints}, grip={**self._grip, **aim.grip})
 
     def _aim(self, velocity: Floats, yaw: float) -> Reference:
         return Reference(velocity=velocity, yaw=yaw, joints=self._arms, grip=self._grip)
 
-    def _instant(self, action: Floats, start: Floats) -> Instant:
-        """Present state of all robots."""
+    def instant(self, action: Floats, start: Floats) -> Instant:
+        """Return what is the case, arrays of one row."""
         kinematics, moving = self.actor.look()
         origins, turns = kinematics.origins, kinematics.rotations
         now, wet = np.array([[self.world.time]]), self.actor.submersion()
@@ -229,7 +182,7 @@ class WorldEnvironment:
         kinematics, moving = self.world.actors[name].look()
         return kinematics.origins[:, 0], moving.linear[:, 0]
 
-    def _frame(self) -> EpisodeFrame:
+    def frame(self) -> EpisodeFrame:
         """Return the world's present frame."""
         actors = {}
         for name, actor in self.world.actors.items():
@@ -238,12 +191,101 @@ class WorldEnvironment:
         target, _ = self._target(np.array([[self.world.time]]))
         return EpisodeFrame(self.world.time, actors, np.array(target[0]))
 
-    def _observation(self) -> Floats:
-        self.perceived = self.now
-        if self._watcher is not None:
-            self.perceived = self._watcher.perceive(self.now, self.actor.sensor_suite.cameras)
-        found: Floats = self.task.observation(self.perceived)[0]
-        return found
+
+class WorldsInTurn(BatchSimulator):
+    """N worlds of one kind, stepped one after the other; the state says which of them failed.
+
+    Args:
+        worlds: N of them.
+    """
+
+    seeded = films = True
+
+    def __init__(self, worlds: Sequence[FullWorld]) -> None:
+        self.worlds, self.like = list(worlds), np.zeros(1)
+        self.robot = worlds[0].actor.robot
+        self._now: list[Any] = [None] * len(worlds)
+        self._told: list[Any] = [None] * len(worlds)
+
+    def begin(
+        self, draw: Draw, rows: Array | None, seeds: Sequence[int] | None
+    ) -> tuple[Array, Array]:
+        """Reset some worlds, each with its own seed."""
+        count = len(self.worlds)
+        at: Sequence[int] = range(count) if rows is None else np.flatnonzero(rows).tolist()
+        for k, seed in zip(at, seeds or (), strict=True):
+            self.worlds[k].begin(_row(draw, k), int(seed))
+        return np.zeros(count, dtype=bool), draw.goal
+
+    def advance(self, robots: Array, action: Array, now: Instant) -> Array:
+        """Step all worlds for one control period; return which of them failed."""
+        failed = []
+        for k, world in enumerate(self.worlds):
+            callback = self.frame_callback if k == 0 else None
+            failed.append(not world.advance(action[k : k + 1], _row(now, k), callback))
+        return np.array(failed)
+
+    def instant(self, robots: Array, goal: Array, action: Array, start: Array) -> Instant:
+        """Return what is the case; of a world that failed, what was before."""
+        for k, world in enumerate(self.worlds):
+            if not robots[k]:
+                self._now[k] = world.instant(action[k : k + 1], start[k : k + 1])
+        return _joined(self._now)
+
+    def failed(self, robots: Array) -> Array:
+        """Return which worlds failed in the last step, bool (N,)."""
+        return robots
+
+    def perceive(self, now: Instant, rows: Array | None) -> Instant:
+        """Return the state with the target as cameras see it, where policies are told that."""
+        if self.worlds[0].watcher is None:
+            return now
+        every = range(len(self.worlds))
+        for k in every if rows is None else np.flatnonzero(rows).tolist():
+            world, watcher = self.worlds[k], self.worlds[k].watcher
+            assert watcher is not None
+            self._told[k] = watcher.perceive(_row(now, k), world.actor.sensor_suite.cameras)
+        return _joined(self._told)
+
+    def frame(self, now: Instant) -> EpisodeFrame:
+        """Return the first world's present frame."""
+        return self.worlds[0].frame()
+
+    def snapshot(self) -> dict[str, Any]:
+        """Refuse: the state of a rigid-body scene is not available as plain data.
+
+        Raises:
+            NotImplementedError: always.
+        """
+        raise NotImplementedError("worlds of a rigid-body engine are not kept as plain data")
+
+    def restore(self, kept: Mapping[str, Any], robots: Any) -> Any:
+        """Refuse, see `snapshot`.
+
+        Raises:
+            NotImplementedError: always.
+        """
+        return self.snapshot()
+
+    def close(self) -> None:
+        """Release all worlds."""
+        for world in self.worlds:
+            world.world.close()
+
+
+def _row(batch: Any, k: int) -> Any:
+    """Return one row of a tuple of arrays, as arrays of one row."""
+    return mapped(batch, lambda column: column[k : k + 1])
+
+
+def _joined(instants: Sequence[Instant]) -> Instant:
+    """Return instants of one row each as one."""
+    first = instants[0]
+    if len(instants) == 1:
+        return first
+    facts = {name: np.concatenate([x.facts[name] for x in instants]) for name in first.facts}
+    columns = [np.concatenate(column) for column in zip(*(x[:-1] for x in instants), strict=True)]
+    return Instant._make([*columns, facts])
 
 
 def _check_objects(world: World, names: list[str]) -> None:

@@ -41,9 +41,10 @@ def rows_of(judgements: Sequence[EvaluationResult]) -> tuple[tuple[str, ...], Ro
     )
     rows = []
     for found in judgements:
-        distance = (
-            _spread(found.quantiles("distance")) if "distance" in found.columns else "not told"
-        )
+        distance = "not told"
+        if "distance" in found.columns:
+            low, _, middle, _, high = found.quantiles("distance")
+            distance = f"{middle:.3f} ({low:.3f} to {high:.3f})"
         rows.append(
             (
                 label(found),
@@ -66,11 +67,6 @@ def _reported(found: EvaluationResult, name: str) -> bool:
 def share_words(name: str) -> str:
     """Return the words for the name of a share, as ``within 1 cm`` for ``success_1cm``."""
     return name.replace("success_", "within ").replace("cm", " cm") if "_" in name else name
-
-
-def _spread(quantiles: Sequence[float]) -> str:
-    low, _, middle, _, high = quantiles
-    return f"{middle:.3f} ({low:.3f} to {high:.3f})"
 
 
 def sentences(judgements: Sequence[EvaluationResult]) -> list[str]:

@@ -105,6 +105,9 @@ def of_episodes(columns: Mapping[str, Any], returns: Returns) -> dict[str, Any]:
     """
     import torch
 
+    def cat(*leaves: Any) -> Any:
+        return torch.cat(leaves)
+
     episode = columns["episode"]
     found: list[dict[str, Any]] = []
     for number in torch.unique(episode):
@@ -115,24 +118,14 @@ def of_episodes(columns: Mapping[str, Any], returns: Returns) -> dict[str, Any]:
             # a demonstration that ends without a word was cut off
             cut = columns["truncated"][at] | (~columns["terminated"][at] if last else False)
             item = returns.push(
-                _at(columns["observation"], at),
+                each(lambda leaf, at=at: leaf[at], columns["observation"]),
                 columns["action"][at],
                 reward=columns["reward"][at],
                 terminated=columns["terminated"][at],
                 truncated=cut,
-                final=_at(columns["next_observation"], at),
+                final=each(lambda leaf, at=at: leaf[at], columns["next_observation"]),
             )
             if item is not None:
                 found.append(item)
         found.extend(returns.drain())
-    return {key: _joined([item[key] for item in found]) for key in found[0]}
-
-
-def _at(observation: Any, index: slice) -> Any:
-    return each(lambda leaf: leaf[index], observation)
-
-
-def _joined(parts: list[Any]) -> Any:
-    import torch
-
-    return each(lambda *leaves: torch.cat(leaves), *parts)
+    return {key: each(cat, *[item[key] for item in found]) for key in found[0]}

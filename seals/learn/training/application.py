@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import datetime
+import re
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -162,29 +163,21 @@ def _schedule(config: Any) -> TrainingSchedule:
     return course
 
 
-def _hash(config: Any) -> str:
-    from omegaconf import OmegaConf
-
-    plain: Any = OmegaConf.to_container(config, resolve=True, enum_to_str=True)
-    return config_hash({key: value for key, value in plain.items() if key not in FREE})
-
-
-def _name(config: Any, overrides: Sequence[str]) -> str:
-    """Return the name by which the learner was chosen."""
-    chosen = [word.partition("=")[2] for word in overrides if word.startswith("learner=")]
-    target = str(config.learner.get("_target_", "")) if config.get("learner") else ""
-    return chosen[-1] if chosen else target.rpartition(".")[2].lower()
-
-
 def _facts(config: Any, overrides: Sequence[str]) -> dict[str, Any]:
     """Return the run's metadata besides its learning curve."""
+    from omegaconf import OmegaConf
+
     from seals.run.provenance import revision, versions
 
+    plain: Any = OmegaConf.to_container(config, resolve=True, enum_to_str=True)
+    # the name by which the learner was chosen, else that of its class
+    chosen = [word.partition("=")[2] for word in overrides if word.startswith("learner=")]
+    target = str(config.learner.get("_target_", "")) if config.get("learner") else ""
     return {
-        "learner": _name(config, overrides),
+        "learner": chosen[-1] if chosen else target.rpartition(".")[2].lower(),
         "seed": int(config.seed),
         "env": str(config.name),
-        "config_hash": _hash(config),
+        "config_hash": config_hash({k: v for k, v in plain.items() if k not in FREE}),
         "world_hash": world_hash(config),
         "count": int(config.count),
         "device": str(config.device),
@@ -197,15 +190,13 @@ def _facts(config: Any, overrides: Sequence[str]) -> dict[str, Any]:
 
 def _metadata(facts: Mapping[str, Any], environment: Any) -> dict[str, Any]:
     keys = ("learner", "seed", "env", "config_hash", "world_hash")
-    own = [word for word in facts["overrides"] if _root(word) not in (*OWN, *FREE, "seed")]
+    # the first part of the key of an override decides
+    roots = [re.split("[=.@]", word.lstrip("+~"), maxsplit=1)[0] for word in facts["overrides"]]
+    pairs = zip(facts["overrides"], roots, strict=True)
+    own = [word for word, root in pairs if root not in (*OWN, *FREE, "seed")]
     task = environment.task
     names = {"observation": list(task.observation_names), "action": list(task.action_names)}
     return {**{key: facts[key] for key in keys}, "overrides": own, **names}
-
-
-def _root(word: str) -> str:
-    """Return the first part of the key of an override."""
-    return word.lstrip("+~").partition("=")[0].partition(".")[0].partition("@")[0]
 
 
 def _print_lines(folder: Path, outcome: Outcome) -> None:

@@ -128,13 +128,11 @@ class Training:
     def _begin(self) -> None:
         self._begun = True
         if self.agent.interactive:
-            self._observation = self.environment.reset(self._seeds())
+            # a seed for each environment, all below those of evaluations
+            first = (self.seed * 1_000_003 + self.step) % 900_000_000
+            seeds = [first + number for number in range(self.environment.count)]
+            self._observation = self.environment.reset(seeds)
         self._evaluate()
-
-    def _seeds(self) -> list[int]:
-        """Return a seed for each environment, all below those of evaluations."""
-        first = (self.seed * 1_000_003 + self.step) % 900_000_000
-        return [first + number for number in range(self.environment.count)]
 
     def _update(self) -> None:
         """Make all updates that are due."""

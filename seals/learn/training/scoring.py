@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from seals.learn.batched import Batched, StepResult
+    from seals.learn.batched import Batched
     from seals.learn.policy import Policy
 
 
@@ -84,7 +84,9 @@ def _round(environment: Batched, policy: Policy, seeds: list[int], counted: int)
         length += running
         ended = running & (result.terminated | result.truncated)
         success |= ended & result.success
-        facts = _latest(facts, result, running)
+        for name, value in result.facts.items():
+            # of episodes that still run
+            facts[name] = torch.where(running, value.float(), facts.get(name, value.float()))
         running = running & ~ended
 
     def column(values: Any) -> Any:
@@ -97,13 +99,3 @@ def _round(environment: Batched, policy: Policy, seeds: list[int], counted: int)
         length=column(length),
         facts={name: column(values).astype(np.float64) for name, values in facts.items()},
     )
-
-
-def _latest(facts: dict[str, Any], result: StepResult, running: Any) -> dict[str, Any]:
-    """Update the facts of episodes that still run."""
-    import torch
-
-    return {
-        name: torch.where(running, value.float(), facts[name]) if name in facts else value.float()
-        for name, value in result.facts.items()
-    }

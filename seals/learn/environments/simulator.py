@@ -1,0 +1,133 @@
+"""What moves the robots of N environments: the base of batch dynamics and worlds."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from seals.arrays import Array, namespace
+from seals.learn.environments.episode_frame import EpisodeFrame, FrameCallback
+from seals.learn.task import Draw, Instant
+from seals.robot.model import RobotModel
+
+
+class BatchSimulator(ABC):
+    """N robots of one task, batch first, state in and state out.
+
+    Order of calls: `begin`, `instant`; then, each control step, `advance`, `instant`, and `begin`
+    and `merged` for the rows whose episode ended.
+
+    Attributes:
+        like: array whose library, type and device all states have.
+        robot: model of the task's robot.
+        pure: whether `advance`, `instant` and `merged` are pure functions of arrays without
+            branches on values, so that they can be compiled and recorded.
+        fused: whether PyTorch's compiler joins their arithmetic.
+        seeded: whether each episode needs a seed of its own.
+        films: whether it calls ``frame_callback`` itself, at each of its own steps.
+        frame_callback: receives frames of the first robot, or None.
+    """
+
+    like: Array
+    robot: RobotModel
+    pure: bool = False
+    fused: bool = False
+    seeded: bool = False
+    films: bool = False
+    frame_callback: FrameCallback | None = None
+
+    @abstractmethod
+    def begin(
+        self, draw: Draw, rows: Array | None, seeds: Sequence[int] | None
+    ) -> tuple[Any, Array]:
+        """Set robots to their starts; return the state of all robots and the goals, shape (N, g).
+
+        Args:
+            draw: starts and goals of N episodes.
+            rows: which of them begin, bool (N,); None for all.
+            seeds: of the episodes that begin; None where they have none.
+        """
+
+    @abstractmethod
+    def advance(self, robots: Any, action: Array, now: Instant) -> Any:
+        """Return the state of the robots one control step later.
+
+        Args:
+            robots: their state.
+            action: from -1 to 1, shape (N, a).
+            now: before the step.
+        """
+
+    @abstractmethod
+    def instant(self, robots: Any, goal: Array, action: Array, start: Array) -> Instant:
+        """Return what is the case.
+
+        Args:
+            robots: their state.
+            goal: of the draws, shape (N, g).
+            action: of the last step, shape (N, a).
+            start: distance at the start of the episode [m], shape (N, 1).
+        """
+
+    def merged(self, fresh: Any, robots: Any, ended: Array) -> Any:
+        """Return fresh states where ``ended`` (N,) is set, else the present ones."""
+        return robots
+
+    def failed(self, robots: Any) -> Array | None:
+        """Return which robots the engine gave up in the last step, bool (N,); None if it cannot."""
+        return None
+
+    def perceive(self, now: Instant, rows: Array | None) -> Instant:
+        """Return the state as policies are told it; called once after each step and start.
+
+        Args:
+            now: of all environments.
+            rows: those that have just begun, bool (N,); None for all.
+        """
+        return now
+
+    def drawn_ahead(self, draws: Iterable[Draw]) -> Any:
+        """Return a store of starts, with ``chances`` and ``picked``, of a pure simulator."""
+        raise NotImplementedError
+
+    def frame(self, now: Instant) -> EpisodeFrame:
+        """Return the first environment's frame."""
+        raise NotImplementedError
+
+    def snapshot(self) -> dict[str, Any]:
+        """Return what belongs to the complete state beside ``robots``.
+
+        Raises:
+            NotImplementedError: the state cannot be put back.
+        """
+        return {}
+
+    def restore(self, kept: Mapping[str, Any], robots: Any) -> Any:
+        """Restore a snapshot and return the state of the robots."""
+        return robots
+
+    def close(self) -> None:
+        """Release all resources."""
+        self.frame_callback = None
+
+
+def picked(fresh: Any, other: Any, ended: Array) -> Any:
+    """Select rows of one nest of tuples and mappings by the mask ``ended`` (N,), else of another.
+
+    Example:
+        >>> import numpy as np
+        >>> picked(
+        ...     (np.ones(2), {"a": np.ones(2)}),
+        ...     (np.zeros(2), {"a": np.zeros(2)}),
+        ...     np.array([True, False]),
+        ... )
+        (array([1., 0.]), {'a': array([1., 0.])})
+    """
+    if isinstance(other, Mapping):
+        return {name: picked(fresh[name], part, ended) for name, part in other.items()}
+    if isinstance(other, tuple):
+        parts = [picked(a, b, ended) for a, b in zip(fresh, other, strict=True)]
+        return type(other)(*parts) if hasattr(other, "_fields") else tuple(parts)
+    xp = namespace(ended)
+    return xp.where(xp.reshape(ended, (-1, *[1] * (other.ndim - 1))), fresh, other)
