@@ -124,7 +124,7 @@ def link_of(motor: Motor, robot: RobotModel, source: Takeover) -> int:
         link = motor.link
     if link not in robot.links:
         wrong, known = (
-            (motor.joint, source.joint_names) if motor.joint else (motor.link, list(robot.links))
+            (motor.joint, list(source.joints)) if motor.joint else (motor.link, list(robot.links))
         )
         what = "joint" if motor.joint else "link"
         raise RobotError(

@@ -113,7 +113,7 @@ def scaffold_robot(
     source = Takeover(urdf, packages or {}, arguments or {})
     beside = beside_of(parent, name)
     try:
-        source.changes += mended(source.root, forward)
+        source.changes += mended(source, forward)
         source.copy_meshes(beside, boxes=boxes)
         made = _fill(beside, name, source, density, medium)
         rename_new(beside, folder)
@@ -127,7 +127,7 @@ def _fill(
 ) -> NewRobot:
     """Write all files of the folder."""
     if density is not None:
-        links = add_inertials(source.root, hulls_of(source.root, folder, set()), density)
+        links = add_inertials(source, hulls_of(source, folder), density)
         words = f"mass at {density:g} kg/m^3 of its shapes given to: {', '.join(links) or 'none'}"
         source.changes.append(words)
     path = folder / f"{name}.urdf"
@@ -136,12 +136,12 @@ def _fill(
         name=name, folder=str(folder.resolve()), urdf=path.name, fixed_base=source.fixed_base
     )
     robot = _built(settings, source)
-    drives = drives_of(robot, source, extents_of(source.root, folder), medium=given or "")
-    propellers = source.children_of([joint for each in drives for joint in each.joints])
+    drives = drives_of(robot, source, extents_of(source, folder), medium=given or "")
+    propellers = {source.child_of(joint) for each in drives for joint in each.joints}
     propellers |= {link for each in drives if each.kind == ROTOR for link in each.links}
     held = _held(drives, source)
     source.changes += leave_out_blades(source.stated.wings, propellers)
-    wings = add_wing_frames(source.root, source.stated.wings)
+    wings = add_wing_frames(source, source.stated.wings)
     if source.fixed_base and _only_drives(robot, drives) and robot.mass[0] > 0.0:
         # a vehicle on a test stand, or one that another file lets fly
         source.fixed_base = False
@@ -151,7 +151,7 @@ def _fill(
         settings = replace(settings, fixed_base=source.fixed_base)
         robot = build_robot(settings)
     _refuse_pushed_world(robot, drives)
-    hulls = hulls_of(source.root, folder, source.drawn_only)
+    hulls = hulls_of(source, folder, source.drawn_only)
     turning = [link for link in hulls if link in propellers and link != robot.links[0]]
     if turning:
         more = f" and {len(turning) - 6} more" if len(turning) > 6 else ""
