@@ -11,6 +11,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from seals.check.finding import listed
 from seals.errors import RobotError, SealsError
 from seals.hydrostatics.meshes import load_triangles
 from seals.hydrostatics.references import MOST_BYTES, without_references
@@ -99,7 +100,9 @@ class _Copies:
         given = str(mesh.get("filename"))
         name = given.removeprefix(COMPILED)
         if name != given and name in self.texts:
-            mesh.set("filename", _written(name, self.folder, self.texts))
+            (self.folder / "meshes").mkdir(exist_ok=True)
+            (self.folder / "meshes" / f"{name}.obj").write_text(self.texts[name], encoding="utf-8")
+            mesh.set("filename", f"meshes/{name}.obj")
             return
         source = find_resource(given, self.path, self.packages)
         if source not in self.taken:
@@ -123,8 +126,7 @@ class _Copies:
 
 
 def _some(names: list[str]) -> str:
-    names = list(dict.fromkeys(Path(name).name for name in names))
-    return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
+    return listed(list(dict.fromkeys(Path(name).name for name in names)), 4)
 
 
 def _box(link: Element) -> None:
@@ -148,12 +150,6 @@ def _box(link: Element) -> None:
     ElementTree.SubElement(ElementTree.SubElement(part, "geometry"), "box", {"size": size})
 
 
-def _written(name: str, folder: Path, texts: Mapping[str, str]) -> str:
-    (folder / "meshes").mkdir(exist_ok=True)
-    (folder / "meshes" / f"{name}.obj").write_text(texts[name], encoding="utf-8")
-    return f"meshes/{name}.obj"
-
-
 def _copy(source: Path, folder: Path, names: set[str], changes: list[str]) -> str:
     """Copy one mesh as it is where the engine reads its format, else converted to OBJ."""
     ready = source.suffix.lower() == ".obj" or _is_binary_stl(source)
@@ -170,7 +166,9 @@ def _copy(source: Path, folder: Path, names: set[str], changes: list[str]) -> st
     elif ready:
         shutil.copyfile(source, folder / name)
     else:
-        _convert(source, folder / name)
+        mesh = load_mesh(source)
+        text = mesh.export(file_type="obj", include_texture=False, include_normals=False)
+        (folder / name).write_text(str(text), encoding="utf-8")
         changes.append(f"{source.name} converted to {Path(name).name}")
     return name
 
@@ -207,12 +205,6 @@ def load_mesh(path: Path) -> Any:
         # COLLADA files say their unit
         mesh.apply_scale(float(unit[1]))
     return mesh
-
-
-def _convert(source: Path, target: Path) -> None:
-    mesh = load_mesh(source)
-    text = mesh.export(file_type="obj", include_texture=False, include_normals=False)
-    target.write_text(str(text), encoding="utf-8")
 
 
 def _refuse_millimetres(mesh: Element, name: str, path: Path) -> None:

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from seals.check.finding import listed
 from seals.control.plant import ROTOR
 from seals.errors import RobotError
 from seals.logs.atomic import rename_new
@@ -142,7 +143,9 @@ def _fill(
     held = _held(drives, source)
     source.changes += leave_out_blades(source.stated.wings, propellers)
     wings = add_wing_frames(source, source.stated.wings)
-    if source.fixed_base and _only_drives(robot, drives) and robot.mass[0] > 0.0:
+    moved = {name for each in drives for name in (*each.joints, *each.tilting.values())}
+    flies = drives and set(robot.joints) <= moved
+    if source.fixed_base and flies and robot.mass[0] > 0.0:
         # a vehicle on a test stand, or one that another file lets fly
         source.fixed_base = False
         source.changes.append("bolted to the world in the file, freed: fixed_base of robot.yaml")
@@ -154,8 +157,7 @@ def _fill(
     hulls = hulls_of(source, folder, source.drawn_only)
     turning = [link for link in hulls if link in propellers and link != robot.links[0]]
     if turning:
-        more = f" and {len(turning) - 6} more" if len(turning) > 6 else ""
-        names = ", ".join(turning[:6]) + more
+        names = listed(turning)
         source.changes.append(f"shapes of propellers are no hulls and have no drag: {names}")
     hulls = {link: hull for link, hull in hulls.items() if link not in turning}
     hulls = with_volumes(hulls, robot, source)
@@ -168,10 +170,10 @@ def _fill(
     tilting = {name for each in drives for name in each.tilting.values()}
     limbs = limbs_of(robot, tilting | set(source.rig))
     legs = with_feet(limbs.legs, hulls, robot)
-    stances = stances_of(robot, legs, source.stated.pose)
-    for leg, values in stances.values.items():
+    stances, said = stances_of(robot, legs, source.stated.pose)
+    for leg, values in stances.items():
         legs[leg] |= {"stance": values} if values else {}
-    limbs = limbs._replace(legs=legs, stance=stances.source)
+    limbs = limbs._replace(legs=legs, stance=said)
     made = NewRobot(
         folder, robot, drives, medium, reverses, limbs, hulls, wings, source.changes, []
     )
@@ -194,12 +196,6 @@ def _held(drives: list[Drives], source: Takeover) -> bool:
             each.tilting.clear()
             held = True
     return held
-
-
-def _only_drives(robot: RobotModel, drives: list[Drives]) -> bool:
-    """Return whether all that moves on a robot are its drives and what tilts them."""
-    moved = {name for each in drives for name in (*each.joints, *each.tilting.values())}
-    return bool(drives) and set(robot.joints) <= moved
 
 
 def _refuse_pushed_world(robot: RobotModel, drives: list[Drives]) -> None:

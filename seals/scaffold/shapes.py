@@ -10,11 +10,12 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.control.plant import rest_poses
-from seals.errors import RobotError, suggestion
+from seals.errors import RobotError
 from seals.robot.model import RobotModel
 from seals.scaffold.meshes import load_mesh
+from seals.scaffold.plug_ins import Displacement, Hydrodynamics
 from seals.scaffold.takeover import Takeover
-from seals.scaffold.urdf import Element, Urdf, pose_of, triple_of
+from seals.scaffold.urdf import Element, Urdf, pose_of, refuse_unknown, triple_of
 from seals.scaffold.writing import plain
 
 MOST_FACES = 400
@@ -98,12 +99,7 @@ def with_volumes(
     """
     found = dict(hulls)
     for each in source.stated.displacements:
-        link = robot.links[0] if each.link in (*source.dropped, "") else each.link
-        if link not in robot.links:
-            raise RobotError(
-                f"{each.source} names the link '{link}', which is not there.\n"
-                f"{suggestion(link, robot.links)}"
-            )
+        link = stated_link(each, robot, source)
         volume = each.volume
         if each.neutral:
             volume = float(f"{volume * robot.mass[_part_of(robot, link)].sum():.9g}")
@@ -132,6 +128,17 @@ def with_volumes(
                 del found[name]
                 break
     return found
+
+
+def stated_link(each: Displacement | Hydrodynamics, robot: RobotModel, source: Takeover) -> str:
+    """Return the link of which a plug-in states something: the base where it names none.
+
+    Raises:
+        RobotError: it names a link that is not there.
+    """
+    link = robot.links[0] if each.link in (*source.dropped, "") else each.link
+    refuse_unknown(each.source, "link", link, robot.links)
+    return link
 
 
 def _part_of(robot: RobotModel, link: str, without: Collection[str] = ()) -> list[int]:

@@ -10,6 +10,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from seals.check.finding import listed
 from seals.errors import LogError, RobotError, suggestion
 from seals.robot.macros import expanded, holds_macros, with_plain_comments, with_plain_names
 from seals.robot.structure import check_structure
@@ -75,7 +76,6 @@ class Takeover(Urdf):
         self.stated = Stated()
         super().__init__(self._read(text))
         self.fixed_base = self.root.attrib.pop("fixed_base", "") == "true"
-        self._note_drives()
         self._leave_out_foreign()
         self._drop_dummy_base()
         self._note_rig()
@@ -175,25 +175,19 @@ class Takeover(Urdf):
         )
 
     def _leave_out_foreign(self) -> None:
-        """Remove elements that belong to other programs."""
+        """Remove elements of other programs; note joints that their transmissions name."""
         foreign = [e for e in self.root if isinstance(e.tag, str) and e.tag not in _OWN]
+        known = set(self.joints)
         for element in foreign:
+            words = (x for e in element.iter() for x in (e.get("name"), e.text) if x)
+            self.stated.driven |= known & {word.strip() for word in words}
             self.root.remove(element)
         if foreign:
             tags = ", ".join(sorted({e.tag for e in foreign}))
             self.changes.append(f"left out: {tags} (of other programs)")
         if self.stated.unread:
-            unread = self.stated.unread
-            more = f" and {len(unread) - 6} more" if len(unread) > 6 else ""
-            self.changes.append(f"not read, nothing in it is used: {', '.join(unread[:6])}{more}")
-
-    def _note_drives(self) -> None:
-        """Note the joints that transmissions and plug-ins of the file name."""
-        known = set(self.joints)
-        for element in self.root:
-            if isinstance(element.tag, str) and element.tag not in _OWN:
-                words = (x for e in element.iter() for x in (e.get("name"), e.text) if x)
-                self.stated.driven |= known & {word.strip() for word in words}
+            unread = listed(self.stated.unread)
+            self.changes.append(f"not read, nothing in it is used: {unread}")
 
     def _note_rig(self) -> None:
         """Bolt a base named ``world`` to the world, and name the joints on which the robot moves.

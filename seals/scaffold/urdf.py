@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import TypeAlias
 from xml.etree import ElementTree
@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from seals.arrays import Floats
-from seals.errors import RobotError
+from seals.errors import RobotError, suggestion
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.robot.structure import LARGEST
 
@@ -66,6 +66,18 @@ class Urdf:
         ElementTree.indent(self.root)
         text = ElementTree.tostring(self.root, encoding="unicode")
         path.write_text(f'<?xml version="1.0"?>\n{text}\n', encoding="utf-8")
+
+
+def refuse_unknown(said: str, what: str, name: str, known: Collection[str]) -> None:
+    """Refuse the name of a link or joint that is not there.
+
+    Raises:
+        RobotError: what is `said` names it.
+    """
+    if name not in known:
+        raise RobotError(
+            f"{said} names the {what} '{name}', which is not there.\n{suggestion(name, known)}"
+        )
 
 
 def end_of(joint: Element, which: str) -> str:
@@ -131,7 +143,7 @@ def number_or(text: str | None, default: float) -> float:
 
 
 def inertial_element(
-    mass: float, tensor: Floats, origin: Mapping[str, str] | None = None, *, digits: int = 9
+    mass: float, tensor: Floats, origin: dict[str, str] | None = None, *, digits: int = 9
 ) -> Element:
     """Return an ``<inertial>``.
 

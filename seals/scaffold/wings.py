@@ -8,10 +8,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from seals.errors import RobotError, suggestion
 from seals.frames import rpy_of
 from seals.scaffold.motors import LIQUID
-from seals.scaffold.urdf import Urdf
+from seals.scaffold.urdf import Urdf, refuse_unknown
 from seals.scaffold.wing_plug_ins import Wing
 from seals.scaffold.writing import plain
 
@@ -45,11 +44,7 @@ def add_wing_frames(robot: Urdf, wings: Sequence[Wing]) -> list[str]:
     root, known = robot.root, list(robot.links)
     names, found = list(known), []
     for wing in wings:
-        if wing.link not in names:
-            raise RobotError(
-                f"{wing.source} names the link '{wing.link}', which is not there.\n"
-                f"{suggestion(wing.link, known)}"
-            )
+        refuse_unknown(wing.source, "link", wing.link, known)
         turned = float(np.abs(wing.turn - np.eye(3)).max()) > 1e-6
         if not (turned or np.any(wing.place)):
             found.append(wing.link)
