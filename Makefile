@@ -5,13 +5,14 @@
 # make pages  run every command of every page, the slow ones too, and compare what it prints
 # make validate   the long comparisons with measurements and the slow verifications
 # make killed   kill every long command at random moments; fill a disk; fail every write of it; take out every guard
+# make golden  what every experiment, shipped log and training answers, compared with build/golden.json; recorded there first
 # make fuzz     damaged files for every reader and loader, 3 minutes each
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := help
 # pages that make pages follows at a time
 PAGES_JOBS ?= 2
-.PHONY: help demo test test-kernels types examples docs pages browser validate killed fuzz lint clean
+.PHONY: help demo test test-kernels types examples docs pages browser validate killed fuzz golden lint clean
 
 # The jobs of the demonstration, one a line, in order.
 # A job behind '?' needs a measurement: without an offline folder it may fail for want of a network,
@@ -32,7 +33,7 @@ OFFLINE = $(wildcard $(CURDIR)/../shared/data)
 export SEALS_DATA ?= $(OFFLINE)
 
 # many small matrices: threads inside the linear algebra only get into each other's way
-test test-kernels validate pages killed fuzz: export OPENBLAS_NUM_THREADS = 1
+test test-kernels validate pages killed fuzz golden: export OPENBLAS_NUM_THREADS = 1
 
 # PyBullet has wheels for Python 3.10 and 3.11, so those come first; an interpreter without venv does not count.
 FIND_PYTHON = for candidate in $${PYTHON:-python3.11 python3.10 python3 python3.12 python3.13}; do \
@@ -49,7 +50,7 @@ LISTS = $(wildcard constraints/py*.txt)
 SOURCES = $(shell find seals plugins robots animals conf experiments -type f -not -path '*/__pycache__/*' 2>/dev/null)
 
 help:
-	@sed -n '1,8s/^# //p' Makefile
+	@sed -n '1,9s/^# //p' Makefile
 
 demo: .venv/installed
 	@while IFS= read -r job; do \
@@ -120,6 +121,11 @@ validate: .venv-test/installed
 
 killed: .venv-test/installed
 	@.venv-test/bin/pytest -m killed
+
+# before a change that must not alter an answer, and after it, on one machine
+golden: .venv-test/installed
+	@.venv-test/bin/python -m benchmarks.golden $$([ -f build/golden.json ] && echo check || echo record) build/golden.json \
+		$(addprefix --logs ,$(wildcard ../shared/hidden_effects/dev))
 
 fuzz: .venv-test/installed
 	@.venv-test/bin/python benchmarks/fuzz.py
