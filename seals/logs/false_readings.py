@@ -96,9 +96,9 @@ def _leaps(log: Log, stem: str) -> NDArray[np.bool_]:
     if there.size < _FEWEST:
         return out
     seen = values[there]
-    around = np.stack([np.roll(seen, k, axis=0) for k in range(-_BESIDE, _BESIDE + 1)])
-    away = np.linalg.norm(seen - np.median(around, axis=0), axis=1)
-    away[:_BESIDE] = away[-_BESIDE:] = 0.0
+    padded = np.pad(seen, ((_BESIDE, _BESIDE), (0, 0)), mode="reflect")
+    around = np.lib.stride_tricks.sliding_window_view(padded, 2 * _BESIDE + 1, axis=0)
+    away = np.linalg.norm(seen - np.median(around, axis=-1), axis=1)
     # a bounce turns back within as many steps as there are neighbours
     steps = np.linalg.norm(np.diff(seen, axis=0), axis=1)
     usual = float(np.median(steps[steps > 0.0])) if steps.any() else 0.0
