@@ -73,7 +73,17 @@ def look_at_drives(
         flying[:2], matrix[:2] = 0.0, 0.0
     weight = body.mass * GRAVITY
     if wings > 0.0 and rotor.all() and (hover_share(flying, weight) or math.inf) > 1.0:
-        yield _on_wings(weight, wings)
+        # level flight of what cannot hover: rho A_L a V^2 / 2 = weight
+        speed = math.sqrt(2.0 * weight / (AIR * wings * ATTACK))
+        words = (
+            f"its rotors do not carry it, its wings do at {speed:.3g} m/s with "
+            f"{ATTACK:g} rad of attack"
+        )
+        advice = (
+            "No controller that ships flies or starts it; controller=direct takes commands of its "
+            "drives and joints."
+        )
+        yield warned("on wings", words, advice)
         return
     if rotor.any():
         yield from _hover(flying, body.mass, int(rotor.sum()))
@@ -96,19 +106,6 @@ def lift_slope(robot: RobotModel, effects: Mapping[str, Effect]) -> float:
         slope = float(np.reshape(bound.params["coefficient"], -1)[0])
         total += sum(slope for link in bound.links if abs(turns[link][2, 2]) > LEVEL)
     return total
-
-
-def _on_wings(weight: float, wings: float) -> RobotFinding:
-    """Tell the speed of level flight, rho A_L a V^2 / 2 = weight, of what cannot hover."""
-    speed = math.sqrt(2.0 * weight / (AIR * wings * ATTACK))
-    words = (
-        f"its rotors do not carry it, its wings do at {speed:.3g} m/s with {ATTACK:g} rad of attack"
-    )
-    advice = (
-        "No controller that ships flies or starts it; controller=direct takes commands of its "
-        "drives and joints."
-    )
-    return warned("on wings", words, advice)
 
 
 def _hover(matrix: Floats, mass: float, count: int) -> Iterator[RobotFinding]:

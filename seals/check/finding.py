@@ -8,8 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-_FEW = 6
-
 
 class Verdict(enum.Enum):
     """Outcome of a check."""
@@ -66,12 +64,12 @@ def triple(values: object) -> str:
     return "(" + ", ".join(f"{float(value) + 0.0:.4g}" for value in np.asarray(values)) + ")"
 
 
-def listed(names: Sequence[str]) -> str:
-    """Return the first names, and how many more there are.
+def listed(names: Sequence[str], most: int = 6) -> str:
+    """Return the first names in words, and how many more there are.
 
     Example:
         >>> listed(list("abcdefgh"))
         'a, b, c, d, e, f and 2 more'
     """
-    more = f" and {len(names) - _FEW} more" if len(names) > _FEW else ""
-    return ", ".join(names[:_FEW]) + more
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(names[:most]) + more

@@ -149,18 +149,21 @@ def reach_of(
     order = STEERED if fins.joints else STATION_ORDER
     axes = commanded_axes(wrench_matrix(whole, centre), mean_arm(whole, centre), order)
     matrix = wrench_matrix(layout, centre)
-    dry = np.array([0.0 if kind == ROTOR else -1.0 for kind in layout.kind])
     wet = _submerged(plant)
-    gain, low = _shares(layout, wet)
+    # by drive: the largest wrench to that in air, and the least to the largest
+    rotor = np.array([kind == ROTOR for kind in layout.kind])
+    part = wet.limit / layout.limit
+    back = np.where(wet.limit > 0.0, wet.low / np.maximum(wet.limit, 1e-12), 0.0)
+    gain = wet.gain * np.where(rotor, part**2, part)
+    low = np.where(rotor, back * np.abs(back) * layout.reverse, back)
     held = [k for k in axes if k != HEAVE]
     carried = np.diag(added_inertia(plant))
-    air = matrix * np.array([float(kind == ROTOR) for kind in layout.kind])
     return Reach(
         axes=axes,
         rotors=rotors,
         weight=body.mass * GRAVITY,
         buoyancy=FRESH_WATER * body.volume * GRAVITY,
-        lift_in_air=level_force(air, dry, held, 1.0),
+        lift_in_air=level_force(matrix * rotor, np.where(rotor, 0.0, -1.0), held, 1.0),
         up=level_force(matrix * gain, low, held, 1.0),
         down=level_force(matrix * gain, low, held, -1.0),
         fins=len(fins.joints),
@@ -229,15 +232,6 @@ def _submerged(plant: Plant) -> ActuatorLimits:
         depth=DEEP * one,
     )
     return ActuatorLimitEstimator(plant).now(motion, sample)
-
-
-def _shares(layout: Layout, now: ActuatorLimits) -> tuple[Floats, Floats]:
-    """Ratios of the largest wrench to that in air, and of the least to the largest, by drive."""
-    rotor = np.array([kind == ROTOR for kind in layout.kind])
-    part = now.limit / layout.limit
-    back = np.where(now.limit > 0.0, now.low / np.maximum(now.limit, 1e-12), 0.0)
-    squared = back * np.abs(back) * layout.reverse
-    return now.gain * np.where(rotor, part**2, part), np.where(rotor, squared, back)
 
 
 def look_at_reach(reach: Reach, body: FloatingBody) -> Iterator[RobotFinding]:

@@ -9,7 +9,6 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from seals.arrays import Floats
 from seals.check.drives import lift_slope, look_at_drives
 from seals.check.finding import RobotFinding, Verdict, failed, listed, passed, triple, warned
 from seals.check.floating import FloatingBody
@@ -202,7 +201,13 @@ def look_at_limbs(robot: RobotModel) -> Iterator[RobotFinding]:
         ]
     if not poses:
         return
-    beyond = [word for where, joints, pose in poses for word in _beyond(robot, where, joints, pose)]
+    beyond = [
+        f"{where}: {robot.joints[j]} {value:.3g} ({low:.3g} to {high:.3g})"
+        for where, joints, pose in poses
+        for j, value in zip(joints, pose, strict=True)
+        for low, high in [(float(robot.lower[j]), float(robot.upper[j]))]
+        if not low - ROUNDING <= value <= high + ROUNDING
+    ]
     # a joint moves all links beyond it: the nearer the base, the more
     moved = robot.tree.moves.sum(axis=0)
     turned = [
@@ -220,14 +225,6 @@ def look_at_limbs(robot: RobotModel) -> Iterator[RobotFinding]:
         yield warned("arm joints", f"not in order from the base: {listed(turned)}", advice)
     if not beyond and not turned:
         yield passed("arm poses", f"{len(poses)} within the joint limits")
-
-
-def _beyond(robot: RobotModel, where: str, joints: tuple[int, ...], pose: Floats) -> Iterator[str]:
-    """Yield messages about values outside the limits."""
-    for j, value in zip(joints, pose, strict=True):
-        low, high = float(robot.lower[j]), float(robot.upper[j])
-        if not low - ROUNDING <= value <= high + ROUNDING:
-            yield f"{where}: {robot.joints[j]} {value:.3g} ({low:.3g} to {high:.3g})"
 
 
 def look_at_mimics(settings: RobotSettings) -> Iterator[RobotFinding]:

@@ -127,7 +127,11 @@ class SceneView:
         batch = self.renderer.render(self.poses(), views, lens, normals=normals)
         drawn = Picture(*(None if x is None else np.asarray(x)[0] for x in batch))
         ways = directions(camera[1], lens)[None]
-        colour = self._under_sky(drawn, ways)
+        colour, empty = np.asarray(drawn.colour), drawn.parts == 0
+        if empty.any():
+            # the sky of the optics is seen where nothing was met
+            sky = np.asarray(self.optics.sky(ways), dtype=np.float32)
+            colour = np.where(empty[..., None], sky, colour)
         view = Sight(
             colour,
             drawn.depth * lengths(lens),
@@ -138,14 +142,6 @@ class SceneView:
         image = self.optics.look(view, self.surface, time, rng)
         whole = drawn._replace(colour=np.asarray(image, dtype=np.float32))
         return Picture(*(None if x is None else x[0] for x in whole))
-
-    def _under_sky(self, drawn: Picture, ways: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Fill pixels without a hit with the sky of the optics."""
-        empty = drawn.parts == 0
-        if not empty.any():
-            return np.asarray(drawn.colour)
-        sky = np.asarray(self.optics.sky(ways), dtype=np.float32)
-        return np.where(empty[..., None], sky, drawn.colour)
 
     def close(self) -> None:
         """Release the renderer."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -27,18 +27,6 @@ GROUND: Colour = (0.62, 0.56, 0.43)
 OBSTACLE: Colour = (0.45, 0.46, 0.48)
 """Displayed colour of obstacles."""
 _GROUND = ("tank_bottom", "ground_level", "slope", "land")
-
-
-class _Look(NamedTuple):
-    """One visual of a link, in link axes."""
-
-    kind: str
-    size: tuple[float, ...]
-    position: Floats
-    rotation: Floats
-    colour: Colour
-    vertices: Floats | None = None
-    faces: Any = None
 
 
 def build_scene(
@@ -68,8 +56,8 @@ def build_scene(
     for actor, robot in robots.items():
         looks = _looks(robot, detail)
         for link in robot.links:
-            for look in looks.get(link, ()):
-                shapes.append(Shape(*look[:5], len(names), len(frames), look.vertices, look.faces))
+            part, frame = len(names), len(frames)
+            shapes += [s._replace(part=part, frame=frame) for s in looks.get(link, ())]
             names.append(f"{actor}/{link}")
             frames.append(f"{actor}/{link}")
     return Scene(tuple(shapes), tuple(names), tuple(frames))
@@ -83,50 +71,48 @@ def _of_solid(solid: Solid, part: int, tile: float) -> Shape:
     return Shape(solid.kind, solid.size, place, turn, colour, part, WORLD, tile=squares)
 
 
-def _looks(robot: RobotModel, detail: Detail) -> dict[str, list[_Look]]:
-    """Visuals of all links by name."""
-    drawn = _described(robot)
-    if detail is Detail.visual:
-        return drawn
-    found = {}
-    for k, link in enumerate(robot.links):
-        colour = drawn[link][0].colour if drawn.get(link) else PLAIN
-        found[link] = [
-            _Look(p.kind, p.size, p.position, p.rotation, colour, p.vertices, p.faces)
-            for p in pieces_of(robot, k)
-        ]
-    return found
+def _looks(robot: RobotModel, detail: Detail) -> dict[str, list[Shape]]:
+    """Shapes of all links by name, in link axes, not yet parts of a scene.
 
-
-def _described(robot: RobotModel) -> dict[str, list[_Look]]:
-    """Visual geometry of a URDF, or the collision geometry of links that have none."""
+    They are the visual geometry of the URDF, the collision geometry of links that have none.
+    """
     from yourdfpy import URDF
 
     loaded: Any = URDF.load(
         robot.urdf, build_scene_graph=False, load_meshes=False, build_collision_scene_graph=False
     ).robot
     named = {m.name: m for m in loaded.materials or ()}
-    return {
+    drawn = {
         str(link.name): [*_visuals(robot, link.visuals or link.collisions or (), named)]
         for link in loaded.links
     }
+    if detail is Detail.visual:
+        return drawn
+    found = {}
+    for k, link in enumerate(robot.links):
+        colour = drawn[link][0].colour if drawn.get(link) else PLAIN
+        found[link] = [
+            Shape(p.kind, p.size, p.position, p.rotation, colour, 0, 0, p.vertices, p.faces)
+            for p in pieces_of(robot, k)
+        ]
+    return found
 
 
-def _visuals(robot: RobotModel, parts: Any, named: Mapping[str, Any]) -> Iterator[_Look]:
+def _visuals(robot: RobotModel, parts: Any, named: Mapping[str, Any]) -> Iterator[Shape]:
     for part in parts:
         pose = np.eye(4) if part.origin is None else np.asarray(part.origin, dtype=float)
         shape, colour = part.geometry, _colour(getattr(part, "material", None), named)
         place, turn = pose[:3, 3], pose[:3, :3]
         if shape.box is not None:
-            yield _Look("box", tuple(float(x) for x in shape.box.size), place, turn, colour)
+            yield Shape("box", tuple(float(x) for x in shape.box.size), place, turn, colour, 0)
         elif shape.sphere is not None:
-            yield _Look("sphere", (float(shape.sphere.radius),), place, turn, colour)
+            yield Shape("sphere", (float(shape.sphere.radius),), place, turn, colour, 0)
         elif shape.cylinder is not None:
             size = (float(shape.cylinder.radius), float(shape.cylinder.length))
-            yield _Look("cylinder", size, place, turn, colour)
+            yield Shape("cylinder", size, place, turn, colour, 0)
         elif shape.mesh is not None:
             vertices, faces = _mesh(robot, shape.mesh)
-            yield _Look("mesh", (), place, turn, colour, vertices, faces)
+            yield Shape("mesh", (), place, turn, colour, 0, 0, vertices, faces)
 
 
 def _colour(material: Any, named: Mapping[str, Any]) -> Colour:

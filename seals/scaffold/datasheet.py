@@ -95,11 +95,13 @@ def _lines(log: Log, vehicle: Mapping[str, Any], facts: FlightFacts) -> Iterator
     yield "# it is from: 'measured' in that flight, or 'assumed': a rule of thumb to be replaced."
     yield "environment:"
     yield "  gravity: [0.0, 0.0, -9.81]"
-    yield f"  water_level: {_water(log)}"
+    yield f"  water_level: {'0.0' if log.has('depth') else 'null'}"
     yield "  ground_level: null  # height of the ground [m], for ground effect"
     yield "  air_density: 1.2  # assumed: sea level, 20 degrees"
     yield "baseline: []  # what is known of the surroundings, such as waves"
-    yield from _battery(facts)
+    if facts.full_voltage is not None:
+        volts = facts.full_voltage
+        yield f"battery: {{full_voltage: {volts.value:.4g}}}  # measured: {volts.how}"
     yield "sensors:"
     yield "  # assumed: at the origin, its axes those of the body"
     yield "  imu: {position: [0.0, 0.0, 0.0], orientation: [1.0, 0.0, 0.0, 0.0]}"
@@ -158,23 +160,13 @@ def _disturbance(facts: FlightFacts, mass: float, medium: str) -> Iterator[str]:
     yield f"  force_sigma: {_figure(level * mass)}  # " + (
         f"measured: {gust.how}" if gust is not None else f"assumed: still {medium}"
     )
-    yield from _disturbing_torque(facts, level * mass * _LEVER)
-
-
-def _disturbing_torque(facts: FlightFacts, of_gusts: float) -> Iterator[str]:
-    torque = facts.torque
+    torque, of_gusts = facts.torque, level * mass * _LEVER
     if torque is not None and torque.clear and torque.sigma > of_gusts:
         yield f"  torque_sigma: {_figure(torque.sigma)}  # measured: beside the commanded torque"
         yield f"  correlation_time: {_figure(torque.time)}  # measured: of that torque"
     else:
         yield f"  torque_sigma: {_figure(of_gusts)}  # assumed: an arm of {_LEVER * 1e3:g} mm"
         yield "  correlation_time: 0.35  # assumed"
-
-
-def _battery(facts: FlightFacts) -> Iterator[str]:
-    if facts.full_voltage is not None:
-        volts = facts.full_voltage
-        yield f"battery: {{full_voltage: {volts.value:.4g}}}  # measured: {volts.how}"
 
 
 def _motors(log: Log) -> Iterator[str]:
@@ -190,10 +182,6 @@ def _motors(log: Log) -> Iterator[str]:
         yield "# motors: {command: pwm, range: [1000, 2000], full_voltage: 16.8, order: [1, 2, 3]}"
 
 
-def _water(log: Log) -> str:
-    return "0.0" if log.has("depth") else "null"
-
-
 def _told(log: Log, vehicle: Mapping[str, Any], facts: FlightFacts) -> Iterator[str]:
     """Yield messages about what was estimated from the flight, and what could not be."""
     for stem, sigma in facts.noise.items():
@@ -206,7 +194,8 @@ def _told(log: Log, vehicle: Mapping[str, Any], facts: FlightFacts) -> Iterator[
     ratio = facts.hover_ratio
     if ratio is not None:
         words = f"measured: thrust is {ratio.value:.3f} of mass times specific force in flight"
-        if abs(ratio.value - 1.0) > 3.0 * _both():
+        both = math.hypot(_ASSUMED["mass"].sigma, _ASSUMED["thrust_coefficient"].sigma)
+        if abs(ratio.value - 1.0) > 3.0 * both:
             words += (
                 ", more than three tolerances from 1: if the vehicle is healthy, "
                 f"thrust_coefficient is {1.0 / ratio.value:.3f} of what robot.yaml states"
@@ -230,10 +219,6 @@ def _told(log: Log, vehicle: Mapping[str, Any], facts: FlightFacts) -> Iterator[
     table = _tolerances(facts, vehicle, log.has("depth"))
     guesses = [name for name, each in table.items() if "assumed" in each.why]
     yield f"assumed tolerances: {', '.join(guesses)}"
-
-
-def _both() -> float:
-    return math.hypot(_ASSUMED["mass"].sigma, _ASSUMED["thrust_coefficient"].sigma)
 
 
 def _figure(value: float) -> str:

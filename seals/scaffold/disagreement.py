@@ -78,7 +78,8 @@ def disagreement(log: Log, noise: Mapping[str, float]) -> dict[str, Disagreement
             continue
         offset = time_offset(log)
         late = 0.0 if offset is None else offset.late
-        sensed = _earlier(rows.time, rows.channels[stem], late)
+        values = rows.channels[stem].T
+        sensed = np.stack([np.interp(rows.time + late, rows.time, v) for v in values], axis=1)
         found[stem] = compared(rows, sensed, noise)
     return found
 
@@ -160,10 +161,6 @@ def smooth(values: Floats) -> Floats:
 
     found: Floats = savgol_filter(values, _SMOOTH, 2, axis=0)
     return found
-
-
-def _earlier(time: Floats, values: Floats, late: float) -> Floats:
-    return np.stack([np.interp(time + late, time, v) for v in values.T], axis=1)
 
 
 def _left(values: Floats, known: list[Floats], there: NDArray[np.bool_]) -> Floats:

@@ -10,14 +10,13 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.control.plant import ROTOR
-from seals.errors import RobotError, suggestion
 from seals.robot.model import RobotModel
 from seals.scaffold.drag import AIR, WATER, LinkDrag, drag_of
 from seals.scaffold.estimates import added_mass, short
 from seals.scaffold.hydrodynamics.link import added_mass_fields
 from seals.scaffold.plug_ins import Hydrodynamics
 from seals.scaffold.rotors import GRAVITY, Drives
-from seals.scaffold.shapes import LinkHull
+from seals.scaffold.shapes import LinkHull, stated_link
 from seals.scaffold.takeover import Takeover
 from seals.scaffold.writing import plain
 
@@ -85,7 +84,8 @@ def effects_of(
     """
     out: dict[str, Entry] = {}
     if medium.wet:
-        stated = {_link(each, robot, source): each for each in source.stated.hydrodynamics}
+        rows = source.stated.hydrodynamics
+        stated = {stated_link(each, robot, source): each for each in rows}
         for link, each in stated.items():
             word = "hull" if link == robot.links[0] else plain(link)
             out |= dict(_of_file(word, link, afloat(each, robot, hulls)))
@@ -120,17 +120,6 @@ def afloat(each: Hydrodynamics, robot: RobotModel, hulls: Mapping[str, LinkHull]
     }
     said = f"{each.source}, by the share {share:.3g} of its hull that is under water afloat"
     return each._replace(source=said, **rows)
-
-
-def _link(each: Hydrodynamics, robot: RobotModel, source: Takeover) -> str:
-    if not each.link or each.link in source.dropped:
-        return robot.links[0]
-    if each.link not in robot.links:
-        raise RobotError(
-            f"{each.source} names the link '{each.link}', which is not there.\n"
-            f"{suggestion(each.link, robot.links)}"
-        )
-    return each.link
 
 
 def _of_file(word: str, link: str, each: Hydrodynamics) -> Iterator[tuple[str, Entry]]:

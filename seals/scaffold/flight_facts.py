@@ -14,7 +14,7 @@ from seals.logs.channels import CHANNELS
 from seals.logs.check_thrust import hover_ratio
 from seals.logs.log import Log
 from seals.logs.time_offset import time_offset
-from seals.scaffold.disagreement import Disagreement, disagreement
+from seals.scaffold.disagreement import disagreement
 from seals.scaffold.torque import (
     Disturbance,
     disturbing_torque,
@@ -91,30 +91,42 @@ def flight_facts(log: Log, vehicle: Mapping[str, Any]) -> FlightFacts:
     seconds = float(rest.sum()) * _step(log)
     offset = time_offset(log)
     noise = {stem: _noise(log, stem) for stem in held}
-    differing = _differing(disagreement(log, noise), noise)
+    found = disagreement(log, noise)
+    # errors that white noise does not explain
+    differing = {stem: each.sigma for stem, each in found.items() if each.clear}
+    turned = found.get("angular_velocity")
+    if turned is not None and turned.of_pose > noise.get("orientation", 0.0):
+        differing["orientation"] = turned.of_pose
+    rate = force = hover = None
+    if rest.any():
+        means = (log.channel(c)[rest] for c in ("angular_velocity", "specific_force"))
+        turning, felt = (np.nanmean(values, axis=0) for values in means)
+        rate = float(np.nanmax(np.abs(turning)))
+        force = abs(float(np.linalg.norm(felt)) - 9.81)
+    volts = log.columns["battery_voltage"] if log.has("battery_voltage") else np.zeros(0)
+    volts, full = volts[np.isfinite(volts)], None
+    if volts.size:
+        full = Measured(float(np.quantile(volts, 0.999)), "highest voltage in the flight")
+    ratios = hover_ratio(log, vehicle)
+    if ratios.size >= 50:
+        said = "thrust over mass and specific force in flight"
+        hover = Measured(float(np.median(ratios)), said)
     return FlightFacts(
         noise=noise,
         rate={stem: _rate(log, stem) for stem in held},
-        gyroscope_bias=_rest_rate(log, rest),
-        accelerometer_bias=_rest_force(log, rest),
-        hover_ratio=_hover(log, vehicle),
+        gyroscope_bias=None if rate is None else Measured(rate, "mean rate at rest"),
+        accelerometer_bias=(
+            None if force is None else Measured(force, "size of specific force at rest")
+        ),
+        hover_ratio=hover,
         response=_response(log, vehicle),
         late=None if offset is None else Measured(offset.late, "gyroscope against attitude"),
-        gust=_gust(log, vehicle) or _gust_in_motion(log, vehicle),
+        gust=_gust(log, vehicle),
         torque=_torque(log, vehicle),
         differing=differing,
-        full_voltage=_full(log),
+        full_voltage=full,
         seconds_at_rest=seconds,
     )
-
-
-def _differing(found: Mapping[str, Disagreement], noise: Mapping[str, float]) -> dict[str, float]:
-    """Errors of inertial channels and attitude that their white noise does not explain."""
-    out = {stem: each.sigma for stem, each in found.items() if each.clear}
-    turned = found.get("angular_velocity")
-    if turned is not None and turned.of_pose > noise.get("orientation", 0.0):
-        out["orientation"] = turned.of_pose
-    return out
 
 
 def _step(log: Log) -> float:
@@ -122,18 +134,14 @@ def _step(log: Log) -> float:
     return float(np.median(steps[steps > 0.0])) if steps.size else 0.01
 
 
-def _sampled(log: Log, stem: str) -> Floats:
-    values = log.channel(stem)
-    there = np.isfinite(values).any(axis=1)
-    return values[there][:, np.isfinite(values).any(axis=0)]
-
-
 def _noise(log: Log, stem: str) -> float:
     """White noise from the median third difference, in which slow motion cancels."""
     from seals.frames import conjugate, multiply, rotation_vector
     from seals.logs.resample import one_sign
 
-    values = _sampled(log, stem)
+    values = log.channel(stem)
+    there = np.isfinite(values)
+    values = values[there.any(axis=1)][:, there.any(axis=0)]
     if len(values) < 20:
         return 0.0
     if stem == "orientation":
@@ -169,27 +177,6 @@ def _at_rest(log: Log) -> NDArray[np.bool_]:
         calm = np.nanmax(np.nanstd(force[part], axis=0), initial=0.0) < _STILL_FORCE
         still[part] = quiet and calm and not turning[part].any()
     return still
-
-
-def _rest_rate(log: Log, rest: NDArray[np.bool_]) -> Measured | None:
-    if not rest.any():
-        return None
-    mean = np.nanmean(log.channel("angular_velocity")[rest], axis=0)
-    return Measured(float(np.nanmax(np.abs(mean))), "mean rate at rest")
-
-
-def _rest_force(log: Log, rest: NDArray[np.bool_]) -> Measured | None:
-    if not rest.any():
-        return None
-    mean = np.nanmean(log.channel("specific_force")[rest], axis=0)
-    return Measured(abs(float(np.linalg.norm(mean)) - 9.81), "size of specific force at rest")
-
-
-def _hover(log: Log, vehicle: Mapping[str, Any]) -> Measured | None:
-    ratios = hover_ratio(log, vehicle)
-    if ratios.size < 50:
-        return None
-    return Measured(float(np.median(ratios)), "thrust over mass and specific force in flight")
 
 
 def _turning(log: Log, vehicle: Mapping[str, Any]) -> tuple[Floats, Floats] | None:
@@ -272,62 +259,49 @@ def _thrusts(log: Log, vehicle: Mapping[str, Any]) -> Floats:
     return np.asarray(speed**2 * factor)
 
 
-def _gust_in_motion(log: Log, vehicle: Mapping[str, Any]) -> Measured | None:
-    """Specific force of gusts along x and y, less a drag [m/s^2]."""
+def _gust(log: Log, vehicle: Mapping[str, Any]) -> Measured | None:
+    """Specific force of gusts along x and y [m/s^2]: of slow flight, else beside a drag.
+
+    Its part faster than two seconds, less white noise. A coloured force of 0.35 s keeps 1 - 2 *
+    0.35 / 2 of its variance above its mean over two seconds.
+    """
     rotors, step = vehicle.get("rotors") or [], _step(log)
     if not (rotors and log.has("rotor_speed_cmd") and log.has("specific_force")):
         return None
-    force, velocity = log.channel("specific_force"), velocity_of(log, step)
-    if velocity is None or log.channel("rotor_speed_cmd").shape[1] != len(rotors):
+    force = log.channel("specific_force")
+    if log.channel("rotor_speed_cmd").shape[1] != len(rotors):
         return None
-    flying = _flying(log, vehicle) & np.isfinite(force).all(axis=1)
     width, short = round(_WINDOW / step), max(1, round(0.1 / step))
+    white, share = _noise(log, "specific_force") ** 2 / short, 1.0 - 2.0 * _GUST_TIME / _WINDOW
+    there, lifted = np.isfinite(force).all(axis=1), _thrusts(log, vehicle).sum(axis=1)
+
+    def fast(values: Floats, width: int) -> Floats:
+        return _mean(values, short) - _mean(values, width)
+
+    if there.mean() > 0.9 and lifted.any():
+        slow = lifted > 0.5 * float(np.median(lifted[lifted > 0.0], axis=0))
+        slow &= _pace(log) < _SLOW
+        longer = max(3, width)
+        if slow.sum() >= 2 * longer:
+            still = np.nan_to_num(force[:, :2]).T
+            level = [float(np.var(fast(values, longer)[slow])) - white for values in still]
+            value = math.sqrt(max(float(np.mean(level)), 0.0) / share)
+            return Measured(value, "level specific force in slow flight, faster than two seconds")
+    velocity = velocity_of(log, step)
+    if velocity is None:
+        return None
+    flying = _flying(log, vehicle) & there
     if flying.sum() < 2 * width:
         return None
-    thrust = _thrusts(log, vehicle).sum(axis=1) / float(vehicle["mass"])
+    thrust = lifted / float(vehicle["mass"])
     left = unexplained_force(force[flying][:, :2], velocity[flying], thrust[flying])
-    level = []
-    for values in left.T:
-        fast = _mean(values, short) - _mean(values, width)
-        level.append((1.4826 * float(np.median(np.abs(fast)))) ** 2)
-    white = _noise(log, "specific_force") ** 2 / short
-    value = math.sqrt(max(float(np.mean(level)) - white, 0.0) / (1.0 - 2.0 * _GUST_TIME / _WINDOW))
+    level = [(1.4826 * float(np.median(np.abs(fast(v, width))))) ** 2 for v in left.T]
+    value = math.sqrt(max(float(np.mean(level)) - white, 0.0) / share)
     return Measured(value, "level specific force beside a drag, faster than two seconds")
 
 
 def _mean(values: Floats, rows: int) -> Floats:
     return np.convolve(values, np.ones(rows) / rows, mode="same")
-
-
-def _gust(log: Log, vehicle: Mapping[str, Any]) -> Measured | None:
-    """Specific force of gusts along x and y, from slow flight [m/s^2].
-
-    Specific force less commanded thrust over mass, less its mean over two seconds and less white
-    noise. A coloured force of 0.35 s keeps 1 - 2 * 0.35 / 2 of its variance above that mean.
-    """
-    rotors = vehicle.get("rotors") or []
-    if not (rotors and log.has("rotor_speed_cmd") and log.has("specific_force")):
-        return None
-    columns, force = log.channel("rotor_speed_cmd").shape[1], log.channel("specific_force")
-    if columns != len(rotors) or not np.isfinite(force).all(axis=1).mean() > 0.9:
-        return None
-    lifted = _thrusts(log, vehicle).sum(axis=1)
-    slow = lifted > 0.5 * float(np.median(lifted[lifted > 0.0], axis=0)) if lifted.any() else None
-    if slow is None or not slow.any():
-        return None
-    slow &= _pace(log) < _SLOW
-    width = max(3, round(_WINDOW / _step(log)))
-    if slow.sum() < 2 * width:
-        return None
-    level = []
-    for k in (0, 1):
-        values = np.nan_to_num(force[:, k])
-        short = max(1, round(0.1 / _step(log)))
-        white = _noise(log, "specific_force") ** 2 / short
-        level.append(float(np.var((_mean(values, short) - _mean(values, width))[slow])) - white)
-    share = 1.0 - 2.0 * _GUST_TIME / _WINDOW
-    value = math.sqrt(max(float(np.mean(level)), 0.0) / share)
-    return Measured(value, "level specific force in slow flight, faster than two seconds")
 
 
 def _pace(log: Log) -> Floats:
@@ -347,16 +321,6 @@ def _pace(log: Log) -> Floats:
     moved = np.linalg.norm(even[2 * half :] - even[: -2 * half], axis=1)
     fast[half:-half] = moved / (2 * half * _step(log))
     return fast
-
-
-def _full(log: Log) -> Measured | None:
-    if not log.has("battery_voltage"):
-        return None
-    volts = log.columns["battery_voltage"]
-    good = volts[np.isfinite(volts)]
-    if not good.size:
-        return None
-    return Measured(float(np.quantile(good, 0.999)), "highest voltage in the flight")
 
 
 def unit_of(stem: str) -> str:

@@ -11,12 +11,12 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from seals.check.finding import listed
 from seals.errors import RobotError, SealsError
-from seals.frames import matrix_of, quaternion_of_rpy
 from seals.hydrostatics.meshes import load_triangles
 from seals.hydrostatics.references import MOST_BYTES, without_references
 from seals.scaffold.resources import MissingMesh, find_resource
-from seals.scaffold.urdf_elements import pose_text
+from seals.scaffold.urdf import Element, mass_of, pose_of, pose_text, tensor_of
 from seals.untrusted_io import read_bytes
 
 FAR = 20.0
@@ -28,7 +28,7 @@ COMPILED = "compiled://"
 
 
 def copy_meshes(
-    root: ElementTree.Element,
+    root: Element,
     path: Path,
     folder: Path,
     packages: Mapping[str, Path],
@@ -74,7 +74,7 @@ class _Copies:
         self.lost: list[str] = []
         self.boxed: list[str] = []
 
-    def of_link(self, link: ElementTree.Element, *, boxes: bool) -> None:
+    def of_link(self, link: Element, *, boxes: bool) -> None:
         """Copy the meshes of one link."""
         parts = [(kind, p) for kind in ("collision", "visual") for p in link.findall(kind)]
         before = len(self.boxed)
@@ -95,12 +95,14 @@ class _Copies:
         if self.boxed[before:]:
             _box(link)
 
-    def _take(self, mesh: ElementTree.Element) -> None:
+    def _take(self, mesh: Element) -> None:
         """Copy the file of one mesh unless it was, and update its path."""
         given = str(mesh.get("filename"))
         name = given.removeprefix(COMPILED)
         if name != given and name in self.texts:
-            mesh.set("filename", _written(name, self.folder, self.texts))
+            (self.folder / "meshes").mkdir(exist_ok=True)
+            (self.folder / "meshes" / f"{name}.obj").write_text(self.texts[name], encoding="utf-8")
+            mesh.set("filename", f"meshes/{name}.obj")
             return
         source = find_resource(given, self.path, self.packages)
         if source not in self.taken:
@@ -124,43 +126,28 @@ class _Copies:
 
 
 def _some(names: list[str]) -> str:
-    names = list(dict.fromkeys(Path(name).name for name in names))
-    return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
+    return listed(list(dict.fromkeys(Path(name).name for name in names)), 4)
 
 
-def _box(link: ElementTree.Element) -> None:
+def _box(link: Element) -> None:
     """Give a link the box that has its mass and principal moments, as its collision shape."""
     inertial = link.find("inertial")
     if inertial is None:
         return
-    mass, inertia, origin = (inertial.find(tag) for tag in ("mass", "inertia", "origin"))
-    weight = 0.0 if mass is None else float(mass.get("value", "0"))
-    if inertia is None or weight <= 0.0:
+    inertia, mass = inertial.find("inertia"), mass_of(link)
+    if inertia is None or mass <= 0.0:
         return
-    tensor = np.array(
-        [[float(inertia.get("i" + "".join(sorted(a + b)), "0")) for a in "xyz"] for b in "xyz"]
-    )
-    moments, axes = np.linalg.eigh(tensor)
-    squares = 6.0 / weight * (moments.sum() - 2.0 * moments)
+    moments, axes = np.linalg.eigh(tensor_of(inertia))
+    squares = 6.0 / mass * (moments.sum() - 2.0 * moments)
     if squares.max() <= 0.0:
         return
     edges = np.sqrt(np.maximum(squares, _THIN**2 * squares.max()))
-    pose = np.eye(4)
-    if origin is not None:
-        pose[:3, 3] = [float(x) for x in (origin.get("xyz") or "0 0 0").split()]
-        turn = np.array([[float(x) for x in (origin.get("rpy") or "0 0 0").split()]])
-        pose[:3, :3] = matrix_of(quaternion_of_rpy(turn))[0]
+    pose = pose_of(inertial.find("origin"))
     pose[:3, :3] = pose[:3, :3] @ axes * np.array([1.0, 1.0, np.linalg.det(axes)])
     part = ElementTree.SubElement(link, "collision")
     ElementTree.SubElement(part, "origin", pose_text(pose))
     size = " ".join(f"{x:.6g}" for x in edges)
     ElementTree.SubElement(ElementTree.SubElement(part, "geometry"), "box", {"size": size})
-
-
-def _written(name: str, folder: Path, texts: Mapping[str, str]) -> str:
-    (folder / "meshes").mkdir(exist_ok=True)
-    (folder / "meshes" / f"{name}.obj").write_text(texts[name], encoding="utf-8")
-    return f"meshes/{name}.obj"
 
 
 def _copy(source: Path, folder: Path, names: set[str], changes: list[str]) -> str:
@@ -179,7 +166,9 @@ def _copy(source: Path, folder: Path, names: set[str], changes: list[str]) -> st
     elif ready:
         shutil.copyfile(source, folder / name)
     else:
-        _convert(source, folder / name)
+        mesh = load_mesh(source)
+        text = mesh.export(file_type="obj", include_texture=False, include_normals=False)
+        (folder / name).write_text(str(text), encoding="utf-8")
         changes.append(f"{source.name} converted to {Path(name).name}")
     return name
 
@@ -218,13 +207,7 @@ def load_mesh(path: Path) -> Any:
     return mesh
 
 
-def _convert(source: Path, target: Path) -> None:
-    mesh = load_mesh(source)
-    text = mesh.export(file_type="obj", include_texture=False, include_normals=False)
-    target.write_text(str(text), encoding="utf-8")
-
-
-def _refuse_millimetres(mesh: ElementTree.Element, name: str, path: Path) -> None:
+def _refuse_millimetres(mesh: Element, name: str, path: Path) -> None:
     scale = max(abs(float(word)) for word in (mesh.get("scale") or "1").split())
     extent = float(np.ptp(np.asarray(load_mesh(path).vertices), axis=0).max()) * scale
     if extent > FAR:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -16,37 +16,24 @@ from seals.frames import matrix_of
 from seals.scaffold.meshes import COMPILED
 from seals.scaffold.mjcf_bounds import bounded_mjcf
 from seals.scaffold.plug_ins import Motor, Stated
-from seals.scaffold.urdf_elements import (
+from seals.scaffold.urdf import (
     WORLD,
+    Element,
     cylinder_element,
+    inertial_element,
     joint_element,
-    link_element,
+    pose_at,
     pose_text,
 )
 
-Element = ElementTree.Element
 _FREE, _BALL, _SLIDE = 0, 1, 2
 _MESH = 7
 _ON_JOINT, _ON_SITE = (0, 1), 4
 
 
-class Converted(NamedTuple):
-    """Result of a conversion: URDF, messages, actuators and meshes.
-
-    Args:
-        urdf: ``<robot>`` element.
-        changes: in words.
-        stated: rotors, thrusters and servos of its actuators.
-        meshes: OBJ texts by name; the URDF refers to them as ``compiled://NAME``.
-    """
-
-    urdf: Element
-    changes: list[str]
-    stated: Stated
-    meshes: dict[str, str]
-
-
-def urdf_of_mjcf(path: Path, root: Element, packages: Mapping[str, Path]) -> Converted:
+def urdf_of_mjcf(
+    path: Path, root: Element, packages: Mapping[str, Path]
+) -> tuple[Element, list[str], Stated, dict[str, str]]:
     """Return the URDF of the largest robot in an MJCF file.
 
     Bodies become links whose origin is that of their joint; bodies with several joints get links
@@ -56,6 +43,10 @@ def urdf_of_mjcf(path: Path, root: Element, packages: Mapping[str, Path]) -> Con
         path: of the file.
         root: its ``<mujoco>`` element.
         packages: folders of ``package://`` names.
+
+    Returns:
+        The ``<robot>`` element; changes in words; rotors, thrusters and servos of the actuators;
+        OBJ texts of meshes by name, to which the URDF refers as ``compiled://NAME``.
 
     Raises:
         RobotError: MuJoCo cannot compile it, or it holds what no URDF can say.
@@ -73,7 +64,7 @@ def urdf_of_mjcf(path: Path, root: Element, packages: Mapping[str, Path]) -> Con
     counts = [len(e.get("qpos", "").split()) for e in ElementTree.fromstring(text).iter("key")]
     made.keyframe([k for k, count in enumerate(counts[: model.nkey]) if count == model.nq])
     changes = ["MJCF model converted to URDF", *changes, *made.changes]
-    return Converted(made.urdf, changes, made.stated, made.meshes)
+    return made.urdf, changes, made.stated, made.meshes
 
 
 def _compiled(path: Path, text: str, assets: dict[str, bytes]) -> Any:
@@ -124,7 +115,7 @@ class _Conversion:
             self.urdf.set("fixed_base", "true")
         if not free and m.body_jntnum[base]:
             # a rig: hinges and slides between the world and the robot are the first of its joints
-            self.urdf.append(link_element(WORLD))
+            ElementTree.SubElement(self.urdf, "link", name=WORLD)
             self.shift[0] = np.zeros(3)
         for body in own:
             joints = range(m.body_jntadr[body], m.body_jntadr[body] + m.body_jntnum[body])
@@ -178,19 +169,11 @@ class _Conversion:
 
     def _link(self, body: int) -> None:
         m = self.model
-        link = link_element(self._name("body", body))
-        inertial = ElementTree.SubElement(link, "inertial")
-        pose = _pose(m.body_ipos[body] - self.shift[body], m.body_iquat[body])
-        ElementTree.SubElement(inertial, "origin", pose_text(pose))
-        ElementTree.SubElement(inertial, "mass", {"value": f"{m.body_mass[body]:.9g}"})
-        moments = dict(zip(("ixx", "iyy", "izz"), m.body_inertia[body], strict=True))
-        values = {
-            key: f"{moments.get(key, 0.0):.9g}"
-            for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-        }
-        ElementTree.SubElement(inertial, "inertia", values)
-        if m.body_mass[body] <= 0.0:
-            link.remove(inertial)
+        link = ElementTree.SubElement(self.urdf, "link", name=self._name("body", body))
+        if m.body_mass[body] > 0.0:
+            pose = _pose(m.body_ipos[body] - self.shift[body], m.body_iquat[body])
+            tensor = np.diag(m.body_inertia[body])
+            link.append(inertial_element(m.body_mass[body], tensor, pose_text(pose)))
         for geom in range(m.body_geomadr[body], m.body_geomadr[body] + m.body_geomnum[body]):
             shape = self._shape(geom)
             if shape is not None:
@@ -199,7 +182,6 @@ class _Conversion:
                 placed = _pose(m.geom_pos[geom] - self.shift[body], m.geom_quat[geom])
                 ElementTree.SubElement(part, "origin", pose_text(placed))
                 ElementTree.SubElement(part, "geometry").append(shape)
-        self.urdf.append(link)
 
     def _shape(self, geom: int) -> Element | None:
         m = self.model
@@ -247,7 +229,7 @@ class _Conversion:
                 )
             child = name if number == len(joints) - 1 else f"{name}_{number + 1}"
             if child != name:
-                self.urdf.append(link_element(child))
+                ElementTree.SubElement(self.urdf, "link", name=child)
             origin = pose if number == 0 else np.eye(4)
             step = m.jnt_pos[joint] - before
             origin = origin @ _pose(step, np.array([1.0, 0.0, 0.0, 0.0]))
@@ -328,7 +310,4 @@ def _triple(values: Floats) -> tuple[float, float, float]:
 
 
 def _pose(position: Floats, q_wxyz: Floats) -> Floats:
-    pose = np.eye(4)
-    pose[:3, 3] = position
-    pose[:3, :3] = matrix_of(np.asarray(q_wxyz)[None][:, [1, 2, 3, 0]])[0]
-    return pose
+    return pose_at(position, matrix_of(np.asarray(q_wxyz)[None][:, [1, 2, 3, 0]])[0])

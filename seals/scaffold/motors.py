@@ -8,10 +8,10 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.control.plant import ROTOR, THRUSTER, rest_poses
-from seals.errors import RobotError, suggestion
 from seals.robot.model import RobotModel
 from seals.scaffold.plug_ins import Motor
 from seals.scaffold.takeover import Takeover
+from seals.scaffold.urdf import refuse_unknown
 
 _SAME_PLACE = 1e-6
 """Distance below which frames of two links coincide [m]."""
@@ -123,12 +123,6 @@ def link_of(motor: Motor, robot: RobotModel, source: Takeover) -> int:
     if not link or (link not in robot.links and motor.link in robot.links):
         link = motor.link
     if link not in robot.links:
-        wrong, known = (
-            (motor.joint, source.joint_names) if motor.joint else (motor.link, list(robot.links))
-        )
-        what = "joint" if motor.joint else "link"
-        raise RobotError(
-            f"{motor.source} names the {what} '{wrong}', which is not there.\n"
-            f"{suggestion(wrong, known)}"
-        )
+        what, known = ("joint", source.joints) if motor.joint else ("link", robot.links)
+        refuse_unknown(motor.source, what, motor.joint or motor.link, list(known))
     return robot.links.index(link)

@@ -149,16 +149,13 @@ def _without_repeats(found: Stated) -> Stated:
     for motor in found.motors:
         key = motor.joint or motor.link
         if key not in known or "max_speed" not in known[key].values:
-            known[key] = motor if key not in known else _joined(known[key], motor)
+            before = known[key].values if key in known else {}
+            known[key] = motor._replace(values={**before, **motor.values})
         elif "max_speed" in motor.values:
             found.unread.append(f"a second motor of '{key}'")
     found.motors = list(known.values())
     found.unread = list(dict.fromkeys(found.unread))
     return found
-
-
-def _joined(first: Motor, second: Motor) -> Motor:
-    return second._replace(values={**first.values, **second.values})
 
 
 def _motors(plugin: ElementTree.Element, said: str) -> Iterator[Motor]:
@@ -269,7 +266,10 @@ def _reached(
         return finite(text, f"{said}: {tag}") if text else None
 
     low, high = number(plugin, "clampMin"), number(plugin, "clampMax")
-    given, forces = (_listed(conversion, tag, said) for tag in ("inputValues", "outputValues"))
+    given, forces = (
+        np.array([finite(w, f"{said}: {tag}") for w in text_of(conversion, tag).split()])
+        for tag in ("inputValues", "outputValues")
+    )
     if len(given) != len(forces) or np.any(np.diff(given) <= 0.0):
         raise RobotError(
             f"{said}: inputValues has {len(given)} numbers, outputValues {len(forces)}.\n"
@@ -298,11 +298,6 @@ def _either_way(ahead: float, back: float) -> dict[str, float]:
     """Return the largest forces of a thruster, from the ends of its range [N]."""
     values = {"max_force": max(ahead, 0.0), "back_force": max(-back, 0.0)}
     return {key: value for key, value in values.items() if value > 0.0}
-
-
-def _listed(element: ElementTree.Element, tag: str, said: str) -> Floats:
-    """Return the numbers in a child element, none where it is not there."""
-    return np.array([finite(word, f"{said}: {tag}") for word in text_of(element, tag).split()])
 
 
 def _coefficients(plugin: ElementTree.Element, said: str) -> Iterator[Hydrodynamics]:

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from seals.check.finding import listed
 from seals.control.plant import ROTOR
 from seals.errors import RobotError
 from seals.logs.atomic import rename_new
@@ -113,7 +114,7 @@ def scaffold_robot(
     source = Takeover(urdf, packages or {}, arguments or {})
     beside = beside_of(parent, name)
     try:
-        source.changes += mended(source.root, forward)
+        source.changes += mended(source, forward)
         source.copy_meshes(beside, boxes=boxes)
         made = _fill(beside, name, source, density, medium)
         rename_new(beside, folder)
@@ -127,7 +128,7 @@ def _fill(
 ) -> NewRobot:
     """Write all files of the folder."""
     if density is not None:
-        links = add_inertials(source.root, hulls_of(source.root, folder, set()), density)
+        links = add_inertials(source, hulls_of(source, folder), density)
         words = f"mass at {density:g} kg/m^3 of its shapes given to: {', '.join(links) or 'none'}"
         source.changes.append(words)
     path = folder / f"{name}.urdf"
@@ -136,13 +137,15 @@ def _fill(
         name=name, folder=str(folder.resolve()), urdf=path.name, fixed_base=source.fixed_base
     )
     robot = _built(settings, source)
-    drives = drives_of(robot, source, extents_of(source.root, folder), medium=given or "")
-    propellers = source.children_of([joint for each in drives for joint in each.joints])
+    drives = drives_of(robot, source, extents_of(source, folder), medium=given or "")
+    propellers = {source.child_of(joint) for each in drives for joint in each.joints}
     propellers |= {link for each in drives if each.kind == ROTOR for link in each.links}
     held = _held(drives, source)
     source.changes += leave_out_blades(source.stated.wings, propellers)
-    wings = add_wing_frames(source.root, source.stated.wings)
-    if source.fixed_base and _only_drives(robot, drives) and robot.mass[0] > 0.0:
+    wings = add_wing_frames(source, source.stated.wings)
+    moved = {name for each in drives for name in (*each.joints, *each.tilting.values())}
+    flies = drives and set(robot.joints) <= moved
+    if source.fixed_base and flies and robot.mass[0] > 0.0:
         # a vehicle on a test stand, or one that another file lets fly
         source.fixed_base = False
         source.changes.append("bolted to the world in the file, freed: fixed_base of robot.yaml")
@@ -151,11 +154,10 @@ def _fill(
         settings = replace(settings, fixed_base=source.fixed_base)
         robot = build_robot(settings)
     _refuse_pushed_world(robot, drives)
-    hulls = hulls_of(source.root, folder, source.drawn_only)
+    hulls = hulls_of(source, folder, source.drawn_only)
     turning = [link for link in hulls if link in propellers and link != robot.links[0]]
     if turning:
-        more = f" and {len(turning) - 6} more" if len(turning) > 6 else ""
-        names = ", ".join(turning[:6]) + more
+        names = listed(turning)
         source.changes.append(f"shapes of propellers are no hulls and have no drag: {names}")
     hulls = {link: hull for link, hull in hulls.items() if link not in turning}
     hulls = with_volumes(hulls, robot, source)
@@ -168,10 +170,10 @@ def _fill(
     tilting = {name for each in drives for name in each.tilting.values()}
     limbs = limbs_of(robot, tilting | set(source.rig))
     legs = with_feet(limbs.legs, hulls, robot)
-    stances = stances_of(robot, legs, source.stated.pose)
-    for leg, values in stances.values.items():
+    stances, said = stances_of(robot, legs, source.stated.pose)
+    for leg, values in stances.items():
         legs[leg] |= {"stance": values} if values else {}
-    limbs = limbs._replace(legs=legs, stance=stances.source)
+    limbs = limbs._replace(legs=legs, stance=said)
     made = NewRobot(
         folder, robot, drives, medium, reverses, limbs, hulls, wings, source.changes, []
     )
@@ -194,12 +196,6 @@ def _held(drives: list[Drives], source: Takeover) -> bool:
             each.tilting.clear()
             held = True
     return held
-
-
-def _only_drives(robot: RobotModel, drives: list[Drives]) -> bool:
-    """Return whether all that moves on a robot are its drives and what tilts them."""
-    moved = {name for each in drives for name in (*each.joints, *each.tilting.values())}
-    return bool(drives) and set(robot.joints) <= moved
 
 
 def _refuse_pushed_world(robot: RobotModel, drives: list[Drives]) -> None:

@@ -233,6 +233,8 @@ def _drives(
     direction, said = _directions(motors, names, raw, place, source)
     sources |= {"direction": said} if said else {}
     limits = np.array([source.velocity_limit(robot.joints[j]) if j >= 0 else 0.0 for j in own])
+    # limits below 50 rad/s were written for something else than a propeller
+    speeds = np.where(limits > 50.0, limits, np.round(TIP_SPEED / radius, -1))
     found = Drives(
         kind=kind,
         links=names,
@@ -241,7 +243,7 @@ def _drives(
         axis=axis,
         direction=direction,
         radius=radius,
-        max_speed=_speeds(motors, limits, radius, sources),
+        max_speed=_stated(motors, "max_speed", speeds, sources),
         thrust=np.zeros(len(links)),
         torque=np.zeros(len(links)),
         time_constant=_stated(
@@ -253,8 +255,10 @@ def _drives(
         tilting=_tilting(robot, links, joints),
     )
     found.spin_down = _stated(motors, "spin_down", found.time_constant, sources)
-    weight = GRAVITY * float(robot.mass.sum())
-    drag, least = _drag_ahead(source), _least_drag(float(robot.mass.sum()))
+    mass = float(robot.mass.sum())
+    weight, drag = GRAVITY * mass, _drag_ahead(source)
+    # of the most slender hull of a neutral vehicle at that speed
+    least = 0.5 * WATER * LEAST_DRAG * (mass / WATER) ** (2.0 / 3.0) * BRISK**2
     _strengths(found, motors, weight, min(PUSH * weight, drag if drag > least else np.inf))
     return found
 
@@ -277,12 +281,6 @@ def _drag_ahead(source: Takeover) -> float:
     linear = sum(float(each.linear[0]) for each in rows if each.linear is not None)
     quadratic = sum(float(each.quadratic[0]) for each in rows if each.quadratic is not None)
     return linear * BRISK + quadratic * BRISK**2
-
-
-def _least_drag(mass: float) -> float:
-    """Drag at a brisk speed of the most slender hull of a neutral vehicle [N]."""
-    area: float = (mass / WATER) ** (2.0 / 3.0)
-    return 0.5 * WATER * LEAST_DRAG * area * BRISK**2
 
 
 def held_down(drives: Sequence[Drives], net: float) -> None:
@@ -340,15 +338,6 @@ def _radii(place: Floats, axis: Floats, extents: Floats) -> Floats:
     # a shape much smaller than the room is a motor or a hub, a larger one is a sphere of safety
     fits = (drawn > 0.3 * room) & (drawn < 2.0 * room)
     return np.asarray(np.round(np.where(fits, drawn, room), 4), dtype=np.float64)
-
-
-def _speeds(
-    motors: Sequence[Motor], limits: Floats, radius: Floats, sources: dict[str, str]
-) -> Floats:
-    """Largest speeds [rad/s]: stated, the joints' limits, or from a usual tip speed."""
-    # limits below 50 rad/s were written for something else than a propeller
-    chosen = np.where(limits > 50.0, limits, np.round(TIP_SPEED / radius, -1))
-    return _stated(motors, "max_speed", chosen, sources)
 
 
 def _directions(

@@ -13,19 +13,22 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import RobotError, suggestion
 from seals.frames import matrix_of, quaternion_of_rpy
+from seals.scaffold.plug_in_values import last_name
 from seals.scaffold.sdf_includes import with_includes
-from seals.scaffold.urdf_elements import (
+from seals.scaffold.urdf import (
     ENDLESS,
+    INERTIA,
     WORLD,
+    Element,
     cylinder_element,
+    inertial_element,
     joint_element,
-    link_element,
     number_or,
     numbers,
+    pose_at,
     pose_text,
 )
 
-Element = ElementTree.Element
 _TYPES = {"revolute": "revolute", "continuous": "continuous", "prismatic": "prismatic"}
 _GEOMETRY = ("box", "cylinder", "sphere", "capsule", "ellipsoid", "mesh")
 _DEEPEST_FRAME = 50
@@ -97,13 +100,12 @@ def urdf_of_sdf(
     origins = {name: frames.pose(name) for name in names}
     if rigged:
         # what moves against the world does so by the first of its joints
-        urdf.append(link_element(WORLD))
+        ElementTree.SubElement(urdf, "link", name=WORLD)
         names, origins[WORLD] = [*names, WORLD], np.eye(4)
     for joint in moving:
         if joint.get("type") in _TYPES:
-            origins[frames_link(frames, _end(joint, "child"), names)][:3, 3] = _joint_pose(
-                frames, joint
-            )[:3, 3]
+            child = frames_link(frames, _end(joint, "child"), names)
+            origins[child][:3, 3] = frames.pose(str(joint.get("name")))[:3, 3]
     for link, name in zip(links, names[: len(links)], strict=True):
         shift = np.linalg.inv(origins[name]) @ frames.pose(name)
         urdf.append(_link(where, link, name, shift, changes))
@@ -165,11 +167,13 @@ def _held(model: Element, changes: list[str]) -> list[Element]:
         parent, child = (plugin.findtext(f"{end}_link") or "" for end in ("parent", "child"))
         own = (plugin.findtext("child_model") or "").strip() in ("__model__", model.get("name"))
         if own and parent.strip() and child.strip():
-            joint = ElementTree.Element("joint", {"name": f"{_last(child)}_held", "type": "fixed"})
+            joint = ElementTree.Element(
+                "joint", {"name": f"{last_name(child)}_held", "type": "fixed"}
+            )
             ElementTree.SubElement(joint, "parent").text = parent
             ElementTree.SubElement(joint, "child").text = child
             found.append(joint)
-            changes.append(f"{_last(child)} is held by {_last(parent)}, as a plug-in does")
+            changes.append(f"{last_name(child)} is held by {last_name(parent)}, as a plug-in does")
     return found
 
 
@@ -195,7 +199,7 @@ def _frames(where: str, model: Element, base: str = "") -> Frames:
         carriers |= within.carriers
     for element in (*model.findall("link"), *model.findall("frame")):
         pose = element.find("pose")
-        attached = _last(element.get("attached_to")) if element.tag == "frame" else ""
+        attached = last_name(element.get("attached_to")) if element.tag == "frame" else ""
         poses[_name(where, element)] = (_relative(pose) or attached or base, _pose(where, pose))
         if attached:
             carriers[_name(where, element)] = attached
@@ -211,22 +215,16 @@ def _frames(where: str, model: Element, base: str = "") -> Frames:
 def _relative(pose: Element | None) -> str:
     if pose is None:
         return ""
-    name = _last(pose.get("relative_to") or pose.get("frame"))
+    name = last_name(pose.get("relative_to") or pose.get("frame"))
     return "" if name == "__model__" else name
-
-
-def _last(name: str | None) -> str:
-    return (name or "").strip().split("::")[-1]
 
 
 def _pose(where: str, element: Element | None) -> Floats:
     """A pose as a matrix; angles in radians, degrees or as a quaternion x, y, z, w."""
-    pose = np.eye(4)
     if element is None or not (element.text or "").strip():
-        return pose
+        return np.eye(4)
     quaternion = element.get("rotation_format") == "quat_xyzw"
     values = np.array(numbers(where, "pose", element.text, 7 if quaternion else 6))
-    pose[:3, 3] = values[:3]
     if quaternion:
         length = float(np.linalg.norm(values[3:]))
         if length < 1e-9:
@@ -237,13 +235,12 @@ def _pose(where: str, element: Element | None) -> Floats:
     else:
         turn = np.radians(values[3:]) if element.get("degrees") in ("true", "1") else values[3:]
         q = quaternion_of_rpy(turn[None])[0]
-    pose[:3, :3] = matrix_of(q[None])[0]
-    return pose
+    return pose_at(values[:3], matrix_of(q[None])[0])
 
 
 def _end(joint: Element, which: str) -> str:
     text = joint.findtext(which) or joint.findtext(f"{which}/link") or ""
-    return _last(text)
+    return last_name(text)
 
 
 def frames_link(frames: Frames, name: str, links: list[str]) -> str:
@@ -259,13 +256,9 @@ def frames_link(frames: Frames, name: str, links: list[str]) -> str:
     return name
 
 
-def _joint_pose(frames: Frames, joint: Element) -> Floats:
-    return frames.pose(str(joint.get("name")))
-
-
 def _link(where: str, link: Element, name: str, shift: Floats, changes: list[str]) -> Element:
     where = f"{where}: link '{name}'"
-    out = link_element(name)
+    out = ElementTree.Element("link", name=name)
     inertial = link.find("inertial")
     if inertial is not None:
         out.append(_inertial(where, inertial, shift))
@@ -282,19 +275,13 @@ def _link(where: str, link: Element, name: str, shift: Floats, changes: list[str
 
 
 def _inertial(where: str, inertial: Element, shift: Floats) -> Element:
-    out = ElementTree.Element("inertial")
     placed = shift @ _pose(where, inertial.find("pose"))
-    ElementTree.SubElement(out, "origin", pose_text(placed))
     mass = numbers(where, "mass", inertial.findtext("mass") or "1", 1)[0]
-    ElementTree.SubElement(out, "mass", {"value": f"{mass:.9g}"})
-    inertia = inertial.find("inertia")
-    values = {}
-    for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"):
-        default = "1" if key[1] == key[2] else "0"
-        text = default if inertia is None else (inertia.findtext(key) or default)
-        values[key] = f"{numbers(where, key, text, 1)[0]:.9g}"
-    ElementTree.SubElement(out, "inertia", values)
-    return out
+    tensor = np.eye(3)
+    for key, (i, j) in INERTIA.items():
+        text = inertial.findtext(f"inertia/{key}") or str(tensor[i, j])
+        tensor[i, j] = tensor[j, i] = numbers(where, key, text, 1)[0]
+    return inertial_element(mass, tensor, pose_text(placed))
 
 
 def _shape(where: str, part: Element, changes: list[str]) -> Element | None:
@@ -356,10 +343,10 @@ def _joint(
         )
     xyz = axis.find("xyz")
     ahead = np.array(numbers(where, "axis", "0 0 1" if xyz is None else xyz.text, 3))
-    given = "" if xyz is None else _last(xyz.get("expressed_in"))
+    given = "" if xyz is None else last_name(xyz.get("expressed_in"))
     if (axis.findtext("use_parent_model_frame") or "").strip() in ("1", "true"):
         given = "__model__"
-    turn = (frames.pose(given) if given else _joint_pose(frames, joint))[:3, :3]
+    turn = frames.pose(given or name)[:3, :3]
     own = origins[child][:3, :3].T @ turn @ ahead
     limits = _limits(where, axis)
     if kind == "revolute" and limits["upper"] - limits["lower"] > 2e3:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
+from seals.check.finding import listed
 from seals.errors import RobotError
 from seals.scaffold.resources import read_tree
 
@@ -68,7 +69,8 @@ def _parted_names(tree: ElementTree.Element) -> list[str]:
             continue
         _rename(model, renamed)
         _rename(tree, {f"{title}::{old}": new for old, new in renamed.items()})
-        changed.append(f"names of model {title} begin with it, others have them too: {_few(twice)}")
+        words = listed(twice, 4)
+        changed.append(f"names of model {title} begin with it, others have them too: {words}")
     return changed
 
 
@@ -88,10 +90,6 @@ def _rename(model: ElementTree.Element, names: Mapping[str, str]) -> None:
         text = (element.text or "").strip()
         if text in names and element.tag not in ("uri", "name"):
             element.text = names[text]
-
-
-def _few(names: list[str]) -> str:
-    return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
 
 
 @dataclass
@@ -145,8 +143,11 @@ def _expand(
             )
         own.set("name", include.findtext("name") or own.get("name") or file.parent.name)
         _place(own, include)
-        for mesh in own.iter("uri"):
-            _rebase(mesh, file)
+        for uri in own.iter("uri"):
+            # the path of a mesh is relative to the included file
+            text = (uri.text or "").strip()
+            if text and "://" not in text and not text.startswith("/"):
+                uri.text = f"file://{file.parent.resolve() / text}"
         found.changes.append(f"model {file.parent.name} included")
         _expand(file, own, found, (*above, file))
         model.remove(include)
@@ -161,13 +162,6 @@ def _place(own: ElementTree.Element, include: ElementTree.Element) -> None:
             own.remove(old)
         own.append(pose)
     own.extend(include.findall("plugin"))
-
-
-def _rebase(uri: ElementTree.Element, file: Path) -> None:
-    """Make the path of a mesh absolute that is relative to the included file."""
-    text = (uri.text or "").strip()
-    if text and "://" not in text and not text.startswith("/"):
-        uri.text = f"file://{file.parent.resolve() / text}"
 
 
 def _file_of(path: Path, include: ElementTree.Element, packages: Mapping[str, Path]) -> Path:

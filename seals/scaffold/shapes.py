@@ -10,10 +10,12 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.control.plant import rest_poses
-from seals.errors import RobotError, suggestion
+from seals.errors import RobotError
 from seals.robot.model import RobotModel
 from seals.scaffold.meshes import load_mesh
-from seals.scaffold.takeover import Element, Takeover
+from seals.scaffold.plug_ins import Displacement, Hydrodynamics
+from seals.scaffold.takeover import Takeover
+from seals.scaffold.urdf import Element, Urdf, pose_of, refuse_unknown, triple_of
 from seals.scaffold.writing import plain
 
 MOST_FACES = 400
@@ -69,26 +71,22 @@ class LinkHull(NamedTuple):
         return float(self.stated.get("displaced_volume", sum(self.volumes)))
 
 
-def hulls_of(root: Element, folder: Path, skip: set[str]) -> dict[str, LinkHull]:
+def hulls_of(robot: Urdf, folder: Path, skip: Collection[str] = ()) -> dict[str, LinkHull]:
     """Return the hull of each link: its collision shapes, or its visual ones if it has no others.
 
     Args:
-        root: of a URDF whose meshes lie in the folder.
+        robot: a URDF whose meshes lie in the folder.
         folder: of the robot.
         skip: links that displace nothing worth counting, such as rotors.
     """
     found = {}
-    for link in root.findall("link"):
-        name = str(link.get("name"))
+    for name, link in robot.links.items():
         parts = link.findall("collision") or link.findall("visual")
         entries = [e for part in parts if (e := _entry(part, folder, name)) is not None]
         if name in skip or not entries:
             continue
-        found[name] = LinkHull(
-            shapes=[shape for shape, _, _ in entries],
-            boxes=[box for _, box, _ in entries],
-            volumes=[volume for _, _, volume in entries],
-        )
+        shapes, boxes, volumes = map(list, zip(*entries, strict=True))
+        found[name] = LinkHull(shapes, boxes, volumes)
     return found
 
 
@@ -101,12 +99,7 @@ def with_volumes(
     """
     found = dict(hulls)
     for each in source.stated.displacements:
-        link = robot.links[0] if each.link in (*source.dropped, "") else each.link
-        if link not in robot.links:
-            raise RobotError(
-                f"{each.source} names the link '{link}', which is not there.\n"
-                f"{suggestion(link, robot.links)}"
-            )
+        link = stated_link(each, robot, source)
         volume = each.volume
         if each.neutral:
             volume = float(f"{volume * robot.mass[_part_of(robot, link)].sum():.9g}")
@@ -137,6 +130,17 @@ def with_volumes(
     return found
 
 
+def stated_link(each: Displacement | Hydrodynamics, robot: RobotModel, source: Takeover) -> str:
+    """Return the link of which a plug-in states something: the base where it names none.
+
+    Raises:
+        RobotError: it names a link that is not there.
+    """
+    link = robot.links[0] if each.link in (*source.dropped, "") else each.link
+    refuse_unknown(each.source, "link", link, robot.links)
+    return link
+
+
 def _part_of(robot: RobotModel, link: str, without: Collection[str] = ()) -> list[int]:
     """Return the rows of a link, first, and of all that is fixed to it, but some links."""
     part = [robot.links.index(link)]
@@ -158,16 +162,14 @@ def _centre_of(robot: RobotModel, part: list[int]) -> Floats:
     return centre
 
 
-def extents_of(root: Element, folder: Path) -> Mapping[str, float]:
+def extents_of(robot: Urdf, folder: Path) -> Mapping[str, float]:
     """Return the largest extent of the visual and collision shapes of each link [m]."""
     found: dict[str, float] = {}
-    for link in root.findall("link"):
+    for name, link in robot.links.items():
         for part in (*link.findall("collision"), *link.findall("visual")):
             entry = _entry(part, folder, "")
             if entry is not None:
-                extent = float(entry[1].edges.max())
-                name = str(link.get("name"))
-                found[name] = max(found.get(name, 0.0), extent)
+                found[name] = max(found.get(name, 0.0), float(entry[1].edges.max()))
     return found
 
 
@@ -183,12 +185,12 @@ def _entry(part: Element, folder: Path, link: str) -> tuple[dict[str, Any], Box,
         entry, half, volume = _primitive(shape)
         low, high = -half, half
     origin = part.find("origin")
-    position, rpy = _triple(origin, "xyz"), _triple(origin, "rpy")
+    position, rpy = triple_of(origin, "xyz"), triple_of(origin, "rpy")
     if np.any(position):
         entry["position"] = rounded(position)
     if np.any(rpy):
         entry["rpy"] = rounded(rpy)
-    turn = _turn(rpy)
+    turn = pose_of(origin)[:3, :3]
     return entry, Box(turn @ (low + high) / 2.0 + position, high - low, turn), volume
 
 
@@ -255,15 +257,3 @@ def _convex(points: Floats) -> Any:
 def rounded(values: Any) -> list[float]:
     """Return numbers rounded to six decimals, as lists for YAML."""
     return [round(float(value), 6) + 0.0 for value in np.asarray(values)]
-
-
-def _triple(origin: Element | None, key: str) -> Floats:
-    text = None if origin is None else origin.get(key)
-    return np.array([float(word) for word in (text or "0 0 0").split()])
-
-
-def _turn(rpy: Floats) -> Floats:
-    from seals.frames import matrix_of, quaternion_of_rpy
-
-    turn: Floats = matrix_of(quaternion_of_rpy(rpy[None]))[0]
-    return turn

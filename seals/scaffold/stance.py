@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -27,17 +27,10 @@ ZERO = "the pose at zero"
 CHOSEN = "chosen: straight legs are bent until 0.72 of their length is left"
 
 
-class Stances(NamedTuple):
-    """Joint values of legs that stand, empty for zeros, by leg; and where they are from."""
-
-    values: dict[str, list[float]]
-    source: str
-
-
 def stances_of(
     robot: RobotModel, legs: Mapping[str, Mapping[str, Any]], stated: Mapping[str, float]
-) -> Stances:
-    """Return the stance of every leg.
+) -> tuple[dict[str, list[float]], str]:
+    """Return joint values of legs that stand, empty for zeros, by leg; and where they are from.
 
     Args:
         robot: as read from the URDF.
@@ -46,7 +39,8 @@ def stances_of(
     """
     found = {name: _leg(robot, leg) for name, leg in legs.items()}
     walking = [j for chain, *_ in found.values() for j in chain]
-    if all(robot.joints[j] in stated and _within(robot, j, stated) for j in walking):
+    lower, upper, unknown = robot.lower - _ROUNDED, robot.upper + _ROUNDED, np.nan
+    if all(lower[j] <= stated.get(robot.joints[j], unknown) <= upper[j] for j in walking):
         values = {
             name: [round(stated[robot.joints[j]], 4) + 0.0 for j in chain]
             for name, (chain, *_) in found.items()
@@ -57,13 +51,7 @@ def stances_of(
     else:
         values = {name: _bent(robot, *leg) for name, leg in found.items()}
         source = CHOSEN
-    return Stances({n: v if any(v) else [] for n, v in values.items()}, source)
-
-
-def _within(robot: RobotModel, joint: int, stated: Mapping[str, float]) -> bool:
-    """Return whether a stated value lies within the joint's limits."""
-    value = stated[robot.joints[joint]]
-    return bool(robot.lower[joint] - _ROUNDED <= value <= robot.upper[joint] + _ROUNDED)
+    return {n: v if any(v) else [] for n, v in values.items()}, source
 
 
 def _leg(robot: RobotModel, leg: Mapping[str, Any]) -> tuple[list[int], int, Floats]:

@@ -6,11 +6,11 @@ import itertools
 from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
-from typing import TypeAlias
 from xml.etree import ElementTree
 
 import numpy as np
 
+from seals.check.finding import listed
 from seals.errors import LogError, RobotError, suggestion
 from seals.robot.macros import expanded, holds_macros, with_plain_comments, with_plain_names
 from seals.robot.structure import check_structure
@@ -21,16 +21,15 @@ from seals.scaffold.mjcf_bounds import with_parts
 from seals.scaffold.plug_ins import Stated, stated_of
 from seals.scaffold.sdf import urdf_of_sdf
 from seals.scaffold.sdf_includes import with_includes
-from seals.scaffold.urdf_elements import ENDLESS, WORLD, number_or
+from seals.scaffold.urdf import ENDLESS, WORLD, Element, Urdf, end_of, fix, mass_of, number_or
 from seals.untrusted_io import plain_xml, read_text
 
-Element: TypeAlias = "ElementTree.Element[str]"
 _MOST_NEAR = 40
 _OWN = ("link", "joint", "material")
 _ENDINGS = (".urdf", ".xacro", ".sdf", ".mjcf")
 
 
-class Takeover:
+class Takeover(Urdf):
     """File that is imported into a robot folder, as URDF.
 
     Args:
@@ -40,7 +39,6 @@ class Takeover:
         arguments: values of the arguments of a xacro file, by name.
 
     Attributes:
-        root: the ``<robot>`` element, changed as it goes.
         stated: numbers of plug-ins and actuators.
         dropped: links that were left out at the base.
         fixed_base: whether the file bolts it to the world.
@@ -76,9 +74,8 @@ class Takeover:
             text = expanded(path, packages, arguments)
             self.changes.append("xacro macros expanded")
         self.stated = Stated()
-        self.root: Element = self._read(text)
+        super().__init__(self._read(text))
         self.fixed_base = self.root.attrib.pop("fixed_base", "") == "true"
-        self._note_drives()
         self._leave_out_foreign()
         self._drop_dummy_base()
         self._note_rig()
@@ -110,49 +107,36 @@ class Takeover:
         """Name of the robot in the URDF."""
         return str(self.root.get("name") or self.path.stem)
 
-    @property
-    def joint_names(self) -> list[str]:
-        """Names of all joints."""
-        return [str(joint.get("name")) for joint in self.root.findall("joint")]
-
     def child_of(self, joint: str) -> str:
         """Return the child link of a joint, or an empty name where there is no such joint."""
-        found = (j for j in self.root.findall("joint") if j.get("name") == joint)
-        return next((_end(j, "child") for j in found), "")
-
-    def children_of(self, joints: list[str]) -> set[str]:
-        """Return the child links of joints."""
-        return {self.child_of(joint) for joint in joints}
+        found = self.joints.get(joint)
+        return "" if found is None else end_of(found, "child")
 
     def words_of(self, link: str) -> list[str]:
         """Return the names of a link's parent joint and of its visual meshes."""
-        above = [str(j.get("name")) for j in self.root.findall("joint") if _end(j, "child") == link]
-        drawn = [e for e in self.root.findall("link") if e.get("name") == link]
-        return above + [Path(str(m.get("filename"))).stem for e in drawn for m in e.iter("mesh")]
+        above = [name for name, joint in self.joints.items() if end_of(joint, "child") == link]
+        return above + [Path(str(m.get("filename"))).stem for m in self.links[link].iter("mesh")]
 
     def velocity_limit(self, joint: str) -> float:
         """Return the speed limit of a joint [rad/s], zero without one."""
-        for element in self.root.findall("joint"):
-            limit = element.find("limit")
-            if element.get("name") == joint and limit is not None:
-                return _number(limit.get("velocity"))
-        return 0.0
+        speed = self._limit(joint, "velocity")
+        return speed if np.isfinite(speed) else 0.0
 
     def effort_limit(self, joint: str) -> float:
         """Return the effort limit of a joint [N m or N]: zero where the file does not say.
 
         Infinite where it says that there is none, by a negative or an endless number.
         """
-        for element in self.root.findall("joint"):
-            limit = element.find("limit")
-            if element.get("name") == joint and limit is not None:
-                effort = number_or(limit.get("effort"), 0.0)
-                return effort if 0.0 <= effort < ENDLESS else np.inf
-        return 0.0
+        effort = self._limit(joint, "effort")
+        return effort if 0.0 <= effort < ENDLESS else np.inf
+
+    def _limit(self, joint: str, key: str) -> float:
+        limit = self.joints[joint].find("limit") if joint in self.joints else None
+        return 0.0 if limit is None else number_or(limit.get(key), 0.0)
 
     def fix_joints(self, names: list[str], kind: str = "rotor") -> None:
         """Convert joints of rotors or thrusters to fixed joints."""
-        self.spun |= self.children_of(names)
+        self.spun |= set(map(self.child_of, names))
         self._fix(names)
         if names:
             self.changes.append(
@@ -172,12 +156,9 @@ class Takeover:
         ]
 
     def _fix(self, names: list[str]) -> None:
-        for joint in self.root.findall("joint"):
-            if joint.get("name") in names and joint.get("type") != "fixed":
-                joint.set("type", "fixed")
-                for tag in ("axis", "limit", "dynamics", "mimic", "safety_controller"):
-                    for part in joint.findall(tag):
-                        joint.remove(part)
+        for name, joint in self.joints.items():
+            if name in names and joint.get("type") != "fixed":
+                fix(joint, "mimic", "safety_controller")
 
     def copy_meshes(self, folder: Path, *, boxes: bool = False) -> None:
         """Copy every mesh to ``folder/meshes`` and update its path.
@@ -193,39 +174,20 @@ class Takeover:
             self.root, self.path, folder, self.packages, self._texts, boxes=boxes
         )
 
-    def write(self, path: Path) -> None:
-        """Write the modified URDF; frames get a mass of zero: PyBullet warns of links without."""
-        for link in self.root.findall("link"):
-            if link.find("inertial") is None:
-                inertial = ElementTree.SubElement(link, "inertial")
-                ElementTree.SubElement(inertial, "mass", value="0")
-                moments = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-                ElementTree.SubElement(inertial, "inertia", dict.fromkeys(moments, "0"))
-        # PyBullet breaks lines of more than a thousand signs, in the middle of a name too
-        ElementTree.indent(self.root)
-        text = ElementTree.tostring(self.root, encoding="unicode")
-        path.write_text(f'<?xml version="1.0"?>\n{text}\n', encoding="utf-8")
-
     def _leave_out_foreign(self) -> None:
-        """Remove elements that belong to other programs."""
+        """Remove elements of other programs; note joints that their transmissions name."""
         foreign = [e for e in self.root if isinstance(e.tag, str) and e.tag not in _OWN]
+        known = set(self.joints)
         for element in foreign:
+            words = (x for e in element.iter() for x in (e.get("name"), e.text) if x)
+            self.stated.driven |= known & {word.strip() for word in words}
             self.root.remove(element)
         if foreign:
             tags = ", ".join(sorted({e.tag for e in foreign}))
             self.changes.append(f"left out: {tags} (of other programs)")
         if self.stated.unread:
-            unread = self.stated.unread
-            more = f" and {len(unread) - 6} more" if len(unread) > 6 else ""
-            self.changes.append(f"not read, nothing in it is used: {', '.join(unread[:6])}{more}")
-
-    def _note_drives(self) -> None:
-        """Note the joints that transmissions and plug-ins of the file name."""
-        known = set(self.joint_names)
-        for element in self.root:
-            if isinstance(element.tag, str) and element.tag not in _OWN:
-                words = (x for e in element.iter() for x in (e.get("name"), e.text) if x)
-                self.stated.driven |= known & {word.strip() for word in words}
+            unread = listed(self.stated.unread)
+            self.changes.append(f"not read, nothing in it is used: {unread}")
 
     def _note_rig(self) -> None:
         """Bolt a base named ``world`` to the world, and name the joints on which the robot moves.
@@ -233,23 +195,21 @@ class Takeover:
         Raises:
             RobotError: the base is a frame without mass that moves, and no world.
         """
-        joints = self.root.findall("joint")
-        children = {_end(j, "child") for j in joints}
-        bases = [e for e in self.root.findall("link") if e.get("name") not in children]
-        if len(bases) != 1 or bases[0].get("name") != WORLD or _weighs(bases[0]):
+        links, joints = self.links, self.joints
+        if self.bases != [WORLD] or mass_of(links[WORLD]) > 0.0:
             return
         self.fixed_base = True
-        heavy = {e.get("name") for e in self.root.findall("link") if _weighs(e)}
         waiting = [WORLD]
         while waiting:
             above = waiting.pop()
-            for joint in joints:
-                if _end(joint, "parent") != above:
+            for name, joint in joints.items():
+                if end_of(joint, "parent") != above:
                     continue
                 if joint.get("type") != "fixed":
-                    self.rig.append(str(joint.get("name")))
-                if _end(joint, "child") not in heavy:
-                    waiting.append(_end(joint, "child"))
+                    self.rig.append(name)
+                child = end_of(joint, "child")
+                if mass_of(links.get(child)) <= 0.0:
+                    waiting.append(child)
         self.rig = [name for name in self.rig if name not in self.stated.driven]
         if self.rig:
             self.changes.append(
@@ -259,28 +219,26 @@ class Takeover:
     def _drop_dummy_base(self) -> None:
         """Remove base links that are only a frame, such as ``base_footprint``, drawn or not."""
         while True:
-            joints = self.root.findall("joint")
-            children = {_end(j, "child") for j in joints}
-            bases = [e for e in self.root.findall("link") if e.get("name") not in children]
-            if len(bases) != 1 or bases[0].find("inertial") is not None:
+            links, bases = self.links, self.bases
+            if len(bases) != 1:
                 return
-            below = [j for j in joints if _end(j, "parent") == bases[0].get("name")]
-            if len(below) != 1 or below[0].get("type") != "fixed":
+            name, base = bases[0], links[bases[0]]
+            below = [j for j in self.joints.values() if end_of(j, "parent") == name]
+            shaped = base.find("inertial") is not None or base.find("collision") is not None
+            if shaped or len(below) != 1 or below[0].get("type") != "fixed":
                 return
-            if bases[0].find("collision") is not None:
+            child = end_of(below[0], "child")
+            bare = child in links and links[child].find("inertial") is None
+            if bare and base.find("visual") is not None:
                 return
-            bare = {e.get("name") for e in self.root.findall("link") if e.find("inertial") is None}
-            if bases[0].find("visual") is not None and _end(below[0], "child") in bare:
-                return
-            self.root.remove(bases[0])
+            self.root.remove(base)
             self.root.remove(below[0])
-            name = str(bases[0].get("name"))
             self.dropped.append(name)
             self.fixed_base = self.fixed_base or name == WORLD
             bolted = ", bolted to the world" if name == WORLD else ""
             self.changes.append(
                 f"base link '{name}' left out: a frame without mass; "
-                f"the base is now '{_end(below[0], 'child')}'{bolted}"
+                f"the base is now '{child}'{bolted}"
             )
 
 
@@ -352,18 +310,3 @@ def urdfs_near(folder: Path) -> list[str]:
     levels = ("*", "*/*", "*/*/*")
     found = (p for end in _ENDINGS for level in levels for p in start.glob(level + end))
     return [str(p) for p in itertools.islice(found, _MOST_NEAR)]
-
-
-def _end(joint: Element, which: str) -> str:
-    element = joint.find(which)
-    return "" if element is None else str(element.get("link"))
-
-
-def _weighs(link: Element) -> bool:
-    mass = link.find("inertial/mass")
-    return mass is not None and _number(mass.get("value")) > 0.0
-
-
-def _number(text: str | None) -> float:
-    value = number_or(text, 0.0)
-    return value if np.isfinite(value) else 0.0

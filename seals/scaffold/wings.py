@@ -8,10 +8,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from seals.errors import RobotError, suggestion
 from seals.frames import rpy_of
 from seals.scaffold.motors import LIQUID
-from seals.scaffold.takeover import Element
+from seals.scaffold.urdf import Urdf, refuse_unknown
 from seals.scaffold.wing_plug_ins import Wing
 from seals.scaffold.writing import plain
 
@@ -32,24 +31,20 @@ def leave_out_blades(wings: list[Wing], propellers: Collection[str]) -> list[str
     return [f"lift of blades left out, it is the thrust of their drive: {names}"] if blades else []
 
 
-def add_wing_frames(root: Element, wings: Sequence[Wing]) -> list[str]:
+def add_wing_frames(robot: Urdf, wings: Sequence[Wing]) -> list[str]:
     """Return the link of each wing; where its axes are not those of its link, a frame is added.
 
     Args:
-        root: the ``<robot>`` element, which gets the frames.
+        robot: which gets the frames.
         wings: stated lifting surfaces.
 
     Raises:
         RobotError: a wing names a link that is not there.
     """
-    names = [str(link.get("name")) for link in root.findall("link")]
-    known, found = list(names), []
+    root, known = robot.root, list(robot.links)
+    names, found = list(known), []
     for wing in wings:
-        if wing.link not in names:
-            raise RobotError(
-                f"{wing.source} names the link '{wing.link}', which is not there.\n"
-                f"{suggestion(wing.link, known)}"
-            )
+        refuse_unknown(wing.source, "link", wing.link, known)
         turned = float(np.abs(wing.turn - np.eye(3)).max()) > 1e-6
         if not (turned or np.any(wing.place)):
             found.append(wing.link)

@@ -30,7 +30,10 @@ def execute(config: Any) -> int | None:
 
     hydra = HydraConfig.get()
     folder, overrides = Path(hydra.runtime.output_dir), list(hydra.overrides.task)
-    _check_port(config.port)
+    if not 0 <= config.port < 1 << 16:
+        raise ConfigError(
+            f"port={config.port} is not allowed.\nAllowed: 1024 to 65535, or 0 for any that is free"
+        )
     viewer = build(config.show, where="show")
     if not hasattr(viewer, "show"):
         raise ConfigError(
@@ -68,11 +71,4 @@ def _refuse_company(overrides: list[str]) -> None:
         raise ConfigError(
             f"replay= shows a run as it was; it cannot be changed by {others[0]}.\n"
             "Leave the others out and turn the sliders, or start anew without replay=."
-        )
-
-
-def _check_port(port: int) -> None:
-    if not 0 <= port < 1 << 16:
-        raise ConfigError(
-            f"port={port} is not allowed.\nAllowed: 1024 to 65535, or 0 for any that is free"
         )

@@ -26,6 +26,10 @@ class Instants:
         self.files = [(_instant(file), file) for file in files]
         self._times = np.array([time for time, _ in self.files])
 
+    def nearest(self, time: float) -> Path | None:
+        """Return the file nearest in time [s]."""
+        return min(self.files, key=lambda each: abs(each[0] - time))[1] if self.files else None
+
     def last(self, time: float) -> Path | None:
         """Return the last file before a time [s], at least the first."""
         if not self.files:

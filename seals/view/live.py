@@ -10,7 +10,7 @@ from collections.abc import Callable
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -151,21 +151,16 @@ class Broadcast(Recorder):
         from seals.run.sight import poses_of
 
         self._next = world.time + 1.0 / RATE
-        poses = poses_of(world.actors)
+        poses, fluid, due = poses_of(world.actors), world.fluid, self._count % EVERY == 0
         self._say(
             Frame(
                 float(world.time),
                 np.asarray(poses.position[0], dtype=np.float32),
                 np.asarray(poses.rotation[0], dtype=np.float32),
-                self._particles(world.fluid) if self._count % EVERY == 0 else None,
+                subsampled(fluid.particles()[0]) if fluid is not None and due else None,
             )
         )
         self._count += 1
-
-    def _particles(self, fluid: Any) -> NDArray[np.float32] | None:
-        if fluid is None:
-            return None
-        return subsampled(fluid.particles()[0])
 
 
 def simulate_into(folder: str, mouth: Connection) -> None:

@@ -70,7 +70,12 @@ class Replay:
         found = []
         for name, robot in self.stage.robots.items():
             track = self.tracks[name]
-            place, turn, joints = (_between(wanted, self.time, part) for part in track)
+            place, turn, joints = (
+                np.stack([np.interp(wanted, self.time, values) for values in part.T], axis=1)
+                if part.size
+                else np.zeros((len(wanted), 0))
+                for part in track
+            )
             turn = turn / np.linalg.norm(turn, axis=1, keepdims=True)
             found.append(forward(robot.tree, place, matrix_of(turn), joints))
         origins, rotations = zip(*found, strict=True)
@@ -144,12 +149,4 @@ def continuous(quaternion: Floats) -> Floats:
     flips = np.sum(unit[1:] * unit[:-1], axis=1) < 0.0
     side = np.concatenate([[1.0], np.cumprod(np.where(flips, -1.0, 1.0))])
     found: Floats = unit * side[:, None]
-    return found
-
-
-def _between(wanted: Floats, time: Floats, values: Floats) -> Floats:
-    """Linear interpolation of every column."""
-    found = np.zeros((len(wanted), values.shape[1]))
-    for k in range(values.shape[1]):
-        found[:, k] = np.interp(wanted, time, values[:, k])
     return found

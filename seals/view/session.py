@@ -93,7 +93,8 @@ class Session:
         Raises:
             SealsError: the configuration is refused.
         """
-        folder = self._folder()
+        number = len(self.made) + 1
+        folder = self._first.with_name(f"{self._first.name}_{number}") if self.made else self._first
         write_config(folder, self._config())
         try:
             stage = build_stage(build_run(recalled(folder, key="view")))
@@ -123,12 +124,6 @@ class Session:
                 OmegaConf.update(config, slider.key, round(value) if whole else value)
         return config
 
-    def _folder(self) -> Path:
-        count = len(self.made)
-        return (
-            self._first if not count else self._first.with_name(f"{self._first.name}_{count + 1}")
-        )
-
     def turn(self, changes: Mapping[str, float]) -> None:
         """Set slider values and start a run with them.
 
@@ -156,16 +151,14 @@ class Session:
         if not self.live.over:
             return bool(new)
         failure, self.live = self.live.failure, None
-        words = f"run {len(self.made)}: {self._said()}"
+        said = ", ".join(f"{key} = {value:.4g}" for key, value in self.values.items())
+        words = f"run {len(self.made)}: {said or 'done'}"
         self.note = f"{words}. {failure}" if failure else words
         try:
             self.open(open_replay(self.made[-1], key="view"))
         except SealsError as refusal:
             self.note = f"{self.note}. {refusal}"
         return True
-
-    def _said(self) -> str:
-        return ", ".join(f"{key} = {value:.4g}" for key, value in self.values.items()) or "done"
 
     @property
     def end(self) -> float:

@@ -63,9 +63,12 @@ def sliders_of(config: Any, words: Sequence[str], idle: Collection[str] = ()) ->
 
 
 def _named(config: Any, word: str) -> Slider:
+    from omegaconf import OmegaConf
+
     key, _, ends = str(word).partition(":")
     value = _value(config, key)
-    meta = _meta(config, key)
+    parent, _, field = key.rpartition(".")
+    meta = _declared(OmegaConf.select(config, parent) if parent else config).get(field)
     unit = "" if meta is None else meta.unit
     if ends:
         low, high = _stated(word, ends)
@@ -136,14 +139,6 @@ def _every(config: Any) -> list[Slider]:
                     key = f"{section}.{name}.{field}"
                     found.append(Slider(key, *span, float(value), meta.unit))
     return found
-
-
-def _meta(config: Any, key: str) -> Parameter | None:
-    from omegaconf import OmegaConf
-
-    parent, _, field = key.rpartition(".")
-    node = OmegaConf.select(config, parent) if parent else config
-    return _declared(node).get(field)
 
 
 def _declared(node: Any) -> Mapping[str, Parameter]:

@@ -14,8 +14,9 @@ from seals.errors import ConfigError
 from seals.rendering.optics import SurfaceAiry, SurfaceStill
 from seals.run.build import build_run
 from seals.run.surface import Mesh, write_ply
-from seals.view.films.meshes import Meshes, cut, outer, raster, read_mesh
+from seals.view.films.meshes import cut, outer, raster, read_mesh
 from seals.view.films.water import FAR, Patched, WaterOverTime, sea_mesh
+from seals.view.instants import Instants
 
 CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
 FACES = np.array(
@@ -186,14 +187,18 @@ def test_surfaces_are_found_by_time(tmp_path: Path) -> None:
     (tmp_path / "surface").mkdir()
     for time, height in ((0.04, 1.0), (0.08, 2.0)):
         write_ply(tmp_path / "surface" / f"t_{time:08.4f}.ply", box([0, 0, 0], [1, 1, height]))
-    found = Meshes(tmp_path)
-    assert len(found) == 2
-    time, mesh = found.nearest(0.07)
-    assert (time, mesh.vertices[:, 2].max()) == (0.08, 2.0)
+    found = Instants(tmp_path / "surface", ".ply")
+    assert len(found.files) == 2
+    file = found.nearest(0.07)
+    assert file is not None
+    assert (file.name, read_mesh(file).vertices[:, 2].max()) == ("t_000.0800.ply", 2.0)
     broken = tmp_path / "surface" / "t_000.0800.ply"
     broken.write_bytes(b"ply\nnothing")
     with pytest.raises(ConfigError, match="cannot be read"):
         read_mesh(broken)
+    (tmp_path / "surface" / "t_odd.ply").write_bytes(b"ply")
+    with pytest.raises(ConfigError, match="no time in its name"):
+        WaterOverTime(water_run("water=fossen"), tmp_path, np.zeros(3))
 
 
 def test_a_patch_has_both_surfaces() -> None:

@@ -102,7 +102,7 @@ def fingerprint(path: Path, tree: ElementTree.Element) -> str:
     takeover._text_of = lambda _: text  # type: ignore[assignment]
     try:
         made = Takeover(path, PACKAGES)
-        mended(made.root, "x")
+        mended(made, "x")
     except RobotError as refusal:
         return f"refused: {refusal}"
     finally:

@@ -53,13 +53,10 @@ class HeightField:
             # a body that rises out of the water below it, and does not hang in the air above it
             touches = lower < np.where(np.isfinite(tops), tops, -np.inf) + 1.5 * self.spacing
             tops[(upper > tops) & touches] = np.nan
-        self.heights = self._smoothed(_closed(tops, self.level))
-
-    def _smoothed(self, heights: Floats) -> Floats:
-        """Heights without outlying cells: air pockets and jets are not the surface."""
+        heights = _closed(tops, self.level)
+        # outlying cells, air pockets and jets, are not the surface
         around = median_filter(heights, size=3, mode="nearest")
-        out: Floats = np.where(np.abs(heights - around) > self.spacing, around, heights)
-        return out
+        self.heights = np.where(np.abs(heights - around) > self.spacing, around, heights)
 
     def _cells(self, points: Floats) -> tuple[Any, Floats]:
         """Cell index and height of every point inside the grid."""

@@ -52,17 +52,6 @@ class FluidWindow(ParticleFluid):
             added is as dense as the rest; 0 leaves it to the next step.
         lag: time constant of the level controller [s].
         current: east and north [m/s].
-        substeps: of the fluid in a step of the world; 0 derives them from the solver's stability.
-        solver: pbf or dfsph.
-        physics: options of the solver; density and gravity are those of the environment.
-        dfsph: further options of ``solver=dfsph``.
-        device: cpu or cuda.
-        threads: on the cpu; 0 for all that this process may use.
-        most: particles and boundary samples allowed before anything is allocated.
-        thin: treatment of parts thinner than a spacing: by their volume, or as a closed layer.
-        solid_scale: weight s of a body's boundary volumes in the density [1], by robot or
-            robot/link, on top of ``physics.solid_scale``.
-        look: time between two updates of the surface [s].
 
     Assumptions:
         The outer sea is that of ``wave``: sums of linear waves, undisturbed by the robot. The

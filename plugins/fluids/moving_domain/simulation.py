@@ -198,7 +198,12 @@ class MovingDomain(Simulation):
         share = -np.expm1(-self.settings.rate * step * weight)[:, None]
         velocities[rows] += share * (self.outer.velocity(rest, time) - velocities[rows])
         self.water.set_particles(velocities=velocities)
-        self._refuse_far(rest)
+        out = ~self.box.holds(rest, slack=2.0 * self.box.spacing)
+        if out.any():
+            raise PhysicsError(
+                f"{out.sum()} particles came through the sides of the window.\n"
+                "Take shorter steps, or a lower sea."
+            )
         over = self._over(states, time)
         change = self.level.change(self.box, rest, over, step)
         if len(change.gone):
@@ -230,23 +235,10 @@ class MovingDomain(Simulation):
 
     def _over(self, states: BodyStates, time: float) -> float:
         """Particles, and those that would fill the bodies below the surface, over the box's."""
-        filled = self._taken(states, time) / self.box.spacing**3
-        return self.water.count + filled - math.prod(self.box.counts)
-
-    def _taken(self, states: BodyStates, time: float) -> float:
-        """Volume of the bodies below the surface of the outer sea [m^3]."""
         whole = self.immersed.volumes(states)
         under = self.outer.rest(whole.points, time)[:, 2] < self.outer.level
-        return float(whole.volumes[under].sum())
-
-    def _refuse_far(self, rest: Floats) -> None:
-        """Refuse water that came through the sides."""
-        out = ~self.box.holds(rest, slack=2.0 * self.box.spacing)
-        if out.any():
-            raise PhysicsError(
-                f"{out.sum()} particles came through the sides of the window.\n"
-                "Take shorter steps, or a lower sea."
-            )
+        filled = float(whole.volumes[under].sum()) / self.box.spacing**3
+        return self.water.count + filled - math.prod(self.box.counts)
 
     def _update_surface(self, states: BodyStates, time: float) -> None:
         carried = self.outer.places(self.box.middle[None], time)[0] - self.box.middle

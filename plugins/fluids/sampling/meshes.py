@@ -163,13 +163,15 @@ def sample_sheet(vertices: Floats, faces: Any, spacing: float) -> Samples:
         faces: shape (F, 3).
         spacing: [m].
     """
+    from scipy.spatial import cKDTree
+
     corners = vertices[np.asarray(faces)]
     area = 0.5 * np.linalg.norm(
         np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
     )
     cloud, weight = _dense(corners, area, 0.25 * spacing)
     chosen = _thinned(cloud, 0.75 * spacing)
-    owner = _nearest(cloud, cloud[chosen])
+    owner = cKDTree(cloud[chosen]).query(cloud)[1]
     share = np.bincount(owner, weights=weight, minlength=len(chosen))
     return Samples(cloud[chosen], np.asarray(share * spacing, dtype=np.float64))
 
@@ -201,10 +203,3 @@ def _thinned(cloud: Floats, apart: float) -> Any:
             taken.append(k)
             gone[near.query_ball_point(cloud[k], apart)] = True
     return np.array(taken)
-
-
-def _nearest(cloud: Floats, places: Floats) -> Any:
-    """Index of the nearest place for every point of the cloud."""
-    from scipy.spatial import cKDTree
-
-    return cKDTree(places).query(cloud)[1]

@@ -91,7 +91,18 @@ class DevicePipeline(ABC):
         self.fields.allocate()
         self._device(accelerated)
         self.rows = Rows(self.particles, self.numbers)
-        self.stages = self._stages()
+        self.stages = Stages(
+            sorting=self.sorting,
+            isotropy=self.isotropy,
+            bodies=self.bodies,
+            body_neighbours=self.body_neighbours,
+            gap=self.gap,
+            finish=self.finish,
+            cohesion=self.cohesion,
+            adhesion=self.adhesion,
+            vorticity=self.vorticity,
+            opening=self._opening,
+        )
         # whether any body has samples
         self.moving = False
         self.numbers.gravity[None] = settings.gravity
@@ -157,20 +168,6 @@ class DevicePipeline(ABC):
             friction=(chosen.wall_friction, chosen.body_friction),
             spacing=self.spacing,
             last=not self.in_place,
-        )
-
-    def _stages(self) -> Stages:
-        return Stages(
-            sorting=self.sorting,
-            isotropy=self.isotropy,
-            bodies=self.bodies,
-            body_neighbours=self.body_neighbours,
-            gap=self.gap,
-            finish=self.finish,
-            cohesion=self.cohesion,
-            adhesion=self.adhesion,
-            vorticity=self.vorticity,
-            opening=self._opening,
         )
 
     @property

@@ -325,9 +325,6 @@ class DeviceSolver(ABC):
         """Densities by summation, boundary included, of the last substep [kg/m^3], shape (n,)."""
         return self.settings.density * self._rows(self.pipeline.particles.density)
 
-    def _multipliers(self) -> Array:
-        return self._rows(self.pipeline.particles.place[0])[:, 3]
-
     def pressures(self) -> Array:
         """Pressures of the last substep, see `pbf.stress` [Pa], shape (n,)."""
         if not self.pipeline.current:
@@ -359,7 +356,7 @@ class DeviceSolver(ABC):
 
     def _pressed(self) -> Array:
         """Multipliers that press on the neighbours, see `pressures` [m^2], shape (n,)."""
-        return self._multipliers()
+        return self._rows(self.pipeline.particles.place[0])[:, 3]
 
     def placed(self) -> tuple[Array, Array, Array, Array]:
         """Position, rotation, velocity and angular velocity of the bodies after the step."""

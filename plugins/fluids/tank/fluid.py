@@ -45,16 +45,6 @@ class FluidParticles(ParticleFluid):
         size: length (x), width (y) and depth of the water [m].
         centre: of the basin, east and north [m].
         freeboard: room above the water in which particles may fly [m].
-        substeps: of the fluid in a step of the world; 0 derives them from the solver's stability.
-        solver: pbf or dfsph.
-        physics: options of the solver; density and gravity are those of the environment.
-        dfsph: further options of ``solver=dfsph``.
-        device: cpu or cuda.
-        threads: on the cpu; 0 for all that this process may use.
-        most: particles and boundary samples allowed before anything is allocated.
-        thin: treatment of parts thinner than a spacing: by their volume, or as a closed layer.
-        solid_scale: weight s of a body's boundary volumes in the density [1], by robot or
-            robot/link, on top of ``physics.solid_scale``.
         open_sides: sides without a wall (x_low, x_high, y_low, y_high): particles that leave there
             are gone, and counted.
         maker: of waves, in place of the wall at low x.
@@ -62,7 +52,6 @@ class FluidParticles(ParticleFluid):
         tide: slow change of the mean level.
         wind: over the water.
         gauges: of the surface height, by name, each [east, north] in m.
-        look: time between two updates of the surface [s].
         settle: for how long the water comes to rest around held bodies before the first step [s].
 
     Assumptions:

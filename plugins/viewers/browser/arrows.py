@@ -30,7 +30,10 @@ class Pushes:
 
     def __init__(self, server: Any, forces: Forces, length: float) -> None:
         self._scene, self._usual, self._length = server.scene, forces.usual, length
-        self.colours = {n: _rgb(c) for n, c in colours_of(list(forces.effects)).items()}
+        self.colours = {
+            name: (int(c[1:3], 16), int(c[3:5], 16), int(c[5:7], 16))
+            for name, c in colours_of(list(forces.effects)).items()
+        }
         self._handles: dict[str, Any] = {}
 
     def show(self, arrows: dict[str, Arrows], stretch: float) -> None:
@@ -77,8 +80,3 @@ def _points(origins: Floats, arrows: Floats, length: float) -> Floats:
     seen = long[:, 0] > LEAST * length
     found: Floats = np.stack([origins, origins + cut], axis=1)[seen].astype(np.float32)
     return found
-
-
-def _rgb(colour: str) -> tuple[int, int, int]:
-    red, green, blue = (int(colour[k : k + 2], 16) for k in (1, 3, 5))
-    return red, green, blue

@@ -97,7 +97,12 @@ class Bodies:
 
     def _load(self, shapes: list[Shape], colour: Colour) -> list[tuple[int, Floats, float]]:
         """Add shapes of one frame and colour to the scene; return number, centre and radius."""
-        corners, normals = zip(*(_placed(shape) for shape in shapes), strict=True)
+        corners, normals = [], []
+        for shape in shapes:
+            at, out = corners_of(shape)
+            turn = np.asarray(shape.rotation)
+            corners.append(at @ turn.T + shape.position)
+            normals.append(out @ turn.T)
         points, outward = np.concatenate(corners), np.concatenate(normals)
         p, bodies = self.engine, []
         for cut in _quarters(points):
@@ -117,7 +122,11 @@ class Bodies:
         """Mesh in the engine's format: lists, or a file for renderers that need one."""
         if self._files is not None:
             path = self._files / f"{len(list(self._files.iterdir()))}.obj"
-            path.write_text(_obj(points, outward), encoding="ascii")
+            lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in points.tolist()]
+            lines += [f"vn {x:.6f} {y:.6f} {z:.6f}" for x, y, z in outward.tolist()]
+            triples = np.arange(1, len(points) + 1).reshape(-1, 3).tolist()
+            lines += [f"f {a}//{a} {b}//{b} {c}//{c}" for a, b, c in triples]
+            path.write_text("\n".join([*lines, ""]), encoding="ascii")
             return {"fileName": str(path)}
         return {
             "vertices": points.tolist(),
@@ -196,22 +205,6 @@ def _quarters(points: Floats) -> list[NDArray[np.intp]]:
     parts = [corners[side == k].ravel() for k in range(4)]
     cuts = [(part, start) for part in parts for start in range(0, len(part), MOST_CORNERS)]
     return [part[start : start + MOST_CORNERS] for part, start in cuts]
-
-
-def _obj(points: Floats, outward: Floats) -> str:
-    """Triangles with normals as the text of an OBJ file."""
-    lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in points.tolist()]
-    lines += [f"vn {x:.6f} {y:.6f} {z:.6f}" for x, y, z in outward.tolist()]
-    triples = np.arange(1, len(points) + 1).reshape(-1, 3).tolist()
-    lines += [f"f {a}//{a} {b}//{b} {c}//{c}" for a, b, c in triples]
-    return "\n".join([*lines, ""])
-
-
-def _placed(shape: Shape) -> tuple[Floats, Floats]:
-    """Corners and normals of a shape in axes of its frame."""
-    corners, normals = corners_of(shape)
-    turn = np.asarray(shape.rotation)
-    return corners @ turn.T + shape.position, normals @ turn.T
 
 
 def engine(name: str) -> Any:

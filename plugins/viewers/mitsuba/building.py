@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.plugins.viewers.mitsuba.shapes import material, pose_of
@@ -123,18 +122,16 @@ class Build:
             wide[2, 3] -= LOWER
             # grain and caustics have faded at the edge of the picture
             mean = image[0].mean(axis=0).tolist()
-            out[f"ground_{k}"] = self._floor(near, self._texture(image))
+            # rows of a bitmap go from the top of the texture down
+            picture = self.mi.Bitmap(np.ascontiguousarray(image[::-1]))
+            texture = {"type": "bitmap", "bitmap": picture, "raw": True}
+            out[f"ground_{k}"] = self._floor(near, texture)
             out[f"ground_{k}_wide"] = self._floor(wide, {"type": "rgb", "value": mean})
         return out
 
-    def _texture(self, image: NDArray[np.float32]) -> dict[str, Any]:
-        # rows of a bitmap go from the top of the texture down
-        picture = self.mi.Bitmap(np.ascontiguousarray(image[::-1]))
-        return {"type": "bitmap", "bitmap": picture, "raw": True}
-
     def _floor(self, place: Floats, reflectance: Any) -> dict[str, Any]:
-        bsdf = {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": reflectance}}
-        return {"type": "rectangle", "to_world": self._placed(place), "bsdf": bsdf}
+        to_world = self._placed(place)
+        return {"type": "rectangle", "to_world": to_world, "bsdf": _matt(reflectance)}
 
     def _middle(self, frame: Frame, height: float) -> tuple[float, float]:
         """Return the intersection of the view with a level plane, near the camera."""
@@ -169,7 +166,7 @@ def camera(mi: Any, view: Viewpoint, lens: Lens, *, near: float, crop: Crop) -> 
         crop: rows that are drawn.
     """
     right, down, ahead = view.axes.T
-    film: Mapping[str, Any] = {
+    film = {
         "type": "hdrfilm",
         "width": lens.width,
         "height": lens.height,
@@ -191,15 +188,17 @@ def camera(mi: Any, view: Viewpoint, lens: Lens, *, near: float, crop: Crop) -> 
         "near_clip": near,
         "far_clip": max(lens.far, 10.0 * near),
         "to_world": mi.ScalarTransform4f(matrix.tolist()),
-        "film": dict(film),
+        "film": film,
     }
 
 
 def plain_colour(colour: tuple[float, float, float]) -> dict[str, Any]:
     """Return a matt surface of a displayed colour."""
-    linear = to_linear(np.array(colour)).tolist()
-    diffuse = {"type": "diffuse", "reflectance": {"type": "rgb", "value": linear}}
-    return {"type": "twosided", "bsdf": diffuse}
+    return _matt({"type": "rgb", "value": to_linear(np.array(colour)).tolist()})
+
+
+def _matt(reflectance: Any) -> dict[str, Any]:
+    return {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": reflectance}}
 
 
 def medium_of(optics: Optics) -> Mapping[str, Any] | None:

@@ -22,6 +22,8 @@ METAL = 0.06
 
 def write_shapes(scene: Scene, folder: Path) -> list[tuple[int, Shape, Path]]:
     """Write every shape but level planes to a file; return number, shape and file of each."""
+    import trimesh
+
     found = []
     for number, shape in enumerate(scene.shapes):
         if shape.kind == "plane":
@@ -29,20 +31,14 @@ def write_shapes(scene: Scene, folder: Path) -> list[tuple[int, Shape, Path]]:
         corners, faces = triangles(shape)
         points = np.asarray(corners) @ np.asarray(shape.rotation).T + shape.position
         path = folder / f"shape_{number}.ply"
-        # corners are not shared between faces that meet at an edge: such keep their edge
-        mesh = Mesh(np.asarray(points, dtype=float), np.asarray(faces, dtype=np.int64))
-        write_ply(path, mesh if shape.kind in ("sphere",) else _split(mesh))
+        if shape.kind != "sphere":
+            # faces that meet at more than 40 degrees share no corners: such keep their edge
+            body: Any = trimesh.Trimesh(points, faces, process=True)
+            smooth = trimesh.graph.smooth_shade(body, angle=np.radians(40.0))
+            points, faces = smooth.vertices, smooth.faces
+        write_ply(path, Mesh(np.array(points, dtype=float), np.array(faces, dtype=np.int64)))
         found.append((number, shape, path))
     return found
-
-
-def _split(mesh: Mesh) -> Mesh:
-    """The same triangles with corners of their own wherever they meet at more than 40 degrees."""
-    import trimesh
-
-    body: Any = trimesh.Trimesh(mesh.vertices, mesh.triangles, process=True)
-    smooth = trimesh.graph.smooth_shade(body, angle=np.radians(40.0))
-    return Mesh(np.array(smooth.vertices, dtype=float), np.array(smooth.faces, dtype=np.int64))
 
 
 def material(colour: tuple[float, float, float]) -> Mapping[str, Any]:

@@ -135,7 +135,10 @@ class RendererRaycast:
         """Trace in blocks of cameras and rays, so that memory stays bounded."""
         import torch
 
-        x, y = self._grid(lens)
+        if lens not in self._rays:
+            rays = torch.as_tensor(lens.rays().reshape(-1, 3).copy(), device=self.device)
+            self._rays[lens] = rays[:, 0].contiguous(), rays[:, 1].contiguous()
+        x, y = self._rays[lens]
         views, pixels = placed.up.shape[0], x.shape[0]
         device, single = x.device, torch.float32
         colour = torch.empty((views, pixels, 3), dtype=single, device=device)
@@ -143,18 +146,15 @@ class RendererRaycast:
         parts = torch.empty((views, pixels), dtype=torch.int32, device=device)
         outward = torch.empty_like(colour) if setting.normals else None
         program = self._program(setting)
-        for rows, cut in blocks(views, pixels, self._most(fixed, setting.hulls)):
+        # rays of a block, by the widest array that they make
+        memory = (self.block or BLOCK[self.device.partition(":")[0]]) * 1e6
+        widest = max(fixed.half.shape[0], *(n * size for n, size in setting.hulls), 1)
+        for rows, cut in blocks(views, pixels, max(int(memory / 4.0 / widest), 256)):
             found = program((x[cut], y[cut]), placed.of(rows), fixed, setting)
             colour[rows, cut], depth[rows, cut], parts[rows, cut] = found[:3]
             if outward is not None:
                 outward[rows, cut] = found[3]
         return colour, depth, parts, outward
-
-    def _most(self, fixed: Fixed, hulls: tuple[tuple[int, int], ...]) -> int:
-        """Largest number of rays in one block."""
-        memory = (self.block or BLOCK[self.device.partition(":")[0]]) * 1e6
-        widest = max(fixed.half.shape[0], *(count * size for count, size in hulls), 1)
-        return max(int(memory / 4.0 / widest), 256)
 
     def _program(self, setting: Setting) -> Callable[..., Any]:
         """Return the ray-casting function, compiled once for each setting if wanted."""
@@ -166,15 +166,6 @@ class RendererRaycast:
             use_private_compiler_cache()
             self._programs[setting] = torch.compile(trace, dynamic=False)
         return self._programs[setting]
-
-    def _grid(self, lens: Lens) -> tuple[Tensor, Tensor]:
-        """Components x and y of all rays at depth 1."""
-        import torch
-
-        if lens not in self._rays:
-            rays = torch.as_tensor(lens.rays().reshape(-1, 3).copy(), device=self.device)
-            self._rays[lens] = rays[:, 0].contiguous(), rays[:, 1].contiguous()
-        return self._rays[lens]
 
     def close(self) -> None:
         """Release memory; a second call does nothing."""

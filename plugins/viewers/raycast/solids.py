@@ -110,54 +110,38 @@ def _grouped(solids: list[Solid]) -> tuple[tuple[tuple[int, int], ...], Floats, 
 
 
 def _split(shape: Shape) -> list[Solid]:
-    """The primitives that make up a shape."""
+    """The primitives that make up a shape: a mesh is its convex pieces, a capsule three."""
     place, turn = np.asarray(shape.position, dtype=float), np.asarray(shape.rotation, dtype=float)
     rest = (shape.colour, shape.part, shape.frame)
-    if shape.kind == "box":
-        x, y, z = (0.5 * edge for edge in shape.size)
-        return [Solid("box", (x, y, z), place, turn, *rest)]
-    if shape.kind == "plane":
-        return [Solid("plane", (1.0, 1.0, 1.0), place, turn, *rest, tile=shape.tile)]
-    if shape.kind == "sphere":
-        return [_ball(shape.size[0], place, turn, rest)]
-    if shape.kind == "cylinder":
-        radius, length = shape.size
-        return [_rod(radius, length, place, turn, rest)]
+    if shape.kind == "mesh":
+        assert shape.vertices is not None
+        assert shape.faces is not None
+        return [
+            Solid(
+                piece.kind,
+                _half(piece.kind, piece.size),
+                place + turn @ piece.position,
+                turn @ piece.rotation,
+                *rest,
+                piece.normals,
+                piece.offsets,
+            )
+            for piece in solids_of(shape.vertices, shape.faces)
+        ]
     if shape.kind == "capsule":
-        radius, length = shape.size
-        end = 0.5 * length * turn[:, 2]
-        ends = [_ball(radius, place + side * end, turn, rest) for side in (1.0, -1.0)]
-        return [_rod(radius, length, place, turn, rest), *ends]
-    assert shape.vertices is not None
-    assert shape.faces is not None
-    out = []
-    for piece in solids_of(shape.vertices, shape.faces):
-        centre, axes = place + turn @ piece.position, turn @ piece.rotation
-        if piece.kind == "sphere":
-            out.append(_ball(piece.size[0], centre, axes, rest))
-        elif piece.kind == "box":
-            x, y, z = (0.5 * edge for edge in piece.size)
-            out.append(Solid("box", (x, y, z), centre, axes, *rest))
-        elif piece.kind == "cylinder":
-            radius, length = piece.size
-            out.append(_rod(radius, length, centre, axes, rest))
-        else:
-            planes = piece.normals, piece.offsets
-            out.append(Solid("convex", (1.0, 1.0, 1.0), centre, axes, *rest, *planes))
-    return out
+        end = 0.5 * shape.size[1] * turn[:, 2]
+        parts = (("cylinder", 0.0), ("sphere", 1.0), ("sphere", -1.0))
+        return [
+            Solid(kind, _half(kind, shape.size), place + side * end, turn, *rest)
+            for kind, side in parts
+        ]
+    return [Solid(shape.kind, _half(shape.kind, shape.size), place, turn, *rest, tile=shape.tile)]
 
 
-def _ball(
-    radius: float, place: Floats, turn: Floats, rest: tuple[tuple[float, float, float], int, int]
-) -> Solid:
-    return Solid("sphere", (radius, radius, radius), place, turn, *rest)
-
-
-def _rod(
-    radius: float,
-    length: float,
-    place: Floats,
-    turn: Floats,
-    rest: tuple[tuple[float, float, float], int, int],
-) -> Solid:
-    return Solid("cylinder", (radius, radius, 0.5 * length), place, turn, *rest)
+def _half(kind: str, size: tuple[float, ...]) -> tuple[float, float, float]:
+    """Half lengths along the axes of a primitive [m]; ones for what planes bound."""
+    if kind == "box":
+        return 0.5 * size[0], 0.5 * size[1], 0.5 * size[2]
+    if kind in ("sphere", "cylinder"):
+        return size[0], size[0], 0.5 * size[1] if kind == "cylinder" else size[0]
+    return 1.0, 1.0, 1.0

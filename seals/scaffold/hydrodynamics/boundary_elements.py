@@ -68,8 +68,8 @@ def deep_added_mass(panels: Panels, density: float) -> Floats:
         Software 4(36).
     """
     with _library() as library:
-        solved, _ = _problem(library, panels, density).solved(None)
-    return positive(solved)
+        added_mass, _ = _problem(library, panels, density)(None)
+    return positive(added_mass)
 
 
 def radiation_of(
@@ -98,11 +98,11 @@ def radiation_of(
     Assumptions: linear waves of small slope; irregular frequencies are removed by a lid.
     """
     with _library() as library:
-        problem = _problem(library, panels, density, gravity, lid=level)
-        limit, _ = problem.solved(math.inf)
+        solved = _problem(library, panels, density, gravity, lid=level)
+        limit, _ = solved(math.inf)
         masses, dampings = [], []
         for number, w in enumerate(frequency):
-            mass, damping = problem.solved(float(w))
+            mass, damping = solved(float(w))
             masses.append(mass)
             dampings.append(damping)
             tell(number + 1)
@@ -133,8 +133,11 @@ def wave_frequencies(panels: Panels, level: float, count: int, *, gravity: float
         count: number of them.
         gravity: [m/s^2].
     """
-    low, high = _waterplane(panels, level)
-    half = 0.5 * np.sort(high - low)
+    wet = panels.corners[panels.corners[:, :, 2].min(axis=1) < level].reshape(-1, 3)
+    if not len(wet):
+        raise ConfigError("nothing of the hull is under water.\nGive a level above its bottom.")
+    # of the rectangle around the part under water
+    half = 0.5 * np.sort(np.ptp(wet[:, :2], axis=0))
     edge = math.sqrt(2.0 * panels.area / len(panels.faces))
     number = min(BAND[1] / half[0], 2.0 * math.pi / (PER_WAVE * edge))
     band = (math.sqrt(gravity * BAND[0] / half[1]), math.sqrt(gravity * number))
@@ -149,14 +152,6 @@ def positive(matrix: Floats) -> Floats:
     values, vectors = np.linalg.eigh(matrix / np.outer(scale, scale))
     out: Floats = (vectors * np.maximum(values, 0.0)) @ vectors.T * np.outer(scale, scale)
     return out
-
-
-def _waterplane(panels: Panels, level: float) -> tuple[Floats, Floats]:
-    """Corners of the rectangle around the part under water, x and y [m], shape (2,) each."""
-    wet = panels.corners[panels.corners[:, :, 2].min(axis=1) < level].reshape(-1, 3)
-    if not len(wet):
-        raise ConfigError("nothing of the hull is under water.\nGive a level above its bottom.")
-    return wet[:, :2].min(axis=0), wet[:, :2].max(axis=0)
 
 
 @contextmanager
@@ -197,41 +192,29 @@ def _body(library: Any, panels: Panels, *, lid: float | None) -> Any:
     return library.FloatingBody(mesh=mesh, dofs=dofs, name="hull", **extra)
 
 
-class _Problem(NamedTuple):
-    """Radiation of one body, solved frequency by frequency.
+def _problem(
+    library: Any, panels: Panels, density: float, gravity: float = 9.81, lid: float | None = None
+) -> Callable[[float | None], tuple[Floats, Floats]]:
+    """Radiation of a body as a function of the frequency [rad/s]; None is unbounded water.
 
-    Args:
-        library: capytaine.
-        body: the hull with its six motions.
-        solver: kept, for it reads a table when it is made.
-        density: of the water [kg/m^3].
-        gravity: [m/s^2].
+    It returns added mass and damping, shape (6, 6) each.
     """
+    body = _body(library, panels, lid=lid)
+    # kept, for it reads a table when it is made
+    solver = library.BEMSolver(method="direct")
 
-    library: Any
-    body: Any
-    solver: Any
-    density: float
-    gravity: float = 9.81
-
-    def solved(self, frequency: float | None) -> tuple[Floats, Floats]:
-        """Return added mass and damping, shape (6, 6) each; frequency None is unbounded water."""
+    def solved(frequency: float | None) -> tuple[Floats, Floats]:
         surface = {"free_surface": np.inf} if frequency is None else {"omega": frequency}
         problems = [
-            self.library.RadiationProblem(
-                body=self.body, radiating_dof=dof, rho=self.density, g=self.gravity, **surface
+            library.RadiationProblem(
+                body=body, radiating_dof=dof, rho=density, g=gravity, **surface
             )
             for dof in _DOFS
         ]
-        found = self.solver.solve_all(problems, progress_bar=False)
+        found = solver.solve_all(problems, progress_bar=False)
         by_dof = {one.radiating_dof: one for one in found}
         mass = np.array([[by_dof[a].added_masses[b] for b in _DOFS] for a in _DOFS])
         damping = np.array([[by_dof[a].radiation_dampings[b] for b in _DOFS] for a in _DOFS])
         return mass, damping
 
-
-def _problem(
-    library: Any, panels: Panels, density: float, gravity: float = 9.81, lid: float | None = None
-) -> _Problem:
-    body = _body(library, panels, lid=lid)
-    return _Problem(library, body, library.BEMSolver(method="direct"), density, gravity)
+    return solved

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from seals import registry
 from seals.arrays import Floats
 from seals.config.build import build
 from seals.errors import ConfigError, suggestion
@@ -17,7 +18,6 @@ from seals.registry import names
 from seals.rendering import Lens, Renderer, Scene
 from seals.rendering.optics import Optics
 from seals.run.progress import progress
-from seals.run.settings import RunSettings
 from seals.run.surface import FOLDER as SURFACES
 from seals.schema import check_fields
 from seals.view import Replay, open_replay
@@ -74,7 +74,8 @@ def execute(config: Any) -> int | None:
     chosen: Any = OmegaConf.to_container(config.renderer, enum_to_str=True)
     typed: Any = OmegaConf.merge(OmegaConf.structured(RenderSettings), {**config, "renderer": None})
     settings: Any = OmegaConf.to_object(typed)
-    _check(settings)
+    values = {f.name: getattr(settings, f.name) for f in dataclasses.fields(settings)}
+    check_fields(RenderSettings, values, where="")
     shooting = prepare(settings)
     if settings.film:
         refuse_missing()
@@ -123,7 +124,10 @@ def shooting_of(replay: Replay, settings: RenderSettings, *, way: Way | None = N
     end = end if settings.end is None else min(end, settings.end)
     times = times_of(settings.start, end, fps=settings.fps, speed=settings.speed)
     way = way or _way(replay, times)
-    water = WaterOverTime(_rippled(run, settings.ripples), replay.folder, way.middle)
+    wind = run.sight.ripples if settings.ripples is None else settings.ripples
+    # short waves are for the picture only
+    rippled = dataclasses.replace(run, sight=dataclasses.replace(run.sight, ripples=wind))
+    water = WaterOverTime(rippled, replay.folder, way.middle)
     kind = settings.water_type or (
         WATER if run.optics.water_type == "none" else run.optics.water_type
     )
@@ -209,13 +213,6 @@ def without_walls(scene: Scene) -> Scene:
     return scene._replace(shapes=tuple(s for s in scene.shapes if s.part not in gone))
 
 
-def _rippled(run: RunSettings, wind: float | None) -> RunSettings:
-    """Return the run with short waves added, which are for the picture only."""
-    if wind is None:
-        return run
-    return dataclasses.replace(run, sight=dataclasses.replace(run.sight, ripples=wind))
-
-
 def _way(replay: Replay, times: Floats) -> Way:
     track = next(iter(replay.tracks.values())).position
     during = (replay.time >= times[0] - 1e-9) & (replay.time <= times[-1] + 1e-9)
@@ -241,14 +238,10 @@ def _reach(replay: Replay) -> float:
     return size
 
 
-def _check(settings: RenderSettings) -> None:
-    values = {f.name: getattr(settings, f.name) for f in dataclasses.fields(settings)}
-    check_fields(RenderSettings, values, where="")
-
-
 def _folder(settings: RenderSettings, target: str) -> Path:
     """Folder of a film in its run's folder, named by renderer, quality and camera."""
-    kind = next((n for n in names("viewer") if target.endswith(_class_of(n))), "other")
+    classes = {n: registry.get("viewer", n).value.partition(":")[2] for n in names("viewer")}
+    kind = next((n for n, made in classes.items() if target.endswith(f".{made}")), "other")
     camera = settings.camera if isinstance(settings.camera, str) else "own"
     run = Path(str(settings.run))
     found = run / FOLDER / f"{kind}_{settings.quality.value}_{camera}"
@@ -260,26 +253,14 @@ def _folder(settings: RenderSettings, target: str) -> Path:
     return found
 
 
-def _class_of(name: str) -> str:
-    from seals import registry
-
-    return "." + registry.get("viewer", name).value.partition(":")[2]
-
-
 def _card(settings: RenderSettings, renderer: Any) -> Mapping[str, Any]:
     """Return the identity of a film: frames of another identity belong to another film."""
     folder = Path(str(settings.run))
     kept = ("out", "film", "replace", "name")
     card = {k: v for k, v in dataclasses.asdict(settings).items() if k not in kept}
     card |= {"run": str(folder.resolve()), "renderer": renderer}
-    card |= {"quality": settings.quality.value, "camera": _plain(settings.camera)}
-    log = (folder / "log.parquet").stat()
-    return {**card, "log": [log.st_size, log.st_mtime_ns], "surfaces": _surfaces(folder)}
-
-
-def _surfaces(folder: Path) -> int:
-    return len(list((folder / SURFACES).glob("t_*.ply")))
-
-
-def _plain(camera: Any) -> Any:
-    return camera if isinstance(camera, str) else [float(x) for x in camera]
+    place = settings.camera
+    camera = place if isinstance(place, str) else [float(x) for x in place]
+    card |= {"quality": settings.quality.value, "camera": camera}
+    log, surfaces = (folder / "log.parquet").stat(), (folder / SURFACES).glob("t_*.ply")
+    return {**card, "log": [log.st_size, log.st_mtime_ns], "surfaces": len(list(surfaces))}

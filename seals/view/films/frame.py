@@ -102,19 +102,15 @@ class Drawn:
         self.renderer = renderer
         self._watch: SceneView | None = None
         self._dry: Optics | None = None
-        self._poses: Poses | None = None
+        self._poses: Poses
 
     def arrange(self, scene: Scene, optics: Optics, quality: Quality) -> None:
         """Open the renderer with a noiseless camera."""
         clean = dataclasses.replace(optics, noise=False)
         self._dry = dataclasses.replace(clean, water_type="none")
-        self._watch = SceneView(self.renderer, scene, self._now, optics=clean, surface=None)
+        view = SceneView(self.renderer, scene, lambda: self._poses, optics=clean, surface=None)
+        self._watch = view
         self._watch.optics = clean
-
-    def _now(self) -> Poses:
-        if self._poses is None:
-            raise RuntimeError("no frame is being drawn")
-        return self._poses
 
     def photograph(self, frame: Frame) -> Image:
         """Render a frame."""

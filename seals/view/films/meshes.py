@@ -11,38 +11,13 @@ from numpy.typing import NDArray
 from seals.arrays import Floats
 from seals.errors import ConfigError
 from seals.hydrostatics.meshes import load_triangles
-from seals.run.surface import FOLDER, Mesh
+from seals.run.surface import Mesh
 from seals.untrusted_io import MOST_BYTES
 
 LEAST_AREA = 1e-10
 """Twice the area of a triangle that is left out [m^2]."""
 LEAST = 0.25
 """Share of a component's area that its summed normals must have for it to be an open sheet [1]."""
-
-
-class Meshes:
-    """Surface meshes of a run folder by time.
-
-    Args:
-        folder: of the run.
-
-    Attributes:
-        times: of the surfaces [s], ascending, shape (n,).
-    """
-
-    def __init__(self, folder: Path) -> None:
-        found = sorted((float(p.stem[2:]), p) for p in (folder / FOLDER).glob("t_*.ply"))
-        self.times: Floats = np.array([time for time, _ in found])
-        self._paths = [path for _, path in found]
-
-    def __len__(self) -> int:
-        """Return the number of meshes."""
-        return len(self._paths)
-
-    def nearest(self, time: float) -> tuple[float, Mesh]:
-        """Return the surface nearest in time, and its time [s]."""
-        k = int(np.argmin(np.abs(self.times - time)))
-        return float(self.times[k]), read_mesh(self._paths[k])
 
 
 def read_mesh(path: Path) -> Mesh:

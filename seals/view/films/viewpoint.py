@@ -10,7 +10,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import ConfigError, suggestion
-from seals.view.films.settings import CAMERAS, RenderSettings
+from seals.view.films.settings import CAMERAS, SIZES, RenderSettings
 
 UP = np.array([0.0, 0.0, 1.0])
 ROOM = 1.1
@@ -91,9 +91,8 @@ def camera_of(settings: RenderSettings, way: Way) -> Callable[[Floats], Viewpoin
             f"look_at={settings.look_at} is not a position.\nAllowed: look_at=[x,y,z]"
         )
     origin = _origin(settings, way, target)
-    looking(origin, target)
+    fixed = looking(origin, target)
     if not settings.follow:
-        fixed = looking(origin, target)
         return lambda _: fixed
     reach = origin - target
     if settings.camera in ("split", "under_water"):
@@ -119,7 +118,9 @@ def _origin(settings: RenderSettings, way: Way, target: Floats) -> Floats:
     toward = np.asarray(_DIRECTIONS[camera])
     toward = toward / np.linalg.norm(toward)
     # the picture is wider than high: the height must hold the ball
-    half = math.atan(math.tan(0.5 * settings.fov) * _height(settings))
+    wide, high = SIZES[settings.quality]
+    ratio = (settings.height or high) / (settings.width or wide)
+    half = math.atan(math.tan(0.5 * settings.fov) * ratio)
     radius = way.radius if not settings.follow else min(way.radius, FOLLOWED)
     place: Floats = target + toward * ROOM * radius / math.sin(half)
     if way.level is not None and camera == "split":
@@ -131,10 +132,3 @@ def _origin(settings: RenderSettings, way: Way, target: Floats) -> Floats:
 
 FOLLOWED = 0.8
 """Largest radius of what a camera that follows keeps in the picture [m]."""
-
-
-def _height(settings: RenderSettings) -> float:
-    from seals.view.films.settings import SIZES
-
-    wide, high = SIZES[settings.quality]
-    return (settings.height or high) / (settings.width or wide)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +12,10 @@ from seals.arrays import Array, Floats
 from seals.rendering.optics import Surface, SurfaceGrid, SurfaceStill, ripples
 from seals.run.settings import RunSettings
 from seals.run.sight import surface_of
-from seals.run.surface import SPACING, Mesh
+from seals.run.surface import FOLDER, SPACING, Mesh
 from seals.view.films.frame import WaterBody
-from seals.view.films.meshes import Meshes, cut, outer, raster, tidy
+from seals.view.films.meshes import cut, outer, raster, read_mesh, tidy
+from seals.view.instants import Instants
 
 HALF = 3.0
 """Half the edge of the place where an open sea is fine [m]."""
@@ -49,41 +51,39 @@ class WaterOverTime:
 
     def __init__(self, settings: RunSettings, folder: Path, middle: Floats) -> None:
         self.level = settings.environment.water_level
-        self.meshes = Meshes(folder)
+        self.meshes = Instants(folder / FOLDER, ".ply")
         self.remarks: list[str] = []
         fluid = settings.fluid
         self._spacing = float(getattr(fluid, SPACING.split()[0], 0.0)) if fluid is not None else 0.0
         self._walled = fluid is not None and bool(fluid.solids(settings.environment))
-        self._waves = None if self.level is None else self._known(settings)
+        self._waves: Surface | None = None
+        if self.level is not None:
+            # away from particles: the waves, or still water for a tank
+            self._waves = SurfaceStill(level=float(self.level))
+            if not self._walled:
+                found = surface_of(dataclasses.replace(settings, fluid=None))
+                self._waves = SurfaceStill() if found is None else found
         wind = settings.sight.ripples
         self._short = ripples(wind=wind, seed=settings.seed) if wind > 0.0 else None
         self._fine: Box = (
             (float(middle[0]) - HALF, float(middle[0]) + HALF),
             (float(middle[1]) - HALF, float(middle[1]) + HALF),
         )
-        if fluid is not None and not len(self.meshes):
+        if fluid is not None and not self.meshes.files:
             self.remarks.append(
                 "water: the run kept no surface of its particles, so the sea is drawn as its "
                 "waves alone; run it with surface=0.04"
             )
 
-    def _known(self, settings: RunSettings) -> Surface:
-        """Return the surface away from particles: the waves, or still water for a tank."""
-        import dataclasses
-
-        if self._walled:
-            return SurfaceStill(level=float(settings.environment.water_level or 0.0))
-        found = surface_of(dataclasses.replace(settings, fluid=None))
-        return found if found is not None else SurfaceStill()
-
     def at(self, time: float) -> WaterBody | None:
         """Return the water at a time [s]; None for a run without."""
         if self._waves is None:
             return None
-        if not len(self.meshes):
+        file = self.meshes.nearest(time)
+        if file is None:
             vertices, triangles = sea_mesh(self._waves, time, self._fine, hole=False)
             return WaterBody(vertices, triangles, False, self._waves)
-        _, mesh = self.meshes.nearest(time)
+        mesh = read_mesh(file)
         return self._tank(mesh) if self._walled else self._window(mesh, time, self._waves)
 
     def _tank(self, mesh: Mesh) -> WaterBody:

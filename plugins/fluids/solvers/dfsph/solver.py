@@ -99,11 +99,8 @@ class SolverDfsph(DeviceSolver):
     @property
     def longest_substep(self) -> float:
         """Longest substep of the Courant condition, what falls meanwhile included [s]."""
-        return _courant_step(self._fastest(), self.settings.gravity, self._way)
-
-    @property
-    def _way(self) -> float:
-        return self.settings.own.courant * self.spacing
+        way = self.settings.own.courant * self.spacing
+        return _courant_step(self._fastest(), self.settings.gravity, way)
 
     def _fastest(self) -> float:
         if self._written and self.count:

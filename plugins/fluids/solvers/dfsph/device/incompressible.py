@@ -7,7 +7,7 @@ divided by the mass of a particle [m^2], the pressure is ``virial * density * mu
 from typing import Any
 
 from seals.plugins.fluids.solvers.pbf.device.finish import Finish
-from seals.plugins.fluids.solvers.pbf.device.pressure import Pressure, along
+from seals.plugins.fluids.solvers.pbf.device.pressure import Pressure
 from seals.plugins.fluids.solvers.pbf.device.sorting import Sorting
 from seals.plugins.fluids.solvers.pbf.fields import Fields
 from seals.plugins.fluids.solvers.pbf.language import ti
@@ -54,38 +54,18 @@ class Incompressible:
     ) -> None:
         self.own, self.q, self.finish, self.sorting = own, pressure, finish, sorting
         self.p, self.s, self.b, self.g = pressure.p, pressure.s, pressure.b, pressure.g
-        self.grid, self.bounds, self.kernel = pressure.grid, pressure.bounds, pressure.kernel
-        self.listed, self.support2, self.reach = pressure.listed, pressure.support2, pressure.reach
+        self.near, self.bounds, self.kernel = pressure.near, pressure.bounds, pressure.kernel
+        self.grid, self.reach = self.near.grid, self.near.reach
+        self.listed = pressure.listed
 
     @ti.kernel
     def factors(self):
         """Compute densities and diagonals. Data in: positions of buffer 1."""
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
-                at = self.p.place[1].get(i)
-                q = ti.Vector([at[0], at[1], at[2]])
-                rho, square = self.q.own(i), 0.0
-                slope = ti.Vector([0.0, 0.0, 0.0])
-                if ti.static(self.listed):
-                    for k in range(self.p.filled[i]):
-                        rho, slope, square = self.q.fluid_contribution(
-                            1, self.p.list[i, k], q, rho, slope, square
-                        )
-                else:
-                    for ox in range(-1, 2):
-                        for oy in range(-1, 2):
-                            first, last = self.grid.run(self.grid.start, q, ox, oy, self.reach)
-                            for j in range(first, last):
-                                if j != i:
-                                    rho, slope, square = self.q.fluid_contribution(
-                                        1, j, q, rho, slope, square
-                                    )
-                square += slope.norm_sqr()
-                if self.p.beside[i] > 0:
-                    more, extra, wall = self.q.boundary_density(i, q, slope, square)
-                    rho += more
-                    square = extra
-                    slope -= along(slope, wall)
+                q = self.p.place[1].get(i).xyz
+                rho, slope, square = self.q.gather(i, q)
+                rho, slope, square = self.q.with_walls(i, q, rho, slope, square)
                 self.own.least[i] = self.q.tension(rho, slope)
                 self.p.density[i] = rho
                 self.own.diagonal[i] = ti.max(square, self.q.floor)
@@ -180,31 +160,9 @@ class Incompressible:
         """Change velocities by the multipliers' changes, and clear the residual."""
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
-                self.p.velocity[buffer].add(i, self.displacement(i) / self.g.step[None])
+                self.p.velocity[buffer].add(i, self.q.displacement(1, i) / self.g.step[None])
         for k in range(self.own.buckets):
             self.own.residual[k] = 0
-
-    @ti.func
-    def displacement(self, i) -> Any:
-        """Displacement of a particle by the changes around it; see `Pressure.move`."""
-        at = self.p.place[1].get(i)
-        q = ti.Vector([at[0], at[1], at[2]])
-        s, own = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
-        if ti.static(self.listed):
-            for k in range(self.p.filled[i]):
-                theirs, even = self.q.press(1, self.p.list[i, k], q)
-                s, own = s + theirs, own + even
-        else:
-            for ox in range(-1, 2):
-                for oy in range(-1, 2):
-                    first, last = self.grid.run(self.grid.start, q, ox, oy, self.reach)
-                    for j in range(first, last):
-                        theirs, even = self.q.press(1, j, q)
-                        s, own = s + theirs, own + even
-        s += self.q.corrected(i, at[3] * own)
-        if self.p.beside[i] > 0:
-            s += self.q.press_off(i, q, at[3])
-        return s
 
     @ti.kernel
     def fall(self):
@@ -221,34 +179,26 @@ class Incompressible:
         """Keep lone particles off the samples at the end of the substep. Data in: buffer 0."""
         for i in range(self.p.capacity):
             if i < self.g.count[None] and self.p.beside[i] > 0:
-                at = self.p.place[1].get(i)
-                q = ti.Vector([at[0], at[1], at[2]])
+                q = self.p.place[1].get(i).xyz
                 s, wall = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
-                if ti.static(self.listed):
-                    for k in range(self.p.filled[i], self.p.filled[i] + self.p.beside[i]):
-                        part = self.touch(i, self.p.list[i, k], q)
+                for c in range(self.near.columns):
+                    first, last = self.near.walls(i, q, c)
+                    for k in range(first, last):
+                        t = self.near.member(i, k)
+                        part = self.touch(i, t)
                         s += part
-                        wall += part if self.s.owner[self.p.list[i, k]] == 0 else 0.0 * part
-                else:
-                    for ox in range(-1, 2):
-                        for oy in range(-1, 2):
-                            first, last = self.bounds.run(self.bounds.start, q, ox, oy, self.reach)
-                            for t in range(first, last):
-                                part = self.touch(i, t, q)
-                                s += part
-                                wall += part if self.s.owner[t] == 0 else 0.0 * part
+                        wall += part if self.s.owner[t] == 0 else 0.0 * part
                 self.p.wall[i] += wall
                 self.p.velocity[1].set(i, s / self.g.step[None])
             elif i < self.g.count[None]:
                 self.p.velocity[1].set(i, ti.Vector([0.0, 0.0, 0.0]))
 
     @ti.func
-    def touch(self, i, t, q) -> Any:
+    def touch(self, i, t) -> Any:
         """Displacement of a particle by one sample, both where they go in this substep."""
         o, h = self.s.place[t], self.g.step[None]
-        x = ti.Vector([o[0], o[1], o[2]])
-        v = self.p.velocity[0].get(i) - self.b.velocity_at(self.s.owner[t], x)
-        return self.q.touch(q - x + h * v, o[3])
+        v = self.p.velocity[0].get(i) - self.b.velocity_at(self.s.owner[t], o.xyz)
+        return self.q.touch(self.p.place[1].get(i).xyz - o.xyz + h * v, o[3])
 
     @ti.kernel
     def react_to_touch(self):
@@ -256,26 +206,14 @@ class Incompressible:
         for s in range(self.s.capacity):
             if s < self.g.moving[None]:
                 t = self.s.rank[s]
-                o = self.s.place[t]
-                x = ti.Vector([o[0], o[1], o[2]])
+                x = self.s.place[t].xyz
                 total = ti.Vector([0.0, 0.0, 0.0])
                 if self.bounds.inside(x):
-                    if ti.static(self.listed):
-                        for k in range(self.s.near[s]):
-                            total -= self.touched(self.s.list[s, k], t)
-                    else:
-                        for ox in range(-1, 2):
-                            for oy in range(-1, 2):
-                                first, last = self.grid.run(self.grid.start, x, ox, oy, self.reach)
-                                for j in range(first, last):
-                                    total -= self.touched(j, t)
+                    for c in range(self.near.columns):
+                        first, last = self.near.around(s, x, c)
+                        for k in range(first, last):
+                            total -= self.touch(self.near.found(s, k), t)
                 self.s.push[s] = total
-
-    @ti.func
-    def touched(self, j, t) -> Any:
-        """Displacement of a particle by a moving sample."""
-        at = self.p.place[1].get(j)
-        return self.touch(j, t, ti.Vector([at[0], at[1], at[2]]))
 
     @ti.kernel
     def travel(self):
@@ -288,7 +226,7 @@ class Incompressible:
                 v = self.p.velocity[0].get(i) + self.p.velocity[1].get(i)
                 self.p.velocity[0].set(i, v)
                 q = ti.Vector([at[0] + h * v[0], at[1] + h * v[1], at[2] + h * v[2]])
-                if not self.grid.inside(q):
+                if not self.near.grid.inside(q):
                     self.sorting.report(q)
                 held = self.p.multiplier[i]
                 self.p.place[0].set(i, ti.Vector([q[0], q[1], q[2], held]))

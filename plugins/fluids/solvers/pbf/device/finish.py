@@ -3,7 +3,7 @@
 from typing import Any
 
 from seals.plugins.fluids.solvers.pbf.device.bodies import Bodies
-from seals.plugins.fluids.solvers.pbf.device.grid import SLACK, Grid
+from seals.plugins.fluids.solvers.pbf.device.grid import Grid, Near
 from seals.plugins.fluids.solvers.pbf.device.kernels import Smoothing
 from seals.plugins.fluids.solvers.pbf.fields import CHUNK, Globals, Particles, Samples
 from seals.plugins.fluids.solvers.pbf.language import ti
@@ -47,7 +47,8 @@ class Finish:
         self.walls, self.skin = friction
         # what a wall adds to the density of the layer on it
         self.full = smoothing.lattice.behind
-        self.p, self.grid, self.g, self.kernel = particles, grid, numbers, smoothing
+        self.p, self.g, self.kernel = particles, numbers, smoothing
+        self.near = Near(particles, samples, grid, None)
         self.blended, self.damped = blended, damped
         self.listed = particles.longest > 0
         self.support2 = grid.support**2
@@ -108,15 +109,14 @@ class Finish:
         taken implicitly: it stops no particle within one substep. The weight is that of the samples
         that the reaction falls on.
         """
-        at = self.p.place[1].get(i)
-        q = ti.Vector([at[0], at[1], at[2]])
+        q = self.p.place[1].get(i).xyz
         near, normal, v0 = 0.0, ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
         for k in range(self.p.filled[i], self.p.filled[i] + self.p.beside[i]):
             t = self.p.list[i, k]
             body = self.s.owner[t]
             if (body > 0) == moving:
                 o = self.s.place[t]
-                x = ti.Vector([o[0], o[1], o[2]])
+                x = o.xyz
                 w, g = self.kernel.solid((q - x).norm_sqr())
                 near += o[3] * w
                 normal -= o[3] * g * (q - x)
@@ -138,37 +138,22 @@ class Finish:
                 total = ti.Vector([0.0, 0.0, 0.0])
                 for k in range(self.s.near[s]):
                     j = self.s.list[s, k]
-                    at = self.p.place[1].get(j)
-                    e = ti.Vector([at[0] - o[0], at[1] - o[1], at[2] - o[2]])
-                    w, _ = self.kernel.solid(e.norm_sqr())
+                    w, _ = self.kernel.solid((self.p.place[1].get(j).xyz - o.xyz).norm_sqr())
                     total -= o[3] * w * self.p.rubbed[j]
                 self.s.push[s] = total
 
     @ti.func
     def laplacian(self, i, values: ti.template()) -> Any:
         """Difference to the neighbours' values, weighted by the kernel."""
-        v = values.get(i)
-        at = self.p.place[1].get(i)
-        q = ti.Vector([at[0], at[1], at[2]])
+        v, q = values.get(i), self.p.place[1].get(i).xyz
         s = ti.Vector([0.0, 0.0, 0.0])
-        if ti.static(self.listed):
-            for k in range(self.p.filled[i]):
-                j = self.p.list[i, k]
-                o = self.p.place[1].get(j)
-                e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
-                s += self.kernel.value(e.norm_sqr()) * (values.get(j) - v)
-        else:
-            for ox in range(-1, 2):
-                for oy in range(-1, 2):
-                    first, last = self.grid.run(
-                        self.grid.start, q, ox, oy, SLACK * self.grid.support
-                    )
-                    for j in range(first, last):
-                        o = self.p.place[1].get(j)
-                        e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
-                        r2 = e.norm_sqr()
-                        if r2 < self.support2:
-                            s += self.kernel.value(r2) * (values.get(j) - v)
+        for c in range(self.near.columns):
+            first, last = self.near.water(i, q, c)
+            for k in range(first, last):
+                j = self.near.member(i, k)
+                r2 = (q - self.p.place[1].get(j).xyz).norm_sqr()
+                if ti.static(self.listed) or r2 < self.support2:
+                    s += self.kernel.value(r2) * (values.get(j) - v)
         return s
 
     @ti.kernel

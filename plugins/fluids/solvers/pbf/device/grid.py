@@ -8,10 +8,11 @@ the 216 of 27 cubes.
 
 from typing import Any
 
-from seals.plugins.fluids.solvers.pbf.fields import Fields
+from seals.plugins.fluids.solvers.pbf.fields import Fields, Particles, Samples
 from seals.plugins.fluids.solvers.pbf.language import ti
 
 RUN = 64
+COLUMNS = 9
 # a walk during the sweeps meets points that moved since they were sorted
 SLACK = 1.05
 
@@ -155,3 +156,74 @@ class Grid:
                     order[b + 1] = order[b]
                     b -= 1
                 order[b + 1] = held
+
+
+@ti.data_oriented
+class Near:
+    """Particles and boundary samples around a point, from stored lists or from the cells.
+
+    One loop serves both: ``for c in range(near.columns)`` runs once over a list, or over the nine
+    columns of cells around the point; inside of it ``for k in range(first, last)`` with the range
+    of `water`, `walls` or `around`, and ``near.member(i, k)`` or ``near.found(s, k)`` is who it is.
+    Cells also give the point's own particle and what is out of reach.
+
+    Args:
+        particles: their lists.
+        samples: lists of moving samples.
+        grid: cells of the particles.
+        bounds: cells of the samples.
+
+    Limitations:
+        The compiler reorders sums under fast arithmetic. Gaps, counts of bodies, surface tension,
+        vorticity and the divergence have loops of their own: in this one their last digits change.
+    """
+
+    def __init__(
+        self, particles: Particles, samples: Samples, grid: Grid, bounds: Grid | None
+    ) -> None:
+        self.p, self.s, self.grid = particles, samples, grid
+        self.bounds: Any = bounds
+        self.listed = particles.longest > 0
+        self.columns = 1 if self.listed else COLUMNS
+        self.reach = SLACK * grid.support
+
+    @ti.func
+    def water(self, i, q, c) -> Any:
+        """Range of the particles around particle ``i`` at ``q``."""
+        first, last = 0, 0
+        if ti.static(self.listed):
+            last = self.p.filled[i]
+        else:
+            first, last = self.grid.run(self.grid.start, q, c // 3 - 1, c % 3 - 1, self.reach)
+        return first, last
+
+    @ti.func
+    def walls(self, i, q, c) -> Any:
+        """Range of the boundary samples around particle ``i`` at ``q``."""
+        first, last = 0, 0
+        if ti.static(self.listed):
+            first = self.p.filled[i]
+            last = first + self.p.beside[i]
+        else:
+            first, last = self.bounds.run(self.bounds.start, q, c // 3 - 1, c % 3 - 1, self.reach)
+        return first, last
+
+    @ti.func
+    def member(self, i, k) -> Any:
+        """Number of a particle or a sample at a place of such a range."""
+        return self.p.list[i, k] if ti.static(self.listed) else k
+
+    @ti.func
+    def around(self, s, x, c) -> Any:
+        """Range of the particles around the moving sample ``s`` at ``x``."""
+        first, last = 0, 0
+        if ti.static(self.listed):
+            last = self.s.near[s]
+        else:
+            first, last = self.grid.run(self.grid.start, x, c // 3 - 1, c % 3 - 1, self.reach)
+        return first, last
+
+    @ti.func
+    def found(self, s, k) -> Any:
+        """Number of a particle at a place of the range around a sample."""
+        return self.s.list[s, k] if ti.static(self.listed) else k

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from seals.plugins.fluids.solvers.pbf.device.grid import SLACK, Grid
+from seals.plugins.fluids.solvers.pbf.device.grid import Grid, Near
 from seals.plugins.fluids.solvers.pbf.device.kernels import Smoothing
 from seals.plugins.fluids.solvers.pbf.fields import Globals, Particles, Samples
 from seals.plugins.fluids.solvers.pbf.language import ti
@@ -55,11 +55,11 @@ class Isotropy:
         share: float,
         scale: float,
     ) -> None:
-        self.p, self.s, self.grid, self.bounds, self.g = particles, samples, grid, bounds, numbers
+        self.p, self.s, self.g = particles, samples, numbers
+        self.near = Near(particles, samples, grid, bounds)
         self.kernel, self.share, self.scale = smoothing, share, scale
         self.listed = particles.longest > 0
         self.support2 = grid.support**2
-        self.reach = SLACK * grid.support
         along = smoothing.lattice.along
         self.across, self.along = 1 / (1 - along), along / (1 + 2 * along)
 
@@ -68,8 +68,7 @@ class Isotropy:
         """Compute the correction tensors minus I, and tr M / 3. Data in: positions of buffer 1."""
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
-                at = self.p.place[1].get(i)
-                self.around(i, ti.Vector([at[0], at[1], at[2]]))
+                self.around(i, self.p.place[1].get(i).xyz)
 
     @ti.func
     def note(self, i, a, b, c, d):
@@ -87,44 +86,28 @@ class Isotropy:
     def around(self, i, q):
         """Sum the second moments around a particle: diagonal, and (yz, xz, xy)."""
         a, b = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
-        # of boundary samples
-        c, d = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
-        if ti.static(self.listed):
-            for k in range(self.p.filled[i]):
-                o = self.p.place[1].get(self.p.list[i, k])
-                e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
-                a, b = moment(a, b, e, -self.kernel.gradient(e.norm_sqr()))
-            c, d = self.beside(i, q)
-        else:
-            for ox in range(-1, 2):
-                for oy in range(-1, 2):
-                    first, last = self.grid.run(self.grid.start, q, ox, oy, self.reach)
-                    for j in range(first, last):
-                        o = self.p.place[1].get(j)
-                        e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
-                        if j != i and e.norm_sqr() < self.support2:
-                            a, b = moment(a, b, e, -self.kernel.gradient(e.norm_sqr()))
-                    if self.p.beside[i] > 0:
-                        first, last = self.bounds.run(self.bounds.start, q, ox, oy, self.reach)
-                        for t in range(first, last):
-                            c, d = self.solid(c, d, t, q)
+        for column in range(self.near.columns):
+            first, last = self.near.water(i, q, column)
+            for k in range(first, last):
+                j = self.near.member(i, k)
+                e = q - self.p.place[1].get(j).xyz
+                if ti.static(self.listed) or (j != i and e.norm_sqr() < self.support2):
+                    a, b = moment(a, b, e, -self.kernel.gradient(e.norm_sqr()))
+        c, d = self.beside(i, q)
         self.note(i, a, b, c, d)
 
     @ti.func
     def beside(self, i, q) -> Any:
-        """Sum the moments of the listed boundary samples."""
+        """Sum the moments of the boundary samples around a particle, with half weight."""
         c, d = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
-        for k in range(self.p.filled[i], self.p.filled[i] + self.p.beside[i]):
-            c, d = self.solid(c, d, self.p.list[i, k], q)
+        if self.p.beside[i] > 0:
+            for column in range(self.near.columns):
+                first, last = self.near.walls(i, q, column)
+                for k in range(first, last):
+                    o = self.s.place[self.near.member(i, k)]
+                    _, g = self.kernel.solid((q - o.xyz).norm_sqr())
+                    c, d = moment(c, d, q - o.xyz, -0.5 * self.scale * o[3] * g)
         return c, d
-
-    @ti.func
-    def solid(self, c, d, t, q) -> Any:
-        """Add the moment of a boundary sample with half weight."""
-        o = self.s.place[t]
-        e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
-        _, g = self.kernel.solid(e.norm_sqr())
-        return moment(c, d, e, -0.5 * self.scale * o[3] * g)
 
 
 @ti.func

@@ -8,7 +8,7 @@ density of particles through a kernel of their own (``lattice.solid_factors``).
 from typing import Any
 
 from seals.plugins.fluids.solvers.pbf.device.bodies import Bodies
-from seals.plugins.fluids.solvers.pbf.device.grid import SLACK, Grid
+from seals.plugins.fluids.solvers.pbf.device.grid import Grid, Near
 from seals.plugins.fluids.solvers.pbf.device.isotropy import Isotropy, moment, turned
 from seals.plugins.fluids.solvers.pbf.device.kernels import Smoothing
 from seals.plugins.fluids.solvers.pbf.fields import Globals, Particles, Samples
@@ -63,10 +63,13 @@ class Pressure:
         # gradient of the density at a flat free surface
         self.free = 0.5 * smoothing.lattice.press / spacing
         self.p, self.s, self.b, self.g = particles, samples, bodies, numbers
-        self.grid, self.bounds, self.kernel = grid, bounds, smoothing
+        self.near, self.bounds, self.kernel = (
+            Near(particles, samples, grid, bounds),
+            bounds,
+            smoothing,
+        )
         self.listed = particles.longest > 0
         self.support2 = grid.support**2
-        self.reach = SLACK * grid.support
         self.contact = CONTACT * spacing
         self.floor = 0.25 * smoothing.lattice.stiffness / spacing**2
         self.scale = scale
@@ -82,31 +85,29 @@ class Pressure:
     def solve(self, i, weights):
         """Density, its gradients and the new multiplier of one particle."""
         at = self.p.place[1].get(i)
-        q = ti.Vector([at[0], at[1], at[2]])
+        rho, slope, square = self.gather(i, at.xyz)
+        self.update(i, at, rho, slope, square, weights)
+
+    @ti.func
+    def gather(self, i, q) -> Any:
+        """Density of the water around a particle, its gradient, and the sum of their squares."""
         rho, square = self.own(i), 0.0
         slope = ti.Vector([0.0, 0.0, 0.0])
-        if ti.static(self.listed):
-            if ti.static(self.p.ahead):
-                j = self.p.list[i, 0]
-                for k in range(self.p.filled[i]):
-                    following = self.p.list[i, k + 1]
-                    rho, slope, square = self.fluid_contribution(1, j, q, rho, slope, square)
-                    j = following
-            else:
-                for k in range(self.p.filled[i]):
-                    rho, slope, square = self.fluid_contribution(
-                        1, self.p.list[i, k], q, rho, slope, square
-                    )
-        else:
-            for ox in range(-1, 2):
-                for oy in range(-1, 2):
-                    first, last = self.grid.run(self.grid.start, q, ox, oy, self.reach)
-                    for j in range(first, last):
-                        if j != i:
-                            rho, slope, square = self.fluid_contribution(
-                                1, j, q, rho, slope, square
-                            )
-        self.update(i, at, rho, slope, square, weights)
+        for c in range(self.near.columns):
+            first, last = self.near.water(i, q, c)
+            ahead = self.near.member(i, first)
+            for k in range(first, last):
+                j = self.near.member(i, k)
+                if ti.static(self.p.ahead):
+                    j, ahead = ahead, self.near.member(i, k + 1)
+                e = q - self.p.place[1].get(j).xyz
+                r2 = e.norm_sqr()
+                if ti.static(self.listed) or (j != i and r2 < self.support2):
+                    w, g = self.kernel.both(r2)
+                    rho += w
+                    slope += g * e
+                    square += g * g * r2
+        return rho, slope, square
 
     @ti.func
     def open(self):
@@ -122,13 +123,12 @@ class Pressure:
     def open_one(self, i):
         """Correction and first multiplier of one particle."""
         at = self.p.place[1].get(i)
-        q = ti.Vector([at[0], at[1], at[2]])
+        q = at.xyz
         rho, square = self.own(i), 0.0
         slope = ti.Vector([0.0, 0.0, 0.0])
         a, b = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
         for k in range(self.p.filled[i]):
-            o = self.p.place[1].get(self.p.list[i, k])
-            e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
+            e = q - self.p.place[1].get(self.p.list[i, k]).xyz
             r2 = e.norm_sqr()
             w, g = self.kernel.both(r2)
             rho += w
@@ -150,13 +150,8 @@ class Pressure:
     @ti.func
     def update(self, i, at, rho, slope, square, weights):
         """Write the density and the new multiplier of a particle from its sums over the water."""
-        q = ti.Vector([at[0], at[1], at[2]])
-        square += slope.norm_sqr()
-        if self.p.beside[i] > 0:
-            more, extra, wall = self.boundary_density(i, q, slope, square)
-            rho += more
-            square = extra
-            slope -= along(slope, wall)
+        q = at.xyz
+        rho, slope, square = self.with_walls(i, q, rho, slope, square)
         self.p.density[i] = rho
         have, least = self.p.multiplier[i], self.tension(rho, slope)
         soft = self.g.compliance[None]
@@ -182,16 +177,14 @@ class Pressure:
         return least
 
     @ti.func
-    def fluid_contribution(self, src: ti.template(), j, q, rho, slope, square) -> Any:
-        """Add the contribution of one fluid neighbour to density and gradients."""
-        o = self.p.place[src].get(j)
-        e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
-        r2 = e.norm_sqr()
-        if ti.static(self.listed) or r2 < self.support2:
-            w, g = self.kernel.both(r2)
-            rho += w
-            slope += g * e
-            square += g * g * r2
+    def with_walls(self, i, q, rho, slope, square) -> Any:
+        """Density with that of walls, its gradient but along theirs, and the diagonal."""
+        square += slope.norm_sqr()
+        if self.p.beside[i] > 0:
+            more, extra, wall = self.boundary_density(i, q, slope, square)
+            rho += more
+            square = extra
+            slope -= along(slope, wall)
         return rho, slope, square
 
     @ti.func
@@ -202,23 +195,14 @@ class Pressure:
         moved = ti.Vector([0.0, 0.0, 0.0])
         turned = ti.Vector([0.0, 0.0, 0.0])
         body = 0
-        if ti.static(self.listed):
-            for k in range(self.p.filled[i], self.p.filled[i] + self.p.beside[i]):
-                w, f, arm, owner = self.boundary_contribution(self.p.list[i, k], q)
+        for c in range(self.near.columns):
+            first, last = self.near.walls(i, q, c)
+            for k in range(first, last):
+                w, f, arm, owner = self.boundary_contribution(self.near.member(i, k), q)
                 rho += w
                 wall += f
                 if owner > 0:
                     body, moved, turned = owner, moved + f, turned + arm.cross(f)
-        else:
-            for ox in range(-1, 2):
-                for oy in range(-1, 2):
-                    first, last = self.bounds.run(self.bounds.start, q, ox, oy, self.reach)
-                    for t in range(first, last):
-                        w, f, arm, owner = self.boundary_contribution(t, q)
-                        rho += w
-                        wall += f
-                        if owner > 0:
-                            body, moved, turned = owner, moved + f, turned + arm.cross(f)
         whole = slope + wall
         total = square - slope.norm_sqr() + whole.norm_sqr()
         if body > 0:
@@ -229,13 +213,13 @@ class Pressure:
     def boundary_contribution(self, t, q) -> Any:
         """Contribution of one boundary sample: density, gradient, arm about its body, body."""
         o = self.s.place[t]
-        e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
+        e = q - o.xyz
         w, g = self.kernel.solid(e.norm_sqr())
         part = self.scale * o[3]
         owner = self.s.owner[t]
         arm = ti.Vector([0.0, 0.0, 0.0])
         if owner > 0:
-            arm = ti.Vector([o[0], o[1], o[2]]) - self.b.local_centre(owner)
+            arm = o.xyz - self.b.local_centre(owner)
         return part * w, part * g * e, arm, owner
 
     @ti.func
@@ -256,34 +240,35 @@ class Pressure:
     def move(self, i):
         """Move one particle by the multipliers around it."""
         at = self.p.place[0].get(i)
-        q = ti.Vector([at[0], at[1], at[2]])
-        s = ti.Vector([0.0, 0.0, 0.0])
-        own = ti.Vector([0.0, 0.0, 0.0])
-        if ti.static(self.listed):
-            if ti.static(self.p.ahead):
-                j = self.p.list[i, 0]
-                for k in range(self.p.filled[i]):
-                    following = self.p.list[i, k + 1]
-                    theirs, even = self.press(0, j, q)
-                    s, own = s + theirs, own + even
-                    j = following
-            else:
-                for k in range(self.p.filled[i]):
-                    theirs, even = self.press(0, self.p.list[i, k], q)
-                    s, own = s + theirs, own + even
-        else:
-            for ox in range(-1, 2):
-                for oy in range(-1, 2):
-                    first, last = self.grid.run(self.grid.start, q, ox, oy, self.reach)
-                    for j in range(first, last):
-                        # a particle presses on itself with a zero distance: nothing
-                        theirs, even = self.press(0, j, q)
-                        s, own = s + theirs, own + even
-        s += self.corrected(i, at[3] * own)
-        if self.p.beside[i] > 0:
-            s += self.press_off(i, q, at[3])
-        self.p.place[1].set(i, ti.Vector([q[0] + s[0], q[1] + s[1], q[2] + s[2], at[3]]))
+        s = self.displacement(0, i)
+        self.p.place[1].set(i, ti.Vector([at[0] + s[0], at[1] + s[1], at[2] + s[2], at[3]]))
         self.p.velocity[1].add(i, s / self.g.step[None])
+
+    @ti.func
+    def displacement(self, src: ti.template(), i) -> Any:
+        """Displacement of a particle by the multipliers around it, those of buffer ``src``."""
+        at = self.p.place[src].get(i)
+        q, mine = at.xyz, at[3]
+        s, own = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
+        for c in range(self.near.columns):
+            first, last = self.near.water(i, q, c)
+            ahead = self.near.member(i, first)
+            for k in range(first, last):
+                j = self.near.member(i, k)
+                if ti.static(self.p.ahead):
+                    j, ahead = ahead, self.near.member(i, k + 1)
+                o = self.p.place[src].get(j)
+                e = q - o.xyz
+                r2 = e.norm_sqr()
+                # a particle presses on itself with a zero distance: nothing
+                if ti.static(self.listed) or r2 < self.support2:
+                    g = -self.kernel.gradient(r2)
+                    s += (g * o[3]) * self.corrected(j, e)
+                    own += g * e
+        s += self.corrected(i, mine * own)
+        if self.p.beside[i] > 0:
+            s += self.press_off(i, q, mine)
+        return s
 
     @ti.func
     def corrected(self, i, s) -> Any:
@@ -291,38 +276,18 @@ class Pressure:
         return turned(self.p.correction.get(i), s) if ti.static(self.p.isotropic) else s
 
     @ti.func
-    def press(self, src: ti.template(), j, q) -> Any:
-        """Displacement by one neighbour's multiplier, and by an own one of 1 without correction."""
-        o = self.p.place[src].get(j)
-        e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
-        r2 = e.norm_sqr()
-        theirs, own = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
-        if ti.static(self.listed) or r2 < self.support2:
-            g = -self.kernel.gradient(r2)
-            theirs, own = (g * o[3]) * self.corrected(j, e), g * e
-        return theirs, own
-
-    @ti.func
     def press_off(self, i, q, mine) -> Any:
         """Displacement by all boundary samples; static ones also add to the wall impulse."""
         s = ti.Vector([0.0, 0.0, 0.0])
         wall = ti.Vector([0.0, 0.0, 0.0])
-        if ti.static(self.listed):
-            for k in range(self.p.filled[i], self.p.filled[i] + self.p.beside[i]):
-                t = self.p.list[i, k]
+        for c in range(self.near.columns):
+            first, last = self.near.walls(i, q, c)
+            for k in range(first, last):
+                t = self.near.member(i, k)
                 part = self.push(i, t, q, mine)
                 s += part
                 if self.s.owner[t] == 0:
                     wall += part
-        else:
-            for ox in range(-1, 2):
-                for oy in range(-1, 2):
-                    first, last = self.bounds.run(self.bounds.start, q, ox, oy, self.reach)
-                    for t in range(first, last):
-                        part = self.push(i, t, q, mine)
-                        s += part
-                        if self.s.owner[t] == 0:
-                            wall += part
         self.p.wall[i] += wall
         return s
 
@@ -330,9 +295,8 @@ class Pressure:
     def push(self, i, t, q, mine) -> Any:
         """Displacement of particle ``i`` at ``q`` by the sorted sample: pressure and contact."""
         o = self.s.place[t]
-        e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
-        r2 = e.norm_sqr()
-        _, g = self.kernel.solid(r2)
+        e = q - o.xyz
+        _, g = self.kernel.solid(e.norm_sqr())
         s = self.corrected(i, (-mine * self.scale * o[3] * g) * e)
         if ti.static(self.touching):
             s += self.touch(e, o[3])
@@ -356,24 +320,15 @@ class Pressure:
         for s in range(self.s.capacity):
             if s < self.g.moving[None]:
                 t = self.s.rank[s]
-                o = self.s.place[t]
-                x = ti.Vector([o[0], o[1], o[2]])
+                x = self.s.place[t].xyz
                 total = ti.Vector([0.0, 0.0, 0.0])
                 if self.bounds.inside(x):
-                    if ti.static(self.listed):
-                        for k in range(self.s.near[s]):
-                            j = self.s.list[s, k]
+                    for c in range(self.near.columns):
+                        first, last = self.near.around(s, x, c)
+                        for k in range(first, last):
+                            j = self.near.found(s, k)
                             at = self.p.place[self.changes].get(j)
-                            q = ti.Vector([at[0], at[1], at[2]])
-                            total -= self.push(j, t, q, at[3])
-                    else:
-                        for ox in range(-1, 2):
-                            for oy in range(-1, 2):
-                                first, last = self.grid.run(self.grid.start, x, ox, oy, self.reach)
-                                for j in range(first, last):
-                                    at = self.p.place[self.changes].get(j)
-                                    q = ti.Vector([at[0], at[1], at[2]])
-                                    total -= self.push(j, t, q, at[3])
+                            total -= self.push(j, t, at.xyz, at[3])
                 self.s.push[s] = total
                 self.s.pressed[s] += total
 

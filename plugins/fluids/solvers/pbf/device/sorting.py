@@ -141,15 +141,13 @@ class Sorting:
     @ti.func
     def write_list(self, i):
         """Store the neighbours of one particle, boundary samples behind particles."""
-        at = self.p.place[1].get(i)
-        q = ti.Vector([at[0], at[1], at[2]])
+        q = self.p.place[1].get(i).xyz
         n = 0
         for ox in range(-1, 2):
             for oy in range(-1, 2):
                 first, last = self.grid.run(self.grid.start, q, ox, oy, self.grid.support)
                 for j in range(first, last):
-                    o = self.p.place[1].get(j)
-                    e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
+                    e = q - self.p.place[1].get(j).xyz
                     n = self.note(i, n, j, e.norm_sqr() < self.support2 and j != i)
         near = ti.min(n, self.p.longest)
         filled = (near + self.p.lanes - 1) // self.p.lanes * self.p.lanes
@@ -161,8 +159,7 @@ class Sorting:
                 for oy in range(-1, 2):
                     first, last = self.bounds.run(self.bounds.start, q, ox, oy, self.grid.support)
                     for t in range(first, last):
-                        o = self.s.place[t]
-                        e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
+                        e = q - self.s.place[t].xyz
                         m = self.note(i, m, t, e.norm_sqr() < self.support2)
         n += m - filled
         self.p.near[i] = near
@@ -189,17 +186,14 @@ class Sorting:
     @ti.func
     def look_around(self, i):
         """Mark whether boundary samples are in reach of one particle."""
-        at = self.p.place[1].get(i)
-        q = ti.Vector([at[0], at[1], at[2]])
-        self.p.beside[i] = self.bounds.mark[self.bounds.cell_of(q)]
+        self.p.beside[i] = self.bounds.mark[self.bounds.cell_of(self.p.place[1].get(i).xyz)]
 
     @ti.func
     def survey_samples(self):
         """Find the particles around each moving sample. Data in: sorted positions."""
         for s in range(self.s.capacity):
             if s < self.g.moving[None]:
-                o = self.s.place[self.s.rank[s]]
-                x = ti.Vector([o[0], o[1], o[2]])
+                x = self.s.place[self.s.rank[s]].xyz
                 n = 0
                 if self.bounds.inside(x):
                     for ox in range(-1, 2):
@@ -208,8 +202,7 @@ class Sorting:
                                 self.grid.start, x, ox, oy, self.grid.support
                             )
                             for j in range(first, last):
-                                at = self.p.place[1].get(j)
-                                e = ti.Vector([at[0] - x[0], at[1] - x[1], at[2] - x[2]])
+                                e = self.p.place[1].get(j).xyz - x
                                 if e.norm_sqr() < self.support2:
                                     if n < self.s.longest:
                                         self.s.list[s, n] = j
