@@ -10,8 +10,8 @@ from seals.arrays import Array, Floats, gathered, namespace
 from seals.control.plant import Plant
 from seals.control.protocols import Buoyancy
 from seals.environment.sample import Sample
+from seals.frames import cross
 from seals.multibody.kinematics import Kinematics
-from seals.multibody.single import cross_rows
 from seals.multibody.tree import forward
 from seals.robot.model import RobotModel
 
@@ -101,7 +101,7 @@ class MassPropertyEstimator:
         first, mass = beyond[:, :3, 3], beyond[:, 3:, 3]
         count = len(axes)
         levers = np.concatenate((first - mass * anchors, anchors))
-        both = cross_rows(np.concatenate((axes, axes)), levers)
+        both = cross(np.concatenate((axes, axes)), levers)
         push, swing = both[:count], both[count:]
         trace = (beyond[:, 0, 0] + beyond[:, 1, 1] + beyond[:, 2, 2])[:, None]
         spin = trace * axes - (beyond[:, :3, :3] @ axes[:, :, None])[:, :, 0]
@@ -112,7 +112,7 @@ class MassPropertyEstimator:
             swing = np.where(slide, -axes, swing)
         x, y, z = centre.tolist()
         about = gathered([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]], centre)
-        return push, spin - cross_rows(first, swing) - push @ about
+        return push, spin - cross(first, swing) - push @ about
 
 
 class ImmersionEstimator:

@@ -17,7 +17,6 @@ from seals.arrays import Array, as_like, namespace
 from seals.frames import cross_last, skew_last
 from seals.multibody.kept_terms import KeptTerms
 from seals.multibody.many import Many, is_many
-from seals.multibody.single import Single
 from seals.multibody.tree import Tree
 from seals.state_records import state_record
 
@@ -86,31 +85,18 @@ class Kinematics:
         return namespace(turned).matmul(turned, columns)[:, :, :, 0]
 
     @cached_property
-    def _single(self) -> Single | None:
-        """The same poses of one robot with revolute joints on NumPy; else None."""
-        origins, tree = self.origins, self.tree
-        if type(origins) is not np.ndarray or len(origins) > 1 or self._sliding or not tree.joints:
-            return None
-        levers = self._arm[0].take(tree.levers, axis=0)
-        return Single(tree, self.rotations[0], self.axes[0], levers)
-
-    @cached_property
     def _anchors(self) -> Array:
         """Places of the joints relative to the base origin, shape (B, J, 3)."""
         return self._of_links(self._arm, self.tree.children)
 
     def _base_blocks(self) -> tuple[Array, Array]:
         """Identity and zero for every link, (B, L, 3, 3)."""
-        if type(self._arm) is np.ndarray and len(self._arm) == 1:
-            return self.tree.identity, self.tree.nothing
         zero = self._arm[:, :, :, None] * as_like(np.zeros((1, 3)), self._arm)
         return zero + as_like(_EYE, self._arm), zero
 
     @cached_property
     def jacobian(self) -> Array:
         """Map from the generalised velocity to all twists in link axes, shape (B, L, 6, n)."""
-        if self._single is not None:
-            return self._single.jacobian()[None]
         xp = namespace(self.origins)
         if type(self._arm) is np.ndarray and self._lead and self.tree.joints:
             return self._filled_jacobian()
@@ -179,9 +165,6 @@ class Kinematics:
             base and the link; a sliding joint adds a_j q_j' to V only.
         """
         xp, tree, lead = namespace(speed), self.tree, self._lead
-        if self._single is not None:
-            both, twists = self._single.move(speed[0])
-            return LinkVelocities(speed, both[None, :, 0], both[None, :, 1], twists[None])
         if self.many is not None:
             found = (x.transpose(2, 1, 0) for x in self.many.move(speed.T))
             return LinkVelocities(speed, *found)
@@ -233,9 +216,6 @@ class Kinematics:
 
     def _bias(self, moving: LinkVelocities) -> Array:
         lead = self._lead
-        if self._single is not None:
-            m = moving
-            return self._single.bias(m.speed[0], m.linear[0], m.angular[0])[None]
         if self.many is not None:
             parts = (x.T for x in (moving.speed, moving.linear, moving.angular))
             return self.many.bias(*parts).transpose(2, 1, 0)

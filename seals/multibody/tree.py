@@ -79,46 +79,6 @@ class Tree:
         return np.concatenate((self.moves, self.moves, base), axis=1)
 
     @cached_property
-    def levers(self) -> NDArray[np.int64]:
-        """Links that have a lever arm: all links, then the child of every joint, shape (L + J,)."""
-        return np.concatenate((np.arange(self.links), self.children))
-
-    @cached_property
-    def sweep(self) -> Floats:
-        """Matrix that sums the cross products of links, joints and base into link velocities.
-
-        Shape (L, L + J + 1): the product of the link's own spin and arm, less those of the joints
-        between the base and the link, and the velocity of a free base.
-        """
-        base = np.full((self.links, 1), 0.0 if self.fixed_base else 1.0)
-        return np.concatenate((np.eye(self.links), -self.moves, base), axis=1)
-
-    @cached_property
-    def drift(self) -> Floats:
-        """Matrix that sums the cross products of links, joints and base into bias accelerations.
-
-        Shape (L, L + 2 J + 1).
-        """
-        base = np.full((self.links, 1), 0.0 if self.fixed_base else 1.0)
-        return np.concatenate((np.eye(self.links), -self.moves, -self.moves, -base), axis=1)
-
-    @cached_property
-    def spins(self) -> Floats:
-        """Matrix [moves, base]: 1 where a joint or the free base moves a link, shape (L, J + 1)."""
-        base = np.full((self.links, 1), 0.0 if self.fixed_base else 1.0)
-        return np.concatenate((self.moves, base), axis=1)
-
-    @cached_property
-    def identity(self) -> Floats:
-        """Identity for every link, shape (1, L, 3, 3)."""
-        return np.tile(np.eye(3), (1, self.links, 1, 1))
-
-    @cached_property
-    def nothing(self) -> Floats:
-        """Zero matrix for every link, shape (1, L, 3, 3)."""
-        return np.zeros((1, self.links, 3, 3))
-
-    @cached_property
     def parents(self) -> NDArray[np.int64]:
         """Link above each joint, shape (J,)."""
         return np.array([self.parent[link] for link in self.child], dtype=np.int64)
