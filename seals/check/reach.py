@@ -228,7 +228,7 @@ def _submerged(plant: Plant) -> ActuatorLimits:
         one=one,
         depth=DEEP * one,
     )
-    return ActuatorLimitEstimator(plant).now(motion, sample)
+    return ActuatorLimits(*(x[0] for x in ActuatorLimitEstimator(plant).now(motion, sample)))
 
 
 def _shares(layout: Layout, now: ActuatorLimits) -> tuple[Floats, Floats]:
