@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats
 from seals.plugins.controllers.walking.pattern import lagged
 from seals.plugins.controllers.walking.walker import Manner, Pace, Walker
 from seals.schema import setting
@@ -57,10 +57,9 @@ class Oscillators(Walker):
         """Return the phases that the oscillators tend to, shape (N,)."""
         return lagged(self._legs, manner.along, manner.across)
 
-    def advanced(self, pace: Pace, manner: Manner, step: float) -> Floats:
-        """Return the phases one period later, shape (N,)."""
+    def advanced(self, pace: Pace, manner: Manner, step: float) -> Array:
+        """Return the phases one period later, shape (B, N)."""
         apart = pace.phase - self.order(manner)
-        turns = 2.0 * np.pi * (apart[None, :] - apart[:, None])
-        pull = np.sin(turns).mean(axis=1) * (self.coupling / (2.0 * np.pi))
-        later: Floats = np.mod(pace.phase + step * (pace.frequency + pull), 1.0)
-        return later
+        turns = 2.0 * np.pi * (apart[:, None, :] - apart[:, :, None])
+        pull = np.sin(turns).mean(axis=2) * (self.coupling / (2.0 * np.pi))
+        return np.mod(pace.phase + step * (pace.frequency + pull), 1.0)
