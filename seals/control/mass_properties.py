@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from seals.arrays import Array, Floats, gathered, namespace
+from seals.arrays import Array, Floats, gathered, namespace, some
 from seals.control.protocols import Buoyancy
 from seals.environment.sample import Sample
 from seals.frames import cross
@@ -129,6 +129,9 @@ def immersion(
     """
     xp, links = namespace(sample.submersion), turns.shape[1]
     none, share = sample.normal[:, 0:1] * 0.0, volume * sample.submersion
+    if not some(share > 0.0):
+        dry = by_batch(none, links)[:, 0]
+        return dry, Buoyancy(dry, by_batch(sample.normal, links)[:, 0] * 0.0)
     rows = none + volume, none + share, none + share * sample.water_density
     whole, wet, weight = (by_batch(x, links) for x in rows)
     centres = by_batch(none + sample.buoyancy_centre, links)

@@ -34,7 +34,8 @@ def of_one(s: RobotState, aim: Reference) -> tuple[RobotState, Reference]:
 
 def _row(value: Any) -> Array:
     """Return a number or an array as the only row of an array of at least two axes."""
-    return np.reshape(value, (1, *(getattr(value, "shape", ()) or (1,))))
+    shape = getattr(value, "shape", ())
+    return value[None] if shape else np.reshape(value, (1, 1))
 
 
 @state_record

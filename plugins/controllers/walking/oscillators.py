@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seals.arrays import Array, Floats
+from seals.arrays import Array, Floats, namespace
 from seals.plugins.controllers.walking.pattern import lagged
 from seals.plugins.controllers.walking.walker import Manner, Pace, Walker
 from seals.schema import setting
@@ -59,7 +59,8 @@ class Oscillators(Walker):
 
     def advanced(self, pace: Pace, manner: Manner, step: float) -> Array:
         """Return the phases one period later, shape (B, N)."""
-        apart = pace.phase - self.order(manner)
+        xp, apart = namespace(pace.phase), pace.phase - self.order(manner)
         turns = 2.0 * np.pi * (apart[:, None, :] - apart[:, :, None])
-        pull = np.sin(turns).mean(axis=2) * (self.coupling / (2.0 * np.pi))
-        return np.mod(pace.phase + step * (pace.frequency + pull), 1.0)
+        pull = xp.sum(xp.sin(turns), axis=2) * (self.coupling / (2.0 * np.pi * apart.shape[1]))
+        later = pace.phase + step * (pace.frequency + pull)
+        return later - xp.floor(later)

@@ -8,6 +8,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -161,6 +162,7 @@ class Walker(ControllerOptions, ABC):
         self._like, self._outward = like, as_like(self._legs.outward(), like)
         self._body = Anatomy(*(as_like(x, like) for x in self._legs))
         self._stepping: Callable[..., Sequence[Array]] = self._stepped
+        self._pacing: Callable[..., tuple[Pace, Array]] = self.paced
 
     def start(self, batch: int = 1) -> Pace:
         """Return the initial legs, all in stance, in the order of the gait."""
@@ -178,8 +180,14 @@ class Walker(ControllerOptions, ABC):
     ) -> tuple[ActuatorCommand, Pace]:
         """Return the joint values for the next control period."""
         s, manner = situation, self.manner(aim.manner)
-        row = aim._replace(velocity=aim.velocity[None], yaw=np.full((1, 1), aim.yaw))
-        pace, places = self.paced(s.rotation[None], row, manner, memory, s.step)
+        heading = memory.heading
+        if self.facing is Facing.aim:
+            heading = np.full((1, 1), aim.yaw)
+        elif math.isnan(heading.item()):
+            heading = np.full((1, 1), s.yaw)
+        last = memory._replace(heading=heading)
+        given = s.rotation[None], aim.velocity[None], np.full((1, 1), aim.yaw_rate), s.step
+        pace, places = self._pacing(given, manner, last)
         if self.catch > 0.0:
             pace = pace._replace(shift=self._caught(s, pace, manner))
             places[:, :, :2] += pace.shift.reshape(1, -1, 2)
@@ -193,10 +201,31 @@ class Walker(ControllerOptions, ABC):
         return ActuatorCommand(np.zeros(self._drives), joints), pace
 
     def compile(self, compiled: Compiler | None) -> None:
-        """Place toes and legs by machine code, or without."""
-        legs, self._stepping = len(self._legs.toe), self._stepped
+        """Pace, and place toes and legs by machine code, or without."""
+        legs, self._stepping, self._pacing = len(self._legs.toe), self._stepped, self.paced
         if compiled is not None:
             self._stepping = compiled(self._stepped, [(1, legs), (1, legs, 3), (1, 6)])
+            self._pacing = partial(self._paced_fast, {}, compiled)
+
+    def _paced_fast(
+        self, kernels: dict[float, Any], compiled: Compiler, given: Any, manner: Manner, memory: Any
+    ) -> tuple[Pace, Floats]:
+        """Return what `paced` does, by machine code that is made for each step."""
+        *arrays, step = given
+
+        def law(
+            numbers: Array, rotation: Array, velocity: Array, feed: Array, *state: Array
+        ) -> Any:
+            own = Manner(*(numbers[:, k : k + 1] for k in range(len(manner))))
+            last = Pace(*state, memory.shift)
+            pace, places = self.paced((rotation, velocity, feed, step), own, last)
+            return [*pace[:-1], places]
+
+        arrays += memory[:-1]
+        if step not in kernels:
+            kernels[step] = compiled(law, [(1, len(manner)), *(x.shape for x in arrays)])
+        *pace, places = kernels[step](np.array([manner]), *arrays)
+        return Pace(*pace, memory.shift), places
 
     def numbers(self, pace: Pace, places: Array, manner: Manner) -> tuple[Array, Array, Array]:
         """Return the arguments of `_stepped`."""
@@ -240,26 +269,27 @@ class Walker(ControllerOptions, ABC):
         """Return the phases one period later, shape (B, N)."""
 
     def paced(
-        self, rotation: Array, aim: Reference, manner: Manner, memory: Pace, step: float
+        self, given: tuple[Array, Array, Array, float], manner: Manner, memory: Pace
     ) -> tuple[Pace, Array]:
         """Update the commanded walk and advance the leg phases; pure, on any array library.
 
         Args:
-            rotation: of the bodies, shape (B, 3, 3).
-            aim: velocity (B, 3), heading (B, 1), or None for the last one, and rate of turn.
+            given: rotation of the bodies, shape (B, 3, 3); wanted velocity, world axes [m/s], shape
+                (B, 3); rate of turn that is fed forward where the robots face their aim [rad/s],
+                shape (B, 1); time until the next call [s].
             manner: of stepping.
-            memory: of the last call.
-            step: until the next call [s].
+            memory: of the last call; its heading is a number, and the aim's where robots face it.
 
         Returns:
             New state, and toes in the middle of their strokes, body axes [m], shape (B, N, 3).
         """
+        rotation, velocity, feed, step = given
         xp, one = namespace(rotation), memory.lively * 0.0 + 1.0
         toe = self._body.toe[None]
         level = toe[:, :, :2] + (manner.spread * one)[:, :, None] * self._outward[None]
         height = toe[:, :, 2] + manner.crouch * one
         places = xp.concat((level, height[:, :, None]), axis=2)
-        wanted, heading = self._wanted(rotation, aim, memory.heading)
+        wanted, heading = self._wanted(rotation, velocity, feed, memory.heading)
         bounds = {k: getattr(manner, k) for k in ("duty", "stroke", "low", "high")}
         _, wanted = cadence(wanted, places, **bounds)
         share = self.share(step)
@@ -288,22 +318,20 @@ class Walker(ControllerOptions, ABC):
         share = np.where(swing > 0.0, 1.0 / (1.0 + left_over * (1.0 - manner.duty)), 0.0)
         return (last + pace.lively * share[:, None] * (target - last)).reshape(1, -1)
 
-    def _wanted(self, rotation: Array, aim: Reference, last: Array) -> tuple[Array, Array]:
+    def _wanted(
+        self, rotation: Array, velocity: Array, feed: Array, heading: Array
+    ) -> tuple[Array, Array]:
         """Return the walk in body axes that tracks velocity and heading, and that heading [rad]."""
-        xp, velocity = namespace(rotation), aim.velocity
-        yaw = xp.atan2(rotation[:, 1, 0:1], rotation[:, 0, 0:1])
+        xp, yaw = namespace(rotation), _yaw(rotation)
         east, north = velocity[:, 0:1], velocity[:, 1:2]
         goes = xp.sqrt(east * east + north * north) >= SLOWEST
-        heading, feed = xp.where(xp.isnan(last), yaw, last), yaw * 0.0
         if self.facing is not Facing.aim:
-            way = xp.atan2(north, east)
+            way, feed = xp.atan2(north, east), feed * 0.0
             if self.facing is Facing.sideways:
                 # the nearer of the two sides
                 half = way * 0.0 + 0.5 * math.pi
                 way = way - xp.where(xp.sin(way - yaw) >= 0.0, half, -half)
             heading = xp.where(goes, way, heading)
-        else:
-            heading, feed = heading if aim.yaw is None else aim.yaw, feed + aim.yaw_rate
         error = xp.atan2(xp.sin(heading - yaw), xp.cos(heading - yaw))
         # an animal that stands does not shuffle for a degree
         turn = xp.where(~goes & (xp.abs(error) < SHUFFLE), feed, self.turn_gain * error + feed)
@@ -353,16 +381,21 @@ class BatchGait:
             memory: of the last call.
             step: until the next call [s].
         """
-        xp, gait = namespace(velocity), self._gait
-        yaw: Any = None
-        if turn is not None:
-            # told how to turn, it has the heading that it has
-            yaw = xp.atan2(rotation[:, 1, 0:1], rotation[:, 0, 0:1])
-        aim = Reference(velocity=velocity, yaw=yaw, yaw_rate=0.0 if turn is None else turn)
-        manner = gait.manner(wishes)
-        pace, places = gait.paced(rotation, aim, manner, memory, step)
+        xp, gait, yaw = namespace(velocity), self._gait, _yaw(rotation)
+        # told how to turn, a robot has the heading that it has
+        heading, feed = yaw, turn
+        if turn is None:
+            last = memory.heading
+            heading, feed = xp.where(xp.isnan(last), yaw, last), yaw * 0.0
+        manner, memory = gait.manner(wishes), memory._replace(heading=heading)
+        pace, places = gait.paced((rotation, velocity, feed, step), manner, memory)
         values, _ = gait._stepped(*gait.numbers(pace, places, manner))
         return xp.reshape(values, (self._batch, -1)), pace
+
+
+def _yaw(rotation: Array) -> Array:
+    """Heading of the body x axis [rad], shape (B, 1)."""
+    return namespace(rotation).atan2(rotation[:, 1, 0:1], rotation[:, 0, 0:1])
 
 
 def wished(own: Manner, wishes: Mapping[str, float]) -> Manner:
