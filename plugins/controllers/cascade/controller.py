@@ -263,13 +263,14 @@ class Cascade(CascadeSettings):
         self, s: RobotState, aim: Reference, joints: Floats | None, memory: CascadeState
     ) -> Asked:
         """Return the demand on the rotors; pure, batch first, on any array library."""
-        xp, gains = namespace(s.velocity), Gains.between(*self._media, s.submersion)
+        xp, (air, water) = namespace(s.velocity), self._media
+        gains = Gains.between(air, water, s.submersion)
         inner, known, velocity = memory.inner, memory.known, memory.velocity
         # turning about the centre of gravity moves the origin, but is not the rotors' to undo
         swing = cross(s.angular_velocity, s.centre + s.angular_velocity * 0.0)
         error = self._wanted(s, aim, gains) - s.velocity - _turned(s.rotation, swing)
         asked = gains.speed * error + gains.sum * memory.sum
-        if inner is not None:
+        if inner is not None and joints is not None:
             inner = self._inner(s, joints, inner)
         if known is not None:
             ahead = aim.acceleration

@@ -39,7 +39,7 @@ DUTY = {
 """Share of the cycle on the ground with which the groups of a pattern relieve each other [1]."""
 
 
-def phases_of(pattern: Pattern, anatomy: Anatomy) -> Floats:
+def phases_of(pattern: Pattern, anatomy: Anatomy) -> Array:
     """Return the phase of every leg, as a share of the cycle, shape (N,)."""
     rank, side = anatomy.rank, anatomy.side
     count = float(rank.max()) + 1.0
