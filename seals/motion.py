@@ -218,10 +218,15 @@ class Reading(NamedTuple):
     Args:
         angular_velocity: [rad/s].
         specific_force: [m/s^2].
+        angular_acceleration: true one at the instant of the specific force [rad/s^2]; None where
+            the sensor cannot turn.
+        turning: true angular velocity at that instant [rad/s]; None likewise.
     """
 
     angular_velocity: Array
     specific_force: Array
+    angular_acceleration: Array | None = None
+    turning: Array | None = None
 
 
 class Wrench(NamedTuple):

@@ -38,8 +38,9 @@ class Thrusters(ActuatorOptions, Effect):
         Slow vehicles: flow through the thruster far below that of its own jet.
 
     Limitations:
-        No dead zone, no loss of thrust by inflow, ventilation or the hull. Forces are those under
-        water: add ``thruster_medium`` where thrusters may come out of it.
+        Forces are those under water, at rest, for every command: add ``thruster_medium`` where
+        thrusters may come out of it, ``thruster_inflow`` and ``thruster_dead_zone`` for what is
+        lost at speed and about zero. No loss by ventilation or the hull.
 
     References:
         Fossen 2011, Handbook of Marine Craft Hydrodynamics, ch. 12.

@@ -13,6 +13,7 @@ from seals.config.overrides import typed
 from seals.errors import ConfigError, LogError, SealsError
 from seals.logs.axes import with_axes
 from seals.logs.check import check_log
+from seals.logs.false_readings import without_false_readings
 from seals.logs.finding import Severity, lines_of
 from seals.logs.log import Log
 from seals.logs.motor_curve import motor_curve, with_rotor_speeds
@@ -232,7 +233,9 @@ def adapted(log: Log, config: Any, vehicle: Mapping[str, Any]) -> tuple[Log, lis
     from omegaconf import OmegaConf
 
     axes: Any = OmegaConf.to_object(config.axes)
-    log, said = with_axes(_cut(log, list(config.span)), axes)
+    log, held = without_false_readings(_cut(log, list(config.span)))
+    log, said = with_axes(log, axes)
+    said = [*held, *said]
     motors: Any = OmegaConf.to_container(config.motors)
     stated = {k: v for k, v in motors.items() if v is not None}
     curve = motor_curve(log.meta.get("motors"), stated)

@@ -13,6 +13,8 @@ _FEWEST = 30
 _LEAST_RATE = 0.05
 _SURE = 0.9
 _UNSURE = 0.7
+_TURNED = 0.3
+"""Turn of a sensor from which nobody calls it a misalignment [rad]."""
 _CONVENTIONS = {
     "w, x, y, z": "",
     "x, y, z, w": "the quaternion's order looks like x, y, z, w.\n"
@@ -115,7 +117,28 @@ def _rates(log: Log) -> list[Finding]:
     ours = likeness["w, x, y, z"]
     if likeness[best] > _SURE and ours < _UNSURE:
         return [_finding("attitude_convention", "orientation", _CONVENTIONS[best], refuse=True)]
+    if ours < _SURE and (turned := _mounting(gyro, rates["w, x, y, z"])):
+        return [_finding("mounting", "angular_velocity", turned, refuse=False)]
     return _scale(gyro, rates["w, x, y, z"]) if ours > _SURE else []
+
+
+def _mounting(gyro: Floats, rate: Floats) -> str:
+    """Tell how a sensor is turned whose readings are the attitude's rates in other axes."""
+    from scipy.spatial.transform import Rotation
+
+    size = float(np.sqrt(np.sum(gyro * gyro) * np.sum(rate * rate)))
+    if not size:
+        return ""
+    # Wahba's problem: the turn from the sensor's axes to those of the body
+    turn, _ = Rotation.align_vectors(rate, gyro)
+    if _likeness(turn.apply(gyro), rate) < _SURE or turn.magnitude() < _TURNED:
+        return ""
+    rpy = ", ".join(f"{angle + 0.0:.3f}" for angle in turn.as_euler("xyz"))
+    return (
+        f"it follows the attitude's rates in axes turned by {np.degrees(turn.magnitude()):.0f} "
+        f"degrees: the sensor is mounted so.\nUnless robot.yaml states it, add there: "
+        f"sensors: {{imu: {{rpy: [{rpy}]}}}}"
+    )
 
 
 def _likeness(a: Floats, b: Floats) -> float:

@@ -30,6 +30,8 @@ _ROBUST = 1.4826
 _SLOW = 51
 """Rows of the local parabolas that leave the fast part of a motion, in which noise stands out."""
 
+_FEWEST = 200
+"""Rows that are enough for a regression."""
 _SURE = 0.1
 """Least share of the sensor in a difference: a flight tells it no better."""
 
@@ -174,9 +176,16 @@ def _left(values: Floats, known: list[Floats], there: NDArray[np.bool_]) -> Floa
 
 
 def _inner(there: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Valid samples away from the ends, where the filters lean on nothing."""
-    inner: NDArray[np.bool_] = there.copy()
-    inner[: 2 * _SMOOTH] = inner[-2 * _SMOOTH :] = False
+    """Valid samples away from ends and gaps, where the filters lean on nothing.
+
+    Where gaps leave too few of them, those away from the ends.
+    """
+    around = np.ones(4 * _SMOOTH + 1)
+    padded = np.pad(there.astype(float), 2 * _SMOOTH)
+    inner: NDArray[np.bool_] = np.convolve(padded, around, mode="valid") > around.size - 0.5
+    if inner.sum() < _FEWEST:
+        inner = there.copy()
+        inner[: 2 * _SMOOTH] = inner[-2 * _SMOOTH :] = False
     return inner
 
 

@@ -22,7 +22,7 @@ WIDTHS: dict[str, tuple[tuple[int, ...], ...]] = {
     "inertia": ((6, 6), (1,), (6, 6), (1,)),
     "inertia_change": ((6, 6),),
     "flow": ((3,),),
-    "measure": ((3,), (3,)),
+    "measure": ((3,), (3,), (3,), (3,)),
     "pose_turn": ((3,),),
     "timing": ((1,), (1,), (1,), (1,)),
 }

@@ -61,7 +61,9 @@ def random_instant(rng: np.random.Generator, rows: int, *, still: bool = False) 
         voltage=rng.uniform(14.0, 16.8, (rows, 1)),
         joint_command=normal((rows, JOINTS)),
     )
-    reading = Reading(normal((rows, 3)), 9.81 * normal((rows, 3)))
+    reading = Reading(
+        normal((rows, 3)), 9.81 * normal((rows, 3)), normal((rows, 3)), normal((rows, 3))
+    )
     return Instant(motion, medium, joints, inputs, _random_drives(rng, rows), reading)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -10,17 +10,18 @@ import numpy as np
 from seals.arrays import Floats
 from seals.effects.binding import BoundEffect, EffectSet
 from seals.errors import ConfigError, suggestion
+from seals.frames import matrix_of, quaternion_of_rpy
 from seals.motion import Reading
 from seals.plugin_options import options_of
 from seals.sensors.options import SensorOptions
-from seals.sensors.protocol import Sensor
+from seals.sensors.protocol import Sensor, SensorInput
 from seals.world.drivetrain import INSTANT
 
 CHANNELS = ("angular_velocity", "specific_force")
 """Channels that make a reading an inertial one."""
 
 Past: TypeAlias = tuple[tuple[float, Floats], ...]
-"""Readings that a delay still needs: time [s], and both channels of shape (2, 3)."""
+"""Readings that a delay still needs: time [s], and the fields of a `Reading`, shape (4, 3)."""
 
 
 EVERY = "*"
@@ -36,30 +37,36 @@ class ReadingChain:
     Args:
         effects: of the robot; those with ``measure`` act in the order of their ``order``.
         name: of the sensor; empty for one that no fault names.
+        rpy: turn of the sensor's axes against those of its link [rad]; None for none.
     """
 
-    def __init__(self, effects: EffectSet, name: str = "") -> None:
+    def __init__(
+        self, effects: EffectSet, name: str = "", rpy: Sequence[float] | None = None
+    ) -> None:
         acting = [b for b in effects.measures if acts_on(b, name, inertial=True)]
         self.errors = sorted(acting, key=lambda b: b.effect.order)
         self.delay = max(_delay(effects, name, inertial=True), 0.0)
+        self.turn = np.eye(3) if rpy is None else matrix_of(quaternion_of_rpy(np.array([rpy])))[0]
 
     def report(
-        self, time: float, reading: dict[str, Floats], past: Past
+        self, felt: SensorInput, reading: dict[str, Floats], past: Past
     ) -> tuple[dict[str, Floats], Past]:
-        """Return the reading reported at ``time``, and the readings to store.
+        """Return the reading reported at the time of ``felt``, and the readings to store.
 
         Args:
-            time: [s].
+            felt: motion of the sensor's link.
             reading: by channel, both inertial channels among them.
             past: from the last call, empty at first.
         """
         if not (self.errors or self.delay):
             return reading, past
-        both = np.array([reading[channel] for channel in CHANNELS])
+        spin = felt.angular_velocity if felt.turning is None else felt.turning
+        turned = np.array([felt.angular_acceleration, spin]) @ self.turn
+        all_four = np.concatenate([[reading[channel] for channel in CHANNELS], turned])
         if self.delay:
-            past = (*past, (time, both))
-            both, past = _at(time - self.delay, past)
-        out = Reading(both[0:1], both[1:2])
+            past = (*past, (felt.time, all_four))
+            all_four, past = _at(felt.time - self.delay, past)
+        out = Reading(*(row[None] for row in all_four))
         for b in self.errors:
             out = b.hooks.measure(out, b.params)
         return {**reading, **{c: getattr(out, c)[0] for c in CHANNELS}}, past
@@ -103,7 +110,11 @@ class Faults:
         for b in named:
             _refuse_unknown(b, sensors)
         inertial = {n for n, s in sensors.items() if s.channels().keys() >= set(CHANNELS)}
-        self.chains = {n: ReadingChain(effects, n) for n in sensors if n in inertial}
+        self.chains = {
+            n: ReadingChain(effects, n, options_of(s, SensorOptions).rpy)
+            for n, s in sensors.items()
+            if n in inertial
+        }
         self.delays = {
             n: 0.0 if n in inertial else _delay(effects, n, inertial=False) for n in sensors
         }

@@ -138,16 +138,16 @@ class SensorSuite:
             due = time >= self._next[name] - 1e-9
             if not due and self._idles[name] and self._ways[name].plain:
                 continue
-            reading = None
+            reading, felt = None, None
             if due or not self._idles[name]:
                 if seen is None:
                     outside = self.body.contact_wrenches(), self.body.contact_normals()
                     seen = *now.seen, *outside
                 felt = self._felt(name, now, seen)
                 reading, self._memory[name] = sensor.sense(felt, self._memory[name], rng, due=due)
-            if reading is not None and name in self._chains:
+            if felt is not None and reading is not None and name in self._chains:
                 past = self._past.get(name, ())
-                reading, self._past[name] = self._chains[name].report(time, reading, past)
+                reading, self._past[name] = self._chains[name].report(felt, reading, past)
             if due:
                 self._next[name] += max(1.0 / sensor.rate, 1e-9)
             self._hand_on(name, now, reading, rng)

@@ -96,6 +96,17 @@ def test_gyro_in_other_body_axes_is_refused() -> None:
     assert _codes(columns)["attitude_convention"] is Severity.REFUSE
 
 
+def test_a_gyroscope_that_is_mounted_turned_is_told_with_its_angles() -> None:
+    """Sensor axes at roll, pitch and yaw against the body: the words for robot.yaml hold them."""
+    columns = _flight()
+    spin = np.stack([columns[f"angular_velocity_{a}"] for a in "xyz"], axis=1)
+    seen = Rotation.from_euler("xyz", [0.2, -0.3, 1.5]).inv().apply(spin)
+    columns |= {f"angular_velocity_{a}": seen[:, k] for k, a in enumerate("xyz")}
+    told = [f for f in check_log(Log(name="x", columns=columns)) if f.code == "mounting"]
+    angles = [float(v) for v in str(told[0].message).partition("rpy: [")[2].rstrip("]}").split(",")]
+    assert angles == pytest.approx([0.2, -0.3, 1.5], abs=0.02)
+
+
 def test_consistent_ned_log_is_refused_by_gravity() -> None:
     """FRD and NED agree with one another; only the direction of gravity tells."""
     columns = _flight()

@@ -356,6 +356,25 @@ def test_a_frozen_sensor_is_bad_data(moves: float, level: float, told: bool) -> 
     refuse_frozen(log, samples, vehicle)
 
 
+def test_a_pose_that_is_held_while_the_vehicle_moves_is_bad_data() -> None:
+    """As motion capture does where it loses the markers; at rest it may repeat itself."""
+    time = np.arange(0.0, 4.0, 0.01)
+    rng = np.random.default_rng(4)
+    place = time[:, None] * np.ones(3) + 0.003 * rng.standard_normal((400, 3))
+    place[100:300] = place[100]
+    turning = 0.5 * np.sin(3.0 * time)[:, None] * np.ones(3) + 0.01 * rng.standard_normal((400, 3))
+    samples: Any = SimpleNamespace(
+        time=time, channels={"position": place, "angular_velocity": turning}
+    )
+    vehicle: Any = SimpleNamespace(sigma={"position": 0.003, "angular_velocity": 0.01})
+    log: Any = SimpleNamespace(meta={})
+    with pytest.raises(LogError, match=r"position stands without change for 2\.0 s .* was held"):
+        refuse_frozen(log, samples, vehicle)
+    # one component alone may stand: the motion is planar
+    place[100:300, 0] += 0.003 * rng.standard_normal(200)
+    refuse_frozen(log, samples, vehicle)
+
+
 def test_how_far_a_number_is_determined() -> None:
     """Nothing is left to say of one whose uncertainty is that of its tolerance."""
     number = MovedNumber(key="a.b", change=1.0, sigmas=2.0, unknown=1.0)

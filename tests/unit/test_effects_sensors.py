@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
+import seals
 from seals.effects import Effect, bind_effects
+from seals.frames import matrix_of, quaternion_of_rpy
 from seals.motion import Reading, Timing
 from seals.plugins.actuators.rotors import Rotors
 from seals.plugins.effects.accelerometer_bias import AccelerometerBias
@@ -19,6 +21,7 @@ from seals.plugins.effects.gyroscope_bias import GyroscopeBias
 from seals.plugins.effects.rotor_lag import RotorLag
 from seals.plugins.effects.sensor_delay import SensorDelay
 from seals.plugins.effects.sensor_misalignment import SensorMisalignment
+from seals.plugins.effects.sensor_place import SensorPlace
 from seals.world.drivetrain import response_of
 
 SPIN, FORCE = np.array([[0.1, 0.2, 0.3]] * 2), np.array([[1.0, -2.0, 9.0]] * 2)
@@ -56,6 +59,41 @@ def test_a_biased_gyroscope_adds_its_bias() -> None:
     found = measured(GyroscopeBias(), 2, bias_y=np.array([0.0, 0.5]))
     assert_allclose(found.angular_velocity, [[0.1, 0.2, 0.3], [0.1, 0.7, 0.3]], rtol=1e-14)
     assert_array_equal(found.specific_force, FORCE)
+
+
+def test_a_sensor_beside_its_place_reads_the_point_that_carries_it() -> None:
+    """On a steady turn about z the arm along x pulls inwards; spinning up, it pushes along y."""
+    still, up = np.zeros((1, 3)), np.array([[0.0, 0.0, 3.0]])
+    effect = SensorPlace(offset_x=0.1)
+    steady = effect.measure(Reading(up, still, still, up), params(effect)).specific_force
+    assert_allclose(steady, [[-0.1 * 3.0**2, 0.0, 0.0]], rtol=1e-14)
+    rising = effect.measure(Reading(still, still, up, still), params(effect))
+    assert_allclose(rising.specific_force, [[0.0, 0.1 * 3.0, 0.0]], rtol=1e-14)
+    assert_array_equal(rising.angular_velocity, still)
+
+
+def test_the_effect_and_a_sensor_that_sits_there_read_the_same() -> None:
+    """In a run, 0.1 m beside the stated place is a sensor whose place is 0.1 m away."""
+    common = ["robot=box", "initial.angular_velocity=[2,3,-1]", "time.step=0.001"]
+    silent = ["accelerometer_noise", "gyroscope_noise", "accelerometer_walk", "gyroscope_walk"]
+    silent += ["accelerometer_step", "gyroscope_step"]
+    common += [f"sensors.imu.{name}=0" for name in silent]
+    common += ["+sensors.imu.rpy=[0.3,-0.2,0.5]"]
+    turn = matrix_of(quaternion_of_rpy(np.array([[0.3, -0.2, 0.5]])))[0]
+    place = turn @ np.array([0.1, -0.05, 0.02])
+    there = seals.make([*common, f"+sensors.imu.position={place.tolist()}"])
+    hidden = ["+effect@effects.place=sensor_place"]
+    hidden += [
+        f"effects.place.offset_{a}={v}" for a, v in zip("xyz", (0.1, -0.05, 0.02), strict=True)
+    ]
+    beside = seals.make([*common, *hidden])
+    for world in (there, beside):
+        for _ in range(40):
+            world.step()
+    one, other = (w.actors["robot"].sensor_suite.readings["imu"] for w in (there, beside))
+    assert np.abs(one["specific_force"] - [0.0, 0.0, 0.0]).max() > 0.3
+    for channel in ("specific_force", "angular_velocity"):
+        assert_allclose(one[channel], other[channel], atol=1e-12)
 
 
 def test_a_turned_sensor_sees_the_world_turned_back() -> None:

@@ -75,6 +75,15 @@ def test_white_noise_alone_is_no_disagreement() -> None:
     assert flight_facts(_log(0.0, 0.0), VEHICLE).differing == {}
 
 
+def test_a_gap_of_the_pose_is_no_disagreement() -> None:
+    """Straight lines across seconds without a pose are no motion that a sensor contradicts."""
+    log = _log(0.0, 0.0)
+    gone = TIME % 4.0 > 3.0
+    pose = [name for name in log.columns if name.startswith(("position", "orientation"))]
+    columns = {k: np.where(gone, np.nan, v) if k in pose else v for k, v in log.columns.items()}
+    assert flight_facts(Log(name="gap", columns=columns), VEHICLE).differing == {}
+
+
 def test_slow_errors_of_sensors_are_seen_against_the_pose(tmp_path: Path) -> None:
     """Noise of neighbouring samples does not show them; the sheet states what does."""
     log = _log(0.1, 0.3)

@@ -5,14 +5,19 @@ The way of a newcomer: convert, write the data sheet, diagnose. The flights lie 
 
 from __future__ import annotations
 
+import csv
 import gzip
+import io
 import json
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import yaml
+from scipy.signal import savgol_filter
 
 from seals.cli.main import main
 
@@ -30,12 +35,13 @@ NAMED = {
 """Effect of each flight and its hidden numbers, from ``truth.yaml``."""
 
 
-def diagnosed(case: Path, place: Path) -> Any:
-    """Return the diagnosis of a flight."""
+def diagnosed(case: Path, place: Path, changed: Callable[[str], str] = str) -> Any:
+    """Return the diagnosis of a flight, whose table may be changed before."""
     truth = yaml.safe_load((case / "truth.yaml").read_text())
     robot = place / "robot"
     shutil.copytree(FLIGHTS / "robots" / truth["robot"], robot)
-    (place / "log.csv").write_bytes(gzip.decompress((case / "log.csv.gz").read_bytes()))
+    table = gzip.decompress((case / "log.csv.gz").read_bytes()).decode()
+    (place / "log.csv").write_text(changed(table), encoding="utf-8")
     maps = FLIGHTS / truth.get("map", "map.yaml")
     words = ["convert", f"log={place / 'log.csv'}", f"map={maps}", f"robot={robot}", "rate=100"]
     log = f"log={place / 'c'}"
@@ -60,3 +66,31 @@ def test_what_was_hidden_is_named(name: str, tmp_path: Path) -> None:
         one = found["effects"][0]["parameters"][key]
         half = 0.5 * (one["high90"] - one["low90"])
         assert abs(one["value"] - value) <= max(0.05 * abs(value), 2.0 * half), key
+
+
+@pytest.mark.validation
+def test_a_sensor_beside_its_place_is_named(tmp_path: Path) -> None:
+    """What the arm adds to the accelerometer, by the smoothed gyroscope: name and place."""
+    if not FLIGHTS.is_dir():
+        pytest.skip(f"the flights are not at {FLIGHTS}")
+    arm = np.array([0.06, -0.08, 0.0])
+
+    def moved(text: str) -> str:
+        rows = list(csv.DictReader(io.StringIO(text)))
+        spin = np.array([[float(row[f"g{a}"]) for a in "xyz"] for row in rows])
+        smooth, rising = (savgol_filter(spin, 9, 3, deriv=k, delta=0.01, axis=0) for k in (0, 1))
+        more = np.cross(rising, arm) + np.cross(smooth, np.cross(smooth, arm))
+        out = io.StringIO()
+        table = csv.DictWriter(out, rows[0])
+        table.writeheader()
+        for row, added in zip(rows, more, strict=True):
+            felt = {f"a{a}": float(row[f"a{a}"]) + v for a, v in zip("xyz", added, strict=True)}
+            table.writerow({**row, **felt})
+        return out.getvalue()
+
+    found = diagnosed(FLIGHTS / "cases" / "01_none", tmp_path, moved)
+    assert [e["name"] for e in found["effects"]] == ["sensor_place"]
+    for axis, value in zip("xyz", arm, strict=True):
+        assert found["effects"][0]["parameters"][f"offset_{axis}"]["value"] == pytest.approx(
+            value, abs=0.008
+        )

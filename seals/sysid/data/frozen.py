@@ -15,13 +15,14 @@ _STILL = 1.0
 _FEWEST = 20
 """Readings in that time at least."""
 _MOVED = 10.0
-"""Range of a channel of the pose, in its stated noise, from which the vehicle moved."""
+"""Range of a channel, in its stated noise, from which the vehicle moved."""
 _POSE = ("position", "orientation")
 _INERTIAL = ("angular_velocity", "specific_force")
+_HELD = "the inertial sensors feel motion: the pose was held where it failed"
 
 
 def refuse_frozen(log: Log, samples: Samples, vehicle: Vehicle) -> None:
-    """Refuse a log in which an inertial sensor stands still while the pose moves.
+    """Refuse a log in which one of pose and inertial sensors stands still while the other moves.
 
     A fit would call the frozen reading a bias. Runs of SEALS may be without noise and pass.
 
@@ -36,18 +37,33 @@ def refuse_frozen(log: Log, samples: Samples, vehicle: Vehicle) -> None:
     if "simulated" in log.meta:
         return
     seen = samples.channels
-    pose = [(seen[n], vehicle.sigma.get(n, 0.0)) for n in _POSE if n in seen]
-    for name in (n for n in _INERTIAL if n in seen):
-        for axis, values in enumerate(seen[name].T):
-            for first, last in _repeats(values):
-                seconds = float(samples.time[last] - samples.time[first])
-                moves = any(_moves(c[first : last + 1], sigma) for c, sigma in pose)
-                if seconds >= _STILL and moves:
-                    raise LogError(
-                        f"{name}_{'xyz'[axis]} reads {values[first]:.6g} without change for "
-                        f"{seconds:.1f} s from t = {samples.time[first]:.4g} s on, while the pose "
-                        "moves: the sensor is frozen.\nCut that time out, or remove the channel."
-                    )
+    pose, inertial = ([n for n in names if n in seen] for names in (_POSE, _INERTIAL))
+    single = [(f"{n}_{a}", v) for n in inertial for a, v in zip("xyz", seen[n].T, strict=True)]
+    for name, values, others, told in (
+        *((n, v, pose, "the pose moves: the sensor is frozen") for n, v in single),
+        # a planar motion holds a component of the pose, and never all of them
+        *((n, _changes(seen[n]), inertial, _HELD) for n in pose),
+    ):
+        for first, last in _repeats(values):
+            seconds = float(samples.time[last] - samples.time[first])
+            if seconds >= _STILL and any(
+                _moves(seen[n][first : last + 1], vehicle.sigma.get(n, 0.0)) for n in others
+            ):
+                reads = f"reads {values[first]:.6g}" if others is pose else "stands"
+                raise LogError(
+                    f"{name} {reads} without change for {seconds:.1f} s from "
+                    f"t = {samples.time[first]:.4g} s on, while {told}.\n"
+                    "Cut that time out, or remove the channel."
+                )
+
+
+def _changes(values: Floats) -> Floats:
+    """Count the changes of any component up to each row; NaN where there is no reading."""
+    there = np.isfinite(values).all(axis=1)
+    out = np.full(len(values), np.nan)
+    moved = np.any(np.diff(values[there], axis=0) != 0.0, axis=1)
+    out[there] = np.append(0.0, np.cumsum(moved))[: int(there.sum())]
+    return out
 
 
 def _repeats(values: Floats) -> list[tuple[int, int]]:

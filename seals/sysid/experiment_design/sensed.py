@@ -106,7 +106,8 @@ def _exact(experiment: Experiment, model: Model, track: Track, parts: int) -> di
     spin, force = rotate(back, now.angular_velocity), rotate(back, linear)
     arm, mount = vehicle.imu_position, vehicle.imu_turn.T
     force = force + np.cross(angular, arm) + np.cross(spin, np.cross(spin, arm))
-    reading = _late(model, Reading(spin @ mount, force @ mount), experiment.step)
+    seen = Reading(*(part @ mount for part in (spin, force, angular, spin)))
+    reading = _late(model, seen, experiment.step)
     for b in ReadingChain(model.bound).errors:
         reading = b.hooks.measure(reading, b.params)
     level = vehicle.environment.water_level or 0.0
@@ -136,7 +137,7 @@ def _late(model: Model, reading: Reading, step: float) -> Reading:
     at = np.arange(len(reading.angular_velocity)) - model.sensor_delay / step
     rows = np.arange(len(at))
     parts = [
-        np.stack([np.interp(at, rows, v[:, k]) for k in range(3)], axis=1)
-        for v in (reading.angular_velocity, reading.specific_force)
+        np.stack([np.interp(at, rows, np.asarray(v)[:, k]) for k in range(3)], axis=1)
+        for v in reading
     ]
-    return Reading(parts[0], parts[1])
+    return Reading(*parts)

@@ -361,7 +361,8 @@ class Plant:
                 force + np.cross(rates.angular_velocity, arm) + np.cross(spin, np.cross(spin, arm))
             )
         turn = self.vehicle.imu_turn.T
-        reading = Reading(spin @ turn, force @ turn)
+        turned = spin @ turn
+        reading = Reading(turned, force @ turn, rates.angular_velocity @ turn, turned)
         used = {key.partition(".")[0] for key in values}
         effects = self.candidate_set.effects
         sensors = {n for n in used if n in effects and has_hook(effects[n], "measure")}

@@ -266,14 +266,14 @@ def _reported(model: Model, felt: Floats, late: int, delay: float) -> Floats:
     spin, force, rate, turning = np.split(felt, 4, axis=2)
     if np.any(arm):
         force = force + np.cross(rate, arm) + np.cross(turning, np.cross(turning, arm))
-    both = np.concatenate([spin @ turn, force @ turn], axis=2)
+    both = np.concatenate([part @ turn for part in (spin, force, rate, turning)], axis=2)
     at = np.arange(late, both.shape[1]) - delay
     # a reading ahead of its time continues the last stretch
     low = np.clip(np.floor(at).astype(int), 0, both.shape[1] - 2)
     share = (at - low)[None, :, None]
     seen = both[:, low] + share * (both[:, low + 1] - both[:, low])
-    flat = seen.reshape(-1, 6)
-    reading = Reading(flat[:, :3], flat[:, 3:])
+    flat = seen.reshape(-1, 12)
+    reading = Reading(*np.split(flat, 4, axis=1))
     for b in ReadingChain(model.bound).errors:
         reading = b.hooks.measure(reading, b.params)
     parts = [reading.angular_velocity, reading.specific_force]
