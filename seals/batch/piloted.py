@@ -18,6 +18,7 @@ from seals.control.mass_properties import MassPropertyEstimator, immersion
 from seals.control.plant import build_plant
 from seals.control.protocols import ControllerOptions
 from seals.effects.binding import EffectSet
+from seals.environment.sample import Sample
 from seals.environment.settings import EnvironmentSettings
 from seals.motion import Inputs
 from seals.plugin_options import options_of
@@ -188,7 +189,7 @@ class PilotedTwin:
 
     def _immersed(self, posture: Posture) -> Any:
         """Submerged share (B, 1) and buoyancy."""
-        volume, sample = self.twin.evaluator.surroundings.volume, posture.sample
+        volume, sample = self.twin.evaluator.surroundings.volume, _sampled(posture)
         return immersion(sample, volume, self.plant.gravity, *self._links)
 
     def merged(self, fresh: Flight, flight: Flight, ended: Array) -> Flight:
@@ -226,7 +227,7 @@ class PilotedTwin:
             submersion=wet,
             buoyancy=buoyancy,
             depth=nothing,
-            **self._thrust.now(posture.motion, posture.sample)._asdict(),
+            **self._thrust.now(posture.motion, _sampled(posture))._asdict(),
         )
 
     def _advance(
@@ -243,6 +244,12 @@ class PilotedTwin:
         return flight._replace(
             state=state, time=flight.time + h, drive=drives[2], memory=self.twin.memory
         )
+
+
+def _sampled(posture: Posture) -> Sample:
+    """Surroundings of a posture that was made with them."""
+    assert posture.sample is not None
+    return posture.sample
 
 
 def _chosen(fresh: Any, other: Any, ended: Array) -> Any:

@@ -242,7 +242,9 @@ class Drivetrain:
         goal, r = held, self.response
         if self._share < 1.0:
             goal = r.limited(held, np.array([[self._share]]))
-        return r.followed(0.0 * held if drive is None else drive, goal, max(span, 0.0))
+        state = 0.0 * held if drive is None else drive
+        after: Floats = r.followed(state, goal, max(span, 0.0))
+        return after
 
     def _checked(self, command: Floats, asked: Any) -> Floats:
         """Return a command, or refuse it; ``asked``: the same as lists."""

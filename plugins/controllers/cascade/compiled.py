@@ -48,7 +48,7 @@ class PackedState(NamedTuple):
     """
 
     block: Floats
-    joints: Floats
+    joints: Floats | None
 
     def unpacked(self, form: CascadeState) -> CascadeState:
         """Return the state in full; ``form``: one of the same shapes."""

@@ -228,7 +228,8 @@ class Cascade(CascadeSettings):
     ) -> tuple[ActuatorCommand, CascadeState | PackedState]:
         """Return speeds of the rotors and targets of the servos."""
         s = situation if self.cog_compensation else self._unaware(situation)
-        joints, quick = joint_targets(aim, memory.joints, self._plant.robot), self._compiled
+        last, quick = self._rest if memory.joints is None else memory.joints, self._compiled
+        joints = joint_targets(aim, last, self._plant.robot)
         if isinstance(memory, PackedState):
             if quick is not None:
                 return quick.command(s, aim, joints, memory)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from seals.arrays import Array, Floats, namespace
+from seals.arrays import Array, namespace
 from seals.errors import ConfigError
 from seals.plugins.controllers.walking.pattern import Pattern, duty_of, phases_of
 from seals.plugins.controllers.walking.walker import BatchGait, Facing, Manner, Pace, Walker
@@ -68,7 +68,7 @@ class Gait(Walker):
         """Return the duty factor."""
         return {"duty": self.duty or duty_of(self.pattern, len(self._legs.toe))}
 
-    def order(self, manner: Manner) -> Floats:
+    def order(self, manner: Manner) -> Array:
         """Return the phases of the pattern, shape (N,)."""
         return phases_of(self.pattern, self._legs)
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seals.arrays import Array, Floats, namespace
+from seals.arrays import Array, namespace
 from seals.plugins.controllers.walking.pattern import lagged
 from seals.plugins.controllers.walking.walker import Manner, Pace, Walker
 from seals.schema import setting
@@ -53,7 +53,7 @@ class Oscillators(Walker):
         """Return the duty factor and the phase lags."""
         return {"duty": self.duty, "along": self.along, "across": self.across}
 
-    def order(self, manner: Manner) -> Floats:
+    def order(self, manner: Manner) -> Array:
         """Return the phases that the oscillators tend to, shape (N,)."""
         return lagged(self._legs, manner.along, manner.across)
 

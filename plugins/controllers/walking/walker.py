@@ -217,7 +217,7 @@ class Walker(ControllerOptions, ABC):
             numbers: Array, rotation: Array, velocity: Array, feed: Array, *state: Array
         ) -> Any:
             own = Manner(*(numbers[:, k : k + 1] for k in range(len(manner))))
-            last = Pace(*state, memory.shift)
+            last = Pace._make((*state, memory.shift))
             pace, places = self.paced((rotation, velocity, feed, step), own, last)
             return [*pace[:-1], places]
 
@@ -225,7 +225,7 @@ class Walker(ControllerOptions, ABC):
         if step not in kernels:
             kernels[step] = compiled(law, [(1, len(manner)), *(x.shape for x in arrays)])
         *pace, places = kernels[step](np.array([manner]), *arrays)
-        return Pace(*pace, memory.shift), places
+        return Pace._make((*pace, memory.shift)), places
 
     def numbers(self, pace: Pace, places: Array, manner: Manner) -> tuple[Array, Array, Array]:
         """Return the arguments of `_stepped`."""
@@ -261,7 +261,7 @@ class Walker(ControllerOptions, ABC):
         """Return the stepping parameters that depend on the kind of gait."""
 
     @abstractmethod
-    def order(self, manner: Manner) -> Floats:
+    def order(self, manner: Manner) -> Array:
         """Return the phase offsets of the legs, shape (N,)."""
 
     @abstractmethod
@@ -316,7 +316,8 @@ class Walker(ControllerOptions, ABC):
         swing = np.clip((pace.phase[0] - manner.duty) / (1.0 - manner.duty), 0.0, 1.0)
         left_over = np.maximum(0.5 - swing, 0.0) / max(s.step * pace.frequency.item(), 1e-9)
         share = np.where(swing > 0.0, 1.0 / (1.0 + left_over * (1.0 - manner.duty)), 0.0)
-        return (last + pace.lively * share[:, None] * (target - last)).reshape(1, -1)
+        shifted: Floats = last + pace.lively * share[:, None] * (target - last)
+        return shifted.reshape(1, -1)
 
     def _wanted(
         self, rotation: Array, velocity: Array, feed: Array, heading: Array
