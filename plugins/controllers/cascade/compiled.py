@@ -34,8 +34,7 @@ def of_one(s: RobotState, aim: Reference) -> tuple[RobotState, Reference]:
 
 def _row(value: Any) -> Array:
     """Return a number or an array as the only row of an array of at least two axes."""
-    shape = getattr(value, "shape", ())
-    return value[None] if shape else np.reshape(value, (1, 1))
+    return np.full((1, 1), value) if isinstance(value, int | float) else value[None]
 
 
 @state_record
@@ -134,7 +133,7 @@ class CompiledCascade:
 
         def asked(arrays: Sequence[Array]) -> tuple[RobotState, Asked, CascadeState]:
             more: Iterator[Array] = (
-                x.reshape(shape) for x, shape in zip(arrays, shapes, strict=True)
+                x.reshape(shape or (1,)) for x, shape in zip(arrays, shapes, strict=True)
             )
             state = s._replace(**{name: next(more) for name in _STATE})
             state = state._replace(buoyancy=Buoyancy(next(more), next(more)))
