@@ -123,7 +123,7 @@ def _folder() -> Target:
 
     import yaml
 
-    from seals.config.references import refuse_growth
+    from seals.config.checks import refuse_growth
     from seals.config.refusal import refusals
     from seals.config.strangers import refuse_commands
 

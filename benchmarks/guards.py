@@ -182,7 +182,7 @@ GUARDS: dict[str, Guard] = {
     ),
     "words of a sweep": Guard(
         "seals.cli.sweep",
-        '    refuse_dangerous(\n        note["words"],',
+        "    refuse_dangerous(\n        begun_words,",
         "    dict(",
         SWEEP,
         "strangers_sweep",
@@ -195,12 +195,16 @@ GUARDS: dict[str, Guard] = {
         "stays_inside",
     ),
     "target of a plug-in": Guard(
-        "seals.config.node_checks", "if key in SPECIAL:", "if False:", FILES, "target_must_be"
+        "seals.config.checks",
+        "if made and key in SPECIAL:",
+        "if False:",
+        FILES,
+        "target_must_be",
     ),
     "targets inside": Guard(
-        "seals.config.node_checks",
-        "        if not OmegaConf.is_missing(node, key):\n",
-        "        if False:\n",
+        "seals.config.checks",
+        "        waiting += reversed(below)\n",
+        "",
         CLASSES,
         "class_deep_inside or special_keys or behind_a_reference",
     ),

@@ -12,7 +12,7 @@ DRAWN = "tests/unit/test_drawn_text.py"
 ROLES_AND_READERS: dict[str, Guard] = {
     "roles of values": Guard(
         "seals.cli.hydra_app",
-        "        if source:\n            refuse_values(",
+        "        if self.source:\n            refuse_values(",
         "        if False:\n            refuse_values(",
         ROLES,
         "sets_data_only or card",
@@ -226,8 +226,8 @@ ROLES_AND_READERS: dict[str, Guard] = {
     ),
     "numbers as a system": Guard(
         "seals.cli.main",
-        "named = named or _of_numbers(fault)",
-        "pass",
+        "if why is None or not arises_inside(fault):",
+        "if True:",
         NUMBERS,
         "gravity or solution or proportion",
     ),

@@ -80,8 +80,8 @@ RUN_FOLDERS: dict[str, Guard] = {
     ),
     "lookups of a recipe": Guard(
         "seals.config.strangers",
-        "        found = lookup_in(content)\n        if found is not None:\n            raise",
-        "        found = None\n        if found is not None:\n            raise",
+        "    found = lookup_in(content)\n    if found is not None:\n        yield",
+        "    found = None\n    if found is not None:\n        yield",
         STRANGE,
         "recipe",
     ),

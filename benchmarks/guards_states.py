@@ -218,14 +218,14 @@ STORED_STATES: dict[str, Guard] = {
         "trusted_folder",
     ),
     "ends of references": Guard(
-        "seals.config.references",
+        "seals.config.checks",
         "if path in self.open or depth > DEEPEST:",
         "if False:",
         BOMBS,
         "references_have",
     ),
     "growth of references": Guard(
-        "seals.config.references", "if total > MOST:", "if False:", BOMBS, "references_have"
+        "seals.config.checks", "if total > MOST:", "if False:", BOMBS, "references_have"
     ),
     "references of a stored run": Guard(
         "seals.run.replay_config", "    refuse_growth(raw)\n", "", BOMBS, "references_have"

@@ -108,6 +108,31 @@ def suggestion(name: str, allowed: Iterable[str], *, label: str = "Allowed", mos
     return f"{hint}{label}: {shown}{more}"
 
 
+def refuse_unlisted(
+    name: str, allowed: Iterable[str], what: str, *, label: str = "Allowed"
+) -> None:
+    """Refuse a name that is not among the allowed ones; the nearest is named.
+
+    Args:
+        name: as it was given.
+        allowed: all names that there are.
+        what: what is wrong with another one, without a full stop.
+        label: in front of the allowed ones.
+
+    Raises:
+        ConfigError: the name is another one.
+
+    Example:
+        >>> refuse_unlisted("box", ["box", "sphere"], "there is no 'box'")
+        >>> refuse_unlisted("sphree", ["box", "sphere"], "there is no 'sphree'")
+        Traceback (most recent call last):
+        seals.errors.ConfigError: there is no 'sphree'.
+        Did you mean 'sphere'?  Allowed: box, sphere
+    """
+    if name not in allowed:
+        raise ConfigError(f"{what}.\n{suggestion(name, allowed, label=label)}")
+
+
 def printable(text: str) -> str:
     r"""Return one line of text without the signs that steer a terminal or begin a line.
 

@@ -259,7 +259,7 @@ def check_tree(thing: object, *, where: str) -> None:
         raise ConfigError(f"{where}={thing} is not allowed.\nAllowed: a finite number.")
     if dataclasses.is_dataclass(thing) and not isinstance(thing, type):
         check_fields(type(thing), vars_of(thing), where=where)
-    else:
+    elif isinstance(thing, dict | list | tuple):
         for key, item in _items(thing, where):
             check_tree(item, where=key)
 

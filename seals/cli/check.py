@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections import Counter
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, cast
 
 from seals.errors import ConfigError, printable
 from seals.terminal import drawing
@@ -12,7 +12,6 @@ from seals.terminal import drawing
 if TYPE_CHECKING:
     from seals.check.robot import RobotFinding
     from seals.robot.settings import RobotSettings
-    from seals.run.settings import RunSettings
 
 _COLOURS = {"pass": "green", "warn": "yellow", "fail": "bold red"}
 
@@ -21,10 +20,13 @@ def check(arguments: list[str]) -> int:
     """Check a robot and print all findings; return 1 when one of them is a failure."""
     from omegaconf import OmegaConf
 
+    from seals.config.checks import refuse_unknown
     from seals.config.compose import compose
-    from seals.config.node_checks import refuse_unknown
     from seals.config.refusal import refusals
+    from seals.run.assembly import build_model
+    from seals.run.build import build_run
     from seals.schema import check_tree
+    from seals.world.sensor_suite import carrier_of
 
     if len(arguments) == 1 and not arguments[0].startswith("-") and "=" not in arguments[0]:
         arguments = [f"robot={arguments[0]}"]
@@ -37,26 +39,16 @@ def check(arguments: list[str]) -> int:
     with refusals(arguments):
         settings = cast("RobotSettings", OmegaConf.to_object(config.robot))
     check_tree(settings, where="robot")
-    run = _check_parts(config)
-
+    # what a run would refuse
+    run = build_run(config)
+    robot, _ = build_model(run)
+    for name, sensor in run.sensors.items():
+        carrier_of(name, sensor, robot)
     from seals.check.robot import check_robot
 
     findings = check_robot(settings, run.actuators, run.effects)
     show(str(config.robot.name), findings)
     return 1 if any(finding.verdict.value == "fail" for finding in findings) else 0
-
-
-def _check_parts(config: Any) -> RunSettings:
-    """Refuse effects and sensors of the robot that a run would refuse; return the run."""
-    from seals.run.assembly import build_model
-    from seals.run.build import build_run
-    from seals.world.sensor_suite import carrier_of
-
-    settings = build_run(config)
-    robot, _ = build_model(settings)
-    for name, sensor in settings.sensors.items():
-        carrier_of(name, sensor, robot)
-    return settings
 
 
 def show(robot: str, findings: list[RobotFinding]) -> None:

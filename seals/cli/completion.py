@@ -41,7 +41,10 @@ def words_of_verbs() -> dict[str, list[str]]:
     from seals.cli.main import VERBS
     from seals.cli.new import OPTIONS
 
-    options = _options()
+    options = {kind: registry.names(kind) for kind in registry.GROUPS if kind != "conf"}
+    options["robot"] = [*options["robot"], *options.pop("animal")]
+    for group, paths in recipe_groups().items():
+        options[group] = [*options.get(group, []), *(path.stem for path in paths)]
     kinds = list(dict.fromkeys([*registry.GROUPS, *options]))
     found = {}
     for verb in VERBS:
@@ -60,15 +63,6 @@ def words_of_verbs() -> dict[str, list[str]]:
         words += [*_settings()] if verb in _GROUPS_OF else []
         words += [*(_FLAGS if verb in _HYDRA else ()), *_ALWAYS]
         found[verb] = list(dict.fromkeys(words))
-    return found
-
-
-def _options() -> dict[str, list[str]]:
-    """Options of every group: plug-ins, robots and recipes."""
-    found = {kind: registry.names(kind) for kind in registry.GROUPS if kind != "conf"}
-    found["robot"] = [*found["robot"], *found.pop("animal")]
-    for group, paths in recipe_groups().items():
-        found[group] = [*found.get(group, []), *(path.stem for path in paths)]
     return found
 
 

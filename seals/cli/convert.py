@@ -31,7 +31,7 @@ _MOST_FINDINGS = 12
 
 def convert(arguments: list[str]) -> int:
     """Convert a log; the reader is chosen by the content unless it is named."""
-    from seals.cli.hydra_app import launch
+    from seals.cli.hydra_app import Application, launch
 
     words = list(arguments)
     given = dict(word.partition("=")[::2] for word in words if not word.startswith("-"))
@@ -44,7 +44,7 @@ def convert(arguments: list[str]) -> int:
             raise ConfigError(f"map={given['map']} is for reader={named}.\nLeave reader= out.")
         if "reader" not in given:
             words.append(f"reader={named or _reader_of(find_log(given['log'].strip(_QUOTES)))}")
-    return launch("convert", words, _task)
+    return launch("convert", words, Application("seals.cli.convert", tidy=True))
 
 
 def _reader_of(place: Path) -> str:
@@ -53,24 +53,17 @@ def _reader_of(place: Path) -> str:
     if found is not None:
         return found
     if place.is_dir() and (place / "meta.yaml").is_file():
+        line, robot = f"seals diagnose {typed('log', str(place))}", _robot_of_run(place)
+        own = f"; or, with the robot as its folder states it: {line} {typed('robot', robot)}"
         raise ConfigError(
             f"log={place} is a log folder already; nothing is to be converted.\n"
-            f"{_as_it_is(place)}; or say reader=native"
+            f"Use it as it is: {line} out=answer{own + ' out=answer' if robot else ''}; "
+            "or say reader=native"
         )
     raise ConfigError(
         f"log={place}: its content does not show which reader to use.\n"
         "Say how: reader=csv, reader=witmotion ... See: seals list reader"
     )
-
-
-def _as_it_is(place: Path) -> str:
-    """Return the commands that take a log folder; a run may be held against its robot's folder."""
-    line, robot = f"seals diagnose {typed('log', str(place))}", _robot_of_run(place)
-    own = f"Use it as it is: {line} out=answer"
-    if not robot:
-        return own
-    stated = f"{line} {typed('robot', robot)} out=answer"
-    return f"{own}; or, with the robot as its folder states it: {stated}"
 
 
 def _robot_of_run(place: Path) -> str:
@@ -91,16 +84,6 @@ def _robot_of_run(place: Path) -> str:
     return robot_word(name, Path(folder)) if is_robot_folder(folder) else ""
 
 
-def _task(config: Any) -> int:
-    from hydra.core.hydra_config import HydraConfig
-
-    from seals.cli.hydra_app import discard
-
-    code = execute(config)
-    discard(Path(HydraConfig.get().runtime.output_dir))
-    return code
-
-
 def execute(config: Any) -> int:
     """Run one composed conversion and return its exit code.
 
@@ -114,11 +97,25 @@ def execute(config: Any) -> int:
         if not value:
             raise ConfigError(f"{key} is not given.\nSay which: seals convert log=FILE out=FOLDER")
     out = Path(str(config.out))
-    _refuse_target(out, replace=config.replace)
+    if out.exists():
+        # anything but a log folder is kept
+        if not config.replace:
+            raise ConfigError(
+                f"out={out} exists already.\nChoose another name, or say replace=true"
+            )
+        if not (out.is_dir() and any((out / name).is_file() for name in (*TABLES, "meta.yaml"))):
+            raise ConfigError(
+                f"out={out} is not a log folder, so it is kept.\nChoose another name."
+            )
     reader = build(_with_map(config), where="reader")
     given = read_yaml(config.meta) if config.meta else {}
     meta = {key: value for key, value in given.items() if key not in _HEAD}
-    urdf = _urdf(config.urdf)
+    urdf = None
+    if config.urdf:
+        try:
+            urdf = read_bytes(config.urdf, most=_MOST_URDF).decode("utf-8")
+        except UnicodeDecodeError as error:
+            raise ConfigError(f"urdf={config.urdf} is not UTF-8 text ({error.reason}).") from error
     logs: list[Log] = reader.read(str(find_log(config.log)))
     sheet, vehicle = _robot(config)
     for log in logs:
@@ -144,29 +141,20 @@ def _next(config: Any, log: Log, place: Path) -> str:
     from seals.run.equipment_metadata import DATASHEET
     from seals.sysid.report.given_logs import robot_name, without_start
 
-    lacking = without_start(log) if config.robot.folder else ""
-    if lacking:
-        return f"{lacking}\n"
+    words = typed("log", str(place))
     if not config.robot.folder:
         stated = log.meta.get("vehicle")
-        whole = isinstance(stated, Mapping) and "inertia" in stated
-        return f"Next:\n  seals diagnose {typed('log', str(place))} out=answer\n" if whole else ""
-    robot = robot_name(config)
-    if robot not in robot_names() and not (Path(config.robot.folder) / DATASHEET).is_file():
-        words = shlex.join([f"log={place}", f"robot={robot}"])
-        return f"Next:\n  seals new datasheet {words}\n"
-    words = f"{typed('log', str(place))} {typed('robot', robot)}"
+        if not isinstance(stated, Mapping) or "inertia" not in stated:
+            return ""
+    elif lacking := without_start(log):
+        return f"{lacking}\n"
+    else:
+        robot = robot_name(config)
+        if robot not in robot_names() and not (Path(config.robot.folder) / DATASHEET).is_file():
+            sheet = shlex.join([f"log={place}", f"robot={robot}"])
+            return f"Next:\n  seals new datasheet {sheet}\n"
+        words += f" {typed('robot', robot)}"
     return f"Next:\n  seals diagnose {words} out=answer\n"
-
-
-def _refuse_target(out: Path, *, replace: bool) -> None:
-    """Refuse to overwrite anything but a log folder, before the conversion starts."""
-    if not out.exists():
-        return
-    if not replace:
-        raise ConfigError(f"out={out} exists already.\nChoose another name, or say replace=true")
-    if not (out.is_dir() and any((out / name).is_file() for name in (*TABLES, "meta.yaml"))):
-        raise ConfigError(f"out={out} is not a log folder, so it is kept.\nChoose another name.")
 
 
 def _with_map(config: Any) -> Any:
@@ -187,15 +175,6 @@ def _with_map(config: Any) -> Any:
         for key, value in fields.items():
             OmegaConf.update(config.reader, str(key), value, merge=True)
     return config.reader
-
-
-def _urdf(path: str | None) -> str | None:
-    if not path:
-        return None
-    try:
-        return read_bytes(path, most=_MOST_URDF).decode("utf-8")
-    except UnicodeDecodeError as error:
-        raise ConfigError(f"urdf={path} is not UTF-8 text ({error.reason}).") from error
 
 
 def _robot(config: Any) -> tuple[dict[str, Any], dict[str, Any]]:

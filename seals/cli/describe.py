@@ -14,7 +14,7 @@ from seals.cli.listing import singular
 from seals.config.derive import schema_of
 from seals.config.recipes import recipe_groups
 from seals.errors import ConfigError
-from seals.schema import Parameter, parameters_of
+from seals.schema import parameters_of
 from seals.text_table import table
 
 _ENTRY = re.compile(r"^    (\w+): ", re.MULTILINE)
@@ -68,25 +68,23 @@ def fields_table(cls: type) -> str:
     declared = parameters_of(cls)
     hints = typing.get_type_hints(cls)
     for field in dataclasses.fields(typing.cast(Any, cls)):
-        default = _text(field)
+        default = field.default
+        if field.default_factory is not dataclasses.MISSING:
+            default = field.default_factory()
+        text = (
+            "(required)"
+            if default is dataclasses.MISSING
+            else str(getattr(default, "value", default))
+        )
         meta = declared.get(field.name)
-        kind = getattr(hints[field.name], "__name__", str(hints[field.name]))
-        rows.append((field.name, default, *(_physics(meta) if meta else (kind, "", "", ""))))
+        if meta is None:
+            facts = (getattr(hints[field.name], "__name__", str(hints[field.name])), "", "", "")
+        else:
+            low, high = meta.bounds
+            tolerance = f"{meta.tolerance * 100:g} %" if meta.relative else f"{meta.tolerance:g}"
+            facts = (meta.unit, f"{low:g} to {high:g}", tolerance, meta.source)
+        rows.append((field.name, text, *facts))
     return table(rows) if len(rows) > 1 else "  (no fields)"
-
-
-def _physics(meta: Parameter) -> tuple[str, str, str, str]:
-    low, high = meta.bounds
-    tolerance = f"{meta.tolerance * 100:g} %" if meta.relative else f"{meta.tolerance:g}"
-    return meta.unit, f"{low:g} to {high:g}", tolerance, meta.source
-
-
-def _text(field: dataclasses.Field[Any]) -> str:
-    if field.default is not dataclasses.MISSING:
-        return str(getattr(field.default, "value", field.default))
-    if field.default_factory is not dataclasses.MISSING:
-        return str(field.default_factory())
-    return "(required)"
 
 
 def describe_robot(plugin: registry.Plugin, *, folder: bool = True) -> str:
@@ -103,12 +101,19 @@ def describe_robot(plugin: registry.Plugin, *, folder: bool = True) -> str:
     lines = [f"{plugin.kind} {plugin.name}  ({plugin.origin})", "", settings.summary]
     lines += [f"  folder  {settings.folder}"] if folder else []
     lines.append(f"  urdf    {settings.urdf}" + ("  (base fixed)" if settings.fixed_base else ""))
-    lines += [f"  hull    {link}: {_shapes(hull)}" for link, hull in found.hulls.items()]
+    for link, hull in found.hulls.items():
+        shapes = [str(shape.get("type")) for shape in (hull or {}).get("shapes") or []]
+        lines.append(f"  hull    {link}: {', '.join(shapes) or 'no shapes'}")
     lines += [f"  arm     {name}: {_limb(arm)}" for name, arm in found.limbs["arms"].items()]
     lines += [f"  gripper {name}: {_limb(hand)}" for name, hand in found.limbs["grippers"].items()]
     for section, parts in found.parts.items():
         for part, (name, values) in parts.items():
-            plain = {k: v for k, v in values.items() if not _tabular(v)}
+            # rows of a table stand below
+            plain = {
+                k: v
+                for k, v in values.items()
+                if not (isinstance(v, list) and v and isinstance(v[0], list))
+            }
             given = ", ".join(f"{key}={value}" for key, value in plain.items())
             lines.append(f"  {section}.{part}  {name}  {given}".rstrip())
             for key in values.keys() - plain.keys():
@@ -120,13 +125,3 @@ def describe_robot(plugin: registry.Plugin, *, folder: bool = True) -> str:
 def _limb(settings: Any) -> str:
     """Return the entries of an arm or a gripper as in robot.yaml."""
     return ", ".join(f"{key}={value}" for key, value in settings.items() if value not in ("", []))
-
-
-def _tabular(value: Any) -> bool:
-    """Return whether a value is a list of rows."""
-    return isinstance(value, list) and bool(value) and isinstance(value[0], list)
-
-
-def _shapes(hull: Any) -> str:
-    shapes = (hull or {}).get("shapes") or []
-    return ", ".join(str(shape.get("type")) for shape in shapes) or "no shapes"

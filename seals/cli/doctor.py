@@ -6,8 +6,7 @@ import os
 import platform
 import shutil
 import sys
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
 from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 
@@ -17,52 +16,35 @@ from seals.config.recipes import experiments
 from seals.errors import ConfigError, SealsError
 from seals.text_table import table
 
-
-@dataclass(frozen=True, kw_only=True)
-class Remark:
-    """One line of the doctor's report.
-
-    Args:
-        state: ``ok``, ``note`` or ``FAULT``.
-        subject: what was looked at.
-        words: what was found.
-    """
-
-    state: str
-    subject: str
-    words: str
+Remark = tuple[str, ...]
+"""Line of the report: ``ok``, ``note`` or ``FAULT``; what was looked at; what was found."""
 
 
 def doctor(arguments: list[str]) -> int:
     """Check Python, packages, plug-ins and configuration; print the report, return 1 on a fault."""
     if arguments:
         raise ConfigError(f"doctor takes no arguments: {' '.join(arguments)}.\nWrite: seals doctor")
-    remarks = [remark for look in LOOKS for remark in _look(look)]
-    print(table([(remark.state, remark.subject, remark.words) for remark in remarks], indent=""))
-    faults = [remark for remark in remarks if remark.state == "FAULT"]
-    print(f"\n{len(faults)} fault(s)." if faults else "\nAll is well.")
+    remarks: list[Remark] = []
+    for look in LOOKS:
+        try:
+            remarks.extend(look())
+        except Exception as error:  # what is broken on this machine must not stop the other looks
+            text = " ".join(str(error).split())
+            remarks.append(("FAULT", look.__name__, f"{type(error).__name__}: {text}"))
+    print(table(remarks, indent=""))
+    faults = sum(state == "FAULT" for state, _, _ in remarks)
+    print(f"\n{faults} fault(s)." if faults else "\nAll is well.")
     return 1 if faults else 0
-
-
-def _look(look: Callable[[], Iterator[Remark]]) -> Iterator[Remark]:
-    """Run one check; an unexpected error in it becomes a fault of the report."""
-    try:
-        yield from look()
-    except Exception as error:  # whatever is broken on this machine must not stop the other looks
-        text = " ".join(str(error).split())
-        yield Remark(state="FAULT", subject=look.__name__, words=f"{type(error).__name__}: {text}")
 
 
 def python() -> Iterator[Remark]:
     """Report the interpreter and the machine."""
     fits = sys.version_info[:2] >= (3, 10)
     words = f"{platform.python_version()} on {platform.system()} {platform.machine()}"
-    yield Remark(state="ok" if fits else "FAULT", subject="Python", words=words)
-    cores = os.cpu_count() or 1
-    yield Remark(state="ok", subject="cores", words=str(cores))
+    yield "ok" if fits else "FAULT", "Python", words
+    yield "ok", "cores", str(os.cpu_count() or 1)
     free = shutil.disk_usage(Path.cwd()).free / 1e9
-    state = "ok" if free > 2 else "note"
-    yield Remark(state=state, subject="disk", words=f"{free:.1f} GB free in {Path.cwd()}")
+    yield "ok" if free > 2 else "note", "disk", f"{free:.1f} GB free in {Path.cwd()}"
 
 
 def packages() -> Iterator[Remark]:
@@ -70,40 +52,35 @@ def packages() -> Iterator[Remark]:
     try:
         from packaging.requirements import Requirement  # comes with Hydra
     except ImportError:
-        words = "not installed; install them: pip install aam-seals"
-        yield Remark(state="FAULT", subject="packages", words=words)
+        yield "FAULT", "packages", "not installed; install them: pip install aam-seals"
         return
     for text in requires("aam-seals") or []:
         wanted = Requirement(text)
         if wanted.marker is not None and "extra" in str(wanted.marker):
             continue
         if wanted.marker is not None and not wanted.marker.evaluate():
-            words = "not to be had for this Python or machine"
-            yield Remark(state="note", subject=wanted.name, words=words)
+            yield "note", wanted.name, "not to be had for this Python or machine"
             continue
         try:
             found = version(wanted.name)
         except PackageNotFoundError:
             words = f"missing; install it: pip install '{wanted.name}{wanted.specifier}'"
-            yield Remark(state="FAULT", subject=wanted.name, words=words)
+            yield "FAULT", wanted.name, words
             continue
         fits = wanted.specifier.contains(found, prereleases=True)
         words = found if fits else f"{found}, but wanted is {wanted.specifier}"
-        yield Remark(state="ok" if fits else "FAULT", subject=wanted.name, words=words)
+        yield "ok" if fits else "FAULT", wanted.name, words
 
 
 def files() -> Iterator[Remark]:
     """Report files of the package that another one wrote over, and that one's name."""
-    found = overwritten()
-    if found.words:
-        yield Remark(state="FAULT", subject="files", words=found.words)
-        return
-    yield Remark(state="ok", subject="files", words="as they were installed")
+    words = overwritten().words
+    yield "FAULT" if words else "ok", "files", words or "as they were installed"
 
 
 def plug_ins() -> Iterator[Remark]:
     """Report plug-ins that cannot be imported, and names that two packages claim."""
-    from seals.config.derive import describe_broken
+    from seals.config.derive import schema_of
     from seals.robot.robot_file import read_robot
 
     count = 0
@@ -114,16 +91,18 @@ def plug_ins() -> Iterator[Remark]:
                 plugin = registry.get(kind, name)
                 if kind in ("robot", "animal"):
                     read_robot(plugin.folder(), name=name)
-                broken = None if kind in registry.FOLDER_KINDS else describe_broken(plugin)
-                if kind in registry.FOLDER_KINDS and not plugin.folder().is_dir():
+                broken = ""
+                if kind not in registry.FOLDER_KINDS:
+                    schema_of(plugin)
+                elif not plugin.folder().is_dir():
                     broken = f"{plugin.folder()} is not a folder."
             except SealsError as refusal:
                 broken = str(refusal)
             if broken:
-                yield Remark(state="FAULT", subject=subject, words=_short(broken))
+                yield "FAULT", subject, _short(broken)
             else:
                 count += 1
-    yield Remark(state="ok", subject="plug-ins", words=f"{count} usable")
+    yield "ok", "plug-ins", f"{count} usable"
 
 
 def configuration() -> Iterator[Remark]:
@@ -139,8 +118,8 @@ def configuration() -> Iterator[Remark]:
             compose([override], root=root)
             sound += 1
         except SealsError as refusal:
-            yield Remark(state="FAULT", subject=override, words=_short(str(refusal)))
-    yield Remark(state="ok", subject="compositions", words=f"{sound} of {len(whole)} compose")
+            yield "FAULT", override, _short(str(refusal))
+    yield "ok", "compositions", f"{sound} of {len(whole)} compose"
 
 
 def data() -> Iterator[Remark]:
@@ -148,7 +127,7 @@ def data() -> Iterator[Remark]:
     folder = os.environ.get("SEALS_DATA")
     found = bool(folder) and Path(str(folder)).is_dir()
     words = str(folder) if found else "SEALS_DATA names no folder: data sets come from the network"
-    yield Remark(state="ok" if found else "note", subject="data", words=words)
+    yield "ok" if found else "note", "data", words
 
 
 def _short(words: str) -> str:

@@ -1,14 +1,13 @@
-"""``seals evaluate``, ``record``, ``export``: score a policy, record its episodes, export it."""
+"""``seals evaluate`` and ``seals record``: score a policy, or record its episodes."""
 
 from __future__ import annotations
 
 import dataclasses
-import os
 from collections.abc import Sequence
 from pathlib import Path
 
 from seals.cli.hydra_app import Application, launch
-from seals.config.overrides import refuse_dangerous
+from seals.config.overrides import key_of, refuse_dangerous, value_of
 from seals.errors import ConfigError
 
 COMPARE = "--compare"
@@ -16,7 +15,6 @@ COMPARE = "--compare"
 
 def evaluate(arguments: list[str]) -> int:
     """Evaluate a policy, or with ``--compare`` the runs of a study."""
-    _one_thread()
     if COMPARE in arguments:
         words = [word for word in arguments if word != COMPARE]
         return launch("arms", [_arm(word) for word in words], _application("comparison"))
@@ -25,13 +23,7 @@ def evaluate(arguments: list[str]) -> int:
 
 def record(arguments: list[str]) -> int:
     """Record the episodes of a policy as demonstrations."""
-    _one_thread()
     return _of_card("record", arguments, _application("demonstrations"))
-
-
-def export(arguments: list[str]) -> int:
-    """Export a policy as a file for other programs."""
-    return launch("export", arguments, Application("seals.learn.export", tidy=True))
 
 
 def with_card(arguments: Sequence[str]) -> list[str]:
@@ -50,24 +42,24 @@ def with_card(arguments: Sequence[str]) -> list[str]:
     from seals.learn.policy import read_policy_metadata
     from seals.learn.shipped import shipped
 
-    places = [w.partition("=")[2].strip("'\"") for w in arguments if w.startswith("policy=")]
-    folder = shipped().get(places[-1], Path(places[-1])) if places else Path()
-    if not places or not folder.is_dir():
+    place = value_of(arguments, "policy")
+    folder = shipped().get(place, Path(place)) if place is not None else None
+    if folder is None or not folder.is_dir():
         return list(arguments)
     card = read_policy_metadata(folder)
     given = card.get("overrides", [])
     if not isinstance(given, list) or not all(isinstance(word, str) for word in given):
         raise ConfigError(
-            f"policy={places[-1]}: the card's overrides are {given!r}.\nAllowed: a list of words"
+            f"policy={place}: the card's overrides are {given!r}.\nAllowed: a list of words"
         )
     refuse_dangerous(
         given,
-        where=f"policy={places[-1]}: the card",
+        where=f"policy={place}: the card",
         remedy="Take the folder as it was trained, or remove that line from its card.json.",
     )
-    taken = {_key(word) for word in arguments}
-    anew = tuple(f"{_key(word)}." for word in arguments if "=" in word and word not in given)
-    kept = [w for w in given if _key(w) not in taken and not _key(w).startswith(anew)]
+    taken = {key_of(word) for word in arguments}
+    anew = tuple(f"{key_of(word)}." for word in arguments if "=" in word and word not in given)
+    kept = [w for w in given if key_of(w) not in taken and not key_of(w).startswith(anew)]
     return [*kept, *arguments]
 
 
@@ -76,16 +68,6 @@ def _of_card(root: str, arguments: list[str], task: Application) -> int:
     words = with_card(arguments)
     source = "the card of the policy" if words != arguments else ""
     return launch(root, words, task, own=arguments, source=source)
-
-
-def _key(word: str) -> str:
-    return word.lstrip("+~").partition("=")[0]
-
-
-def _one_thread() -> None:
-    """Limit linear algebra to one thread, which is faster for many small arrays."""
-    for library in ("OPENBLAS", "OMP"):
-        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
 
 def _arm(word: str) -> str:

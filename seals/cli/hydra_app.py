@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import errno
 import importlib
@@ -9,7 +10,6 @@ import io
 import os
 import shutil
 import sys
-import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +17,6 @@ from typing import Any
 
 from seals.cli.slips import (
     folder_key,
-    question,
     refuse_cut,
     refuse_slips,
     refuse_unknown_flags,
@@ -25,7 +24,7 @@ from seals.cli.slips import (
 )
 from seals.cli.sweep import MULTIRUN, RESUME, begun, own_words, with_objective
 from seals.config import roots
-from seals.config.overrides import joined
+from seals.config.overrides import flag_parser, joined, parsed, value_of
 from seals.config.strangers import TRUST, untrusted
 from seals.errors import ConfigError, SealsError
 from seals.logs.room import told_full
@@ -33,6 +32,8 @@ from seals.logs.run_folder import LOCK
 from seals.run.stopping import stoppable
 
 Task = Callable[[Any], "int | None"]
+_JOB = "hydra_app"
+"""Name of every job, for launchers."""
 _FOLDER_FLAGS = ("--config-dir", "--config-path")
 _DENIED = (errno.EACCES, errno.EPERM, errno.EROFS, errno.EEXIST, errno.ENOTDIR)
 
@@ -46,12 +47,14 @@ class Application:
         name: of the function, which takes the configuration and may return an exit code.
         logs: whether the configuration may give logs by their short names.
         tidy: whether the folder of the command goes when nothing was written into it.
+        run: whether a run is configured, which is refused before anything heavy is imported.
     """
 
     module: str
     name: str = "execute"
     logs: bool = False
     tidy: bool = False
+    run: bool = False
 
     def __call__(self, config: Any) -> int | None:
         """Call the function."""
@@ -61,11 +64,19 @@ class Application:
             from seals.sysid.report.given_logs import place_logs
 
             place_logs(config)
+        if self.run:
+            from seals.config.build import build
+            from seals.run.build import build_run
+
+            build_run(config)
+            if "reader" in config:
+                build(config.reader, where="reader")
         try:
             code: int | None = getattr(importlib.import_module(self.module), self.name)(config)
             return code
         finally:
-            if self.tidy:
+            # a live view is a run of its own, a replay has begun none
+            if self.tidy and config.get("replay", self) is not None:
                 discard(Path(HydraConfig.get().runtime.output_dir))
 
 
@@ -74,18 +85,11 @@ def run(arguments: list[str]) -> int:
 
     A manoeuvre that ``seals plan`` wrote is flown with the vehicle and controller of its file.
     """
-    for word in arguments:
-        key, _, value = word.partition("=")
-        if key == "experiment" and value.endswith((".yaml", ".yml")):
-            from seals.sysid.experiment_design.simulated import run as fly
+    if (value_of(arguments, "experiment") or "").endswith((".yaml", ".yml")):
+        from seals.sysid.experiment_design.simulated import run as fly
 
-            return fly(arguments)
-    return launch("run", arguments, _run_task)
-
-
-def compare(arguments: list[str]) -> int:
-    """Run ``seals compare``: compose and check the configuration, then call its application."""
-    return launch("compare", arguments, _compare_task)
+        return fly(arguments)
+    return launch("run", arguments, Application("seals.run.application", run=True))
 
 
 def diagnose(arguments: list[str]) -> int:
@@ -93,62 +97,26 @@ def diagnose(arguments: list[str]) -> int:
 
     The runs of an experiment are those that ``seals compare`` takes.
     """
-    # many small matrices: threads inside the linear algebra only get into each other's way
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    if any(word.partition("=")[0] == "experiment" for word in arguments):
+    if value_of(arguments, "experiment") is not None:
         return launch("compare", arguments, Application("seals.sysid.report.runs_application"))
     return launch("diagnose", arguments, Application("seals.sysid.report.application", logs=True))
 
 
-def calibrate(arguments: list[str]) -> int:
-    """Run ``seals calibrate``: compose the configuration, then call its application."""
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    return launch(
-        "calibrate", arguments, Application("seals.sysid.calibration.application", logs=True)
-    )
+def channelled(arguments: list[str]) -> list[str]:
+    """Return the words of ``seals autopilot`` with its controller, over the one of the robot."""
+    given = value_of(arguments, "controller")
+    return [*arguments, "controller=channels"] if given is None else arguments
 
 
-def add(arguments: list[str]) -> int:
-    """Run ``seals add``: compose the configuration, then call its application."""
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    # the model itself says where it comes from
-    task = Application("seals.sysid.validation.application", "add", logs=True, tidy=True)
-    return launch("add", arguments, task)
-
-
-def verify(arguments: list[str]) -> int:
-    """Run ``seals verify``: compose the configuration, then call its application."""
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    return launch(
-        "verify", arguments, Application("seals.sysid.validation.application", "verify", logs=True)
-    )
-
-
-def plan(arguments: list[str]) -> int:
-    """Run ``seals plan``: compose the configuration, then call its application."""
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    task = Application("seals.sysid.experiment_design.application", logs=True)
-    return launch("plan", question(arguments), task)
-
-
-def teleop(arguments: list[str]) -> int:
-    """Run ``seals teleop``: compose the configuration, then call its application."""
-    return launch("teleop", arguments, Application("seals.teleop.application"))
-
-
-def autopilot(arguments: list[str]) -> int:
-    """Run ``seals autopilot``: compose the configuration, then call its application."""
-    if not any(word.partition("=")[0] == "controller" for word in arguments):
-        # over the one that a robot chooses
-        arguments = [*arguments, "controller=channels"]
-    return launch("autopilot", arguments, Application("seals.teleop.autopilot.application"))
-
-
-def view(arguments: list[str]) -> int:
-    """Run ``seals view``: compose the configuration, then call its application."""
+def viewed(arguments: list[str]) -> list[str]:
+    """Return the words of ``seals view`` with the key of the folder that is replayed."""
     # with a flag before it, a folder is the flag's own
-    words = [w if "=" in w or not Path(w).is_dir() else f"replay='{w}'" for w in joined(arguments)]
-    return launch("view", words, _view_task)
+    return [w if "=" in w or not Path(w).is_dir() else f"replay='{w}'" for w in joined(arguments)]
+
+
+def rendered(arguments: list[str]) -> list[str]:
+    """Return the words of ``seals render``: the renderer is an option of the group of viewers."""
+    return [f"viewer@{word}" if word.startswith("renderer=") else word for word in arguments]
 
 
 def launch(
@@ -174,11 +142,13 @@ def launch(
     Raises:
         SealsError: the overrides, or the task, were refused; no run folder is left behind.
     """
-    import hydra
+    from hydra import initialize_config_dir, initialize_config_module
+    from hydra.core.global_hydra import GlobalHydra
 
+    from seals.config.recipes import experiments
     from seals.config.refusal import refusals
     from seals.config.source import install
-    from seals.sweep.checking import checked_by_value, composed_once
+    from seals.sweep.checking import checked_by_value
     from seals.sweep.watch import Sweep, watched
 
     sweeping = any(word in MULTIRUN for word in arguments)
@@ -188,32 +158,80 @@ def launch(
     # Hydra's parser takes no flag between two overrides
     arguments = sorted(with_objective(arguments), key=lambda word: not word.startswith("-"))
     kept = [word for word in arguments if word == RESUME]
+    trusting = TRUST in arguments
     checked = _refuse_flags([word for word in arguments if word != RESUME])
     own = checked if own is None else own
-    trusting = TRUST in arguments
     folders = [w for w in checked if w.startswith(_FOLDER_FLAGS)]
     arguments, resumed, note = begun(root, [*kept, *checked])
     source = "" if trusting else source or note or ", ".join(folders)
-    _refuse_other_verb(root, arguments)
+    experiment = value_of(arguments, "experiment")
+    verb = root if experiment is None else experiments().get(experiment, root)
+    if verb not in (root, "run" if root == "view" else root):
+        raise ConfigError(
+            f"experiment '{experiment}' is not one for seals {root}.\n"
+            f"Write: seals {verb} experiment={experiment}"
+        )
     refuse_slips(root, arguments)
-    install()
+    given = parsed(arguments)
     sweep = Sweep(root, own_words(arguments), resumed=resumed)
-    outcome = _Outcome(_measured(task, root, list(own), source), sweep.claim)
-    application = hydra.main(version_base="1.3", config_path="pkg://seals.conf", config_name=root)
-    overrides = [word for word in arguments if not word.startswith("-")]
+    outcome = _Outcome(task, sweep.claim, root, list(own), source)
     with (
         _endings(sweep, "sweep" if sweeping else "run", folder_key(root, several=sweeping)),
-        _hydra_process(root, arguments),
         stoppable(),
-        refusals(overrides, root=root),
+        refusals(
+            given.overrides,
+            root=root,
+            several=given.multirun or "hydra.mode=MULTIRUN" in given.overrides,
+        ),
         watched(sweep),
         checked_by_value(),
-        composed_once(arguments),
     ):
-        application(outcome)()
+        install(given.config_dir)
+        GlobalHydra.instance().clear()
+        where = given.config_path or "pkg://seals.conf"
+        with (
+            initialize_config_module(where.removeprefix("pkg://"), _JOB, version_base="1.3")
+            if where.startswith("pkg://")
+            else initialize_config_dir(
+                os.path.abspath(where.removeprefix("file://")), _JOB, version_base="1.3"
+            )
+        ):
+            _perform(given, given.config_name or root, outcome)
     if outcome.error is not None:
         raise outcome.error
-    return outcome.code if sweep.folder is None else _ended(sweep)
+    if sweep.folder is None:
+        return outcome.code
+    code: int = sweep.report()
+    discard(sweep.folder.absolute())
+    return code
+
+
+def _perform(given: argparse.Namespace, root: str, outcome: _Outcome) -> None:
+    """Let Hydra run a task, once or many times, or show what the flags ask for."""
+    from hydra.core.global_hydra import GlobalHydra
+    from hydra.types import RunMode
+
+    from seals.sweep.checking import sets_mode
+
+    hydra: Any = GlobalHydra.instance().hydra
+    words = given.overrides
+    if given.hydra_help:
+        hydra.hydra_help(config_name=root, args_parser=flag_parser(), args=given)
+    elif given.cfg:
+        shown = {"cfg_type": given.cfg, "package": given.package, "resolve": given.resolve}
+        hydra.show_cfg(config_name=root, overrides=words, **shown)
+    elif given.shell_completion:
+        hydra.shell_completion(root, words)
+    elif given.info:
+        hydra.show_info(given.info, config_name=root, overrides=words)
+    else:
+        # a composition for the mode alone takes a quarter of a second
+        files = given.config_dir or given.config_path or given.config_name
+        stated = hydra.get_mode(root, words) if files or sets_mode(words) else None
+        several = given.multirun or stated == RunMode.MULTIRUN
+        mode = RunMode.MULTIRUN if several else RunMode.RUN
+        words = words if stated == mode else [*words, f"hydra.mode={mode.name}"]
+        (hydra.multirun if several else hydra.run)(root, outcome, words)
 
 
 @contextlib.contextmanager
@@ -251,35 +269,27 @@ def _endings(sweep: Any, kind: str, place: str) -> Iterator[None]:
         raise refusal from error
 
 
-def _ended(sweep: Any) -> int:
-    """Report on a sweep, and remove its folder if it is empty."""
-    code: int = sweep.report()
-    discard(sweep.folder.absolute())
-    return code
-
-
-def _measured(task: Task, root: str, own: list[str], source: str) -> Task:
-    """Return a task that refuses references without end, and what a file may not set."""
-
-    def perform(config: Any) -> int | None:
-        from seals.config.foreign_values import refuse_values
-        from seals.config.references import refuse_growth
-
-        refuse_growth(config)
-        if source:
-            refuse_values(config, root=root, words=own, where=source)
-        return task(config)
-
-    return perform
-
-
 class _Outcome:
-    """Runner of the task that keeps its error from Hydra, which would print it again."""
+    """Runner of the task that keeps its error from Hydra, which would print it again.
 
-    def __init__(self, task: Task, claim: Any) -> None:
+    It refuses references without end, and what a file may not set.
+    """
+
+    def __init__(self, task: Task, claim: Any, root: str, own: list[str], source: str) -> None:
         self.task, self.claim = task, claim
+        self.root, self.own, self.source = root, own, source
         self.code = 0
         self.error: Exception | None = None
+
+    def checked(self, config: Any) -> int | None:
+        """Call the task, once the configuration is checked."""
+        from seals.config.checks import refuse_growth
+        from seals.config.foreign_values import refuse_values
+
+        refuse_growth(config)
+        if self.source:
+            refuse_values(config, root=self.root, words=self.own, where=self.source)
+        return self.task(config)
 
     def __call__(self, config: Any) -> float | tuple[float, ...] | None:
         from hydra.core.hydra_config import HydraConfig
@@ -293,14 +303,14 @@ class _Outcome:
             from seals.sweep.watch import Stopped
 
             # a launcher may run this in another process: what happens is noted on disk
-            perform(self.task, config)
+            perform(self.checked, config)
             try:
                 return objective_of(settings)
             except ConfigError as wrong:
                 # in one job as in every other
                 raise Stopped(wrong) from None
         try:
-            self.code = self.task(config) or 0
+            self.code = self.checked(config) or 0
             found = objective_of(settings)
             if found is not None:
                 print(f"objective: {found}")
@@ -332,27 +342,6 @@ def discard(folder: Path) -> None:
             return
 
 
-def _run_task(config: Any) -> int | None:
-    from seals.run.build import build_run
-
-    build_run(config)  # refuse before anything heavy is imported
-    return Application("seals.run.application")(config)
-
-
-def _compare_task(config: Any) -> int | None:
-    from seals.config.build import build
-    from seals.run.build import build_run
-
-    build_run(config)
-    build(config.reader, where="reader")
-    return Application("seals.compare.application")(config)
-
-
-def _view_task(config: Any) -> int | None:
-    # a replay that started no run has nothing to keep
-    return Application("seals.view.application", tidy=config.replay is not None)(config)
-
-
 _FLAGS = (
     "--multirun",
     RESUME,
@@ -376,14 +365,12 @@ def _refuse_flags(arguments: list[str]) -> list[str]:
     Returns:
         The arguments that are Hydra's.
     """
-    from hydra._internal.utils import get_args_parser
-
     if "--resolve" in arguments and not {"--cfg", "-c"} & {w.partition("=")[0] for w in arguments}:
         raise ConfigError("--resolve prints nothing by itself.\nWrite: --cfg job --resolve")
     said = io.StringIO()
     try:
         with contextlib.redirect_stderr(said), contextlib.redirect_stdout(said):
-            given = get_args_parser().parse_args([word for word in arguments if word != TRUST])
+            given = parsed([word for word in arguments if word != TRUST])
     except SystemExit as stop:
         verdict = said.getvalue().strip().rpartition("error: ")[2].partition("\n")[0]
         raise ConfigError(
@@ -391,47 +378,15 @@ def _refuse_flags(arguments: list[str]) -> list[str]:
             "Allowed: KEY=VALUE, --multirun, --resume, --cfg job|hydra|all, --package KEY, "
             "--config-dir DIR"
         ) from stop
-    if given.config_dir and not Path(given.config_dir).is_dir():
-        raise ConfigError(
-            f"--config-dir {given.config_dir}: there is no such folder.\n"
-            "Give a folder of configurations: seals run --config-dir FOLDER experiment=theirs"
-        )
+    for flag, folder in (("dir", given.config_dir), ("path", given.config_path)):
+        if folder and "://" not in folder and not Path(folder).is_dir():
+            raise ConfigError(
+                f"--config-{flag} {folder}: there is no such folder.\n"
+                "Give a folder of configurations: seals run --config-dir FOLDER experiment=theirs"
+            )
     if given.config_name in roots.NAMES:
         raise ConfigError(
             f"--config-name {given.config_name}: that is the schema of a configuration, not one.\n"
             f"Leave it out: seals {given.config_name.removesuffix('_schema')} KEY=VALUE"
         )
     return untrusted(arguments)
-
-
-def _refuse_other_verb(root: str, arguments: list[str]) -> None:
-    """Refuse an experiment that belongs to the other verb."""
-    from seals.config.recipes import experiments
-
-    for word in arguments:
-        key, _, name = word.partition("=")
-        verb = experiments().get(name, root) if key == "experiment" else root
-        if verb not in (root, "run" if root == "view" else root):
-            raise ConfigError(
-                f"experiment '{name}' is not one for seals {root}.\n"
-                f"Write: seals {verb} experiment={name}"
-            )
-
-
-@contextlib.contextmanager
-def _hydra_process(root: str, arguments: list[str]) -> Iterator[None]:
-    """Set the arguments for Hydra, and raise its errors instead of printing them."""
-    argv, full = sys.argv, os.environ.get("HYDRA_FULL_ERROR")
-    sys.argv = [f"seals {root}", *arguments]
-    os.environ["HYDRA_FULL_ERROR"] = "1"
-    try:
-        with warnings.catch_warnings():
-            # Hydra warns that --multirun overrides its own default mode
-            warnings.filterwarnings("ignore", message=".*--multirun.*")
-            yield
-    finally:
-        sys.argv = argv
-        if full is None:
-            del os.environ["HYDRA_FULL_ERROR"]
-        else:
-            os.environ["HYDRA_FULL_ERROR"] = full

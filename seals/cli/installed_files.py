@@ -80,22 +80,17 @@ def _compared(own: Distribution, among: Iterable[str] | None) -> Overwritten:
             missing.append(str(path))
         elif path.hash.mode == "sha256" and _code(file) != path.hash.value:
             changed.append(str(path))
-    by = _owners({*changed, *missing}, own) if changed or missing else ()
-    return Overwritten(tuple(changed), tuple(missing), by)
+    wrong = {*changed, *missing}
+    by = {
+        f"{other.metadata['Name']} {other.version}"
+        for other in (distributions() if wrong else ())
+        if other.metadata["Name"] != own.metadata["Name"]
+        and wrong & {str(path) for path in other.files or ()}
+    }
+    return Overwritten(tuple(changed), tuple(missing), tuple(sorted(by)))
 
 
 def _code(file: Path) -> str:
     """Return a checksum as the record of an installation writes it."""
     found = hashlib.sha256(file.read_bytes()).digest()
     return base64.urlsafe_b64encode(found).decode().rstrip("=")
-
-
-def _owners(paths: set[str], own: Distribution) -> tuple[str, ...]:
-    """Return the distributions that list some of the paths, too."""
-    mine = own.metadata["Name"]
-    found = [
-        f"{other.metadata['Name']} {other.version}"
-        for other in distributions()
-        if other.metadata["Name"] != mine and paths & {str(path) for path in other.files or ()}
-    ]
-    return tuple(sorted(set(found)))

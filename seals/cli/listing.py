@@ -35,10 +35,6 @@ def _rows(kind: str, recipes: list[Path]) -> list[tuple[str, ...]]:
     found = _recipe_rows(recipes)
     if kind not in registry.GROUPS:
         return [*found]
-    return [*_plugin_rows(kind), *((name, "recipe", words) for name, words in found)]
-
-
-def _plugin_rows(kind: str) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
     for name, plugin in registry.plugins(kind).items():
         try:
@@ -46,7 +42,7 @@ def _plugin_rows(kind: str) -> list[tuple[str, ...]]:
         except BrokenPlugin as broken:
             summary = "broken: " + str(broken).partition("cannot be used: ")[2].partition("\n")[0]
         rows.append((name, plugin.origin, summary))
-    return rows
+    return [*rows, *((name, "recipe", words) for name, words in found)]
 
 
 def _recipe_rows(paths: list[Path]) -> list[tuple[str, str]]:

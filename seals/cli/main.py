@@ -7,8 +7,8 @@ import importlib
 import os
 import sys
 import traceback
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import seals
@@ -16,7 +16,7 @@ from seals.child_process import protect_children
 from seals.cli.installed_files import overwritten_by_other
 from seals.cli.of_system import explained
 from seals.cli.slips import repeated_keys
-from seals.errors import ConfigError, SealsError, printable, suggestion
+from seals.errors import ConfigError, SealsError, printable, refuse_unlisted
 from seals.registry import blame
 from seals.run.stopping import stoppable
 from seals.sound_numbers import arises_inside, numeric_fault
@@ -28,16 +28,24 @@ class Verb:
     """One command of the command line.
 
     Args:
-        target: ``module:function`` taking the arguments and returning the exit code.
         summary: one line for the help.
         usage: what follows the verb, and an example.
+        target: ``module:function`` taking the arguments and returning the exit code; empty for an
+            application that Hydra composes from the root of the verb's name.
+        task: module, and facts of such an application, as for `seals.cli.hydra_app.Application`.
+        words: ``module:function`` that returns the words for Hydra.
         more: ``module:function`` that returns further lines of help.
+        one_thread: libraries of linear algebra that have one thread: many small matrices are
+            faster without others, which get into each other's way.
     """
 
-    target: str
     summary: str
     usage: str
+    target: str = ""
+    task: Mapping[str, Any] = field(default_factory=dict)
+    words: str = ""
     more: str = ""
+    one_thread: tuple[str, ...] = ()
 
 
 VERBS = {
@@ -54,7 +62,7 @@ VERBS = {
         "  --resume  with the same arguments: resume a sweep, or resume=FOLDER; see docs/sweeps.md",
     ),
     "compare": Verb(
-        target="seals.cli.hydra_app:compare",
+        task={"module": "seals.compare.application", "run": True},
         summary="compare a model with a measurement",
         usage="log=PATH [KEY=VALUE ...]\n  seals compare log=runs/some_run robot=ball water=fossen",
     ),
@@ -78,6 +86,7 @@ VERBS = {
     ),
     "diagnose": Verb(
         target="seals.cli.hydra_app:diagnose",
+        one_thread=("OPENBLAS",),
         summary="name the physical effect that the model of a log is missing",
         usage="log=FOLDER [out=FOLDER] [KEY=VALUE ...], or experiment=NAME\n"
         "  seals diagnose log=flight_7 out=answer_7\n"
@@ -95,7 +104,8 @@ VERBS = {
         "13 cannot tell, 20 bad data",
     ),
     "calibrate": Verb(
-        target="seals.cli.hydra_app:calibrate",
+        task={"module": "seals.sysid.calibration.application", "logs": True},
+        one_thread=("OPENBLAS",),
         summary="estimate parameters of a robot from its logs, with intervals",
         usage="log=[FOLDER,...] parameters=[NAME,...] [robot=FOLDER] [held_out=FOLDER]"
         " [out=FOLDER]\n"
@@ -112,7 +122,13 @@ VERBS = {
         "exit code: 0 calibrated, 2 refused",
     ),
     "add": Verb(
-        target="seals.cli.hydra_app:add",
+        task={
+            "module": "seals.sysid.validation.application",
+            "name": "add",
+            "logs": True,
+            "tidy": True,
+        },
+        one_thread=("OPENBLAS",),
         summary="write the effects that a diagnosis found to a model overlay",
         usage="diagnosis=FOLDER name=NAME [robot=FOLDER] [base=MODEL] [choose=EFFECT]"
         " [accept=formula]\n"
@@ -124,14 +140,17 @@ VERBS = {
         "exit code: 0 written, 2 refused (nothing was named, or the name is taken)",
     ),
     "verify": Verb(
-        target="seals.cli.hydra_app:verify",
+        task={"module": "seals.sysid.validation.application", "name": "verify", "logs": True},
+        one_thread=("OPENBLAS",),
         summary="verify a model on a held-out log in the rigid-body simulator",
         usage="log=FOLDER model=NAME [robot=FOLDER] [older=[FOLDER,...]]\n"
         "  seals verify log=flight_8 model=my_model older=[flight_5,flight_6]\n"
         "exit code: 0 the error fell, 14 it did not: the model is marked as withdrawn",
     ),
     "plan": Verb(
-        target="seals.cli.hydra_app:plan",
+        task={"module": "seals.sysid.experiment_design.application", "logs": True},
+        words="seals.cli.slips:question",
+        one_thread=("OPENBLAS",),
         summary="choose the manoeuvre that best tells effects apart",
         usage="effects=[NAME,NAME] log=FOLDER [robot=FOLDER] [out=FOLDER],"
         " or diagnosis=FOLDER [robot=FOLDER]\n"
@@ -159,7 +178,7 @@ VERBS = {
         "exit code: 0 nothing failed, 1 something failed, 2 the robot cannot be read",
     ),
     "teleop": Verb(
-        target="seals.cli.hydra_app:teleop",
+        task={"module": "seals.teleop.application"},
         summary="fly a robot by keyboard, gamepad or a script of keys; record a demonstration",
         usage="[device=keyboard|joystick] [script=FILE] [speed=1] [KEY=VALUE ...]\n"
         "  seals teleop robot=aam                        a window opens; needs aam-seals[teleop]\n"
@@ -172,7 +191,8 @@ VERBS = {
         more="seals.control.keymap:table",
     ),
     "autopilot": Verb(
-        target="seals.cli.hydra_app:autopilot",
+        task={"module": "seals.teleop.autopilot.application"},
+        words="seals.cli.hydra_app:channelled",
         summary="let ArduPilot or PX4 fly a robot in lockstep; write a log like any run's",
         usage="robot=NAME [protocol=ardupilot|px4] [host=HOST] [port=PORT] [KEY=VALUE ...]\n"
         "  seals autopilot robot=crazyflie environment.ground_level=0\n"
@@ -187,6 +207,7 @@ VERBS = {
     ),
     "train": Verb(
         target="seals.cli.train:train",
+        one_thread=("OPENBLAS",),
         summary="train a policy; write learning curves and the policy",
         usage="[learner=NAME] [env=NAME] [course.steps=50000] [KEY=VALUE ...], or resume=FOLDER\n"
         "  seals train learner=sac env=reach                     batch dynamics on the CPU\n"
@@ -201,6 +222,7 @@ VERBS = {
     ),
     "evaluate": Verb(
         target="seals.cli.evaluate:evaluate",
+        one_thread=("OPENBLAS", "OMP"),
         summary="evaluate a policy from held-out starts, or compare training runs",
         usage="policy=FOLDER|scripted|random|still [KEY=VALUE ...], or: --compare ARM=FOLDERS ...\n"
         "  seals evaluate policy=runs/some_training/policy       100 held-out starts\n"
@@ -213,6 +235,7 @@ VERBS = {
     ),
     "record": Verb(
         target="seals.cli.evaluate:record",
+        one_thread=("OPENBLAS", "OMP"),
         summary="record the episodes of a policy as demonstrations for learning",
         usage="[env=NAME] [policy=scripted|FOLDER|KEYS.yaml] [episodes=10] [KEY=VALUE ...]\n"
         "  seals record env=reach out=demos/reach                ten successful episodes\n"
@@ -222,7 +245,7 @@ VERBS = {
         "  minari   id of a Minari data set to write as well; needs the package minari",
     ),
     "export": Verb(
-        target="seals.cli.evaluate:export",
+        task={"module": "seals.learn.export", "tidy": True},
         summary="export a policy as an ONNX file, for programs without PyTorch",
         usage="policy=FOLDER [format=onnx] [out=policy.onnx] [replace=true]\n"
         "  seals export policy=runs/some_training/policy out=reach.onnx\n"
@@ -232,7 +255,8 @@ VERBS = {
         "exit code: 0 written, 2 refused",
     ),
     "view": Verb(
-        target="seals.cli.hydra_app:view",
+        task={"module": "seals.view.application", "tidy": True},
+        words="seals.cli.hydra_app:viewed",
         summary="show a run in the browser: replay a folder, or start a live run",
         usage="FOLDER, or [KEY=VALUE ...] [sliders=[KEY,KEY:LOW:HIGH]] [host=HOST] [port=PORT]\n"
         "  seals view runs/2026-11-21/14-03-22_drop_test\n"
@@ -243,7 +267,8 @@ VERBS = {
         "needs aam-seals[view]; Ctrl-C ends it",
     ),
     "render": Verb(
-        target="seals.cli.render:render",
+        task={"module": "seals.view.films.application", "tidy": True},
+        words="seals.cli.hydra_app:rendered",
         summary="render the frames of a run and a film of them",
         usage="run=FOLDER [renderer=tiny|mitsuba] [quality=draft|paper] [camera=...] [KEY=VALUE]\n"
         "  seals render run=runs/some_run                    frames and film.mp4 in its folder\n"
@@ -295,7 +320,8 @@ VERBS = {
         usage="[out=FOLDER] [logs=[NAMES]] [mujoco=PYTHON]\n  seals benchmark out=scored",
     ),
     "runs": Verb(
-        target="seals.cli.runs:runs",
+        task={"module": "seals.sweep.application", "tidy": True},
+        words="seals.sweep.settings:quoted",
         summary="list, filter and compare run folders; table and picture of a sweep",
         usage="FOLDER [where=CONDITIONS] [metric=NAMES] [table=FILE] [plot=FILE against=KEY]\n"
         "  seals runs runs/2026-11-21/14-03-22_drop_test          state, duration, overrides\n"
@@ -358,25 +384,17 @@ def _ended(words: list[str], *, ours: bool) -> int:
     except Exception as fault:
         # what arises in a plug-in is told as its fault, all else is one of this program
         named = explained(fault) or (None if isinstance(fault, OSError) else blame(fault))
-        named = named or _of_numbers(fault)
         if named is None:
-            raise
+            # numbers that are allowed each by itself, and together cannot be computed with
+            why = numeric_fault(fault)
+            if why is None or not arises_inside(fault):
+                raise
+            named = ConfigError(
+                f"the numbers given make a system that cannot be computed: {why}.\n"
+                "Look for one far from all others, or for zeros: masses, gravity, gains, steps, "
+                "lengths of logs. SEALS_DEBUG=1 shows where it arose."
+            )
         return _refused(named)
-
-
-def _of_numbers(fault: Exception) -> ConfigError | None:
-    """Explain numbers that are allowed each by itself, and together cannot be computed with.
-
-    What arises outside of this package and its libraries keeps its type and traceback.
-    """
-    words = numeric_fault(fault)
-    if words is None or not arises_inside(fault):
-        return None
-    return ConfigError(
-        f"the numbers given make a system that cannot be computed: {words}.\n"
-        "Look for one far from all others, or for zeros: masses, gravity, gains, steps, lengths of "
-        "logs. SEALS_DEBUG=1 shows where it arose."
-    )
 
 
 def left_by_reader() -> int:
@@ -417,8 +435,7 @@ def _dispatch(words: list[str]) -> int:
         print(f"seals {seals.__version__}")
         return 0
     name, rest = words[0], words[1:]
-    if name not in VERBS:
-        raise ConfigError(f"there is no verb '{name}'.\n{suggestion(name, VERBS, label='Verbs')}")
+    refuse_unlisted(name, VERBS, f"there is no verb '{name}'", label="Verbs")
     if "--help" in rest or "-h" in rest:
         print(f"seals {name}: {VERBS[name].summary}\n\nusage: seals {name} {VERBS[name].usage}")
         if VERBS[name].more:
@@ -427,8 +444,16 @@ def _dispatch(words: list[str]) -> int:
     remark = overwritten_by_other()
     if remark:
         print(f"note: {remark}", file=sys.stderr)
-    run: Callable[[list[str]], int] = _named(VERBS[name].target)
-    code = run(rest)
+    verb = VERBS[name]
+    for library in verb.one_thread:
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+    if verb.target:
+        code: int = _named(verb.target)(rest)
+    else:
+        from seals.cli.hydra_app import Application, launch
+
+        words = _named(verb.words)(rest) if verb.words else rest
+        code = launch(name, words, Application(**verb.task))
     for remark in repeated_keys(rest):
         print(remark, file=sys.stderr)
     return code

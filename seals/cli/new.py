@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from seals.config.overrides import override, typed
 from seals.config.whereabouts import own_robot
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError, refuse_unlisted, suggestion
 
 if TYPE_CHECKING:
     from seals.robot.model import RobotModel
@@ -33,40 +33,32 @@ def new(arguments: list[str]) -> int:
     kind = words[0] if words else ""
     if kind not in KINDS:
         robot = f"Write: seals new robot {kind or 'NAME'} --urdf FILE.  "
-        hint = (robot if "urdf" in dict(options) else "") + suggestion(kind, KINDS, label="Kinds")
+        hint = (robot if "urdf" in options else "") + suggestion(kind, KINDS, label="Kinds")
         raise ConfigError(f"'{kind}' is not a kind that can be made.\n{hint}")
-    if kind == "datasheet":
-        return _datasheet(words[1:], options)
-    if kind == "hydrodynamics":
-        _refuse_options(kind, options)
-
-        return new_hydrodynamics(words[1:], dict(options))
-    if len(words) != 2:
+    if kind in ("robot", *PLUGINS) and len(words) != 2:
         urdf = " --urdf FILE" if kind == "robot" else ""
         what = (
             "has no name" if len(words) < 2 else f"has more than one name: {', '.join(words[1:])}"
         )
         raise ConfigError(f"the new {kind} {what}.\nWrite: seals new {kind} NAME{urdf}")
-    _refuse_options(kind, options)
+    for key in options:
+        label = f"Options of new {kind}"
+        refuse_unlisted(key, OPTIONS[kind], f"there is no option '{key}'", label=label)
     if kind == "robot":
         return _robot(words[1], options)
+    given = {key: values[-1] for key, values in options.items()}
+    if kind == "datasheet":
+        return _datasheet(words[1:], given)
+    if kind == "hydrodynamics":
+        return new_hydrodynamics(words[1:], given)
     from seals.scaffold.writing import scaffold_plugin
 
     print("\n".join(scaffold_plugin(kind, words[1], parent=Path())))
     return 0
 
 
-def _refuse_options(kind: str, options: list[tuple[str, str]]) -> None:
-    for key, _ in options:
-        if key not in OPTIONS[kind]:
-            hint = suggestion(key, OPTIONS[kind], label=f"Options of new {kind}")
-            raise ConfigError(f"there is no option '{key}'.\n{hint}")
-
-
-def _datasheet(words: list[str], options: list[tuple[str, str]]) -> int:
+def _datasheet(words: list[str], given: Mapping[str, str]) -> int:
     """Write the data sheet of a robot folder from a flight, and print its values."""
-    _refuse_options("datasheet", options)
-    given = dict(options)
     if words or not (given.get("log") and given.get("robot")):
         raise ConfigError(
             "a data sheet needs a flight and a robot folder.\n"
@@ -85,80 +77,72 @@ def _datasheet(words: list[str], options: list[tuple[str, str]]) -> int:
     log = read_native(find_log(given["log"]))
     refuse_if_bad(log, vehicle)
     place = folder / DATASHEET
-    replace = given.get("replace", "false").lower() == "true"
-    for words_ in write_datasheet(log, vehicle, place, replace=replace):
-        print(words_)
+    print("\n".join(write_datasheet(log, vehicle, place, replace=_replacing(given))))
     print(f"{place}\nNext:\n  look through it, and replace what is assumed")
-    lacking = without_start(log)
-    if lacking:
-        print(f"  {lacking}")
-        return 0
     again = f"{typed('log', given['log'])} {typed('robot', str(folder))}"
-    print(f"  seals diagnose {again} out=answer")
+    print(f"  {without_start(log) or f'seals diagnose {again} out=answer'}")
     return 0
 
 
-def _sorted(arguments: list[str]) -> tuple[list[str], list[tuple[str, str]]]:
-    """Separate positional words from options with their values, both in order."""
+def _replacing(given: Mapping[str, str]) -> bool:
+    return given.get("replace", "false").lower() == "true"
+
+
+def _sorted(arguments: list[str]) -> tuple[list[str], dict[str, list[str]]]:
+    """Separate positional words from options with all their values."""
     words: list[str] = []
-    options: list[tuple[str, str]] = []
+    options: dict[str, list[str]] = {}
     rest = iter(arguments)
     for word in rest:
         key, equals, value = word.lstrip("-").partition("=")
-        if word.startswith("-"):
-            options.append((key, value if equals else _value(word, rest)))
-        elif equals:
-            options.append((key, value))
+        if word.startswith("-") and not equals:
+            value = next(rest, "")
+            if not value or value.startswith("--"):
+                raise ConfigError(f"{word} has no value.\nWrite: {word} VALUE")
+        if word.startswith("-") or equals:
+            options.setdefault(key, []).append(value)
         else:
             words.append(word)
     return words, options
 
 
-def _value(flag: str, rest: Iterator[str]) -> str:
-    value = next(rest, "")
-    if not value or value.startswith("--"):
-        raise ConfigError(f"{flag} has no value.\nWrite: {flag} VALUE")
-    return value
+def _robot(name: str, options: Mapping[str, list[str]]) -> int:
+    from seals.scaffold.effects import RobotMedium
+    from seals.scaffold.mending import FORWARD
+    from seals.scaffold.robot import scaffold_robot
+    from seals.scaffold.takeover import urdfs_near
 
-
-def _robot(name: str, options: list[tuple[str, str]]) -> int:
-    urdfs = [value for key, value in options if key == "urdf"]
+    urdfs = options.get("urdf", [])
     if len(urdfs) != 1:
-        from seals.scaffold.takeover import urdfs_near
-
         hint = suggestion("", urdfs_near(Path()), label="URDF files near")
         raise ConfigError(f"give one URDF: --urdf FILE (given: {len(urdfs)}).\n{hint}")
-    packages = {}
-    for text in (value for key, value in options if key == "package"):
-        package, equals, folder = text.partition("=")
-        if not equals or not Path(folder).is_dir():
-            raise ConfigError(
-                f"--package {text} is not of the form NAME=FOLDER.\n"
-                "Write: --package NAME=FOLDER, with a folder that exists"
-            )
-        packages[package] = Path(folder).resolve()
-    values = {}
-    for text in (value for key, value in options if key == "arg"):
-        argument, equals, value = text.partition("=")
-        if not (equals and argument.isidentifier()):
-            raise ConfigError(
-                f"--arg {text} is not of the form NAME=VALUE.\nWrite: --arg namespace=rov"
-            )
-        values[argument] = value
-    from seals.scaffold.robot import scaffold_robot
-
-    density = _density([value for key, value in options if key == "density"])
-    medium = _medium([value for key, value in options if key == "medium"])
+    packages = _pairs(options, "package", "FOLDER", "NAME=FOLDER, with a folder that exists")
+    values = _pairs(options, "arg", "VALUE", "namespace=rov")
+    last = {key: given[-1] for key, given in options.items()}
+    density = None
+    if "density" in last:
+        given = f"--density {last['density']}"
+        density = _number(given, last["density"], (1.0, 30_000.0), "kg/m^3; water has 1000")
+    media = [each.value for each in RobotMedium]
+    medium = last.get("medium")
+    choices = {
+        "medium": (media, suggestion(medium or "", media)),
+        "missing-meshes": (["boxes"], "Allowed: boxes."),
+        "forward": (FORWARD, f"Allowed: {', '.join(FORWARD)}; --forward=-x"),
+    }
+    for key, (allowed, hint) in choices.items():
+        if key in last and last[key] not in allowed:
+            raise ConfigError(f"--{key} {last[key]} is not allowed.\n{hint}")
     made = scaffold_robot(
         name,
         Path(urdfs[0]),
         parent=Path(),
-        packages=packages,
+        packages={package: Path(folder).resolve() for package, folder in packages.items()},
         arguments=values,
         density=density,
         medium=medium,
-        boxes=_boxes([value for key, value in options if key == "missing-meshes"]),
-        forward=_forward([value for key, value in options if key == "forward"]),
+        boxes="missing-meshes" in last,
+        forward=last.get("forward", "x"),
     )
     try:
         lines = list(_told(name, made))
@@ -170,47 +154,17 @@ def _robot(name: str, options: list[tuple[str, str]]) -> int:
     return 0
 
 
-def _forward(given: list[str]) -> str:
-    """Axis of the base that points forward."""
-    from seals.scaffold.mending import FORWARD
-
-    if given and given[-1] not in FORWARD:
-        raise ConfigError(
-            f"--forward {given[-1]} is not allowed.\nAllowed: {', '.join(FORWARD)}; --forward=-x"
-        )
-    return given[-1] if given else "x"
-
-
-def _boxes(given: list[str]) -> bool:
-    """Whether boxes take the places of missing meshes."""
-    if given and given[-1] != "boxes":
-        raise ConfigError(f"--missing-meshes {given[-1]} is not allowed.\nAllowed: boxes.")
-    return bool(given)
-
-
-def _medium(given: list[str]) -> str | None:
-    """Where the robot works; None when it was not said."""
-    from seals.scaffold.effects import RobotMedium
-
-    known = [each.value for each in RobotMedium]
-    if given and given[-1] not in known:
-        raise ConfigError(f"--medium {given[-1]} is not allowed.\n{suggestion(given[-1], known)}")
-    return given[-1] if given else None
-
-
-def _density(given: list[str]) -> float | None:
-    """Density for links without mass [kg/m^3]."""
-    if not given:
-        return None
-    try:
-        density = float(given[-1])
-    except ValueError:
-        density = 0.0
-    if not 1.0 <= density <= 30_000.0:
-        raise ConfigError(
-            f"--density {given[-1]} is not allowed.\nAllowed: 1 to 30000 kg/m^3; water has 1000."
-        )
-    return density
+def _pairs(options: Mapping[str, list[str]], flag: str, what: str, example: str) -> dict[str, str]:
+    """Return the values of a flag of the form NAME=VALUE, or NAME=FOLDER of one that exists."""
+    found = {}
+    for text in options.get(flag, ()):
+        name, equals, value = text.partition("=")
+        if not equals or not (Path(value).is_dir() if what == "FOLDER" else name.isidentifier()):
+            raise ConfigError(
+                f"--{flag} {text} is not of the form NAME={what}.\nWrite: --{flag} {example}"
+            )
+        found[name] = value
+    return found
 
 
 def _told(name: str, made: NewRobot) -> Iterator[str]:
@@ -296,15 +250,16 @@ def new_hydrodynamics(words: Sequence[str], given: Mapping[str, str]) -> int:
 
     names = [one.value for one in Method]
     method = given.get("method") or ("bem" if has_boundary_elements() else "ellipsoid")
-    if method not in names:
-        hint = suggestion(method, names, label="Methods")
-        raise ConfigError(f"method={method} is not a method.\n{hint}")
-    panels = _number(given, "panels", 500.0, (60.0, 4000.0), "panels")
-    density = _number(given, "density", FRESH_WATER, (500.0, 2000.0), "kg/m^3")
+    refuse_unlisted(method, names, f"method={method} is not a method", label="Methods")
+    numbers = {"panels": 500.0, "density": FRESH_WATER}
+    spans = {"panels": ((60.0, 4000.0), "panels"), "density": ((500.0, 2000.0), "kg/m^3")}
+    for key, (span, unit) in spans.items():
+        if key in given:
+            numbers[key] = _number(f"{key}={given[key]}", given[key], span, unit)
+    panels, density = numbers["panels"], numbers["density"]
     robot = describe_robot(str(folder)).robot
     link = given.get("link") or robot.links[0]
-    replace = given.get("replace", "false").lower() == "true"
-    refuse_stated(folder, robot, link, replace=replace)
+    refuse_stated(folder, robot, link, replace=_replacing(given))
     with progress(f"radiation of {link}", problems_of(robot, link, density)) as tell:
         found = hydrodynamics_of(
             robot, link, Method(method), density=density, panels=round(panels), tell=tell
@@ -317,18 +272,12 @@ def new_hydrodynamics(words: Sequence[str], given: Mapping[str, str]) -> int:
     return 0
 
 
-def _number(
-    given: Mapping[str, str], key: str, default: float, span: tuple[float, float], unit: str
-) -> float:
-    """A number of the command line within bounds."""
-    if key not in given:
-        return default
+def _number(given: str, text: str, span: tuple[float, float], unit: str) -> float:
+    """Return a number of the command line within bounds."""
     try:
-        value = float(given[key])
+        value = float(text)
     except ValueError:
-        value = float("nan")
+        value = math.nan
     if not span[0] <= value <= span[1]:
-        raise ConfigError(
-            f"{key}={given[key]} is not allowed.\nAllowed: {span[0]:g} to {span[1]:g} {unit}."
-        )
+        raise ConfigError(f"{given} is not allowed.\nAllowed: {span[0]:g} to {span[1]:g} {unit}.")
     return value

@@ -7,6 +7,7 @@ import itertools
 from collections.abc import Sequence
 from pathlib import Path
 
+from seals.config.overrides import value_of
 from seals.errors import ConfigError, suggestion
 
 _LOGS = ("calibrate", "compare", "diagnose", "verify", "plan")
@@ -106,8 +107,14 @@ def refuse_slips(root: str, words: Sequence[str]) -> None:
                 "Give the folder of a run, or a run to start: seals view experiment=NAME"
             )
         before = "" if "=" in word else word
-    if root == "run":
-        _refuse_own_folder(words)
+    own = value_of(words, "hydra.run.dir")
+    for old in (value_of(words, "repeat"), value_of(words, "resume")):
+        if root == "run" and own and old and Path(own).resolve() == Path(old).resolve():
+            # Hydra would overwrite its settings
+            raise ConfigError(
+                f"hydra.run.dir={own} is the folder of the run itself, which would be lost.\n"
+                "Name another folder, or leave hydra.run.dir out: runs/DAY/TIME_NAME is new."
+            )
 
 
 def refuse_cut(words: Sequence[str]) -> None:
@@ -205,16 +212,3 @@ def _key_of(root: str, word: str) -> str:
         if root in keys and (folder / name).is_file():
             return keys[root]
     return ""
-
-
-def _refuse_own_folder(words: Sequence[str]) -> None:
-    """Refuse a run folder that is the run to repeat: Hydra would overwrite its settings."""
-    values = {key: value for key, _, value in (word.partition("=") for word in words)}
-    own = values.get("hydra.run.dir")
-    for key in ("repeat", "resume"):
-        old = values.get(key)
-        if own and old and Path(own).resolve() == Path(old).resolve():
-            raise ConfigError(
-                f"hydra.run.dir={own} is the folder of the run itself, which would be lost.\n"
-                "Name another folder, or leave hydra.run.dir out: runs/DAY/TIME_NAME is new."
-            )

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 from seals.cli.hydra_app import Application, launch
 from seals.cli.sweep import is_sweep
-from seals.config.overrides import refuse_dangerous, typed
+from seals.config.overrides import key_of, refuse_dangerous, typed, value_of
 from seals.config.strangers import TRUST
 from seals.errors import ConfigError
 from seals.untrusted_io import read_plain_yaml
@@ -23,27 +22,23 @@ def train(arguments: list[str]) -> int:
 
     ``resume=FOLDER`` stands for the words that began the training in that folder; it goes on there.
     """
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    kept = [word for word in arguments if word.partition("=")[0] == RESUME]
-    folder = Path(kept[-1].partition("=")[2].strip("'\"")) if kept else Path()
-    if not kept or is_sweep(folder):
+    resumed = value_of(arguments, RESUME)
+    if resumed is None or is_sweep(resumed):
         return launch("train", arguments, _TASK)
+    folder = Path(resumed)
     others = [word for word in arguments if word.partition("=")[0] != RESUME]
-    _refuse_changes(folder, [word for word in others if word != TRUST])
-    place = [f"{RESUME}='{folder}'", f"hydra.run.dir='{folder}'"]
-    source = f"resume={folder}: overrides.yaml"
-    own = [*others, *place]
-    return launch("train", [*_begun(folder), *own], _TASK, own=own, source=source)
-
-
-def _refuse_changes(folder: Path, words: list[str]) -> None:
-    """Refuse changes that would make it another training, before any file is written."""
-    for word in words:
-        if word.startswith("-") or word.partition("=")[0].partition(".")[0] not in FREE:
+    for word in others:
+        # before any file is written
+        free = not word.startswith("-") and key_of(word).partition(".")[0] in FREE
+        if word != TRUST and not free:
             raise ConfigError(
                 f"resume={folder}: {word} would make another training of it.\n"
                 "Allowed beside resume: course.KEY=VALUE, threads=NUMBER, film=true, track=NAME"
             )
+    place = [f"{RESUME}='{folder}'", f"hydra.run.dir='{folder}'"]
+    source = f"resume={folder}: overrides.yaml"
+    own = [*others, *place]
+    return launch("train", [*_begun(folder), *own], _TASK, own=own, source=source)
 
 
 def _begun(folder: Path) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 from collections.abc import Callable
 
-from seals.errors import ConfigError, suggestion
+from seals.errors import refuse_unlisted
 
 SETS = {"water": "seals.experiments.water_validation"}
 """Package of each validation set; its ``main`` takes the further words."""
@@ -18,9 +18,6 @@ def validate(arguments: list[str]) -> int:
         ConfigError: there is no such set.
     """
     name = arguments[0] if arguments else ""
-    if name not in SETS:
-        raise ConfigError(
-            f"there is no validation set '{name}'.\n{suggestion(name, SETS, label='Sets')}"
-        )
+    refuse_unlisted(name, SETS, f"there is no validation set '{name}'", label="Sets")
     main: Callable[[list[str]], int] = importlib.import_module(SETS[name]).main
     return main(arguments[1:])

@@ -10,10 +10,10 @@ from collections.abc import Mapping
 from typing import Any, TypeVar, cast
 
 from seals import registry
+from seals.config.checks import refuse_unknown
 from seals.config.derive import schema_of
-from seals.config.node_checks import refuse_targets, refuse_unknown
 from seals.config.refusal import refusals
-from seals.errors import ConfigError, SealsError, suggestion
+from seals.errors import ConfigError, SealsError, refuse_unlisted, suggestion
 from seals.registry import get
 from seals.schema import check_fields
 
@@ -35,10 +35,10 @@ def build(node: Any, *, where: str) -> Any:
     """
     from hydra.utils import instantiate
 
-    _refuse_untyped(node, where)
     with refusals(()):
+        _refuse_untyped(node, where)
         maker: functools.partial[Any] = instantiate(node, _partial_=True, _convert_="object")
-    cls = typing.cast(type, maker.func)
+    cls: Any = maker.func
     values = _converted(cls, dict(maker.keywords), where)
     check_fields(cls, values, where=where)
     try:
@@ -46,7 +46,8 @@ def build(node: Any, *, where: str) -> Any:
     except SealsError:
         raise
     except (TypeError, ValueError) as cause:
-        raise ConfigError(f"{where} cannot be built: {cause}.\n{_fields_line(cls)}") from cause
+        fields = suggestion("", [field.name for field in dataclasses.fields(cls)])
+        raise ConfigError(f"{where} cannot be built: {cause}.\n{fields}") from cause
 
 
 def build_from_values(
@@ -93,16 +94,15 @@ def _refuse_untyped(node: Any, where: str) -> None:
             f"{where} has a _target_ but no plug-in's schema behind it.\n"
             f"Choose a plug-in by its group, for instance: +effect@{where}=quadratic_drag"
         )
-    refuse_unknown(node, where=where)
-    with refusals(()):
-        refuse_targets(node, where=where)
+    refuse_unknown(node, where=where, made=True)
 
 
 def _converted(cls: type, values: dict[str, Any], where: str) -> dict[str, Any]:
     """Convert lists of the configuration to tuples, and what they hold to numbers, as annotated."""
     hints = typing.get_type_hints(cls)
     for name, value in values.items():
-        values[name] = _as_annotated(hints.get(name), value, f"{where}.{name}")
+        if isinstance(value, list | dict):
+            values[name] = _as_annotated(hints.get(name), value, f"{where}.{name}")
         arguments = typing.get_args(hints.get(name))
         if typing.get_origin(hints.get(name)) is not tuple or not isinstance(value, list):
             continue
@@ -134,10 +134,6 @@ def _as_annotated(hint: Any, value: Any, where: str, depth: int = 0) -> Any:
     return value
 
 
-def _fields_line(cls: type) -> str:
-    return suggestion("", [field.name for field in dataclasses.fields(typing.cast(Any, cls))])
-
-
 def typed_entries(cls: type[T], node: Any, *, where: str) -> dict[str, T]:
     """Return the entries of a mapping as settings of one class.
 
@@ -154,27 +150,19 @@ def typed_entries(cls: type[T], node: Any, *, where: str) -> dict[str, T]:
     from omegaconf import OmegaConf
 
     raw = OmegaConf.to_container(node) if OmegaConf.is_config(node) else node
-    return {
-        str(name): _typed(cls, entry, where=f"{where}.{name}")
-        for name, entry in _mapping(raw, where).items()
-    }
-
-
-def _typed(cls: type[T], entry: Any, *, where: str) -> T:
-    """One entry; values already of the class pass."""
-    from omegaconf import OmegaConf
-
-    if isinstance(entry, cls):
-        return entry
     allowed = [field.name for field in dataclasses.fields(cast(Any, cls))]
-    for key in _mapping(entry, where):
-        if key not in allowed:
-            raise ConfigError(
-                f"{where}.{key}: '{key}' is not a key of {where}.\n{suggestion(str(key), allowed)}"
-            )
-    with refusals(()):
-        node = OmegaConf.merge(OmegaConf.structured(cls), OmegaConf.create(entry))
-        return cast(T, OmegaConf.to_object(node))
+    found = {}
+    for name, entry in _mapping(raw, where).items():
+        place = f"{where}.{name}"
+        if isinstance(entry, cls):
+            found[str(name)] = entry
+            continue
+        for key in _mapping(entry, place):
+            refuse_unlisted(str(key), allowed, f"{place}.{key}: '{key}' is not a key of {place}")
+        with refusals(()):
+            node = OmegaConf.merge(OmegaConf.structured(cls), OmegaConf.create(entry))
+            found[str(name)] = cast(T, OmegaConf.to_object(node))
+    return found
 
 
 def _mapping(raw: Any, where: str) -> dict[Any, Any]:

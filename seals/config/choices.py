@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import posixpath
 from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 MOST_CHOSEN, DEEPEST = 2_000, 40
 """Files that one may have read with all that it chooses; levels between them."""
@@ -24,7 +24,7 @@ def wrong_choices(defaults: Mapping[str, Any]) -> tuple[str, str] | None:
         ('experiment/a', 'chooses itself')
         >>> wrong_choices({"experiment/a": ["b"], "experiment/b": ["_self_"]})
     """
-    sizes: dict[str, _Size] = {}
+    sizes: dict[str, tuple[int, int]] = {}
     for name in defaults:
         wrong = _measure(name, defaults, sizes, ())
         if wrong:
@@ -32,17 +32,13 @@ def wrong_choices(defaults: Mapping[str, Any]) -> tuple[str, str] | None:
     return None
 
 
-class _Size(NamedTuple):
-    """Files that are read for one, itself among them, and levels of them."""
-
-    files: int
-    levels: int
-
-
 def _measure(
-    name: str, defaults: Mapping[str, Any], sizes: dict[str, _Size], above: tuple[str, ...]
+    name: str,
+    defaults: Mapping[str, Any],
+    sizes: dict[str, tuple[int, int]],
+    above: tuple[str, ...],
 ) -> str:
-    """Note what is read for a file; return what is wrong with it."""
+    """Note how many files are read for one, and levels of them; return what is wrong with it."""
     if name in above:
         return "chooses itself"
     if name in sizes:
@@ -52,13 +48,13 @@ def _measure(
         wrong = "" if len(above) > DEEPEST else _measure(chosen, defaults, sizes, (*above, name))
         if wrong:
             return wrong
-        below = sizes.get(chosen, _Size(1, DEEPEST))
-        count, levels = count + below.files, max(levels, 1 + below.levels)
+        files, deep = sizes.get(chosen, (1, DEEPEST))
+        count, levels = count + files, max(levels, 1 + deep)
         if levels > DEEPEST:
             return f"chooses files over more than {DEEPEST} levels"
         if count > MOST_CHOSEN:
             return f"has more than {MOST_CHOSEN:,} files read"
-    sizes[name] = _Size(count, levels)
+    sizes[name] = (count, levels)
     return ""
 
 
@@ -83,4 +79,4 @@ def _chosen(name: str, defaults: Mapping[str, Any]) -> Iterator[str]:
 
 def _bare(word: str) -> str:
     """Return a word of a list of defaults without its package and what stands before it."""
-    return word.partition("@")[0].split()[-1] if word.partition("@")[0].split() else ""
+    return (word.partition("@")[0].split() or [""])[-1]

@@ -26,7 +26,7 @@ def compose(overrides: Sequence[str] = (), *, root: str = "run") -> Any:
     from hydra import initialize_config_module
     from hydra.core.global_hydra import GlobalHydra
 
-    from seals.config.references import refuse_growth
+    from seals.config.checks import refuse_growth
     from seals.config.refusal import refusals
     from seals.config.source import install
 

@@ -8,7 +8,6 @@ import types
 import typing
 from typing import Any, TypeVar
 
-from seals.errors import BrokenPlugin
 from seals.field_roles import carried
 from seals.registry import Plugin
 
@@ -88,14 +87,14 @@ def _derived_type(hint: Any, depth: int = 0) -> Any:
 
 def _default(field: dataclasses.Field[Any]) -> Any:
     """Copy a field with its metadata; one without default becomes OmegaConf's mandatory value."""
-    metadata = field.metadata
-    if field.default_factory is not dataclasses.MISSING:
-        factory = field.default_factory
-        return dataclasses.field(default_factory=lambda: _as_config(factory()), metadata=metadata)
-    default = field.default
-    if default is dataclasses.MISSING:
-        return dataclasses.field(default="???", metadata=metadata)
-    return dataclasses.field(default_factory=lambda: _as_config(default), metadata=metadata)
+    factory, default = field.default_factory, field.default
+    if factory is not dataclasses.MISSING:
+        made: dict[str, Any] = {"default_factory": lambda: _as_config(factory())}
+    elif default is dataclasses.MISSING:
+        made = {"default": "???"}
+    else:
+        made = {"default_factory": lambda: _as_config(default)}
+    return dataclasses.field(**made, metadata=field.metadata)
 
 
 def _as_config(value: T) -> Any:
@@ -112,12 +111,3 @@ def _as_config(value: T) -> Any:
     if isinstance(value, dict):
         return {key: _as_config(item) for key, item in value.items()}
     return value
-
-
-def describe_broken(plugin: Plugin) -> str | None:
-    """Return why a plug-in cannot be chosen, or None when it can."""
-    try:
-        schema_of(plugin)
-    except BrokenPlugin as refusal:
-        return str(refusal)
-    return None

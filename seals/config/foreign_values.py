@@ -10,7 +10,7 @@ import dataclasses
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from seals import registry
 from seals.config.roots import root_schema
@@ -23,18 +23,8 @@ _SHIPPED = re.compile(r"[\w-]+/[\w-]+")
 _MARKS = "+~"
 
 
-class _Found(NamedTuple):
-    """A value that is not data.
-
-    Args:
-        key: full.
-        role: of the field; None where its class states none.
-        value: that is not the default.
-    """
-
-    key: str
-    role: Role | None
-    value: Any
+_Found = tuple[str, "Role | None", Any]
+"""Full key of a value that is not data, role of the field where its class states one, and value."""
 
 
 def refuse_values(config: Any, *, root: str, words: Sequence[str], where: str) -> None:
@@ -50,29 +40,23 @@ def refuse_values(config: Any, *, root: str, words: Sequence[str], where: str) -
         ConfigError: a path, an address or a permission is not that of the schema, not of an
             installed thing, and not on the command line.
     """
-    given = _given(words)
-    for found in _values(config, root_schema(f"{root}_schema"), ""):
-        if _covers(given, found.key):
+    given = {}
+    for word in words:
+        key, sign, text = word.lstrip(_MARKS).partition("=")
+        if sign and not word.startswith("-"):
+            group, _, package = key.partition("@")
+            # whether all that is below is set, too
+            given[package or group] = text.startswith("{")
+    for key, role, value in _values(config, root_schema(f"{root}_schema"), ""):
+        if _covers(given, key):
             continue
-        what = "has no role" if found.role is None else f"is a {found.role.value}"
+        what = "has no role" if role is None else f"is a {role.value}"
         what = what.replace("a address", "an address")
-        shown = " ".join(f"{found.key}={found.value!s}".split())
+        shown = " ".join(f"{key}={value!s}".split())
         raise ConfigError(
             f"{where} sets {shown:.120}, which {what}: files set data only.\n"
-            f"When you want it, say so on the command line: {found.key}=VALUE"
+            f"When you want it, say so on the command line: {key}=VALUE"
         )
-
-
-def _given(words: Sequence[str]) -> dict[str, bool]:
-    """Return the keys that words set, and whether each sets all that is below, too."""
-    found = {}
-    for word in words:
-        key, sign, value = word.lstrip(_MARKS).partition("=")
-        if not sign or word.startswith("-"):
-            continue
-        group, _, package = key.partition("@")
-        found[package or group] = value.startswith("{")
-    return found
 
 
 def _covers(given: Mapping[str, bool], key: str) -> bool:
@@ -87,7 +71,11 @@ def _values(node: Any, cls: type, key: str) -> Iterator[_Found]:
     """Yield all values below a node of a class that are not data, and not defaults."""
     from omegaconf import OmegaConf
 
-    defaults = _defaults(cls)
+    missing = dataclasses.MISSING
+    defaults = {
+        field.name: field.default if field.default_factory is missing else field.default_factory()
+        for field in dataclasses.fields(cls)
+    }
     for name, role in roles_of(cls).items():
         value = _at(node, name)
         place = f"{key}.{name}" if key else name
@@ -95,22 +83,23 @@ def _values(node: Any, cls: type, key: str) -> Iterator[_Found]:
             continue
         if cls.__name__.startswith("RobotSettings") and name in ("folder", "urdf"):
             if str(value) != _installed(node).get(name):
-                yield _Found(place, role, value)
+                yield place, role, value
         elif name == "model" and _is_config(value):
             file = _at(value, "file")
             if file is not None and not _own_model(str(file)):
-                yield _Found(place, Role.read, file)
+                yield place, Role.read, file
         elif role is not Role.data:
             plain = OmegaConf.to_container(value, resolve=True) if _is_config(value) else value
             if plain not in (defaults.get(name), [], {}, "") and not _shipped(role, plain):
-                yield _Found(place, role, plain)
-        if _is_config(value):
-            yield from _below(value, name, place)
+                yield place, role, plain
+        yield from _below(value, name, place)
 
 
 def _below(node: Any, name: str, key: str) -> Iterator[_Found]:
     from omegaconf import DictConfig, OmegaConf
 
+    if not _is_config(node):
+        return
     schema: Any = OmegaConf.get_type(node)
     if isinstance(schema, type) and dataclasses.is_dataclass(schema):
         yield from _values(node, schema, key)
@@ -119,15 +108,10 @@ def _below(node: Any, name: str, key: str) -> Iterator[_Found]:
             yield from _object(inner, f"{key}.{part}")
     elif isinstance(node, DictConfig):
         for part, inner in ((str(k), _at(node, k)) for k in node):
-            yield from _child(inner, part, f"{key}.{part}")
+            yield from _below(inner, part, f"{key}.{part}")
     else:
         for k in range(len(node)):
-            yield from _child(_at(node, k), name, f"{key}.{k}")
-
-
-def _child(node: Any, name: str, key: str) -> Iterator[_Found]:
-    if _is_config(node):
-        yield from _below(node, name, key)
+            yield from _below(_at(node, k), name, f"{key}.{k}")
 
 
 def _object(node: Any, key: str) -> Iterator[_Found]:
@@ -138,7 +122,7 @@ def _object(node: Any, key: str) -> Iterator[_Found]:
         return
     robot = _at(node, "robot")
     if robot is not None and str(robot) not in robot_names():
-        yield _Found(f"{key}.robot", Role.read, robot)
+        yield f"{key}.robot", Role.read, robot
     for part in _PARTS:
         inner = _at(node, part)
         if not _is_config(inner):
@@ -157,26 +141,15 @@ def _own_model(file: str) -> bool:
     return not Path(file).is_symlink() and Path(file).resolve().parent == Path(FOLDER).resolve()
 
 
-def _defaults(cls: type) -> dict[str, Any]:
-    found = {}
-    for field in dataclasses.fields(cls):
-        if field.default is not dataclasses.MISSING:
-            found[field.name] = field.default
-        elif field.default_factory is not dataclasses.MISSING:
-            found[field.name] = field.default_factory()
-    return found
-
-
 def _at(node: Any, name: Any) -> Any:
     """Return a value of a node, references followed; None where there is none."""
     from omegaconf.errors import OmegaConfBaseException
 
     try:
-        value = node[name] if isinstance(name, int) else node.get(name)
+        return node[name] if isinstance(name, int) else node.get(name)
     except (OmegaConfBaseException, AttributeError):
         # what has no value is refused where it is needed
         return None
-    return value
 
 
 def _is_config(value: Any) -> bool:

@@ -7,13 +7,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from seals.effects.effect import Effect, EffectOptions, MediumKind
 from seals.environment.waves import Waves
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError, refuse_unlisted
 from seals.plugin_options import options_of
 from seals.schema import check_value, parameters_of
 from seals.untrusted_io import read_plain_yaml, refuse_references
@@ -87,11 +87,8 @@ class Change:
         declared = parameters_of(effect)
         total: dict[str, Any] = {}
         for name, change in self.values.items():
-            if name not in declared:
-                raise ConfigError(
-                    f"{where}: '{name}' is not a parameter of {self.effect}.\n"
-                    f"{suggestion(name, declared)}"
-                )
+            what = f"{where}: '{name}' is not a parameter of {self.effect}"
+            refuse_unlisted(name, declared, what)
             total[name] = float(getattr(effect, name)) + change
             check_value(f"{where}: {found[0]}.{name}", total[name], declared[name])
         return {**own, found[0]: replace(effect, **total)}
@@ -220,10 +217,7 @@ def load_overlay(path: Path) -> dict[str, Any]:
     raw = _mapping(raw, str(path))
     refuse_references(raw, where=str(path))
     for key in raw:
-        if key not in KEYS:
-            raise ConfigError(
-                f"{path}: '{key}' is not a key of a model.\n{suggestion(str(key), KEYS)}"
-            )
+        refuse_unlisted(str(key), KEYS, f"{path}: '{key}' is not a key of a model")
     return {"name": path.stem, "file": str(path.resolve()), **raw}
 
 
@@ -241,7 +235,11 @@ def read_overlay(raw: Mapping[str, Any]) -> Overlay:
     return Overlay(
         name=name,
         file=str(raw.get("file") or ""),
-        effects={str(n): _effect(v, f"{where}: effects.{n}") for n, v in effects.items()},
+        effects={
+            # by default a correction of one of its kind
+            str(n): _plugin("effect", v, f"{where}: effects.{n}", correction=True)
+            for n, v in effects.items()
+        },
         changes={str(n): _change(str(n), v, f"{where}: changes.{n}") for n, v in changes.items()},
         waves=None if wave is None else _plugin("wave", wave, f"{where}: wave"),
         intervals=_mapping(raw.get("intervals"), f"{where}: intervals"),
@@ -252,33 +250,17 @@ def read_overlay(raw: Mapping[str, Any]) -> Overlay:
     )
 
 
-def _effect(raw: Any, where: str) -> Effect:
-    """An effect to add; by default a correction of one of its kind."""
-    made: Effect = _plugin("effect", {"correction": True, **_mapping(raw, where)}, where)
-    return made
-
-
-def _plugin(kind: str, raw: Any, where: str) -> Any:
-    from omegaconf import OmegaConf
-
-    from seals.config.build import build
+def _plugin(kind: str, raw: Any, where: str, **values: Any) -> Any:
+    from seals.config.build import build_from_values
     from seals.config.derive import schema_of
-    from seals.config.refusal import refusals
     from seals.registry import get
 
-    values = dict(_mapping(raw, where))
+    values |= _mapping(raw, where)
     plugin = _plugin_name(kind, values, where)
-    with refusals(()):
-        node = OmegaConf.structured(schema_of(get(kind, plugin)))
-        known = [str(key) for key in node if not str(key).startswith("_")]
-        for key in values:
-            if key not in known:
-                raise ConfigError(
-                    f"{where}: '{key}' is not a parameter of {plugin}.\n"
-                    f"{suggestion(str(key), known)}"
-                )
-        typed = OmegaConf.merge(node, OmegaConf.create(values))
-    return build(typed, where=where)
+    known = [f.name for f in fields(schema_of(get(kind, plugin))) if not f.name.startswith("_")]
+    for key in values:
+        refuse_unlisted(str(key), known, f"{where}: '{key}' is not a parameter of {plugin}")
+    return build_from_values(kind, plugin, values, {}, where=where)
 
 
 def _plugin_name(kind: str, values: dict[str, Any], where: str) -> str:
@@ -300,11 +282,9 @@ def _change(name: str, raw: Any, where: str) -> Change:
     medium, links = values.pop("medium", None), values.pop("links", None)
     if not isinstance(links, list | None):
         raise ConfigError(f"{where}.links={links} is not allowed.\nAllowed: a list of links")
-    if medium is not None and str(medium) not in MediumKind.__members__:
-        raise ConfigError(
-            f"{where}.medium={medium} is not allowed.\n"
-            f"{suggestion(str(medium), MediumKind.__members__)}"
-        )
+    if medium is not None:
+        what = f"{where}.medium={medium} is not allowed"
+        refuse_unlisted(str(medium), MediumKind.__members__, what)
     return Change(
         name=name,
         effect=plugin,
@@ -318,10 +298,7 @@ def _fitted(raw: Any, where: str) -> Fitted:
     """A fitted value, its 1-sigma, and the value without the effects."""
     entry = _mapping(raw, where) if not isinstance(raw, int | float) else {"value": raw}
     for key in entry:
-        if key not in Fitted._fields:
-            raise ConfigError(
-                f"{where}: '{key}' is not known here.\n{suggestion(str(key), Fitted._fields)}"
-            )
+        refuse_unlisted(str(key), Fitted._fields, f"{where}: '{key}' is not known here")
     value = _number(entry.get("value"), where)
     alone = _number(entry.get("alone", value), f"{where}.alone")
     return Fitted(value, _number(entry.get("sd", 0.0), f"{where}.sd"), alone)

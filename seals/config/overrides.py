@@ -5,6 +5,7 @@ Those of files set values, they make no classes and run nothing.
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import re
 import shlex
@@ -43,6 +44,39 @@ def joined(words: Sequence[str]) -> list[str]:
         else:
             found.append(_VALUED.get(word, word))
     return found
+
+
+def flag_parser() -> argparse.ArgumentParser:
+    """Return the parser of Hydra's flags."""
+    from hydra._internal.utils import get_args_parser
+
+    return get_args_parser()
+
+
+def parsed(words: Sequence[str]) -> argparse.Namespace:
+    """Return Hydra's flags among some words, and the overrides."""
+    return flag_parser().parse_args(list(words))
+
+
+def key_of(word: str) -> str:
+    """Return the key of an override.
+
+    Example:
+        >>> key_of("+effects.a=wind"), key_of("~water")
+        ('effects.a', 'water')
+    """
+    return word.lstrip("+~").partition("=")[0]
+
+
+def value_of(words: Sequence[str], key: str) -> str | None:
+    """Return the last value of a key among words, without quotes; None where it has none.
+
+    Example:
+        >>> value_of(["seed=1", "policy='my one'"], "policy"), value_of(["seed=1"], "out")
+        ('my one', None)
+    """
+    given = [w.partition("=")[2].strip("'\"") for w in words if "=" in w and key_of(w) == key]
+    return given[-1] if given else None
 
 
 def typed(key: str, value: str | Sequence[str]) -> str:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+import re
+
 from seals import registry
 from seals.errors import SealsError, UnknownPlugin, suggestion
 
@@ -57,13 +60,10 @@ def _find(kind: str, path: str) -> registry.Plugin | None:
         if plugin.value.replace(":", ".") == path:
             return plugin
     top = path.partition(".")[0]
-    for plugin in installed:
-        if plugin.value.partition(".")[0].partition(":")[0] != top:
-            continue
-        try:
+    for plugin in (p for p in installed if re.split("[.:]", p.value)[0] == top):
+        # a broken neighbour is not the one that is looked for
+        with contextlib.suppress(SealsError):
             cls = plugin.load()
-        except SealsError:
-            continue  # a broken neighbour is not the one that is looked for
-        if f"{cls.__module__}.{cls.__qualname__}" == path:
-            return plugin
+            if f"{cls.__module__}.{cls.__qualname__}" == path:
+                return plugin
     return None

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 from seals import registry
@@ -10,14 +12,20 @@ from seals.config.roots import VERBS
 from seals.errors import BrokenPlugin
 
 
+def conf_folders() -> Iterator[tuple[registry.Plugin, Path]]:
+    """Yield the conf packages with their folders, but for those that cannot be imported.
+
+    ``seals doctor`` names them: a list must not fail for one package.
+    """
+    for plugin in registry.plugins("conf").values():
+        with contextlib.suppress(BrokenPlugin):
+            yield plugin, plugin.folder()
+
+
 def recipe_groups() -> dict[str, list[Path]]:
     """Return the YAML files of every configuration group by group, without composing them."""
     found: dict[str, list[Path]] = {}
-    for plugin in registry.plugins("conf").values():
-        try:
-            folder = plugin.folder()
-        except BrokenPlugin:
-            continue  # doctor's business: a list must not fail for one package
+    for _, folder in conf_folders():
         for path in sorted(folder.glob("*/*.yaml")):
             found.setdefault(path.parent.name, []).append(path)
     return found
@@ -31,11 +39,7 @@ def roots_choosing(group: str) -> list[str]:
         ['train']
     """
     found = []
-    for plugin in registry.plugins("conf").values():
-        try:
-            folder = plugin.folder()
-        except BrokenPlugin:
-            continue
+    for _, folder in conf_folders():
         for path in sorted(folder.glob("*.yaml")):
             chosen = re.findall(r"^  - (\w+):", path.read_text(encoding="utf-8"), re.MULTILINE)
             if group in chosen and path.stem in VERBS:

@@ -28,12 +28,15 @@ _SLIP = 0.8
 
 
 @contextmanager
-def refusals(overrides: Sequence[str], *, root: str = "run") -> Iterator[None]:
+def refusals(
+    overrides: Sequence[str], *, root: str = "run", several: bool = False
+) -> Iterator[None]:
     """Convert errors of Hydra and OmegaConf inside the block to a ConfigError.
 
     Args:
         overrides: what the user wrote, to name the offending one.
         root: name of the root configuration, for the advice to look at ``--cfg job``.
+        several: whether it is a sweep, in which a word may have several values.
 
     Raises:
         SealsError: the two-line refusal; the original is its cause.
@@ -50,6 +53,8 @@ def refusals(overrides: Sequence[str], *, root: str = "run") -> Iterator[None]:
         raise ConfigError(f"{where} is not valid YAML: {error.problem}.\nCorrect it.") from error
     except (HydraException, OmegaConfBaseException) as error:
         refusal = explain(error, overrides, root=root)
+        if isinstance(error, HydraException):
+            refusal = _of_words(overrides, several) or refusal
         raise refusal from error
     except RecursionError as error:
         raise ConfigError(
@@ -86,7 +91,9 @@ def _refuse_key_of_list(error: ValueError, overrides: Sequence[str]) -> None:
 
 def explain(error: BaseException, overrides: Sequence[str], *, root: str) -> SealsError:
     """Return a ConfigError that explains an error of Hydra or OmegaConf."""
-    chain = list(_chain(error))
+    chain: list[BaseException] = [error]
+    while (link := chain[-1].__cause__ or chain[-1].__context__) is not None:
+        chain.append(link)
     for link in chain:
         if isinstance(link, SealsError):
             return link
@@ -118,13 +125,6 @@ def _elsewhere(
     verbs = " or ".join(f"seals {name}" for name in roots)
     here = f"seals {root}" if root in VERBS else "this configuration"
     return ConfigError(f"{here} does not know {group}=.\nIt belongs to {verbs}.")
-
-
-def _chain(error: BaseException) -> Iterator[BaseException]:
-    link: BaseException | None = error
-    while link is not None:
-        yield link
-        link = link.__cause__ or link.__context__
 
 
 def _missing_option(path: str, options: list[str]) -> SealsError:
@@ -159,23 +159,32 @@ def _missing_option(path: str, options: list[str]) -> SealsError:
 
 def _keyed(cause: BaseException, outer: str, overrides: Sequence[str]) -> SealsError:
     """Explain an error about one key: unknown, of a wrong type, or without value."""
+    from omegaconf.errors import (
+        ConfigAttributeError,
+        ConfigKeyError,
+        InterpolationResolutionError,
+        MissingMandatoryValue,
+    )
+
     full_key = str(getattr(cause, "full_key", ""))
     key = str(getattr(cause, "key", full_key))
     text = str(cause).partition("\n")[0].rstrip(".")
     source = re.match(r"In '([^']+)'", outer)
     origin = f" (in {source.group(1)})" if source else ""
     parent = getattr(cause, "parent_node", None)
-    if text.startswith(("Key ", "Missing key ")):
+    if isinstance(cause, ConfigKeyError | ConfigAttributeError):
         asked = re.match(r"Could not override '([^']+)'", outer)
         shown = asked.group(1) if asked else full_key
         scope = full_key.rpartition(".")[0]
         place = f"of {scope}" if scope else "of the configuration"
-        allowed = _keys(parent, scope)
+        allowed = [str(name) for name in parent or () if not str(name).startswith("_")]
+        if not scope:
+            allowed = [name for name in {*allowed, "robot", *recipe_groups()} if name != "hydra"]
         hint = _belongs(key, parent, allowed) or suggestion(key, allowed)
         return ConfigError(f"{shown}: '{key}' is not a key {place}{origin}.\n{hint}")
-    if text.startswith("Missing mandatory"):
+    if isinstance(cause, MissingMandatoryValue):
         return ConfigError(f"{full_key} has no value{origin}.\nGive it: {full_key}=VALUE")
-    if text.startswith("Interpolation"):
+    if isinstance(cause, InterpolationResolutionError):
         return ConfigError(f"{full_key}: {text}{origin}.\nA reference is written ${{key.below}}.")
     given = next(
         (o.partition("=")[2] for o in overrides if o.lstrip("+").startswith(f"{full_key}=")), None
@@ -202,16 +211,6 @@ def _belongs(key: str, parent: Any, allowed: Sequence[str]) -> str:
         return f"Did you mean '{home}'?  See all keys with: --cfg job"
     word = None if nearest(key, allowed) else added(key)
     return f"To add the plug-in: {word}.  {suggestion(key, allowed)}" if word else ""
-
-
-def _keys(parent: Any, scope: str) -> list[str]:
-    """Return the keys that the node of an unknown key does have, groups included at the root."""
-    found = [str(key) for key in parent or () if not str(key).startswith("_")]
-    return (
-        found
-        if scope
-        else [name for name in {*found, "robot", *recipe_groups()} if name != "hydra"]
-    )
 
 
 def _allowed(parent: Any, key: str, text: str) -> str:
@@ -276,24 +275,24 @@ _SAYINGS: tuple[tuple[str, str, str], ...] = (
         "To add it, put a + in front: +{0}=OPTION",
     ),
     (
-        r"Could not delete from config\. '([^']+)' does not exist",
+        r"Could not delete (?:from config\. )?'([^']+)'(?: does not exist|\.\s+No match)",
         "~{0}: there is no such key",
         "See the keys with: seals {root} --cfg job",
     ),
     (
-        r"Ambiguous value for argument '([^']+)'",
-        "{0} holds several values",
-        "For a list use [a,b]; to run each value, add --multirun",
+        r"force-add of config groups is not supported: '\+\+([^=']+)",
+        "++{0}: the choice of a group takes one + at most",
+        "To replace the choice, write {0}=NAME; to add one, +{0}=NAME",
     ),
     (
-        r"missing EQUAL at",
-        "{override}: the value is missing",
-        "Write KEY=VALUE, for instance robot=ball or time.duration=2",
+        r"The value of '([^']+)' is (.*) and not (.*)\.",
+        "~{0}={2}: the value is {1}",
+        "To remove the key whatever its value, write ~{0}",
     ),
     (
-        r"Error parsing override|LexerNoViableAlt|no viable|mismatched|extraneous|token recog",
-        "{override} cannot be read as KEY=VALUE",
-        "Quote values with spaces or brackets, for instance 'initial.position=[0,0,1]'",
+        r"does not support sweep type : (\w+)",
+        "an interval has no number of values",
+        "List some, or let a sweeper choose among them: hydra/sweeper=optuna",
     ),
 )
 """Hydra's sentence, our first line, our second line."""
@@ -306,10 +305,12 @@ def _by_words(text: str, overrides: Sequence[str], *, root: str) -> SealsError:
         if found is None:
             continue
         groups = [group.strip() for group in found.groups()]
+        # the word that adds what a group was to be replaced by
+        given = next((o.partition("=")[2] for o in overrides if o.startswith(f"{groups[0]}=")), "")
+        add = f"+{groups[0]}={given}" if given and "@" in groups[0] else added(given)
         words = {
             "root": root,
-            "override": _offender(overrides),
-            "add": _adding(groups, overrides),
+            "add": add or "+GROUP@SECTION.NAME=OPTION",
             "options": ", ".join(groups[-1].split()) if groups else "",
             "groups": suggestion(
                 groups[1] if len(groups) > 1 else "",
@@ -321,24 +322,25 @@ def _by_words(text: str, overrides: Sequence[str], *, root: str) -> SealsError:
     return ConfigError(f"{' '.join(text.split())}\nSee the keys with: seals {root} --cfg job")
 
 
-def _adding(groups: Sequence[str], overrides: Sequence[str]) -> str:
-    """Return the word that adds what a group was to be replaced by."""
-    group = groups[0] if groups else ""
-    given = next((o.partition("=")[2] for o in overrides if o.startswith(f"{group}=")), "")
-    if given and "@" in group:
-        return f"+{group}={given}"
-    return added(given) or "+GROUP@SECTION.NAME=OPTION"
-
-
-def _offender(overrides: Sequence[str]) -> str:
-    """Return the first override that Hydra's own grammar refuses."""
+def _of_words(words: Sequence[str], several: bool) -> ConfigError | None:
+    """Explain words that are none for Hydra whatever the configuration; None for others."""
     from hydra.core.override_parser.overrides_parser import OverridesParser
     from hydra.errors import HydraException
 
-    parser = OverridesParser.create()
-    for override in overrides:
+    parser, swept = OverridesParser.create(), ""
+    for word in words:
         try:
-            parser.parse_override(override)
+            found = parser.parse_override(word)
         except HydraException:
-            return override or "an empty argument"
-    return " ".join(overrides)
+            if "=" not in word and word.lstrip("+"):
+                advice = "Write KEY=VALUE, for instance robot=ball or time.duration=2"
+                return ConfigError(f"{word}: the value is missing.\n{advice}")
+            return ConfigError(
+                f"{word or 'an empty argument'} cannot be read as KEY=VALUE.\n"
+                "Quote values with spaces or brackets, for instance 'initial.position=[0,0,1]'"
+            )
+        swept = swept or (word if found.is_sweep_override() else "")
+    if swept and not several:
+        advice = "For a list use [a,b]; to run each value, add --multirun"
+        return ConfigError(f"{swept} holds several values.\n{advice}")
+    return None

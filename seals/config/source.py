@@ -25,6 +25,7 @@ from seals import registry
 from seals.config import roots
 from seals.config.derive import schema_of
 from seals.config.overlay import find_overlay, load_overlay, overlay_names
+from seals.config.recipes import conf_folders
 from seals.errors import ConfigError
 from seals.file_names import checked_name
 from seals.robot.robot_file import RobotFile, read_robot
@@ -94,44 +95,50 @@ class PluginSource(ConfigSource):
         """Return the typed config node of the chosen plug-in or robot."""
         group, _, name = config_path.partition("/")
         if config_path in roots.NAMES:
-            return self._result(
-                config_path, _typed_node(roots.root_schema(config_path)), package=None
-            )
-        if group == "robot":
-            return self._result(config_path, robot_option(name), package="_global_")
-        if group == MODEL:
-            return self._result(config_path, model_option(name), package=None)
-        if group == "controller" and name.startswith(OWN):
-            return self._result(
-                config_path, controller_option(name.removeprefix(OWN)), package=None
-            )
-        return self._result(
-            config_path, _typed_node(schema_of(registry.get(group, name))), package=None
-        )
-
-    def _result(self, path: str, node: Container, *, package: str | None) -> ConfigResult:
+            node = _typed_node(roots.root_schema(config_path))
+        elif group == "robot":
+            node = robot_option(name)
+        elif group == MODEL:
+            node = model_option(name)
+        elif group == "controller" and name.startswith(OWN):
+            node = controller_option(name.removeprefix(OWN))
+        else:
+            node = _typed_node(schema_of(registry.get(group, name)))
         return ConfigResult(
             provider=self.provider,
-            path=f"{self.scheme()}://{path}",
+            path=f"{self.scheme()}://{config_path}",
             config=node,
-            header={"package": package},
+            header={"package": "_global_" if group == "robot" else None},
         )
 
 
 class ConfSearchPath(SearchPathPlugin):
-    """Hydra search path with the conf packages of all installed distributions and the plug-ins."""
+    """Hydra search path with the conf packages of all installed distributions and the plug-ins.
+
+    Attributes:
+        folder: of the command line, after them.
+    """
+
+    folder: str | None = None
 
     def manipulate_search_path(self, search_path: ConfigSearchPath) -> None:
         """Add ``pkg://`` paths of the ``seals.conf`` entry points and the source ``seals://``."""
         known = {entry.path for entry in search_path.get_path()}
-        for name, plugin in registry.plugins("conf").items():
-            if f"pkg://{plugin.value}" not in known and _importable(plugin):
-                search_path.append(name, f"pkg://{plugin.value}")
+        for plugin, folder in conf_folders():
+            if f"pkg://{plugin.value}" not in known and folder.is_dir():
+                search_path.append(plugin.name, f"pkg://{plugin.value}")
         search_path.append("plug-ins", "seals://")
+        if self.folder is not None:
+            search_path.append("command-line", f"file://{os.path.abspath(self.folder)}")
 
 
-def install() -> None:
-    """Register source, search path and resolver with Hydra; calling twice is harmless."""
+def install(folder: str | None = None) -> None:
+    """Register source, search path and resolver with Hydra; calling twice is harmless.
+
+    Args:
+        folder: of further configurations, as ``--config-dir`` names it.
+    """
+    ConfSearchPath.folder = folder
     OmegaConf.register_new_resolver("default_backend", registry.default_backend, replace=True)
     # a name comes from anybody's file, and Hydra makes its folder before a verb sees it
     OmegaConf.register_new_resolver("folder_name", folder_name, replace=True)
@@ -246,13 +253,3 @@ def _typed_node(schema: type) -> Container:
 def _read_schema(schema: type) -> Container:
     node: Container = OmegaConf.structured(schema)
     return node
-
-
-def _importable(plugin: registry.Plugin) -> bool:
-    """Leave out a conf package that cannot be imported: ``seals doctor`` names it."""
-    from seals.errors import BrokenPlugin
-
-    try:
-        return plugin.folder().is_dir()
-    except BrokenPlugin:
-        return False

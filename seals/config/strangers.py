@@ -13,11 +13,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from seals.config.checks import SPECIAL, TARGET, refuse_growth
 from seals.config.choices import wrong_choices
-from seals.config.node_checks import SPECIAL, TARGET
-from seals.config.references import refuse_growth
+from seals.config.overrides import parsed
 from seals.errors import ConfigError, SealsError
-from seals.untrusted_io import read_plain_yaml
+from seals.untrusted_io import read_bytes, read_plain_yaml
 
 TRUST = "--trust"
 _SOURCES = ("resume=", "policy=")
@@ -62,21 +62,19 @@ def refuse_commands(folder: Path) -> None:
     """
     defaults: dict[str, Any] = {}
     for place in _files(folder):
-        text = _text(place)
-        _refuse_place(place, folder)
-        for package in _PACKAGE.findall(text):
-            if _HYDRA.search(package):
-                raise _distrust(place, f"is packed into '{package:.80}'")
+        try:
+            # an empty file is no fault
+            raw = read_bytes(place, most=1 << 20) if place.stat().st_size else b""
+            text = raw.decode("utf-8")
+        except (OSError, UnicodeDecodeError, SealsError) as cause:
+            raise _distrust(place, f"cannot be read ({' '.join(str(cause).split())})") from cause
         content = _content(place)
+        for fault in _faults(place.relative_to(folder), text, content):
+            raise _distrust(place, fault)
+        refuse_growth(content)
         if isinstance(content, Mapping):
-            _refuse_head(place, content)
             name = place.relative_to(folder).with_suffix("").as_posix()
             defaults[name] = content.get("defaults") or []
-        _refuse_classes(place, content)
-        found = lookup_in(content)
-        if found is not None:
-            raise _distrust(place, f"looks something up by '{' '.join(found.split()):.80}'")
-        refuse_growth(content)
     wrong = wrong_choices(defaults)
     if wrong is not None:
         raise ConfigError(f"{folder / wrong[0]}.yaml {wrong[1]}.\nLeave out what leads there.")
@@ -84,9 +82,7 @@ def refuse_commands(folder: Path) -> None:
 
 def _folders(words: Sequence[str]) -> Iterator[Path]:
     """Folders that Hydra would read beside the installed ones."""
-    from hydra._internal.utils import get_args_parser
-
-    given = get_args_parser().parse_args(list(words))
+    given = parsed(words)
     for value in (given.config_dir, given.config_path):
         if value is not None and "://" not in value:
             yield Path(value)
@@ -111,30 +107,35 @@ def _files(folder: Path) -> Iterator[Path]:
                 raise _distrust(folder, f"holds more than {_MOST_FILES} files")
 
 
-def _refuse_place(place: Path, folder: Path) -> None:
-    """Refuse files inside a folder of Hydra's own settings."""
-    if any(_HYDRA.search(part) for part in place.relative_to(folder).parent.parts):
-        raise _distrust(place, "lies in a folder of Hydra's own settings")
-
-
-def _refuse_head(place: Path, content: Mapping[Any, Any]) -> None:
-    for key in content:
+def _faults(place: Path, text: str, content: Any) -> Iterator[str]:
+    """Yield what a file of a folder holds beside values and names of plug-ins."""
+    if any(_HYDRA.search(part) for part in place.parent.parts):
+        yield "lies in a folder of Hydra's own settings"
+    for package in _PACKAGE.findall(text):
+        if _HYDRA.search(package):
+            yield f"is packed into '{package:.80}'"
+    top = content if isinstance(content, Mapping) else {}
+    for key in top:
         if _HYDRA.search(str(key)):
-            raise _distrust(place, f"has the section '{key!s:.80}', which can start programs")
-    defaults = content.get("defaults") or []
-    for entry in defaults if isinstance(defaults, list) else [defaults]:
+            yield f"has the section '{key!s:.80}', which can start programs"
+    chosen = top.get("defaults") or []
+    for entry in chosen if isinstance(chosen, list) else [chosen]:
         words = [*map(str, entry), *map(str, entry.values())] if isinstance(entry, Mapping) else []
         for word in words or [str(entry)]:
             if _HYDRA.search(word):
-                raise _distrust(place, f"chooses '{word:.80}' among Hydra's own settings")
+                yield f"chooses '{word:.80}' among Hydra's own settings"
             if ".." in word:
-                raise _distrust(place, f"leads out of the folder by '{word:.80}'")
+                yield f"leads out of the folder by '{word:.80}'"
         if any("${" in word for word in words[: len(words) // 2]):
-            raise _distrust(place, f"hides what it chooses behind '{entry!s:.80}'")
+            yield f"hides what it chooses behind '{entry!s:.80}'"
+    yield from _special_keys(content)
+    found = lookup_in(content)
+    if found is not None:
+        yield f"looks something up by '{' '.join(found.split()):.80}'"
 
 
-def _refuse_classes(place: Path, content: Any) -> None:
-    """Refuse Hydra's special keys at any depth, but for the class of an installed plug-in."""
+def _special_keys(content: Any) -> Iterator[str]:
+    """Yield Hydra's special keys at any depth, but for the class of an installed plug-in."""
     from seals.config.plugin_lookup import is_plugin
 
     waiting = [content]
@@ -143,19 +144,10 @@ def _refuse_classes(place: Path, content: Any) -> None:
         if isinstance(value, Mapping):
             for key in map(str, value):
                 if key in SPECIAL and not (key == TARGET and is_plugin(str(value[key]))):
-                    raise _distrust(place, f"says {key}: {value[key]!s:.80}, no installed plug-in")
+                    yield f"says {key}: {value[key]!s:.80}, no installed plug-in"
             waiting += value.values()
         elif isinstance(value, list | tuple):
             waiting += value
-
-
-def _text(place: Path) -> str:
-    from seals.untrusted_io import read_bytes
-
-    try:
-        return read_bytes(place, most=1 << 20).decode("utf-8") if place.stat().st_size else ""
-    except (OSError, UnicodeDecodeError, SealsError) as cause:
-        raise _distrust(place, f"cannot be read ({' '.join(str(cause).split())})") from cause
 
 
 def _content(place: Path) -> Any:

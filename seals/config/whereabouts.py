@@ -17,36 +17,34 @@ _MOST = 200
 def unknown_robot(given: str, installed: Sequence[str]) -> UnknownPlugin:
     """Return the error for a robot that is neither installed nor a folder."""
     path = Path(given)
+    urdf = path if path.is_file() and path.suffix in _DRAWN else None
+    if path.is_dir():
+        urdf = next(iter(sorted([*path.glob("*.urdf"), *path.glob("*/*.urdf")])), None)
+    close = nearest(given, _folders(path.parent if "/" in given else Path()))
     if path.is_file() and (path.parent / "robot.yaml").is_file():
-        return _refusal(given, "is a file", f"Give its folder: robot={path.parent.as_posix()}")
-    urdf = _urdf(path)
-    if urdf is not None:
+        what, advice = "is a file", f"Give its folder: robot={path.parent.as_posix()}"
+    elif urdf is not None:
         name = urdf.stem.lower().replace("-", "_").replace(".", "_")
-        place = quote(str(urdf))
-        advice = f"Make a robot of the URDF first: seals new robot my_{name} --urdf {place}"
-        return _refusal(given, "holds no robot.yaml", advice)
-    if given and path.exists():
+        what = "holds no robot.yaml"
+        advice = f"Make a robot of the URDF first: seals new robot my_{name} --urdf "
+        advice += quote(str(urdf))
+    elif given and path.exists():
+        what = "is here, but holds no robot.yaml"
         advice = "Make one of a URDF: seals new robot NAME --urdf FILE, or see: seals list robot"
-        return _refusal(given, "is here, but holds no robot.yaml", advice)
-    if path.suffix in _DRAWN:
+    elif path.suffix in _DRAWN:
+        what = "is neither installed nor a file here"
         advice = "A robot is a folder. Make one of such a file: seals new robot NAME --urdf FILE"
-        return _refusal(given, "is neither installed nor a file here", advice)
-    folders = _folders(path.parent if "/" in given else Path())
-    close = nearest(given, folders)
-    if close is not None:
-        return _refusal(
-            given,
-            "is neither installed nor a folder with robot.yaml",
-            f"Did you mean '{close}'?  Installed: {', '.join(installed)}",
+    elif close is not None:
+        what = "is neither installed nor a folder with robot.yaml"
+        advice = f"Did you mean '{close}'?  Installed: {', '.join(installed)}"
+    elif "/" in given:
+        advice = suggestion(given, installed, label="Give such a folder, or one installed")
+        return UnknownPlugin(
+            f"robot={given}: there is no folder '{given}' that holds robot.yaml.\n{advice}"
         )
-    label = "Give such a folder, or one installed" if "/" in given else "Installed"
-    return _refusal(
-        given,
-        f"there is no folder '{given}' that holds robot.yaml"
-        if "/" in given
-        else "is not installed",
-        suggestion(given, installed, label=label),
-    )
+    else:
+        what, advice = "is not installed", suggestion(given, installed, label="Installed")
+    return UnknownPlugin(f"robot '{given}' {what}.\n{advice}")
 
 
 def own_robot(given: str) -> Path:
@@ -64,22 +62,6 @@ def own_robot(given: str) -> Path:
         f"robot={given} is not a robot folder of yours.\n"
         f"{hint}Make one: seals new robot NAME --urdf FILE"
     )
-
-
-def _refusal(given: str, what: str, advice: str) -> UnknownPlugin:
-    if what.startswith("there is"):
-        return UnknownPlugin(f"robot={given}: {what}.\n{advice}")
-    return UnknownPlugin(f"robot '{given}' {what}.\n{advice}")
-
-
-def _urdf(path: Path) -> Path | None:
-    """Return the URDF at a path, or inside it."""
-    if path.is_file():
-        return path if path.suffix in _DRAWN else None
-    if not path.is_dir():
-        return None
-    found = [*path.glob("*.urdf"), *path.glob("*/*.urdf")]
-    return sorted(found)[0] if found else None
 
 
 def _folders(place: Path) -> list[str]:

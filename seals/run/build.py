@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from seals.config.build import build, typed_entries
-from seals.config.node_checks import refuse_unknown
+from seals.config.checks import refuse_unknown
 from seals.config.overlay import read_overlay
 from seals.config.refusal import refusals
 from seals.environment.ground_settings import ObstacleSettings

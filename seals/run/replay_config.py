@@ -7,9 +7,9 @@ import os
 from pathlib import Path
 from typing import Any
 
+from seals.config.checks import refuse_growth
 from seals.config.derive import schema_of
 from seals.config.plugin_lookup import plugin_at
-from seals.config.references import refuse_growth
 from seals.config.refusal import refusals
 from seals.config.strangers import refuse_lookups
 from seals.errors import ConfigError, LogError, RobotError

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -56,9 +56,21 @@ def execute(config: Any) -> int:
     columns = _sorted(columns, str(config.sort))
     shared = " ".join(shared_words(picked)) or "(nothing)"
     print(f"{len(picked)} of {len(rows)} runs; all of them: {shared}")
-    print(_text(columns, {key for row in rows for key in row.words}))
+    # overrides with all digits, metrics with four
+    stated = {key for row in rows for key in row.words}
+    cells = [
+        [(written if key in stated else shown)(value) for value in values]
+        for key, values in columns.items()
+    ]
+    print(aligned([tuple(columns), *zip(*cells, strict=True)], indent=""))
     if config.table is not None:
-        write_table(Path(str(config.table)), {k: _typed(v) for k, v in columns.items()})
+        table: dict[str, Any] = {}
+        for key, values in columns.items():
+            if any(isinstance(value, str) for value in values):
+                table[key] = ["" if value is None else str(value) for value in values]
+            else:
+                table[key] = np.array([np.nan if v is None else float(v) for v in values])
+        write_table(Path(str(config.table)), table)
         print(f"table: {config.table}")
     if config.plot is not None:
         draw(Path(str(config.plot)), columns, metrics[0], str(config.against), str(config.by))
@@ -150,22 +162,6 @@ def _sorted(columns: dict[str, list[Value]], by: str) -> dict[str, list[Value]]:
     known.sort(key=lambda k: (isinstance(values[k], str), values[k]), reverse=by.startswith("-"))
     order = [*known, *(k for k, value in enumerate(values) if value is None)]
     return _picked(columns, order)
-
-
-def _text(columns: Mapping[str, list[Value]], overrides: Container[str]) -> str:
-    """Return the table as text: overrides with all digits, metrics with four."""
-    cells = [
-        [(written if key in overrides else shown)(value) for value in values]
-        for key, values in columns.items()
-    ]
-    return aligned([tuple(columns), *zip(*cells, strict=True)], indent="")
-
-
-def _typed(values: Sequence[Value]) -> Any:
-    """Return a column of numbers, NaN for none, or of text."""
-    if all(not isinstance(value, str) for value in values):
-        return np.array([np.nan if value is None else float(value) for value in values])
-    return ["" if value is None else str(value) for value in values]
 
 
 def draw(

@@ -65,7 +65,14 @@ def read_jobs(folder: Path) -> dict[int, Job]:
     found = {}
     for line, row in enumerate(csv.DictReader(io.StringIO(whole)), start=2):
         try:
-            job = _job(row)
+            job = Job(
+                int(row["number"]),
+                row["state"],
+                int(row["code"]),
+                float(row["seconds"]),
+                tuple(shlex.split(row["words"])),
+                row["message"] or "",
+            )
         except (KeyError, TypeError, ValueError) as cause:
             raise ConfigError(
                 f"{path}, line {line}, is damaged: {cause}.\n"
@@ -73,12 +80,6 @@ def read_jobs(folder: Path) -> dict[int, Job]:
             ) from cause
         found[job.number] = job
     return found
-
-
-def _job(row: dict[str, str]) -> Job:
-    words = tuple(shlex.split(row["words"]))
-    number, code, seconds = int(row["number"]), int(row["code"]), float(row["seconds"])
-    return Job(number, row["state"], code, seconds, words, row["message"] or "")
 
 
 class JobLock:

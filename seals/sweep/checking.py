@@ -7,8 +7,7 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from seals import registry
-from seals.errors import BrokenPlugin
+from seals.config.recipes import conf_folders
 
 WHOLE, REAL = re.compile(r"[-+]?\d+"), re.compile(r"[-+]?(\d+\.\d*|\.?\d+)([eE][-+]?\d+)?")
 
@@ -36,39 +35,15 @@ def checked_by_value() -> Iterator[None]:
         Sweeper.validate_batch_is_legal = before  # type: ignore[method-assign]
 
 
-@contextlib.contextmanager
-def composed_once(words: Sequence[str]) -> Iterator[None]:
-    """Keep Hydra from a first composition that looks for ``hydra.mode`` alone.
-
-    It takes a quarter of a second, and nothing sets the mode but a word of the user or a file of
-    another package: where either may, Hydra composes twice.
-
-    Args:
-        words: overrides and flags of the command.
-    """
-    from hydra._internal.hydra import Hydra
-
-    before = Hydra.get_mode
-    if not _sets_mode(words):
-        Hydra.get_mode = lambda *_, **__: None  # type: ignore[method-assign]
-    try:
-        yield
-    finally:
-        Hydra.get_mode = before  # type: ignore[method-assign]
-
-
-def _sets_mode(words: Sequence[str]) -> bool:
+def sets_mode(words: Sequence[str]) -> bool:
     """Return whether a word, or a file of an installed package, may set ``hydra.mode``."""
-    if any(
-        re.search(r"hydra(/|=|\.mode|\.searchpath)|^-(?!m$|-multirun$)", word) for word in words
-    ):
+    if any(re.search(r"hydra(/|=|\.mode|\.searchpath)", word) for word in words):
         return True
-    for plugin in registry.plugins("conf").values():
-        with contextlib.suppress(BrokenPlugin):  # it is on no search path
-            for file in plugin.folder().rglob("*.yaml"):
-                if re.search(rb"\bmode\s*:\s*\W?MULTIRUN\b", file.read_bytes()):
-                    return True
-    return False
+    return any(
+        re.search(rb"\bmode\s*:\s*\W?MULTIRUN\b", file.read_bytes())
+        for _, folder in conf_folders()
+        for file in folder.rglob("*.yaml")
+    )
 
 
 def newcomers(batch: Sequence[Sequence[str]]) -> list[Sequence[str]]:

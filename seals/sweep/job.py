@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
 import os
 import shutil
 import time
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +34,7 @@ def perform(task: Callable[[Any], int | None], config: Any) -> int:
         ConfigError: the folder of the sweep holds another one, or nobody watches it.
     """
     from hydra.core.hydra_config import HydraConfig
-    from omegaconf import open_dict
+    from omegaconf import OmegaConf, open_dict
 
     hydra = HydraConfig.get()
     sweep, folder = Path(hydra.sweep.dir), Path(hydra.runtime.output_dir)
@@ -64,18 +65,13 @@ def perform(task: Callable[[Any], int | None], config: Any) -> int:
                 config.resume = str(folder)
         else:
             clear(folder)
-            _note(folder, config, hydra, list(words))
+            # Hydra's notes, each file atomically
+            nodes = {"config": config, "hydra": OmegaConf.create({"hydra": hydra})}
+            for name, node in nodes.items():
+                plain = OmegaConf.to_container(node, enum_to_str=True)
+                write_yaml(folder / HYDRA / f"{name}.yaml", plain)
+            write_yaml(folder / HYDRA / "overrides.yaml", list(words))
         return _done(task, config, claim, folder, Job(number, DONE, 0, 0.0, words, ""))
-
-
-def _note(folder: Path, config: Any, hydra: Any, words: list[str]) -> None:
-    """Write Hydra's notes, each file atomically."""
-    from omegaconf import OmegaConf
-
-    notes = {"config": config, "hydra": OmegaConf.create({"hydra": hydra}), "overrides": words}
-    for name, node in notes.items():
-        plain = node if isinstance(node, list) else OmegaConf.to_container(node, enum_to_str=True)
-        write_yaml(folder / HYDRA / f"{name}.yaml", plain)
 
 
 def _done(
@@ -83,7 +79,13 @@ def _done(
 ) -> int:
     """Run the task with its output redirected to a file, and record how it ended."""
     start = time.perf_counter()
-    with _said(folder):
+    # what is printed goes into a file
+    descriptor = open_own(folder / SAID, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
+    with (
+        os.fdopen(descriptor, "a", encoding="utf-8") as file,
+        contextlib.redirect_stdout(file),
+        contextlib.redirect_stderr(file),
+    ):
         try:
             job = job._replace(code=task(config) or 0)
         except SealsError as refusal:
@@ -102,18 +104,6 @@ def _done(
     return job.code
 
 
-@contextlib.contextmanager
-def _said(folder: Path) -> Iterator[None]:
-    """Redirect printed output to a file in the job's folder."""
-    descriptor = open_own(folder / SAID, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
-    with (
-        os.fdopen(descriptor, "a", encoding="utf-8") as file,
-        contextlib.redirect_stdout(file),
-        contextlib.redirect_stderr(file),
-    ):
-        yield
-
-
 def goes_on(
     folder: Path, config: Any, hydra: Any, words: Sequence[str], before: Job | None
 ) -> bool:
@@ -130,7 +120,9 @@ def goes_on(
     """
     if "resume" not in config:
         return False
-    checkpoints = _checkpoints(str(hydra.job.config_name))
+    training = str(hydra.job.config_name) == "train"
+    room = "seals.learn.training" if training else "seals.run"
+    checkpoints = importlib.import_module(f"{room}.checkpoint")
     if not checkpoints.has_checkpoint(folder):
         return False
     kept = (DiskFull.__name__, ConfigError.__name__)
@@ -139,17 +131,6 @@ def goes_on(
         return True
     checkpoints.remove_checkpoint(folder)
     return False
-
-
-def _checkpoints(verb: str) -> Any:
-    """Return the checkpoint module of a verb."""
-    if verb == "train":
-        from seals.learn.training import checkpoint as of_trainings
-
-        return of_trainings
-    from seals.run import checkpoint as of_runs
-
-    return of_runs
 
 
 def _is_own(folder: Path, hydra: Any, words: Sequence[str]) -> bool:

@@ -54,24 +54,16 @@ class Measures:
         Raises:
             ConfigError: a file is damaged.
         """
-        for facts, key in self._facts(name):
-            found = _below(facts, key)
-            if found is not None:
-                return found
-        return self._statistic(name)
-
-    def _facts(self, name: str) -> list[tuple[Any, str]]:
-        found: list[tuple[Any, str]] = [(self._row.facts, name)]
+        found = _below(self._row.facts, name)
         file, _, key = name.partition(".")
         path = self._row.folder / f"{file}.json"
-        if key and _plain(file) and path.is_file():
+        if found is None and key and _plain(file) and path.is_file():
             try:
-                found.append((read_json(path), key))
+                found = _below(read_json(path), key)
             except LogError as cause:
                 raise ConfigError(str(cause)) from cause
-        return found
-
-    def _statistic(self, name: str) -> float | None:
+        if found is not None:
+            return found
         column, _, statistic = name.rpartition(".")
         if statistic not in STATISTICS:
             return None
@@ -85,20 +77,15 @@ class Measures:
 
     def columns(self, table: str) -> dict[str, Floats]:
         """Return the numeric columns of a table in the run's folder; none where there is none."""
-        if table not in self._tables and _plain(table):
-            self._tables[table] = _read(self._row.folder, table)
+        readers = {".parquet": read_parquet, ".csv": read_csv_columns}
+        for suffix, read in readers.items():
+            path = self._row.folder / f"{table}{suffix}"
+            if table not in self._tables and _plain(table) and path.is_file():
+                try:
+                    self._tables[table] = read(path)
+                except LogError as cause:
+                    raise ConfigError(str(cause)) from cause
         return self._tables.get(table, {})
-
-
-def _read(folder: Path, table: str) -> dict[str, Floats]:
-    try:
-        if (folder / f"{table}.parquet").is_file():
-            return read_parquet(folder / f"{table}.parquet")
-        if (folder / f"{table}.csv").is_file():
-            return read_csv_columns(folder / f"{table}.csv")
-    except LogError as cause:
-        raise ConfigError(str(cause)) from cause
-    return {}
 
 
 def _plain(name: str) -> bool:

@@ -90,7 +90,9 @@ def _row(root: Path, place: Path, job: Job | None) -> Row:
     facts: dict[str, Any] = {}
     words, damage = list(job.words) if job is not None else [], ""
     try:
-        facts = _facts(place)
+        path = place / "run.json"
+        facts = read_json(path, most=_MOST) if os.path.lexists(path) else {}
+        facts = facts if isinstance(facts, dict) else {}
         words = words or _words(place, facts)
         damage = foreign_log(place)
     except SealsError as cause:
@@ -101,7 +103,11 @@ def _row(root: Path, place: Path, job: Job | None) -> Row:
     name = str(place.relative_to(root)) if place != root else place.name
     values: dict[str, Value] = {RUN: name, STATE: DAMAGED if damage else state}
     values[SECONDS] = float(seconds) if isinstance(seconds, int | float) else None
-    return Row(folder=place, values=values, words=dict(_pairs(words)), facts=facts, damage=damage)
+    pairs: dict[str, Value] = {}
+    for word in words:
+        key, sign, value = word.partition("=")
+        pairs[key.lstrip("+") if sign else word] = read_value(value) if sign else ""
+    return Row(folder=place, values=values, words=pairs, facts=facts, damage=damage)
 
 
 def _state(place: Path, facts: Mapping[str, Any]) -> str:
@@ -110,14 +116,6 @@ def _state(place: Path, facts: Mapping[str, Any]) -> str:
     if state == RUNNING and not lives and lockable():
         return INTERRUPTED
     return INTERRUPTED if state == "begun" and lives is False else state
-
-
-def _facts(place: Path) -> dict[str, Any]:
-    path = place / "run.json"
-    if not os.path.lexists(path):
-        return {}
-    facts = read_json(path, most=_MOST)
-    return facts if isinstance(facts, dict) else {}
 
 
 def _words(place: Path, facts: Mapping[str, Any]) -> list[str]:
@@ -134,21 +132,17 @@ def _words(place: Path, facts: Mapping[str, Any]) -> list[str]:
     return [str(word) for word in found] if isinstance(found, list) else []
 
 
-def _pairs(words: Sequence[str]) -> Iterator[tuple[str, Value]]:
-    for word in words:
-        key, sign, value = word.partition("=")
-        yield (key.lstrip("+"), read_value(value)) if sign else (word, "")
-
-
 def place_of(value: Value, place: str) -> Value:
     """Return one element of a value that is a list; None for others.
 
     Example:
-        >>> place_of("[0,0,1]", "2"), place_of("[[1,2],[3,4]]", "1"), place_of(0.5, "0")
+        >>> place_of("[0, 0, 1]", "2"), place_of("[[1,2],[3,4]]", "1"), place_of(0.5, "0")
         (1.0, '[3,4]', None)
     """
-    found = at_place(value, int(place)) if isinstance(value, str) else None
-    return None if found is None else read_value(found)
+    if not (isinstance(value, str) and value.startswith("[") and value.endswith("]")):
+        return None
+    found = parts(value[1:-1])
+    return read_value(found[int(place)]) if int(place) < len(found) else None
 
 
 def column_of(columns: Mapping[str, Sequence[Value]], key: str) -> Sequence[Value] | None:
@@ -229,16 +223,3 @@ def parts(text: str) -> list[str]:
             found.append(text[start:at])
             start = at + 1
     return [part for part in [*found, text[start:]] if part.strip()]
-
-
-def at_place(text: str, place: int) -> str | None:
-    """Return one element of a list, or None.
-
-    Example:
-        >>> at_place("[0, 0, 1]", 2), at_place("[[1,2],[3,4]]", 1), at_place("[1]", 1)
-        ('1', '[3,4]', None)
-    """
-    if not (text.startswith("[") and text.endswith("]")):
-        return None
-    found = parts(text[1:-1])
-    return found[place].strip() if place < len(found) else None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from seals.field_roles import roles
@@ -41,3 +42,24 @@ class RunsSettings:
     against: str = ""
     by: str = ""
     replace: bool = False
+
+
+_TEXTS = ("folder", "where", "metric", "sort", "table", "plot", "against", "by")
+
+
+def quoted(words: Sequence[str]) -> list[str]:
+    """Return the words of ``seals runs`` with their values in quotes, and the key of the folder.
+
+    Conditions hold characters of Hydra's grammar.
+
+    Example:
+        >>> quoted(["where=seed<5, state=done", "runs/a"])
+        ["where='seed<5, state=done'", "folder='runs/a'"]
+    """
+    found = []
+    for word in words:
+        key, sign, value = word.partition("=") if "=" in word else ("folder", "=", word)
+        if key in _TEXTS and value[:1] not in "'\"" and not word.startswith("-"):
+            value = "'" + value.replace("'", "\\'") + "'"
+        found.append(word if word.startswith("-") else f"{key}{sign}{value}")
+    return found

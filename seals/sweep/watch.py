@@ -142,20 +142,16 @@ class Sweep:
             self._before.pop(job.number, None)
             own = self._own(job)
             own = own if len(own) <= _MOST_WORDS else f"{own[:_MOST_WORDS]}..."
+            ended, fresh = len(self._ended), len(self._ended) - known
+            of = left = ""
+            if self._total is not None:
+                of = f" of {self._total}"
+                # from the mean duration of the jobs that ended
+                pace = (time.perf_counter() - self._start) / max(fresh, 1)
+                left = f"; {spoken(pace * (self._total - ended))} left"
+            left = left if fresh and self._total is not None and ended < self._total else ""
             text = f"job {job.number}  {own}: {job.state} in {job.seconds:.1f} s"
-            print(f"{self._place(known)}{text}{self._left(known)}", file=self._out, flush=True)
-
-    def _place(self, known: int) -> str:
-        of = "" if self._total is None else f" of {self._total}"
-        return f"{len(self._ended)}{of}  "
-
-    def _left(self, known: int) -> str:
-        """Return the remaining time, from the mean duration of finished jobs."""
-        fresh = len(self._ended) - known
-        if self._total is None or fresh == 0 or len(self._ended) >= self._total:
-            return ""
-        pace = (time.perf_counter() - self._start) / fresh
-        return f"; {spoken(pace * (self._total - len(self._ended)))} left"
+            print(f"{ended}{of}  {text}{left}", file=self._out, flush=True)
 
     def _own(self, job: Job) -> str:
         """Return the overrides of a job that its sweep does not share."""

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from seals.config.overrides import typed
-from seals.control.key_events import Event, read_track, write_track
+from seals.control.key_events import read_track, write_track
 from seals.errors import ConfigError, suggestion
 from seals.file_names import short_path
 from seals.run.application import run_into
@@ -15,10 +15,10 @@ from seals.run.assembly import build_model
 from seals.run.build import build_run
 from seals.run.folder import write_config
 from seals.run.settings import RunSettings
-from seals.run.simulation import Ending
+from seals.run.simulation import Ending, Record
 from seals.schema import check_value, parameters_of
 from seals.teleop.device import Device, Script
-from seals.teleop.settings import TeleopSettings
+from seals.teleop.settings import Export, TeleopSettings
 
 if TYPE_CHECKING:
     from seals.learn.demonstrations.episode import Origin
@@ -45,9 +45,11 @@ def execute(config: Any) -> int | None:
 
     hydra = HydraConfig.get()
     folder, overrides = Path(hydra.runtime.output_dir), list(hydra.overrides.task)
-    exports = [export.value for export in config.export]
-    for export in exports:
-        refuse_missing(export)
+    exporting = Export.safetensors in config.export
+    if exporting:
+        from seals.learn.tensor_file import library
+
+        library()  # before the session, which nobody flies twice
     check_value("speed", config.speed, parameters_of(TeleopSettings)["speed"])
     settings = build_run(config)
     guide: Any = settings.guide
@@ -55,14 +57,21 @@ def execute(config: Any) -> int | None:
         raise ConfigError(
             f"guide={type(guide).__name__.lower()} takes no keys.\nLeave it out, or say guide=stick"
         )
-    device = _device(config, settings, _timed(overrides))
+    timed = any(word.lstrip("+").startswith("time.duration=") for word in overrides)
+    device = _device(config, settings, timed)
     guide.use(device)
     try:
         record = run_into(folder, settings, overrides=overrides)
     finally:
         device.close()
-    _keep_keys(folder, config, device.recorded, float(record.log.time[-1]))
-    if "safetensors" in exports:
+    path = folder / KEYS
+    write_track(path, device.recorded)
+    script = {"script": str(path.resolve())}
+    keep_session(folder, config, record, own=OWN, section="guide", changes=script)
+    print(f"the same again: seals run {typed('repeat', str(short_path(folder)))}")
+    again = typed("script", str(short_path(path)))
+    print(f"its keys with another robot or sea: seals teleop {again}")
+    if exporting:
         from seals.teleop.demonstration import write_demonstration
 
         origin = _origin(config, by=str(config.script or config.device.value))
@@ -73,18 +82,6 @@ def execute(config: Any) -> int | None:
     if record.error is not None and record.ending is not Ending.interrupted:
         raise record.error
     return None
-
-
-def refuse_missing(export: str) -> None:
-    """Refuse an export whose package is not installed, before the session starts.
-
-    Raises:
-        MissingExtra: it names the extra.
-    """
-    from seals.learn.tensor_file import library
-
-    if export == "safetensors":
-        library()
 
 
 def _origin(config: Any, *, by: str) -> Origin:
@@ -98,10 +95,6 @@ def _origin(config: Any, *, by: str) -> Origin:
     plain: Any = OmegaConf.to_container(kept, enum_to_str=True)
     who = Who.scripted if config.script else Who.human
     return Origin(env="teleop", config_hash=config_hash(plain), who=who, by=by, config=plain)
-
-
-def _timed(overrides: Sequence[str]) -> bool:
-    return any(word.lstrip("+").startswith("time.duration=") for word in overrides)
 
 
 def _device(config: Any, settings: RunSettings, timed: bool) -> Device:
@@ -129,17 +122,29 @@ def _device(config: Any, settings: RunSettings, timed: bool) -> Device:
     return Script(events)
 
 
-def _keep_keys(folder: Path, config: Any, events: Sequence[Event], end: float) -> None:
-    """Write the session's events, and a configuration that resumes the session."""
+def keep_session(
+    folder: Path,
+    config: Any,
+    record: Record,
+    *,
+    own: Sequence[str],
+    section: str,
+    changes: Mapping[str, Any],
+) -> None:
+    """Write the configuration of a session as that of a run, which repeats it.
+
+    Args:
+        folder: of the run.
+        config: of the session.
+        record: of the run, for its duration.
+        own: keys that a run does not have.
+        section: that changes, such as ``guide``.
+        changes: in it, such as the script that it follows.
+    """
     from omegaconf import OmegaConf, open_dict
 
-    path = folder / KEYS
-    write_track(path, events)
-    kept = OmegaConf.masked_copy(config, [key for key in config if key not in OWN])
+    kept = OmegaConf.masked_copy(config, [key for key in config if key not in own])
     with open_dict(kept):
-        kept.guide.script = str(path.resolve())
-        kept.time.duration = end
+        kept[section] = OmegaConf.merge(kept[section], changes)
+        kept.time.duration = float(record.log.time[-1])
     write_config(folder, kept)
-    print(f"the same again: seals run {typed('repeat', str(short_path(folder)))}")
-    again = typed("script", str(short_path(path)))
-    print(f"its keys with another robot or sea: seals teleop {again}")

@@ -62,19 +62,23 @@ def sampled(log: Log, *, rate: float) -> dict[str, Floats]:
     return out
 
 
-def as_demonstrations(log: Log, *, rate: float, origin: Origin, seed: int = 0) -> Demonstrations:
-    """Return a log as one demonstrated episode.
+def write_demonstration(
+    log: Log, folder: Path, *, rate: float, origin: Origin, seed: int = 0
+) -> Path:
+    """Write a log as a folder of demonstrations, of one episode.
 
     Columns of the observation and the action are named as in the log. They are in SI units: an
     environment scales its actions, a session does not. There is no task, hence no reward.
 
     Args:
         log: of a run with a guide.
+        folder: of the run; the files go into a folder of their own below it.
         rate: decisions a second [Hz].
         origin: where the session comes from; names and rate are filled in.
         seed: of the run.
 
     Raises:
+        MissingExtra: safetensors is not installed.
         LogError: the log holds no demonstration.
     """
     columns = sampled(log, rate=rate)
@@ -94,7 +98,7 @@ def as_demonstrations(log: Log, *, rate: float, origin: Origin, seed: int = 0) -
         seed=seed,
     )
     named = dataclasses.replace(origin, observation=seen, action=done, rate=rate)
-    return Demonstrations(origin=named, episodes=[episode])
+    return write(Demonstrations(origin=named, episodes=[episode]), folder / FOLDER)
 
 
 def _flat(
@@ -106,32 +110,10 @@ def _flat(
     values = np.concatenate([columns[stem] for stem in found], axis=1).astype(np.float32)
     # what the log never had, such as the third axis of a flat world, is not a column
     kept = np.flatnonzero(~np.isnan(values).all(axis=0))
-    return _filled(values[:, kept]), [names[k] for k in kept]
-
-
-def _filled(values: Singles) -> Singles:
-    """Fill gaps of columns with the previous reading, or the first one at the start."""
+    values = values[:, kept]
+    # gaps hold the reading before, or the first one at the start
     rows = np.arange(len(values))[:, None]
     there = np.isfinite(values)
     before = np.maximum.accumulate(np.where(there, rows, -1), axis=0)
     from_row = np.where(before < 0, there.argmax(axis=0), before)
-    return np.take_along_axis(values, from_row, axis=0)
-
-
-def write_demonstration(
-    log: Log, folder: Path, *, rate: float, origin: Origin, seed: int = 0
-) -> Path:
-    """Write a log as a folder of demonstrations.
-
-    Args:
-        log: of a run with a guide.
-        folder: of the run; the files go into a folder of their own below it.
-        rate: decisions a second [Hz].
-        origin: where the session comes from.
-        seed: of the run.
-
-    Raises:
-        MissingExtra: safetensors is not installed.
-        LogError: the log holds no demonstration.
-    """
-    return write(as_demonstrations(log, rate=rate, origin=origin, seed=seed), folder / FOLDER)
+    return np.take_along_axis(values, from_row, axis=0), [names[k] for k in kept]

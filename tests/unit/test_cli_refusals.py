@@ -98,6 +98,11 @@ WRONG = [
     ("verify log=hidden_effect/flight_a model=", "model= does not exist", "Make one: seals add"),
     ("convert log=hidden_effect/flight_a out=x", "is a log folder already", "seals diagnose log="),
     ("compare ROBOT", "the native reader needs a folder", "log=FOLDER"),
+    ("run ROBOT seed=range(3)", "seed=range(3) holds several values", "--multirun"),
+    ("run ROBOT ++water=fossen", "++water: the choice of a group", "write water=NAME"),
+    ("run ROBOT ~water=particles", "~water=particles: there is no such key", "--cfg job"),
+    ("run ROBOT ~time.step=3", "~time.step=3: the value is 0.004", "write ~time.step"),
+    ("run ROBOT --config-path nowhere", "--config-path nowhere: there is no", "folder of config"),
     ("run ROBOT hydra.run.dir=", "hydra.run.dir= names no folder", "hydra.run.dir=FOLDER"),
     ("run ROBOT --config-dir nowhere", "--config-dir nowhere: there is no", "folder of config"),
     ("run ROBOT hide=wind", "hide=wind is not allowed", "a list in brackets, for instance [a,b]"),
@@ -191,6 +196,16 @@ def test_a_folder_of_another_kind(
     assert wrong in first
     assert advice in second
     assert [path.name for path in elsewhere.iterdir()] == ["old"]
+
+
+def test_an_interval_is_for_a_sweeper_that_searches(
+    pebble: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The basic one needs values to count."""
+    assert main(["run", "-m", f"robot={pebble}", "seed=interval(0,1)"]) == 2
+    first, second = capsys.readouterr().err.splitlines()
+    assert first == "ConfigError: an interval has no number of values."
+    assert "hydra/sweeper=optuna" in second
 
 
 def test_a_folder_that_is_no_robot_is_named(

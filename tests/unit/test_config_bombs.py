@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 
 from seals.cli.main import main
+from seals.config.checks import refuse_growth
 from seals.config.choices import wrong_choices
 from seals.config.compose import compose
-from seals.config.references import refuse_growth
 from seals.config.strangers import refuse_commands
 from seals.errors import ConfigError
 from seals.run.replay_config import recalled

@@ -384,7 +384,7 @@ def test_every_effect_that_was_fitted_is_told(monkeypatch: pytest.MonkeyPatch) -
     ]
     assert "too uncertain or small to be named: tether" in sentence(found)
     refused = replace(found, answer=replace(found.answer, verdict=Verdict.none_of_these, claims=()))
-    assert sentence(refused).count("too uncertain or small to be named") == 3
+    assert sentence(refused).count("nearest of the library") == 3
 
 
 def of_three_logs(*misfit: float) -> EvidenceHypothesis:

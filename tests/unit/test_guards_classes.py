@@ -9,8 +9,8 @@ import pytest
 
 from seals.cli.main import main
 from seals.config.build import build
+from seals.config.checks import SPECIAL
 from seals.config.compose import compose
-from seals.config.node_checks import SPECIAL
 from seals.config.overlay import load_overlay
 from seals.config.strangers import refuse_commands, untrusted
 from seals.errors import ConfigError, RobotError

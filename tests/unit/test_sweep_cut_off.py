@@ -238,7 +238,7 @@ def test_words_in_another_order_number_the_jobs_as_before(tmp_path: Path) -> Non
     note = {"verb": "run", "words": ["robot=ball", "seed=1,2", "name=a,b"]}
     (tmp_path / "sweep.json").write_text(json.dumps(note))
     line = ["-m", "name=a,b", "seed=1,2", "robot=ball", "--resume"]
-    words = begun("run", [*line, f"hydra.sweep.dir={tmp_path}"]).words
+    words = begun("run", [*line, f"hydra.sweep.dir={tmp_path}"])[0]
     assert [word for word in words if not word.startswith(("-", "hydra"))] == note["words"]
 
 

@@ -94,7 +94,7 @@ def test_the_sweep_that_began_last_is_taken_up(
         write_json(tmp_path / "runs" / name / "sweep.json", note)
     (tmp_path / "runs" / "torn").mkdir()
     (tmp_path / "runs" / "torn" / "sweep.json").write_text("{")
-    words = begun("run", ["-m", "robot=ball", "seed=1,2", "--resume"]).words
+    words = begun("run", ["-m", "robot=ball", "seed=1,2", "--resume"])[0]
     assert words[-1] == "hydra.sweep.dir='runs/foo'"
     assert "torn/sweep.json is damaged" in capsys.readouterr().err
 

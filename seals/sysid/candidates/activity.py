@@ -56,10 +56,12 @@ class Activity:
     Args:
         spans: one for each log in which it acts, in order.
         occam_factor: evidence that these times cost, see `DecisionPolicy.activity`.
+        growing: the effect grows along each log, from nothing to its size at the end.
     """
 
     spans: tuple[Span, ...]
     occam_factor: float = 0.0
+    growing: bool = False
 
     def weights(self, samples: Samples, *, over_steps: bool = False) -> Floats:
         """Weight of the effect in every row: 1 where it acts, 0 where it does not, shape (T,).
@@ -76,6 +78,8 @@ class Activity:
             begun = _passed(span.start, time, samples.step, over_steps=over_steps, open_is=1.0)
             ended = _passed(span.end, time, samples.step, over_steps=over_steps, open_is=0.0)
             out[rows] = np.maximum(begun - ended, 0.0)
+            if self.growing:
+                out[rows] *= (time - time[0]) / max(float(np.ptp(time)), samples.step)
         return out
 
     def complement(self, logs: int) -> Activity | None:

@@ -39,7 +39,7 @@ def refuse_frozen(log: Log, samples: Samples, vehicle: Vehicle) -> None:
     seen = samples.channels
     pose, inertial = ([n for n in names if n in seen] for names in (_POSE, _INERTIAL))
     single = [(f"{n}_{a}", v) for n in inertial for a, v in zip("xyz", seen[n].T, strict=True)]
-    for name, values, others, told in (
+    for name, values, others, why in (
         *((n, v, pose, "the pose moves: the sensor is frozen") for n, v in single),
         # a planar motion holds a component of the pose, and never all of them
         *((n, _changes(seen[n]), inertial, _HELD) for n in pose),
@@ -52,7 +52,7 @@ def refuse_frozen(log: Log, samples: Samples, vehicle: Vehicle) -> None:
                 reads = f"reads {values[first]:.6g}" if others is pose else "stands"
                 raise LogError(
                     f"{name} {reads} without change for {seconds:.1f} s from "
-                    f"t = {samples.time[first]:.4g} s on, while {told}.\n"
+                    f"t = {samples.time[first]:.4g} s on, while {why}.\n"
                     "Cut that time out, or remove the channel."
                 )
 

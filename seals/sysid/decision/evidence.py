@@ -17,7 +17,7 @@ from seals.sysid.decision.intervals import holds_zero
 from seals.sysid.decision.known_centre import unlocated
 from seals.sysid.decision.moved_numbers import MovedNumber, stated_wrong
 from seals.sysid.decision.required_evidence import required_evidence
-from seals.sysid.decision.turbulence import varying_flow
+from seals.sysid.decision.turbulence import steady_change, varying_flow
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.predictors.problem import LATE, Problem
 from seals.sysid.predictors.surface_model_error import surface_model_error
@@ -79,7 +79,7 @@ def decide(
     if not refusal and len(lost) == len(best.candidates):
         refusal = f"the log does not locate the point toward which {best.label} would act"
     refusal = refusal or other_power(problem, best) or better_general_law(problem, best)
-    refusal = refusal or varying_flow(problem, best)
+    refusal = refusal or varying_flow(problem, best) or steady_change(problem, search.nominal, best)
     left = _left_in_channels(problem, best, errors)
     step = problem.vehicle.simulated_step if left else None
     if refusal or (left and step is None):

@@ -21,11 +21,9 @@ def sentence(found: Diagnosis) -> str:
     answer, table = found.answer, found.to_dict()
     verdict, reasons = answer.verdict, "; ".join(answer.reasons)
     wrong = wrong_lines(table["stated_wrong"], given_by(found))
-    beside = [
-        f"  fitted, too uncertain or small to be named: {effect['name']}"
-        for effect in table["fitted"]
-        if not effect["named"]
-    ]
+    refused = verdict is Verdict.none_of_these
+    why = "nearest of the library" if refused else "fitted, too uncertain or small to be named"
+    beside = [f"  {why}: {effect['name']}" for effect in table["fitted"] if not effect["named"]]
     if verdict is Verdict.nothing_missing:
         said = "Nothing is missing: the misfit is within noise and tolerances."
         return "\n".join([said, *error_lines(table)]) + _by_log(found, table)
@@ -34,9 +32,9 @@ def sentence(found: Diagnosis) -> str:
         return "\n".join([f"Cannot tell: {reasons}.{advice}", *wrong, *error_lines(table)])
     if verdict is Verdict.bad_data:
         return f"bad data: {reasons}."
-    if verdict is Verdict.none_of_these:
-        refused = f"None of the effects in the library: {reasons}."
-        return "\n".join([refused, *beside]) + _by_log(found, table)
+    if refused:
+        said = f"None of the effects in the library: {reasons}."
+        return "\n".join([said, *beside]) + _by_log(found, table)
     lines = ["Missing:" if verdict is Verdict.named else "One of these is missing:"]
     for effect in table["effects"]:
         when = active_words(effect["active"], found.logs) if "active" in effect else ""

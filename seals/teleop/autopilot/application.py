@@ -10,12 +10,12 @@ from seals.errors import ConfigError
 from seals.file_names import short_path
 from seals.run.application import run_into
 from seals.run.build import build_run
-from seals.run.folder import write_config
 from seals.run.settings import RunSettings
 from seals.run.simulation import Ending, Record
 from seals.schema import check_fields, check_tree
+from seals.teleop.application import keep_session
 from seals.teleop.autopilot.ardupilot import PORT, ArduPilot
-from seals.teleop.autopilot.link import Link, allowed_peer
+from seals.teleop.autopilot.link import allowed_peer
 from seals.teleop.autopilot.settings import OWN, AutopilotSettings, Protocol
 from seals.teleop.autopilot.track import OUTPUTS
 
@@ -31,11 +31,23 @@ def execute(config: Any) -> int | None:
         KeyboardInterrupt: the run was interrupted; what there is has been written.
     """
     from hydra.core.hydra_config import HydraConfig
+    from omegaconf import OmegaConf
 
     hydra = HydraConfig.get()
     first, overrides = Path(hydra.runtime.output_dir), list(hydra.overrides.task)
     settings = build_run(config)
-    _check(config, settings)
+    check_fields(AutopilotSettings, {k: config[k] for k in ("timeout", "speed")}, where="")
+    check_tree(OmegaConf.to_object(config.hil), where="hil")
+    for kind, usual, needed in (
+        ("controller", "channels", "recorded"),
+        ("guide", "external", "use"),
+    ):
+        chosen = getattr(settings, kind)
+        if not hasattr(chosen, needed):
+            raise ConfigError(
+                f"{kind}={type(chosen).__name__.lower()} takes no autopilot.\n"
+                f"Leave it out, or say {kind}={usual}"
+            )
     link = open_link(config, settings.time.step)
     try:
         print(f"listening on {link.where}", flush=True)
@@ -75,51 +87,25 @@ def open_link(config: Any, step: float) -> Any:
     return ArduPilot(host, PORT if port is None else int(port), *given, allowed=allowed)
 
 
-def _check(config: Any, settings: RunSettings) -> None:
-    from omegaconf import OmegaConf
-
-    check_fields(AutopilotSettings, {k: config[k] for k in ("timeout", "speed")}, where="")
-    check_tree(OmegaConf.to_object(config.hil), where="hil")
-    for kind, usual, needed in (
-        ("controller", "channels", "recorded"),
-        ("guide", "external", "use"),
-    ):
-        if not hasattr(getattr(settings, kind), needed):
-            raise ConfigError(
-                f"{kind}={type(getattr(settings, kind)).__name__.lower()} takes no autopilot.\n"
-                f"Leave it out, or say {kind}={usual}"
-            )
-
-
 def _fly(
-    folder: Path, config: Any, settings: RunSettings, link: Link, overrides: list[str]
+    folder: Path, config: Any, settings: RunSettings, link: Any, overrides: list[str]
 ) -> Record:
     """Fly one run, and write its outputs and a configuration that repeats it."""
-    from omegaconf import OmegaConf, open_dict
-
     controller: Any = settings.controller
     controller.use(link, settings.time.step)
     settings.guide.use(link)
     record = run_into(folder, settings, overrides=overrides)
-    print(f"{link.frames:,} frames of the autopilot{_words(link)}")
+    notes = [f"{link.frames:,} frames of the autopilot"]
+    notes += [link.ended] if link.ended else []
+    notes += [f"{link.lost:,} frames were lost"] if link.lost else []
+    notes += [f"{link.refusals.count:,} messages were refused"] if link.refusals.count else []
+    print("; ".join(notes))
     if not link.frames:
         return record
     path = folder / OUTPUTS
     controller.recorded().write(path)
-    kept = OmegaConf.masked_copy(config, [key for key in config if key not in OWN])
-    with open_dict(kept):
-        kept.controller.script = str(path.resolve())
-        kept.controller = OmegaConf.merge(kept.controller, controller.settled())
-        kept.time.duration = float(record.log.time[-1])
-    write_config(folder, kept)
+    changes = {"script": str(path.resolve()), **controller.settled()}
+    keep_session(folder, config, record, own=OWN, section="controller", changes=changes)
     if record.ending is Ending.done:
         print(f"the same again: seals run {typed('repeat', str(short_path(folder)))}")
     return record
-
-
-def _words(link: Any) -> str:
-    """Say what else there is to know of a session."""
-    notes = [link.ended] if link.ended else []
-    notes += [f"{link.lost:,} frames were lost"] if link.lost else []
-    notes += [f"{link.refusals.count:,} messages were refused"] if link.refusals.count else []
-    return "; ".join(["", *notes])

@@ -188,7 +188,9 @@ class ArduPilot:
             if frame.number == self._count:
                 self._repeat()
         if other is not None:
-            self._begin_anew(other)
+            # the session ends, and the next one begins with this frame
+            self._first, self.restarted = other, True
+            self._peer, self.ended = other[1], "the autopilot restarted"
         return None
 
     def _send(self) -> None:
@@ -211,11 +213,6 @@ class ArduPilot:
 
     def _refuse_second(self, peer: Any) -> None:
         self.refusals.say("a frame of a second autopilot", f"at {peer[0]}:{peer[1]}")
-
-    def _begin_anew(self, found: tuple[Frame, Any]) -> None:
-        """End the session; the next one begins with a frame."""
-        self._first, self.restarted = found, True
-        self._peer, self.ended = found[1], "the autopilot restarted"
 
     def _heard(self, end: float) -> tuple[Frame, Any] | None:
         """Wait for a good packet; None at a time of the clock [s]."""
