@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats
 from seals.control import Plant, Reference, RobotState
 from seals.control.added import added_inertia
 from seals.control.allocation import Allocation, Saturation
@@ -88,6 +88,6 @@ class VehicleController(ControllerOptions, ABC):
         order = self._lag.quickened(wanted, before, self.quicker, (s.low, s.limit))
         return order, self._lag.followed(before, order, s.step)
 
-    def _turn_summed(self, before: Floats, error: Floats, step: float) -> Floats:
+    def _turn_summed(self, before: Floats, error: Floats, step: float) -> Array:
         """Return the bounded integral of the attitude error [rad s]."""
         return summed(before, error, step, self.turn_sum_limit / max(self.turn_sum_gain, 1e-9))

@@ -8,16 +8,17 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from seals.arrays import Array, as_like, namespace
-from seals.batch.drives import BatchDrives
 from seals.batch.fused import FusedBody
 from seals.batch.holding import hold
 from seals.batch.model import BatchDynamics
 from seals.batch.state import Posture, TwinState
-from seals.control.batched import BatchController, View
-from seals.control.batched_estimators import BatchActuatorLimitEstimator, BatchImmersionEstimator
+from seals.control import Reference, RobotState
+from seals.control.actuator_limits import ActuatorLimitEstimator
+from seals.control.mass_properties import MassPropertyEstimator, immersion
 from seals.control.plant import build_plant
 from seals.control.protocols import ControllerOptions
 from seals.effects.binding import EffectSet
+from seals.environment.sample import Sample
 from seals.environment.settings import EnvironmentSettings
 from seals.motion import Inputs
 from seals.plugin_options import options_of
@@ -101,18 +102,21 @@ class PilotedTwin:
         self.fused = fused
         self._compiled = compile_law(self._order) if fused else None
         self.batch, self.like, self.step = batch, like, step
-        self.controller = _batched(settings, plant, joints, like)
+        values_held = np.asarray(joints, dtype=float)
+        controller = options_of(settings.controller, ControllerOptions)
+        self.controller = controller.batched(plant, values_held, like)
         self.every = max(1, round(1.0 / (settings.controller.rate * step)))
-        self._drives = BatchDrives(response_of(held), like)
+        self._drives = response_of(held).over_batch(like)
         links = len(self.whole.links)
-        self._thrust = BatchActuatorLimitEstimator(
+        self._thrust = ActuatorLimitEstimator(
             plant, self.twin.effects, links=links, like=like, batch=batch
         )
-        body, volume = self.twin.body, self.twin.evaluator.surroundings.volume
-        places, turns = [as_like(np.zeros((1, 3)), like)], [as_like(np.eye(3), like)]
+        at = MassPropertyEstimator(robot).at(values_held)
+        self._mass = at.mass, as_like(at.centre[None], like), as_like(at.inertia[None], like)
+        body, xp = self.twin.body, namespace(like)
+        self._links = as_like(np.zeros((1, 1, 3)), like), as_like(np.eye(3)[None, None], like)
         if isinstance(body, FusedBody):
-            places, turns = body.places, body.turns
-        self._water = BatchImmersionEstimator(places, turns, volume, settings.environment.gravity)
+            self._links = xp.concat(list(body.places), axis=0)[None], xp.stack(body.turns)[None]
         batteries = self.twin.effects.batteries
         self._full = batteries[0].hooks.full_voltage if batteries else None
         self._torque = self.twin.no_torque()
@@ -124,8 +128,8 @@ class PilotedTwin:
             state: of the bodies.
             drive: states of the drives [rad/s or N], shape (1 or B, n).
         """
-        whole = drive + self._drives.zero(self.batch, self.like)
         time = state.position[:, 0:1] * 0.0
+        whole = drive + time
         memory = self.twin.zero_memory()
         return Flight(state, time, whole, memory, self.controller.start(self.batch))
 
@@ -156,8 +160,9 @@ class PilotedTwin:
         """Commands of the drives for some steps, and the new memory of the controller."""
         if posture is None:
             posture = self.twin.posture(flight.state, flight.time)
-        view = self._view(flight.state, posture, steps)
-        return self.controller.command(view, velocity, yaw, flight.control)
+        situation = self._situation(flight.state, flight.time, posture, steps * self.step)
+        aim = Reference(velocity=velocity, yaw=yaw)
+        return self.controller.command(situation, aim, flight.control)
 
     def commands(
         self, state: TwinState, time: Array, control: Any, velocity: Array, yaw: Array
@@ -180,8 +185,12 @@ class PilotedTwin:
     def submersion(self, flight: Flight) -> Array:
         """Return the submerged fraction of the volume of all hulls [1], shape (B, 1)."""
         posture = self.twin.posture(flight.state, flight.time)
-        share: Array = self._water.now(posture.sample)[0]  # type: ignore[arg-type]
-        return share
+        return self._immersed(posture)[0]
+
+    def _immersed(self, posture: Posture) -> Any:
+        """Submerged share (B, 1) and buoyancy."""
+        volume, sample = self.twin.evaluator.surroundings.volume, _sampled(posture)
+        return immersion(sample, volume, self.plant.gravity, *self._links)
 
     def merged(self, fresh: Flight, flight: Flight, ended: Array) -> Flight:
         """Return ``fresh`` flights where ``ended`` (B,) is set, else the present ones."""
@@ -193,22 +202,32 @@ class PilotedTwin:
         voltage: Any = self.twin.evaluator.supplied(memory)
         return voltage / self._full
 
-    def _view(self, state: TwinState, posture: Posture, steps: int) -> View:
-        sample: Any = posture.sample
-        submersion, force, centre = self._water.now(sample)
-        reach = self._thrust.now(posture.motion, sample)
-        turn = namespace(state.velocity).matmul(posture.base, state.velocity[:, :, None])
-        return View(
-            step=steps * self.step,
+    def _situation(
+        self, state: TwinState, time: Array, posture: Posture, step: float
+    ) -> RobotState:
+        """Return the state of all robots for the controller; ``step``: until its next call [s]."""
+        nothing: Any = None
+        wet, buoyancy = self._immersed(posture)
+        velocity = namespace(state.velocity).matmul(posture.base, state.velocity[:, :, None])
+        mass, centre, inertia = self._mass
+        return RobotState(
+            time=time,
+            step=step,
+            position=state.position,
             rotation=posture.base,
-            velocity=turn[:, :, 0],
+            velocity=velocity[:, :, 0],
             angular_velocity=state.angular_velocity,
-            submersion=submersion,
-            buoyancy=force,
-            buoyancy_centre=centre,
-            gain=reach.gain,
-            limit=reach.limit,
-            low=reach.low,
+            joints=nothing,
+            joint_velocity=nothing,
+            mass=mass,
+            centre=centre,
+            inertia=inertia,
+            centre_map=nothing,
+            momentum_map=nothing,
+            submersion=wet,
+            buoyancy=buoyancy,
+            depth=nothing,
+            **self._thrust.now(posture.motion, _sampled(posture))._asdict(),
         )
 
     def _advance(
@@ -216,7 +235,8 @@ class PilotedTwin:
     ) -> Flight:
         """One step of the integrator under held commands."""
         h = self.step
-        drives = [self._drives.follow(flight.drive, goal, s) for s in (0.0, 0.5 * h, h)]
+        later = (self._drives.followed(flight.drive, goal, s) for s in (0.5 * h, h))
+        drives = [flight.drive, *later]
         voltage = None if share is None else share * self._full
         first, middle, last = (Inputs(h, self._torque, d, voltage) for d in drives)
         self.twin.memory = flight.memory
@@ -226,12 +246,10 @@ class PilotedTwin:
         )
 
 
-def _batched(
-    settings: PilotedSettings, plant: Any, joints: Sequence[float], like: Array
-) -> BatchController:
-    controller = options_of(settings.controller, ControllerOptions)
-    found: BatchController = controller.batched(plant, np.asarray(joints, dtype=float), like)
-    return found
+def _sampled(posture: Posture) -> Sample:
+    """Surroundings of a posture that was made with them."""
+    assert posture.sample is not None
+    return posture.sample
 
 
 def _chosen(fresh: Any, other: Any, ended: Array) -> Any:

@@ -231,7 +231,7 @@ def _submerged(plant: Plant) -> ActuatorLimits:
         one=one,
         depth=DEEP * one,
     )
-    return ActuatorLimitEstimator(plant).now(motion, sample)
+    return ActuatorLimits(*(x[0] for x in ActuatorLimitEstimator(plant).now(motion, sample)))
 
 
 def look_at_reach(reach: Reach, body: FloatingBody) -> Iterator[RobotFinding]:

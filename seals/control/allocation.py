@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 import enum
-import math
 from typing import Any
 
 import numpy as np
 
-from seals.arrays import Array, Floats, namespace, some
-from seals.control.bounded import Search, begun, weighted
+from seals.arrays import Array, Floats, as_like, namespace, some
+from seals.control.bounded import Search, begun, best_within, solved_rows, weighted
 from seals.control.plant import ROTOR, Layout
-from seals.multibody.linear import solution, solved
+from seals.multibody.linear import solution
 
 LIFT_ROWS = (2, 3, 4, 5)
 """Rows of lift, roll, pitch and yaw among force and torque."""
-ROUNDS = 24
-"""Most changes of the active set, a drive; four or five in all are usual."""
-SOFT = 1e-9
-"""Stiffness that makes the choice among equally good commands unique, share of the whole."""
 RANK = 1e-6
 """Share of the largest singular value below which a direction is out of reach."""
 
@@ -36,7 +31,7 @@ class Saturation(enum.Enum):
 
 
 class Allocation:
-    """Control allocation of a wrench about a moving centre of gravity.
+    """Control allocation of wrenches about a moving centre of gravity, for one robot or a batch.
 
     Args:
         layout: of the drives.
@@ -44,8 +39,12 @@ class Allocation:
             others are passive.
         saturation: what gives way.
         weights: of the rows where not all can be had, shape (rows,); larger is more important.
-        centre: about which the rank of the rows is judged, body axes [m]; None for the middle of
-            the drives, which serves where no passive force turns the vehicle.
+        centre: about which the rank of the rows is judged, body axes [m], shape (3,); None for the
+            middle of the drives, which serves where no passive force turns the vehicle.
+        like: array whose library and device to use; None for NumPy.
+
+    Attributes:
+        full: whether the drives command all rows independently of each other.
     """
 
     def __init__(
@@ -56,35 +55,35 @@ class Allocation:
         saturation: Saturation = Saturation.paper,
         weights: Floats | None = None,
         centre: Floats | None = None,
+        like: Array | None = None,
     ) -> None:
-        self._layout, self._rows, self.saturation = layout, list(rows), saturation
-        self._squared = [kind == ROTOR for kind in layout.kind]
-        self._all_rotors = all(self._squared)
-        self._reverse = layout.reverse.tolist()
+        self.saturation, chosen = saturation, list(rows)
         force = (layout.axis * layout.thrust_coefficient[:, None]).T
         reaction = (layout.axis * layout.reaction_coefficient[:, None]).T
         arm = np.cross(layout.position, layout.axis) * layout.thrust_coefficient[:, None]
-        self._about_origin = np.concatenate((force, arm.T + reaction))[self._rows]
+        self._about_origin = np.concatenate((force, arm.T + reaction))[chosen]
         # what a metre of the centre along x, y and z takes from every row
         shift = np.zeros((3, 6, layout.drives))
         for k, axis in enumerate(np.eye(3)):
             shift[k, 3:] = np.cross(axis, force.T).T
-        self._shift = np.ascontiguousarray(shift[:, self._rows].reshape(3, -1))
-        self._bounds = self._squared_bounds(layout.limit, layout.low)
-        self._kept_gain: Floats | None = None
-        self._plain = True
+        self._shift = np.ascontiguousarray(shift[:, chosen].reshape(3, -1))
         # moving the centre adds rows of force to rows of torque: where all of them are wanted, the
         # rank stays
-        about = layout.position.mean(axis=0) if centre is None else centre
-        self._full = has_rank(self.matrix(about))
-        self._weights = np.ones(len(rows)) if weights is None else np.asarray(weights, dtype=float)
+        here = self.matrix(layout.position.mean(axis=0) if centre is None else centre)
+        self.full = has_rank(here)
+        # the search among bounds is decided by the last places of its numbers
+        like = (
+            np.zeros(1) if like is None else namespace(like).astype(like, namespace(like).float64)
+        )
+        weights = np.ones(len(chosen)) if weights is None else np.asarray(weights, dtype=float)
+        self._here, self._weights = as_like(here[None], like), as_like(weights, like)
+        square = self.full and here.shape[0] == here.shape[1]
+        self._inverse = as_like(np.linalg.inv(here), like) if square else None
+        self._squared = as_like([[float(kind == ROTOR) for kind in layout.kind]], like)
+        self._reverse = as_like(layout.reverse[None], like)
+        self._limit, self._low = as_like(layout.limit[None], like), as_like(layout.low[None], like)
 
-    @property
-    def full(self) -> bool:
-        """Whether the drives command all rows independently of each other."""
-        return self._full
-
-    def matrix(self, centre: Floats, gain: Floats | None = None) -> Floats:
+    def matrix(self, centre: Array, gain: Array | None = None) -> Array:
         """Return A: columns of force and torque for a unit of squared speed or of thruster force.
 
         Equation:
@@ -92,141 +91,143 @@ class Allocation:
             -(x - x_c) k_T; k_R d.
 
         Args:
-            centre: of gravity, body axes [m], shape (3,).
-            gain: of every drive, see `seals.control.RobotState`; None for one.
+            centre: of gravity, body axes [m], shape (3,) or (B, 3).
+            gain: of every drive, see `seals.control.RobotState`, shape (n,) or (B, n); None for
+                one.
         """
-        a: Floats = self._about_origin - (centre @ self._shift).reshape(self._about_origin.shape)
-        if gain is not None and type(gain) is not np.ndarray:
-            return a * gain
-        if gain is not None and gain is not self._kept_gain:
-            # in air it is the very same array at every call
-            self._kept_gain, self._plain = gain, bool((gain == 1.0).all())
-        return a if gain is None or self._plain else a * gain
+        shape = (*centre.shape[:-1], *self._about_origin.shape)
+        a = self._about_origin - (centre @ self._shift).reshape(shape)
+        return a if gain is None else a * gain[..., None, :]
 
     def commands(
         self,
-        wrench: Floats,
-        centre: Floats,
+        wrench: Array,
+        centre: Array | None = None,
         *,
-        gain: Floats | None = None,
-        limit: Floats | None = None,
-        low: Floats | None = None,
-    ) -> Floats:
-        """Return the commands of all drives [rad/s or N], shape (n,).
+        gain: Array | None = None,
+        limit: Array | None = None,
+        low: Array | None = None,
+    ) -> Array:
+        """Return the commands of all drives [rad/s or N], shape (n,), or (B, n) of a batch.
+
+        All arguments of a batch have a first axis of B, or of one.
 
         Args:
             wrench: wanted, the chosen rows, torque about the centre [N, N m].
-            centre: of gravity, body axes [m], shape (3,).
+            centre: of gravity, body axes [m], shape (3,); None for that of the class.
             gain: of every drive, shape (n,); None for one.
             limit: largest commands, shape (n,); None for those of the layout.
             low: lowest commands, shape (n,); None for those of the layout.
         """
-        limit = self._layout.limit if limit is None else limit
-        low = self._layout.low if low is None else low
-        a = self.matrix(centre, gain)
-        if limit is not self._bounds[0] or low is not self._bounds[1]:
-            self._bounds = self._squared_bounds(limit, low)
-        high, least, high_, least_ = self._bounds[2:]
-        u = least_norm(a, wrench, full=self._full)
-        if self.saturation is Saturation.paper:
-            u = shrunk(u, least, high)
-        elif any(x > b or x < a for x, a, b in zip(u.tolist(), least_, high_, strict=True)):
-            # asking for more than there is would weigh against what matters more
-            ends = a * least, a * high
-            most = np.maximum(*ends).sum(axis=1), np.minimum(*ends).sum(axis=1)
-            asked = np.minimum(np.maximum(wrench, most[1]), most[0])
-            u = best_within(a, asked, least, high, self._weights)
-        kinds = zip(u.tolist(), self._squared, self._reverse, strict=True)
-        return np.array([_command(x, r, rotor=rotor) for x, rotor, r in kinds])
+        given = wrench, centre, gain, limit, low
+        if wrench.ndim == 1:
+            found: Array = self._commands(*(None if x is None else x[None] for x in given))[0]
+            return found
+        xp = namespace(wrench)
+        if wrench.dtype == xp.float64:
+            return self._commands(*given)
+        exact = (None if x is None else xp.astype(x, xp.float64) for x in given)
+        return xp.astype(self._commands(*exact), wrench.dtype)
 
-    @property
-    def plain(self) -> bool:
-        """Whether `unbounded` gives its commands: all rows can be had from rotors."""
-        return self._full and self._all_rotors and self.saturation is Saturation.priority
+    def _commands(self, wrench: Array, centre: Any, gain: Any, limit: Any, low: Any) -> Array:
+        xp = namespace(wrench)
+        high = self._squares(self._limit if limit is None else limit)
+        least = self._squares(self._low if low is None else low)
+        a = self._here if centre is None else self.matrix(centre)
+        a = a if gain is None else a * gain[:, None, :]
+        if centre is not None or self._inverse is None:
+            u = least_norm(a, wrench, full=self.full)
+        else:
+            u = wrench @ self._inverse.T
+            u = u if gain is None else u / gain
+        if self.saturation is Saturation.paper:
+            u = xp.maximum(u, least)
+            excess = xp.max(u / high, axis=1, keepdims=True)
+            return self.of_squares(u / xp.maximum(excess, excess * 0.0 + 1.0))
+        beyond = (u > high) | (u < least)
+        if type(u) is np.ndarray and some(beyond):
+            (rows,) = beyond.any(axis=1).nonzero()
+            each = (np.broadcast_to(x, (len(u), *x.shape[1:]))[rows] for x in (a, least, high))
+            u[rows] = self._within(wrench[rows], *each)
+        elif some(beyond):
+            u = xp.where(xp.any(beyond, axis=1)[:, None], self._within(wrench, a, least, high), u)
+        return self.of_squares(u)
+
+    def _within(self, wrench: Array, a: Array, least: Array, high: Array) -> Array:
+        """Best squares within their bounds, shape (B, n)."""
+        asked = _reachable(a, wrench, least, high)
+        return best_within(a, asked, least, high, self._weights)
 
     def unbounded(
         self, wrench: Array, centre: Array, *, gain: Array, limit: Array, low: Array
-    ) -> tuple[Array, Array]:
-        """Return commands of rotors without regard to their bounds, and whether all are within.
+    ) -> tuple[Array, Array, Search, Array, Array]:
+        """Return what machine code needs of `commands` under ``priority``, for full rows.
 
-        On any array library; arguments as of `commands`.
+        Returns:
+            Commands without regard to their bounds, whether all are within (B, 1), the search for
+            the best within, lowest squares, and their span. A result x of the search, from 0 to 1,
+            means the squares ``low + x * span``, see `of_squares`.
         """
         xp = namespace(wrench)
-        u = least_norm(self.matrix(centre, gain), wrench)
-        high, least = self._squares(limit), self._squares(low)
-        return self.of_squares(u), xp.all((u <= high) & (u >= least))
-
-    def search(
-        self, wrench: Array, centre: Array, *, gain: Array, limit: Array, low: Array
-    ) -> tuple[Search, Array, Array]:
-        """Return the search for the best commands within bounds, lowest squares and their span.
-
-        On any array library; arguments as of `commands`. A result x of the search, from 0 to 1,
-        means the squares ``low + x * span``, see `of_squares`.
-        """
-        high, least = self._squares(limit)[None], self._squares(low)[None]
-        a = self.matrix(centre, gain)[None]
-        h, g, span = weighted(a, wrench[None], least, high, self._weights)
-        return begun(h, g), least[0], span[0]
+        a, high, least = self.matrix(centre, gain), self._squares(limit), self._squares(low)
+        u = least_norm(a, wrench)
+        asked = _reachable(a, wrench, least, high)
+        h, g, span = weighted(a, asked, least, high, self._weights)
+        inside = xp.all((u <= high) & (u >= least), axis=1, keepdims=True)
+        return self.of_squares(u), inside, begun(h, g), least, span
 
     def of_squares(self, u: Array) -> Array:
-        """Return the commands of rotors for squared speeds, on any array library."""
+        """Return commands for squared speeds of rotors, or forces of thrusters, shape (B, n)."""
         xp = namespace(u)
-        back = xp.where(u < 0.0, u / self._layout.reverse, u)
-        root = xp.sqrt(xp.abs(back))
-        return xp.where(back < 0.0, -root, root)
+        u = xp.where(u < 0.0, u / self._reverse, u)
+        size = xp.sqrt(xp.abs(u))
+        root = xp.where(u < 0.0, -size, size)
+        return self._squared * root + (1.0 - self._squared) * u
 
     def wrench(self, command: Floats, centre: Floats, gain: Floats | None = None) -> Floats:
         """Return the controlled components of the wrench that commands produce [N, N m]."""
-        made: Floats = self.matrix(centre, gain) @ self._squares(command)
+        made: Floats = self.matrix(centre, gain) @ self._squares(command[None])[0]
         return made
 
-    def _squared_bounds(self, limit: Floats, low: Floats) -> tuple[Any, ...]:
-        """Bounds as given, and squared, as arrays and as lists; cached, constant in air."""
-        high, least = self._squares(limit), self._squares(low)
-        return limit, low, high, least, high.tolist(), least.tolist()
-
-    def _squares(self, command: Floats) -> Floats:
-        """Signed squared speeds, or forces; scaled where a drive runs backwards."""
-        u: Floats = command * np.abs(command)
-        if not self._all_rotors:
-            u = np.where(self._squared, u, command)
-        if not some(command < 0.0):
-            return u
-        less: Floats = np.where(u < 0.0, u * self._layout.reverse, u)
-        return less
+    def _squares(self, command: Array) -> Array:
+        """Signed squared speeds, or forces, scaled where a drive runs backwards, (B, n)."""
+        u = command * (self._squared * namespace(command).abs(command) + (1.0 - self._squared))
+        return namespace(u).where(u < 0.0, u * self._reverse, u)
 
 
-def _command(u: float, reverse: float, *, rotor: bool) -> float:
-    """Command of a drive for a squared speed or a force; divided by ``reverse`` backwards."""
-    u = u if u >= 0.0 else u / reverse
-    return math.copysign(math.sqrt(abs(u)), u) if rotor else u
+def _reachable(a: Array, wrench: Array, low: Array, high: Array) -> Array:
+    """Wrenches within what each row can do: to ask for more would weigh against what matters."""
+    xp = namespace(wrench)
+    ends = a * low[:, None, :], a * high[:, None, :]
+    most, least = xp.sum(xp.maximum(*ends), axis=2), xp.sum(xp.minimum(*ends), axis=2)
+    return xp.minimum(xp.maximum(wrench, least), most)
 
 
-def least_norm(a: Floats, wrench: Floats, *, full: bool = True) -> Floats:
-    """Return the smallest solution of A u = w, or the nearest one where A lacks rank.
+def least_norm(a: Array, wrench: Array, *, full: bool = True) -> Array:
+    """Return the smallest solutions of A u = w, or the nearest ones where A lacks rank, (B, n).
 
     Args:
-        a: shape (rows, n).
-        wrench: shape (rows,).
+        a: shape (1 or B, rows, n).
+        wrench: shape (B, rows).
         full: whether the rows of A are known to be independent, which is faster.
 
     Example:
-        >>> least_norm(np.array([[1.0, 1.0]]), np.array([3.0]))
-        array([1.5, 1.5])
+        >>> least_norm(np.array([[[1.0, 1.0]]]), np.array([[3.0]]))
+        array([[1.5, 1.5]])
     """
-    if full and type(a) is np.ndarray and a.shape[0] == a.shape[1]:
-        return solved(a, wrench)
+    if full and type(a) is np.ndarray and a.shape[1] == a.shape[2]:
+        return solution(a, wrench)
     # rows of force and of yaw differ by orders of magnitude: level them
-    size = np.sqrt(np.sum(a * a, axis=1))
-    level = 1.0 / np.where(size > 0.0, size, 1.0)
-    b, wanted = a * level[:, None], wrench * level
-    if full:
-        smallest: Floats = b.T @ solution((b @ b.T)[None], wanted[None])[0]
-        return smallest
-    inverse: Any = np.linalg.pinv(b, rcond=RANK)
-    nearest: Floats = inverse @ wanted
-    return nearest
+    xp = namespace(a)
+    size = xp.sqrt(xp.sum(a * a, axis=2))
+    level = 1.0 / xp.where(size > 0.0, size, size * 0.0 + 1.0)
+    b, wanted = a * level[:, :, None], wrench * level
+    turned = xp.permute_dims(b, (0, 2, 1))
+    if not full:
+        turned, found = np.linalg.pinv(b, rcond=RANK), wanted
+    else:
+        found = solved_rows(xp.matmul(b, turned), wanted)
+    return xp.matmul(turned, found[:, :, None])[:, :, 0]
 
 
 def has_rank(a: Floats) -> bool:
@@ -241,73 +242,3 @@ def has_rank(a: Floats) -> bool:
         return False
     values = np.linalg.svd(a / size[:, None], compute_uv=False)
     return bool(values[-1] > RANK * values[0])
-
-
-def shrunk(u: Floats, low: Floats, high: Floats) -> Floats:
-    """Return feasible commands: clipped at ``low``, then scaled to fit under ``high``.
-
-    Example:
-        >>> shrunk(np.array([-1.0, 2.0, 4.0]), np.zeros(3), np.full(3, 2.0))
-        array([0., 1., 2.])
-    """
-    u = np.maximum(u, low)
-    excess = float(np.max(u / high, initial=0.0))
-    return u / excess if excess > 1.0 else u
-
-
-def best_within(a: Floats, wrench: Floats, low: Floats, high: Floats, weights: Floats) -> Floats:
-    """Return the solution of weighted least squares A u = w with low <= u <= high.
-
-    The active set changes by blocks of all drives that break a limit or pull off one; when that
-    does not settle, one drive at a time, which always does (Judice and Pires 1992).
-
-    Args:
-        a: shape (rows, n).
-        wrench: wanted, shape (rows,).
-        low: shape (n,).
-        high: above low, shape (n,).
-        weights: of the rows, shape (rows,); each row counts against the most that it can do.
-    """
-    # in shares of each drive's range and of each row's reach: numbers near one
-    span = high - low
-    scaled = a * span
-    reach = np.abs(scaled).sum(axis=1)
-    weight = weights / np.where(reach > 0.0, reach, 1.0)
-    b = scaled * weight[:, None]
-    target = (wrench - a @ low) * weight
-    h = b.T @ b
-    share = _box(h, b.T @ target)
-    return low + share * span
-
-
-def _box(h: Floats, g: Floats) -> Floats:
-    """Return a minimum of x H x / 2 - g x over 0 <= x <= 1."""
-    count = len(g)
-    eye = np.eye(count)
-    soft = h + SOFT * float(np.trace(h)) * eye
-    x = solved(soft, g)
-    bound = np.minimum(np.maximum(x, 0.0), 1.0)
-    free = (bound == x).astype(float)
-    fewest, patience = count + 1, 3
-    for _ in range(ROUNDS * count):
-        held = bound * (1.0 - free)
-        # the rows and columns of held drives become those of the identity
-        system = soft * (free[:, None] * free) + eye * (1.0 - free)
-        x = solved(system, free * (g - h @ held) + held)
-        # where H lacks rank the softening bends the rows: one refinement straightens them
-        x = x + solved(system, free * (g - h @ x))
-        slope = h @ x - g
-        off = np.where(bound > 0.5, slope, -slope)
-        beyond = np.abs(x - 0.5) - 0.5
-        wrong = np.where(free > 0.0, beyond, off) > 1e-12
-        bad = int(np.count_nonzero(wrong))
-        if bad == 0:
-            break
-        patience = 3 if bad < fewest else patience - 1
-        fewest = min(fewest, bad)
-        if patience <= 0:
-            wrong[: np.flatnonzero(wrong)[-1]] = False
-        bound = np.where(wrong, (x > 0.5).astype(float), bound)
-        free = np.where(wrong, 1.0 - free, free)
-    inside: Floats = np.minimum(np.maximum(x, 0.0), 1.0)
-    return inside

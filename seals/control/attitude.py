@@ -1,8 +1,7 @@
-"""Attitude error on SO(3), and the attitude for a wanted force."""
+"""Attitude error on SO(3), and the attitude for a wanted force; batch first."""
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -11,42 +10,46 @@ from seals.arrays import Array, namespace
 
 
 def lean_for(force: Array, yaw: Any, *, tilt: Any, least: Any) -> Array:
-    """Return the attitude with its z axis along a wanted force, within a tilt limit.
+    """Return attitudes with their z axes along wanted forces, within a tilt limit.
 
     A force that points down is taken for one that pulls along -z: the robot leans the other way.
     Near zero a force has no direction, and the robot stays level.
 
     Args:
-        force: wanted, world axes [N], shape (3,).
-        yaw: heading of body x [rad].
-        tilt: largest lean [rad].
-        least: vertical part below which the lean fades [N].
+        force: wanted, world axes [N], shape (3,) or (B, 3).
+        yaw: heading of body x [rad], a number or shape (B, 1).
+        tilt: largest lean [rad], likewise.
+        least: vertical part below which the lean fades [N], likewise.
 
     Returns:
-        R_WD of the wanted attitude, shape (3, 3).
+        R_WD of the wanted attitude, shape (3, 3) or (B, 3, 3).
 
     Example:
         >>> bool(np.allclose(lean_for(np.array([0, 0, 5.0]), 0.0, tilt=0.5, least=1.0), np.eye(3)))
         True
     """
-    if type(force) is not np.ndarray:
-        return lean_of(force[None], np.reshape(yaw, (1, 1)), tilt=tilt, least=least)[0]
-    x, y, z = force.tolist()
-    per = z / max(z * z, least * least)
+    if force.ndim == 1:
+        yaw, tilt, least = (np.full((1, 1), x) for x in (yaw, tilt, least))
+        return lean_for(force[None], yaw, tilt=tilt, least=least)[0]
+    xp = namespace(force)
+    x, y, z = (force[:, k : k + 1] for k in range(3))
+    size = xp.maximum(z * z, least * least)
+    if type(size) is np.ndarray and not size.all():
+        raise ZeroDivisionError("float division by zero")
+    per = z / size
     x, y = x * per, y * per
-    aside, most = math.hypot(x, y), math.tan(tilt)
-    if aside > most:
-        x, y = x * most / aside, y * most / aside
-    size = math.sqrt(1.0 + x * x + y * y)
+    aside, most = xp.sqrt(x * x + y * y), xp.tan(tilt)
+    share = xp.minimum(most / xp.maximum(aside, most * 1e-9), most * 0.0 + 1.0)
+    x, y = x * share, y * share
+    size = xp.sqrt(1.0 + x * x + y * y)
     x, y, z = x / size, y / size, 1.0 / size
     # body y = z x heading, then body x = y x z
-    ahead, left = math.cos(yaw), math.sin(yaw)
+    ahead, left = xp.cos(yaw), xp.sin(yaw)
     u, v, w = -z * left, z * ahead, x * left - y * ahead
-    size = math.sqrt(u * u + v * v + w * w)
+    size = xp.sqrt(u * u + v * v + w * w)
     u, v, w = u / size, v / size, w / size
-    return np.array(
-        [[v * z - w * y, u, x], [w * x - u * z, v, y], [u * y - v * x, w, z]], dtype=float
-    )
+    rows = [v * z - w * y, u, x, w * x - u * z, v, y, u * y - v * x, w, z]
+    return xp.reshape(xp.concat(rows, axis=1), (-1, 3, 3))
 
 
 def attitude_error(rotation: Array, wanted: Array) -> Array:
@@ -56,43 +59,15 @@ def attitude_error(rotation: Array, wanted: Array) -> Array:
         e = vee(R_d^T R - R^T R_d) / 2, lengthened from the sine of the angle to the angle, so that
         an upside-down robot still turns back.
 
+    Args:
+        rotation: R_WB, shape (3, 3) or (B, 3, 3).
+        wanted: R_WD, likewise.
+
     References:
         Lee, Leok, McClamroch 2010, Geometric tracking control of a quadrotor UAV on SE(3), CDC.
     """
-    if type(rotation) is not np.ndarray:
-        return error_of(rotation[None], wanted[None])[0]
-    (a, b, c), (d, e, f), (g, h, i) = (wanted.T @ rotation).tolist()
-    x, y, z = 0.5 * (h - f), 0.5 * (c - g), 0.5 * (d - b)
-    sine = math.sqrt(x * x + y * y + z * z)
-    cosine = 0.5 * (a + e + i - 1.0)
-    if sine < 1e-9:
-        # half a turn has no direction of its own: any axis will do
-        return np.array([x, y, z] if cosine > 0.0 else [math.pi, 0.0, 0.0])
-    longer = math.atan2(sine, cosine) / sine
-    return np.array([x * longer, y * longer, z * longer])
-
-
-def lean_of(force: Array, yaw: Array, *, tilt: Array, least: Array) -> Array:
-    """Return attitudes whose z axes point along the wanted forces; see `lean_for`."""
-    xp = namespace(force)
-    x, y, z = (force[:, k : k + 1] for k in range(3))
-    per = z / xp.maximum(z * z, least * least)
-    x, y = x * per, y * per
-    aside, most = xp.sqrt(x * x + y * y), xp.tan(tilt)
-    share = xp.minimum(most / xp.maximum(aside, most * 1e-9), most * 0.0 + 1.0)
-    x, y = x * share, y * share
-    size = xp.sqrt(1.0 + x * x + y * y)
-    x, y, z = x / size, y / size, 1.0 / size
-    ahead, left = xp.cos(yaw), xp.sin(yaw)
-    u, v, w = -z * left, z * ahead, x * left - y * ahead
-    size = xp.sqrt(u * u + v * v + w * w)
-    u, v, w = u / size, v / size, w / size
-    rows = [v * z - w * y, u, x, w * x - u * z, v, y, u * y - v * x, w, z]
-    return xp.reshape(xp.concat(rows, axis=1), (-1, 3, 3))
-
-
-def error_of(rotation: Array, wanted: Array) -> Array:
-    """Return rotation vectors from wanted to present attitudes, body axes [rad], shape (B, 3)."""
+    if rotation.ndim == 2:
+        return attitude_error(rotation[None], wanted[None])[0]
     xp = namespace(rotation)
     e = xp.matmul(xp.permute_dims(wanted, (0, 2, 1)), rotation)
     x, y, z = (0.5 * (e[:, i, j] - e[:, j, i])[:, None] for i, j in ((2, 1), (0, 2), (1, 0)))

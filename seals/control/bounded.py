@@ -2,11 +2,22 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import NamedTuple
 
-from seals.arrays import Array, columns, namespace, unasked
-from seals.multibody.linear import solve_symmetric
+import numpy as np
 
+from seals.arrays import Array, Floats, columns, namespace, unasked
+from seals.multibody.linear import solution, solve_symmetric
+from seals.tensor_compiler import compile_law
+
+ROUNDS = 24
+"""Most changes of the active set, a drive; four or five in all are usual."""
+AHEAD = 5
+"""Changes a drive where numbers are not asked for, all of them always made: nobody waits to see
+whether more are needed. Of 100,000 wrenches, most of them far beyond the drives, all (four drives)
+and 99.95 % (six) are settled by then; commands of the rest are within their bounds, and not the
+best ones."""
 SOFT = 1e-9
 """Stiffness that makes the choice among equally good commands unique, share of the whole."""
 BEYOND = 1e-12
@@ -35,27 +46,46 @@ class Search(NamedTuple):
     patience: Array
 
 
-def weighted(
-    a: Array, wrench: Array, low: Array, high: Array, weights: Array
-) -> tuple[Array, Array, Array]:
-    """Return quadratic form, linear form and spans of `seals.control.allocation.best_within`.
+def best_within(a: Array, wrench: Array, low: Array, high: Array, weights: Array) -> Array:
+    """Return the solutions of weighted least squares A u = w with low <= u <= high, shape (B, n).
+
+    The active set changes by blocks of all drives that break a limit or pull off one; when that
+    does not settle, one drive at a time, which always does (Judice and Pires 1992). On a processor
+    rows that have found theirs leave the search.
 
     Args:
         a: shape (B, rows, n).
         wrench: wanted, shape (B, rows).
         low: shape (B, n).
         high: above low, shape (B, n).
-        weights: of the rows, shape (rows,).
+        weights: of the rows, shape (rows,); each row counts against the most that it can do.
     """
+    h, g, span = weighted(a, wrench, low, high, weights)
+    xp, now, count = namespace(h), begun(h, g), g.shape[1]
+    if type(g) is np.ndarray:
+        x = _row_by_row(now)
+    else:
+        ahead = unasked(g)
+        for _ in range((AHEAD if ahead else ROUNDS) * count):
+            x, wrong, then = _round(now)
+            if not ahead and not bool(xp.any(wrong)):
+                break
+            now = then
+    return low + xp.minimum(xp.maximum(x, x * 0.0), x * 0.0 + 1.0) * span
+
+
+def weighted(
+    a: Array, wrench: Array, low: Array, high: Array, weights: Array
+) -> tuple[Array, Array, Array]:
+    """Return quadratic form, linear form and spans of `best_within`, which has the arguments."""
     xp = namespace(wrench)
-    ends = a * low[:, None, :], a * high[:, None, :]
-    most, least = xp.sum(xp.maximum(*ends), axis=2), xp.sum(xp.minimum(*ends), axis=2)
-    wanted = xp.minimum(xp.maximum(wrench, least), most)
+    # in shares of each drive's range and of each row's reach: numbers near one
     span = high - low
     scaled = a * span[:, None, :]
-    weight = weights / xp.sum(xp.abs(scaled), axis=2)
+    reach = xp.sum(xp.abs(scaled), axis=2)
+    weight = weights / xp.where(reach > 0.0, reach, reach * 0.0 + 1.0)
     b = scaled * weight[:, :, None]
-    target = (wanted - xp.matmul(a, low[:, :, None])[:, :, 0]) * weight
+    target = (wrench - xp.matmul(a, low[:, :, None])[:, :, 0]) * weight
     turned = xp.permute_dims(b, (0, 2, 1))
     return xp.matmul(turned, b), xp.matmul(turned, target[:, :, None])[:, :, 0], span
 
@@ -80,8 +110,10 @@ def tried(now: Search) -> tuple[Array, Array]:
     eye = xp.eye(g.shape[1], dtype=g.dtype, device=g.device)[None]
     held = now.bound * (1.0 - free)
     both = free[:, :, None] * free[:, None, :]
+    # the rows and columns of held drives become those of the identity
     system = now.soft * both + eye * (1.0 - free)[:, :, None]
     x = solved_rows(system, free * (g - _times(h, held)) + held)
+    # where H lacks rank the softening bends the rows: one refinement straightens them
     x = x + solved_rows(system, free * (g - _times(h, x)))
     slope = _times(h, x) - g
     off = xp.where(now.bound > 0.5, slope, -slope)
@@ -107,10 +139,32 @@ def changed(now: Search, x: Array, wrong: Array) -> Search:
 def solved_rows(matrix: Array, right: Array) -> Array:
     """Solve symmetric systems, shapes (B, n, n) and (B, n)."""
     if not unasked(matrix):
-        return namespace(matrix).linalg.solve(matrix, right[:, :, None])[:, :, 0]
+        return solution(matrix, right)
     size = range(right.shape[1])
     lower = [[matrix[:, i, j] for j in range(i + 1)] for i in size]
     return columns(*solve_symmetric(lower, [right[:, i] for i in size]))
+
+
+def _row_by_row(now: Search) -> Floats:
+    """Solve every row on NumPy; rows that have converged are left out."""
+    found: Floats = np.empty_like(now.g)
+    rows = np.arange(len(found))
+    for _ in range(ROUNDS * now.g.shape[1]):
+        x, wrong = tried(now)
+        found[rows] = x
+        (left,) = wrong.any(axis=1).nonzero()
+        if not len(left):
+            break
+        rows, x, wrong = rows[left], x[left], wrong[left]
+        now = changed(Search(*(part[left] for part in now)), x, wrong)
+    return found
+
+
+@partial(compile_law, nested=True)
+def _round(now: Search) -> tuple[Array, Array, Search]:
+    """One round of the search, on PyTorch: optimum, violated bounds, next state."""
+    x, wrong = tried(now)
+    return x, wrong, changed(now, x, wrong)
 
 
 def _times(h: Array, x: Array) -> Array:

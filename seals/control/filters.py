@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from seals.arrays import Array, Floats, namespace
+from seals.arrays import Array, Floats, as_like, namespace
 from seals.state_records import state_record
 
 NONE = 1e-9
@@ -53,8 +53,8 @@ class Trend(NamedTuple):
 
     @staticmethod
     def flat(size: int) -> Trend:
-        """Return the trend of a signal of ``size`` numbers before its first sample."""
-        none = Rate(None, np.zeros(size))
+        """Return the trend of a signal of the shape (1, size) before its first sample."""
+        none = Rate(None, np.zeros((1, size)))
         return Trend(none, none)
 
     def next(self, value: Floats, step: float, time_constant: float) -> Trend:
@@ -71,23 +71,23 @@ class Trend(NamedTuple):
 
     def ahead(self, time: float, first: int = 0, last: int | None = None) -> Floats:
         """Return the derivative extrapolated by a time [s], for all components or some."""
-        now, change = self.first.rate[first:last], self.second.rate[first:last]
+        now, change = self.first.rate[:, first:last], self.second.rate[:, first:last]
         expected: Floats = now + time * change
         return expected
 
 
 class Lag:
-    """First-order lag of drives, for compensation by a controller.
+    """First-order lag of drives, for compensation by a controller; shapes (n,) or (B, n).
 
     Args:
         rise: time constants while the size of the state grows [s], shape (n,).
         fall: while it shrinks [s], shape (n,).
+        like: array whose library, type and device to use; None for NumPy.
     """
 
-    def __init__(self, rise: Floats, fall: Floats) -> None:
-        rises, falls = np.maximum(rise, NONE).tolist(), np.maximum(fall, NONE).tolist()
-        self._pairs = list(zip(rises, falls, strict=True))
-        self._columns = np.array(rises), np.array(falls)
+    def __init__(self, rise: Floats, fall: Floats, like: Array | None = None) -> None:
+        like = np.zeros(1) if like is None else like
+        self._rise, self._fall = (as_like(np.maximum(x, NONE), like) for x in (rise, fall))
 
     def quickened(
         self, wanted: Array, state: Array, quicker: float, bounds: tuple[Array, Array]
@@ -104,48 +104,24 @@ class Lag:
             quicker: at least 1 [1].
             bounds: lowest and highest commands.
         """
-        if type(wanted) is not np.ndarray:
-            return self._quickened(wanted, state, quicker, bounds)
-        goals, states = wanted.tolist(), state.tolist()
-        low, high = bounds[0].tolist(), bounds[1].tolist()
-        out = []
-        # a few numbers: faster one by one than as arrays
-        for w, x, (rise, fall), a, b in zip(goals, states, self._pairs, low, high, strict=True):
-            u = w
-            if rise > NONE:
-                u = x + quicker * (w - x) * ((fall if abs(w) < abs(x) else rise) / rise)
-            out.append(min(max(u, a), b))
-        return np.array(out)
-
-    def _quickened(
-        self, wanted: Array, state: Array, quicker: float, bounds: tuple[Array, Array]
-    ) -> Array:
-        """Do the same on any array library."""
         xp, (low, high) = namespace(wanted), bounds
-        rise, _ = self._columns
         lag = self._lags(wanted, state)
-        ahead = xp.where(rise > NONE, state + quicker * (wanted - state) * (lag / rise), wanted)
+        ahead = state + quicker * (wanted - state) * (lag / self._rise)
+        ahead = xp.where(self._rise > NONE, ahead, wanted)
         return xp.minimum(xp.maximum(ahead, low), high)
-
-    def _lags(self, goal: Array, state: Array) -> Array:
-        """Lag of every drive on its way to a goal [s]."""
-        rise, fall = self._columns
-        xp = namespace(goal)
-        return xp.where(xp.abs(goal) < xp.abs(state), fall, rise)
 
     def followed(self, state: Array, command: Array, step: float) -> Array:
         """Return the states after one period under a held command [s]."""
-        if type(state) is not np.ndarray:
-            kept = namespace(state).exp(-step / self._lags(command, state))
-            return command + (state - command) * kept
-        out = []
-        for x, u, (rise, fall) in zip(state.tolist(), command.tolist(), self._pairs, strict=True):
-            lag = fall if abs(u) < abs(x) else rise
-            out.append(u + (x - u) * math.exp(-step / lag))
-        return np.array(out)
+        kept = namespace(state).exp(-step / self._lags(command, state))
+        return command + (state - command) * kept
+
+    def _lags(self, goal: Array, state: Array) -> Array:
+        """Lag of every drive on its way to a goal [s]."""
+        xp = namespace(goal)
+        return xp.where(xp.abs(goal) < xp.abs(state), self._fall, self._rise)
 
 
-def summed(total: Floats, error: Floats, step: float, most: float) -> Floats:
+def summed(total: Array, error: Array, step: float, most: Any) -> Array:
     """Return an integral after one more period, each component limited to ``most``."""
-    more: Floats = np.minimum(np.maximum(total + step * error, -most), most)
-    return more
+    xp = namespace(total)
+    return xp.minimum(xp.maximum(total + step * error, -most), most)

@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from seals.arrays import Array, Floats, gathered, namespace
-from seals.control.plant import Plant
+from seals.arrays import Array, Floats, gathered, namespace, some
 from seals.control.protocols import Buoyancy
 from seals.environment.sample import Sample
+from seals.frames import cross
 from seals.multibody.kinematics import Kinematics
-from seals.multibody.single import cross_rows
+from seals.multibody.rows import by_batch
 from seals.multibody.tree import forward
 from seals.robot.model import RobotModel
 
@@ -101,7 +101,7 @@ class MassPropertyEstimator:
         first, mass = beyond[:, :3, 3], beyond[:, 3:, 3]
         count = len(axes)
         levers = np.concatenate((first - mass * anchors, anchors))
-        both = cross_rows(np.concatenate((axes, axes)), levers)
+        both = cross(np.concatenate((axes, axes)), levers)
         push, swing = both[:count], both[count:]
         trace = (beyond[:, 0, 0] + beyond[:, 1, 1] + beyond[:, 2, 2])[:, None]
         spin = trace * axes - (beyond[:, :3, :3] @ axes[:, :, None])[:, :, 0]
@@ -112,34 +112,40 @@ class MassPropertyEstimator:
             swing = np.where(slide, -axes, swing)
         x, y, z = centre.tolist()
         about = gathered([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]], centre)
-        return push, spin - cross_rows(first, swing) - push @ about
+        return push, spin - cross(first, swing) - push @ about
 
 
-class ImmersionEstimator:
-    """Estimator of the total submersion and buoyancy of a robot.
+def immersion(
+    sample: Sample, volume: Array, gravity: float, places: Array, turns: Array
+) -> tuple[Array, Buoyancy]:
+    """Return submerged share of all hulls' volume [1], shape (B, 1), and their buoyancy.
 
     Args:
-        plant: the robot in its surroundings.
-        volume: displaced by every link when submerged [m^3], shape (L, 1).
+        sample: at the links, rows link by link.
+        volume: displaced by every link when submerged [m^3], rows link by link or one.
+        gravity: [m/s^2].
+        places: origins of the links in the base [m], shape (1 or B, L, 3).
+        turns: rotations of the links in the base, shape (1 or B, L, 3, 3).
     """
+    xp, links = namespace(sample.submersion), turns.shape[1]
+    none, share = sample.normal[:, 0:1] * 0.0, volume * sample.submersion
+    if not some(share > 0.0):
+        dry = by_batch(none, links)[:, 0]
+        return dry, Buoyancy(dry, by_batch(sample.normal, links)[:, 0] * 0.0)
+    rows = none + volume, none + share, none + share * sample.water_density
+    whole, wet, weight = (by_batch(x, links) for x in rows)
+    centres = by_batch(none + sample.buoyancy_centre, links)
+    centres = xp.matmul(turns, centres[:, :, :, None])[:, :, :, 0] + places
+    whole, wet, force = (xp.sum(x, axis=1) for x in (whole, wet, weight))
+    centre = xp.sum(weight * centres, axis=1) / xp.maximum(force, force * 0.0 + 1e-9)
+    # a robot without a hull has no volume
+    return wet / xp.maximum(whole, whole * 0.0 + 1e-30), Buoyancy(force * gravity, centre)
 
-    def __init__(self, plant: Plant, volume: Floats) -> None:
-        self.gravity, self._volume = plant.gravity, np.asarray(volume)
-        self._whole = float(self._volume.sum())
-        self._dry = Buoyancy(0.0, np.zeros(3))
 
-    def now(self, kinematics: Kinematics, sample: Sample) -> tuple[float, Buoyancy]:
-        """Return submersion and buoyancy at one instant."""
-        wet = self._volume * sample.submersion
-        total = float(wet.sum())
-        if total <= 0.0:
-            return 0.0, self._dry
-        weight = (wet * sample.water_density)[:, 0]
-        force = float(weight.sum())
-        turns, origins = kinematics.rotations[0], kinematics.origins[0]
-        centres = (turns @ sample.buoyancy_centre[:, :, None])[:, :, 0] + origins - origins[0]
-        centre = (weight @ centres / force) @ turns[0]
-        return total / self._whole, Buoyancy(force * self.gravity, centre)
+def in_base(kinematics: Kinematics) -> tuple[Array, Array]:
+    """Return origins (1, L, 3) and rotations (1, L, 3, 3) of the links of one robot in the base."""
+    origins, turn = kinematics.origins[0], kinematics.rotations[0, 0]
+    return ((origins - origins[:1]) @ turn)[None], (turn.T @ kinematics.rotations[0])[None]
 
 
 def _grouped(robot: RobotModel, group: list[int]) -> Floats:

@@ -30,18 +30,19 @@ class Buoyancy(NamedTuple):
     """Buoyancy of all hulls together.
 
     Args:
-        force: against gravity [N].
-        centre: where it acts, body axes about the body origin [m], shape (3,).
+        force: against gravity [N]; shape (B, 1) for a batch.
+        centre: where it acts, body axes about the body origin [m], shape (3,) or (B, 3).
     """
 
-    force: float
-    centre: Floats
+    force: Any
+    centre: Array
 
 
 class RobotState(NamedTuple):
     """State of the robot and its surroundings at one instant, for guides and controllers.
 
-    Body axes are those of the base link, vectors in them are about its origin.
+    Body axes are those of the base link, vectors in them are about its origin. For a batch, see
+    `BatchController`, all have a first axis of B or one, numbers the shape (B, 1).
 
     Args:
         time: [s].
@@ -146,6 +147,26 @@ class ActuatorCommand(NamedTuple):
     joints: Floats
 
 
+@runtime_checkable
+class BatchController(Protocol):
+    """Velocity controller over a batch of robots whose joints are held."""
+
+    def start(self, batch: int) -> Any:
+        """Return the initial controller state, arrays of B rows each."""
+        ...
+
+    def command(self, situation: RobotState, aim: Reference, memory: Any) -> tuple[Array, Any]:
+        """Return the commands of all drives, shape (B, n), and the new controller state.
+
+        Args:
+            situation: of all robots, shapes with a first axis of B or one; of joints, depth and
+                the arm's maps it holds nothing.
+            aim: velocity (B, 3) and heading (B, 1) that are wanted.
+            memory: of the last call.
+        """
+        ...
+
+
 Compiler = Callable[[Callable[..., Sequence[Array]], Sequence[tuple[int, ...]]], Any]
 """Function from a law on arrays and their shapes to its machine code, a function of numbers."""
 
@@ -164,7 +185,7 @@ class ControllerOptions:
     def compile(self, compiled: Compiler | None) -> None:
         """Set the compiler of laws, None for none; called after `Controller.bind`."""
 
-    def batched(self, plant: Plant, joints: Floats, like: Array) -> Any:
+    def batched(self, plant: Plant, joints: Floats, like: Array) -> BatchController:
         """Return the controller over a batch of robots whose joints are held.
 
         Args:

@@ -12,5 +12,5 @@ from seals.coupling.engine import ContactPoints as ContactPoints
 from seals.coupling.engine import EngineBody as EngineBody
 from seals.coupling.engine import SolvingEngineBody as SolvingEngineBody
 from seals.coupling.implicit_drive import ImplicitDrive as ImplicitDrive
-from seals.coupling.implicit_drive import ImplicitDrives as ImplicitDrives
+from seals.coupling.implicit_drive import drive_over as drive_over
 from seals.coupling.leapfrog import HalfStep as HalfStep

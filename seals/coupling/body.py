@@ -16,7 +16,7 @@ from seals.coupling.engine import (
     SolvingEngineBody,
     generalised,
 )
-from seals.coupling.implicit_drive import ImplicitDrives
+from seals.coupling.implicit_drive import drive_over
 from seals.coupling.inertia_split import at_rest
 from seals.coupling.leapfrog import HalfStep
 from seals.coupling.locked import base_inertia, locked_kick
@@ -56,7 +56,6 @@ class CoupledBody(BodyOptions):
         self.engine, self.robot, self._second_order = engine, robot, second_order
         joints = robot.tree.joints
         self._base = 0 if robot.tree.fixed_base else 6
-        self._drives = ImplicitDrives(self._base)
         self._forces: PredictedForces | SolvedForces
         if isinstance(engine, SolvingEngineBody):
             self._forces = SolvedForces(engine, robot)
@@ -172,7 +171,7 @@ class CoupledBody(BodyOptions):
         """Set forces and joint torques for the next step; called once before each step."""
         smooth = self._speed.acceleration(step)
         last = None if smooth is None else smooth[self._base :]
-        acting = self._drives.over_step(dynamics, step, last)
+        acting = drive_over(dynamics, step, last)
         self._base_inertia = lambda: base_inertia(self._assembly, dynamics)
         self._began = dynamics
         self._forces.apply(
@@ -255,7 +254,7 @@ class CoupledBody(BodyOptions):
         """
         last = own[0] if form[1] == "smooth" else None
         own = own[1:]
-        acting = ImplicitDrives(self._base).over_step(dynamics, step, last)
+        acting = drive_over(dynamics, step, last)
         rows = base_inertia(self._assembly, dynamics) if self._limits and self._base else None
         found = self._forces.compiled_law(form[0], dynamics, step, acting, *own)
         return found if rows is None else [*found, rows]

@@ -40,14 +40,6 @@ class JointResponse(NamedTuple):
     given: Floats
 
 
-class _Prepared(NamedTuple):
-    """Inertia of the joints (J, J), gain (1, J), and the inertia with armature and gain on it."""
-
-    inertia: Floats
-    gain: Floats
-    whole: Floats
-
-
 class JointServo:
     """Conversion of joint drives to torques that are constant over a step.
 
@@ -63,7 +55,6 @@ class JointServo:
         self._engine, self._lead = engine, lead
         self.response: JointResponse | None = None
         self._known: tuple[Floats, Floats] | None = None
-        self._solved: _Prepared | None = None
 
     def snapshot(self) -> Any:
         """Return the joints' response and the inertia in use, both immutable."""
@@ -85,24 +76,13 @@ class JointServo:
             pairs = zip(joints.tolist(), self._known[0].tolist(), strict=True)
             if max(abs(now - then) for now, then in pairs) <= STALE:
                 return self._known[1]
-        self._known = (joints, self._inertia(joints))
-        return self._known[1]
-
-    def _inertia(self, joints: Floats) -> Floats:
         whole, lead = self._engine.mass_matrix(joints), self._lead
         found = whole[lead:, lead:]
         if lead:
             across = whole[:lead, lead:]
             found = found - across.T @ solved(whole[:lead, :lead], across)
+        self._known = joints, found
         return found
-
-    def _prepared(self, inertia: Floats, acting: ImplicitDrive) -> _Prepared:
-        """Sum of an inertia and a gain, kept as long as they are."""
-        kept = self._solved
-        if kept is None or kept.inertia is not inertia or kept.gain is not acting.gain:
-            whole = inertia + np.diag(acting.armature + acting.gain[0])
-            kept = self._solved = _Prepared(inertia, acting.gain, whole)
-        return kept
 
     def forces(self, dynamics: Dynamics, acting: ImplicitDrive, joints: Floats) -> Floats | None:
         """Return the forces to hand to the engine, shape (J,); None when the last step is unknown.
@@ -114,13 +94,13 @@ class JointServo:
         """
         if self.response is None:
             return None
-        known, drive = self._prepared(self.inertia(joints), acting), acting.drive
-        outer = dynamics.joint_force[0]
-        right = known.inertia @ self.response.change - self.response.given + outer
-        change = solved(known.whole, right + drive.force[0])
+        inertia, drive, outer = self.inertia(joints), acting.drive, dynamics.joint_force[0]
+        right = inertia @ self.response.change - self.response.given + outer
+        whole = inertia + np.diag(acting.armature + acting.gain[0])
+        change = solved(whole, right + drive.force[0])
         pull = drive.force[0] - acting.gain[0] * change
         if np.count_nonzero(np.abs(pull) > drive.limit):
-            matrix = heavier(known.inertia[None], acting.armature[None])
+            matrix = heavier(inertia[None], acting.armature[None])
             both = driven(matrix, right[None], drive, acting.gain)
             change, pull = both[0][0], both[1][0]
         given: Floats = outer + pull - acting.armature * change

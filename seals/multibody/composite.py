@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.multibody.many import Many, crossed
+from seals.multibody.kinematics import Kinematics, crossed, turned
 
 _ROUNDING = 1e-12
 """Share of an inertia matrix by which its entries may miss those of a rigid body."""
@@ -53,12 +53,12 @@ class RigidInertias(NamedTuple):
         )
 
 
-def generalised_inertia(many: Many, links: RigidInertias) -> Floats:
+def generalised_inertia(many: Kinematics, links: RigidInertias) -> Floats:
     """Return the generalised inertia, shape (B, n, n)."""
     tree, arm = many.tree, many.arm
     lead = 0 if tree.fixed_base else 6
     mass = np.broadcast_to(links.mass, arm.shape[1:]).copy()
-    bodies = np.concatenate((many.turned(links.moment), _turned(many, links.inertia)))
+    bodies = np.concatenate((turned(many.turn, links.moment), _turned(many.turn, links.inertia)))
     half = bodies[:3] + 0.5 * mass * arm
     bodies[:3] += mass * arm
     for k, (i, j) in enumerate(((1, 2), (2, 0), (0, 1))):
@@ -80,18 +80,18 @@ def generalised_inertia(many: Many, links: RigidInertias) -> Floats:
     return np.ascontiguousarray(out.transpose(2, 0, 1))
 
 
-def base_inertia(many: Many, links: RigidInertias) -> Floats:
+def base_inertia(many: Kinematics, links: RigidInertias) -> Floats:
     """Return the generalised inertia of the base alone, a free one, shape (B, 6, 6)."""
-    base = many._replace(turn=many.turn[:, :, :1])
+    turn = many.turn[:, :, :1]
     bodies = np.concatenate(
-        (base.turned(links.moment[:, :1]), _turned(base, links.inertia[:, :, :1]))
+        (turned(turn, links.moment[:, :1]), _turned(turn, links.inertia[:, :, :1]))
     )
     out = np.zeros((6, 6, bodies.shape[2]))
     _base(out, links.mass[0], bodies[:, 0])
     return np.ascontiguousarray(out.transpose(2, 0, 1))
 
 
-def generalised_force(many: Many, load: Floats) -> Floats:
+def generalised_force(many: Kinematics, load: Floats) -> Floats:
     """Return the generalised force of wrenches on the links, shape (B, n).
 
     Args:
@@ -99,8 +99,7 @@ def generalised_force(many: Many, load: Floats) -> Floats:
         load: forces and torques about the link origins, link axes, shape (6, L, B).
     """
     tree = many.tree
-    force = many.turned(load[:3])
-    torque = many.turned(load[3:])
+    force, torque = turned(many.turn, load[:3]), turned(many.turn, load[3:])
     torque += crossed(many.arm, force)
     _folded(tree.parent, force)
     _folded(tree.parent, torque)
@@ -108,18 +107,17 @@ def generalised_force(many: Many, load: Floats) -> Floats:
     push -= crossed(many.anchors, pull)
     if tree.sliding:
         push += tree.slides * (pull - push)
-    joints = (many.axes * push).sum(axis=0)
+    joints = (many.hinges * push).sum(axis=0)
     lead = [] if tree.fixed_base else [force[:, 0], torque[:, 0]]
     force_of_all: Floats = np.concatenate([*lead, joints]).T
     return force_of_all
 
 
-def _turned(many: Many, inertia: Floats) -> Floats:
+def _turned(turn: Floats, inertia: Floats) -> Floats:
     """Inertias in axes of the world: xx, yy, zz, then yz, zx, xy, shape (6, L, B)."""
-    turn = many.turn
     half = np.empty_like(turn)
     for k in range(3):
-        half[:, k] = many.turned(inertia[:, k])
+        half[:, k] = turned(turn, inertia[:, k])
     out = np.empty((6, *turn.shape[2:]))
     for k, (a, b) in enumerate(((0, 0), (1, 1), (2, 2), (1, 2), (2, 0), (0, 1))):
         out[k] = (half[a] * turn[b]).sum(axis=0)
@@ -141,7 +139,7 @@ def _base(out: Floats, mass: Floats, body: Floats) -> None:
         out[3 + i, 3 + j] = out[3 + j, 3 + i] = body[6 + k]
 
 
-def _joints(many: Many, mass: Floats, bodies: Floats) -> tuple[Floats, Floats]:
+def _joints(many: Kinematics, mass: Floats, bodies: Floats) -> tuple[Floats, Floats]:
     """Twists at the base origin by unit rates of the joints, and the momenta of what they move.
 
     Args:
@@ -149,7 +147,7 @@ def _joints(many: Many, mass: Floats, bodies: Floats) -> tuple[Floats, Floats]:
         mass: of what hangs on each joint, shape (J, B).
         bodies: its moment and inertia, shape (9, J, B).
     """
-    slides, spin = many.tree.slides, many.axes
+    slides, spin = many.tree.slides, many.hinges
     linear = crossed(many.anchors, spin)
     if many.tree.sliding:
         linear, spin = linear + slides * (spin - linear), spin * (1.0 - slides)

@@ -18,9 +18,8 @@ from seals.multibody.composite import (
     generalised_inertia,
 )
 from seals.multibody.kept_terms import KeptTerms
-from seals.multibody.kinematics import Kinematics, LinkVelocities
+from seals.multibody.kinematics import Kinematics, LinkVelocities, crossed
 from seals.multibody.linear import ChangedLead, Factors
-from seals.multibody.many import crossed
 from seals.multibody.rows import by_batch, take_motion
 from seals.multibody.servo import heavier
 from seals.multibody.spatial import added_terms, kirchhoff
@@ -89,7 +88,7 @@ class Assembly:
     ) -> tuple[Array, Array]:
         """Return generalised inertia (B, n, n) and force (B, n), see `accelerations`."""
         added = any(not weightless(i[2]) for i in found.inertias)
-        if kinematics.many is not None and not added and self._rigid is not None:
+        if kinematics.many and not added and self._rigid is not None:
             return self._composed(kinematics, moving, found, joint_force)
         xp = namespace(moving.speed)
         force = self.wrenches(motion, found) - self.velocity_terms(motion, found)
@@ -115,8 +114,6 @@ class Assembly:
         self, kinematics: Kinematics, moving: LinkVelocities, found: LinkLoads, joint_force: Floats
     ) -> tuple[Floats, Floats]:
         """Return the same for many robots without added inertia, by composite bodies."""
-        many = kinematics.many
-        assert many is not None
         matrix, load = self._inertial(kinematics, moving)
         rows = load.reshape(6, -1)
         for _, chosen, wrench in found.loads:
@@ -125,7 +122,7 @@ class Assembly:
                 rows[:3, at] += wrench.force.T
             if wrench.torque is not None:
                 rows[3:, at] += wrench.torque.T
-        right = generalised_force(many, load)
+        right = generalised_force(kinematics, load)
         joints = joint_force.shape[1]
         right[:, right.shape[1] - joints :] += joint_force
         return matrix, right
@@ -135,14 +132,13 @@ class Assembly:
 
         What the first inertias at these poses gave serves all others that differ at the base alone.
         """
-        many, rigid, kept = kinematics.many, self._rigid, kinematics.kept
-        assert many is not None
+        rigid, kept = self._rigid, kinematics.kept
         assert rigid is not None
         differing = None if kept is None else kept.differing(self.inertia, self.armature)
         if (
             kept is None
             or differing is None
-            or (differing and (differing != [0] or many.tree.fixed_base))
+            or (differing and (differing != [0] or kinematics.tree.fixed_base))
         ):
             matrix = self._composite(kinematics)
             load = self._load(kinematics, moving, slice(None))
@@ -158,7 +154,7 @@ class Assembly:
             return matrix, load
         matrix = kept.matrix
         if differing:
-            matrix, change = matrix.copy(), base_inertia(many, rigid.less(kept.rigid))
+            matrix, change = matrix.copy(), base_inertia(kinematics, rigid.less(kept.rigid))
             matrix[:, :6, :6] += change
             self._changed = matrix, kept, change
         if kept.moving is not moving:
@@ -171,9 +167,8 @@ class Assembly:
     def _composite(self, kinematics: Kinematics) -> Floats:
         """Generalised inertia of composite bodies, drives included, kept while poses stay."""
         if self._kept is None or self._kept[0] is not kinematics:
-            assert kinematics.many is not None
             assert self._rigid is not None
-            matrix = generalised_inertia(kinematics.many, self._rigid)
+            matrix = generalised_inertia(kinematics, self._rigid)
             if self.armature is not None:
                 matrix = heavier(matrix, self.armature[None])
             self._kept = kinematics, matrix

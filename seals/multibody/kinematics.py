@@ -1,6 +1,8 @@
 """Velocities, Jacobians and velocity-product accelerations of all links of a tree at given poses.
 
-Arrays are ordered (batch, links, ...). The generalised velocity is [velocity of the base origin,
+Arrays are ordered (batch, links, ...) outside. Inside the batch comes last: a component over the
+whole batch is one contiguous vector, so that no time goes into thousands of products of three rows
+each. The generalised velocity is [velocity of the base origin,
 angular velocity of the base, joint rates], the first two in world axes; a fixed base has only the
 joint rates.
 """
@@ -8,18 +10,18 @@ joint rates.
 from __future__ import annotations
 
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Array, as_like, namespace
-from seals.frames import cross_last, skew_last
-from seals.multibody.kept_terms import KeptTerms
-from seals.multibody.many import Many, is_many
-from seals.multibody.single import Single
+from seals.frames import CROSS, MANY, cross_last, skew_last
 from seals.multibody.tree import Tree
 from seals.state_records import state_record
+
+if TYPE_CHECKING:
+    from seals.multibody.kept_terms import KeptTerms
 
 _EYE = np.eye(3)
 
@@ -52,7 +54,11 @@ class Kinematics:
     Attributes:
         jacobian: map from the generalised velocity to the twists of all links in link axes, shape
             (B, L, 6, n).
-        many: the same poses with the batch last, where there are many on NumPy; else None.
+        turn: R_WL, shape (3, 3, L, B).
+        arm: link origins relative to that of the base, world [m], shape (3, L, B).
+        hinges: joint axes, world [1], shape (3, J, B).
+        anchors: places of the joints relative to the base origin, world [m], shape (3, J, B).
+        many: whether there are so many robots on NumPy that composite bodies are worth it.
         kept: terms of the equations of motion at these poses, where there are many.
     """
 
@@ -61,56 +67,53 @@ class Kinematics:
         self._lead = 0 if tree.fixed_base else 6
         self._kept_bias: tuple[LinkVelocities, Array] | None = None
         self._sliding = tree.sliding
-        self.many: Many | None = None
+        self.many = bool(tree.joints) and type(origins) is np.ndarray and len(origins) >= MANY
         self.kept: KeptTerms | None = None
-        if tree.joints and is_many(origins):
-            self.many = Many.of(tree, origins, rotations)
 
     @cached_property
-    def _back(self) -> Array:
-        """Rotations of the world in link axes, shape (B, L, 3, 3)."""
-        return namespace(self.rotations).permute_dims(self.rotations, (0, 1, 3, 2))
+    def turn(self) -> Array:
+        """Rotations of the links, shape (3, 3, L, B)."""
+        return _contiguous(namespace(self.rotations).permute_dims(self.rotations, (2, 3, 1, 0)))
 
     @cached_property
-    def _arm(self) -> Array:
-        """Link origins relative to the base origin, shape (B, L, 3)."""
-        return self.origins - self.origins[:, :1, :]
+    def arm(self) -> Array:
+        """Link origins relative to that of the base, shape (3, L, B)."""
+        return _contiguous(_turned_over(self.origins - self.origins[:, :1]))
+
+    @cached_property
+    def hinges(self) -> Array:
+        """Joint axes, shape (3, J, B)."""
+        axis = as_like(self.tree.axis.T[:, :, None], self.origins)
+        return turned(_taken(self.turn, self.tree.children, 2), axis)
+
+    @cached_property
+    def anchors(self) -> Array:
+        """Places of the joints, shape (3, J, B)."""
+        return _taken(self.arm, self.tree.children, 1)
 
     @cached_property
     def axes(self) -> Array:
         """Joint axes, world [1], shape (B, J, 3)."""
-        if self.many is not None:
-            return self.many.axes.transpose(2, 1, 0)
-        turned = self._of_links(self.rotations, self.tree.children)
-        columns = as_like(self.tree.axis_columns, self.origins)
-        return namespace(turned).matmul(turned, columns)[:, :, :, 0]
+        return _turned_over(self.hinges)
 
     @cached_property
-    def _single(self) -> Single | None:
-        """The same poses of one robot with revolute joints on NumPy; else None."""
-        origins, tree = self.origins, self.tree
-        if type(origins) is not np.ndarray or len(origins) > 1 or self._sliding or not tree.joints:
-            return None
-        levers = self._arm[0].take(tree.levers, axis=0)
-        return Single(tree, self.rotations[0], self.axes[0], levers)
+    def _back(self) -> Array:
+        """Rotations of the world in link axes, shape (B, L, 3, 3)."""
+        return namespace(self.rotations).permute_dims(_contiguous(self.rotations), (0, 1, 3, 2))
 
     @cached_property
-    def _anchors(self) -> Array:
-        """Places of the joints relative to the base origin, shape (B, J, 3)."""
-        return self._of_links(self._arm, self.tree.children)
+    def _arm(self) -> Array:
+        """Link origins relative to the base origin, shape (B, L, 3)."""
+        return _contiguous(_turned_over(self.arm))
 
     def _base_blocks(self) -> tuple[Array, Array]:
         """Identity and zero for every link, (B, L, 3, 3)."""
-        if type(self._arm) is np.ndarray and len(self._arm) == 1:
-            return self.tree.identity, self.tree.nothing
         zero = self._arm[:, :, :, None] * as_like(np.zeros((1, 3)), self._arm)
         return zero + as_like(_EYE, self._arm), zero
 
     @cached_property
     def jacobian(self) -> Array:
         """Map from the generalised velocity to all twists in link axes, shape (B, L, 6, n)."""
-        if self._single is not None:
-            return self._single.jacobian()[None]
         xp = namespace(self.origins)
         if type(self._arm) is np.ndarray and self._lead and self.tree.joints:
             return self._filled_jacobian()
@@ -132,10 +135,6 @@ class Kinematics:
 
     def _filled_jacobian(self) -> Array:
         """The same on NumPy, without products by the identity and zeros of the base."""
-        if self.many is not None:
-            # products of small matrices, one by one, want the batch first in memory
-            self._arm, self.axes = (np.ascontiguousarray(x) for x in (self._arm, self.axes))
-            self._back = np.ascontiguousarray(self.rotations).transpose(0, 1, 3, 2)
         linear, angular = self._joint_columns()
         first, joints = self._lead, self.tree.joints
         world = np.concatenate((skew_last(-self._arm), linear, angular), axis=3)
@@ -149,20 +148,15 @@ class Kinematics:
     def _joint_columns(self) -> tuple[Array, Array]:
         """Linear and angular world-axes columns of the joints, each (B, L, 3, J)."""
         xp, tree = namespace(self.origins), self.tree
-        arm = self._arm[:, :, None, :] - self._anchors[:, None, :, :]
-        angular = self.axes[:, None] * as_like(tree.moves[:, :, None], arm)
+        # products of small matrices, one by one, want the batch first in memory
+        axes, anchors = (_contiguous(_turned_over(x)) for x in (self.hinges, self.anchors))
+        arm = self._arm[:, :, None, :] - anchors[:, None, :, :]
+        angular = axes[:, None] * as_like(tree.moves[:, :, None], arm)
         linear = cross_last(angular, arm)
         if self._sliding:
             slides = as_like(tree.slides, arm)
             linear, angular = linear * (1.0 - slides) + angular * slides, angular * (1.0 - slides)
         return xp.permute_dims(linear, (0, 1, 3, 2)), xp.permute_dims(angular, (0, 1, 3, 2))
-
-    def _of_links(self, values: Array, links: NDArray[np.int64]) -> Array:
-        """Values (B, L, ...) of some links."""
-        if type(values) is np.ndarray:
-            return values.take(links, axis=1)
-        xp = namespace(values)
-        return xp.take(values, xp.asarray(links, device=getattr(values, "device", None)), axis=1)
 
     def twists(self, speed: Array) -> Array:
         """Return the twists of all links for a generalised velocity (B, n), shape (B, L, 6).
@@ -178,40 +172,37 @@ class Kinematics:
             W = w + sum a_j q_j', V = v + W x r - sum (a_j q_j') x s_j over the joints between the
             base and the link; a sliding joint adds a_j q_j' to V only.
         """
-        xp, tree, lead = namespace(speed), self.tree, self._lead
-        if self._single is not None:
-            both, twists = self._single.move(speed[0])
-            return LinkVelocities(speed, both[None, :, 0], both[None, :, 1], twists[None])
-        if self.many is not None:
-            found = (x.transpose(2, 1, 0) for x in self.many.move(speed.T))
-            return LinkVelocities(speed, *found)
-        base = speed[:, None, :]
-        if not tree.joints:
-            angular = base[:, :, 3:6] + self._arm * 0.0 if lead else self._arm * 0.0
-            linear = cross_last(angular, self._arm)
-        else:
-            turning, slide = self.axes * speed[:, lead:, None], None
+        xp, tree = namespace(speed), self.tree
+        rates = xp.permute_dims(speed, (1, 0))
+        slide, angular = None, self.arm * 0.0
+        if tree.joints:
             moves = as_like(tree.moves, speed)
-            if self._sliding:
-                slides = as_like(tree.slides, speed)
-                slide, turning = turning * slides, turning * (1.0 - slides)
+            turning, slide = self._split(self.hinges * rates[self._lead :])
             angular = xp.matmul(moves, turning)
-            if lead:
-                angular = angular + base[:, :, 3:6]
-            linear = cross_last(angular, self._arm)
-            linear = linear - xp.matmul(moves, cross_last(turning, self._anchors))
-            if slide is not None:
-                linear = linear + xp.matmul(moves, slide)
-        if lead:
-            linear = linear + base[:, :, 0:3]
-        twists = self._in_links(linear[:, :, :, None], angular[:, :, :, None])
-        return LinkVelocities(speed, linear, angular, twists)
+        if self._lead:
+            angular += rates[3:6, None]
+        linear = crossed(angular, self.arm)
+        if tree.joints:
+            linear -= xp.matmul(moves, crossed(turning, self.anchors))
+        if slide is not None:
+            linear += xp.matmul(moves, slide)
+        if self._lead:
+            linear += rates[0:3, None]
+        found = (_turned_over(x) for x in (linear, angular, self._in_links(linear, angular)))
+        return LinkVelocities(speed, *found)
+
+    def _split(self, rates: Array) -> tuple[Array, Array | None]:
+        """Split vectors along the joints into revolute and prismatic parts, (3, J, B)."""
+        if not self._sliding:
+            return rates, None
+        slides = as_like(self.tree.slides, rates)
+        return rates * (1.0 - slides), rates * slides
 
     def _in_links(self, linear: Array, angular: Array) -> Array:
-        """World vectors of all links (B, L, 3, 1) as [linear, angular] in link axes, (B, L, 6)."""
+        """World vectors of all links, each (3, L, B), as [linear, angular] in link axes."""
         xp = namespace(linear)
-        both = xp.matmul(self._back, xp.concat((linear, angular), axis=3))
-        return xp.concat((both[:, :, :, 0], both[:, :, :, 1]), axis=2)
+        back = xp.permute_dims(self.turn, (1, 0, 2, 3))
+        return xp.concat((turned(back, linear), turned(back, angular)), axis=0)
 
     def bias(self, moving: LinkVelocities) -> Array:
         """Return the rate of the twists at zero generalised acceleration, shape (B, L, 6).
@@ -232,46 +223,63 @@ class Kinematics:
         return kept[1]
 
     def _bias(self, moving: LinkVelocities) -> Array:
-        lead = self._lead
-        if self._single is not None:
-            m = moving
-            return self._single.bias(m.speed[0], m.linear[0], m.angular[0])[None]
-        if self.many is not None:
-            parts = (x.T for x in (moving.speed, moving.linear, moving.angular))
-            return self.many.bias(*parts).transpose(2, 1, 0)
-        if self.tree.joints:
-            linear, angular = self._joint_bias(moving, moving.speed[:, lead:])
-        elif lead:
-            base = moving.speed[:, None, :]
-            angular = moving.linear * 0.0
-            linear = angular - cross_last(base[:, :, 3:6], base[:, :, 0:3])
-        else:
-            return moving.twists * 0.0
-        return self._in_links(linear[:, :, :, None], angular[:, :, :, None])
-
-    def _joint_bias(self, moving: LinkVelocities, rates: Array) -> tuple[Array, Array]:
-        """Contribution of the joints to the bias accelerations, world axes, each (B, L, 3)."""
-        xp, tree = namespace(rates), self.tree
-        turning = self.axes * rates[:, :, None]
-        change = cross_last(self._of_links(moving.angular, tree.parents), turning)
-        slide = None
-        if self._sliding:
-            slides = as_like(tree.slides, rates)
-            slide, change, turning = (
-                change * slides,
-                change * (1.0 - slides),
-                turning * (1.0 - slides),
-            )
-        moves = as_like(tree.moves, rates)
-        angular = xp.matmul(moves, change)
-        anchors = self._anchors if change.shape[0] == 1 else self._anchors + change * 0.0
-        # one cross product for three sums; the last row is w x v of the base
-        spin, velocity = moving.angular[:, :1] * 0.0, moving.linear[:, :1]
+        xp, tree = namespace(moving.speed), self.tree
+        rates = xp.permute_dims(moving.speed, (1, 0))
+        linear = angular = self.arm * 0.0
+        if tree.joints:
+            moves = as_like(tree.moves, rates)
+            velocity, spin = _turned_over(moving.linear), _turned_over(moving.angular)
+            turning = self.hinges * rates[self._lead :]
+            change, slide = self._split(crossed(_taken(spin, tree.parents, 1), turning))
+            inner = crossed(change, self.anchors)
+            turning, _ = self._split(turning)
+            inner += crossed(turning, _taken(velocity, tree.children, 1))
+            angular = xp.matmul(moves, change)
+            linear = crossed(angular, self.arm)
+            linear -= xp.matmul(moves, inner)
+            if slide is not None:
+                linear += xp.matmul(moves, slide)
         if self._lead:
-            spin = moving.speed[:, None, 3:6]
-        inner = cross_last(
-            xp.concat((change, turning, spin), axis=1),
-            xp.concat((anchors, self._of_links(moving.linear, tree.children), velocity), axis=1),
-        )
-        linear = cross_last(angular, self._arm) - xp.matmul(as_like(tree.moves_twice, rates), inner)
-        return (linear if slide is None else linear + xp.matmul(moves, slide)), angular
+            linear = linear - crossed(rates[3:6], rates[0:3])[:, None]
+        return _turned_over(self._in_links(linear, angular))
+
+
+def turned(turn: Array, vectors: Array) -> Array:
+    """Products of matrices (3, 3, L, B) and vectors (3, L, 1 or B), shape (3, L, B)."""
+    out = turn[:, 0] * vectors[0]
+    out += turn[:, 1] * vectors[1]
+    out += turn[:, 2] * vectors[2]
+    return out
+
+
+def crossed(a: Array, b: Array) -> Array:
+    """Cross product over the first axis, shapes (3, ...) that broadcast."""
+    if type(a) is np.ndarray and max(a.size, b.size) >= 3 * MANY:
+        out = np.empty(np.broadcast_shapes(a.shape, b.shape))
+        for k, (i, j) in enumerate(((1, 2), (2, 0), (0, 1))):
+            np.multiply(a[i], b[j], out=out[k])
+            out[k] -= a[j] * b[i]
+        return out
+    outer = a[:, None] * b[None]
+    if type(outer) is np.ndarray:
+        # few robots: all nine products at once, then one small matrix product
+        return (CROSS.T @ outer.reshape(9, -1)).reshape(3, *outer.shape[2:])
+    parts = [a[i] * b[j] - a[j] * b[i] for i, j in ((1, 2), (2, 0), (0, 1))]
+    return namespace(a).stack(parts, axis=0)
+
+
+def _turned_over(x: Array) -> Array:
+    """Return an array of three axes with their order reversed."""
+    return namespace(x).permute_dims(x, (2, 1, 0))
+
+
+def _contiguous(x: Array) -> Array:
+    return np.ascontiguousarray(x) if type(x) is np.ndarray else x
+
+
+def _taken(x: Array, index: NDArray[np.int64], axis: int) -> Array:
+    """Entries of some links along an axis."""
+    if type(x) is np.ndarray:
+        return x.take(index, axis=axis)
+    xp = namespace(x)
+    return xp.take(x, xp.asarray(index, device=getattr(x, "device", None)), axis=axis)

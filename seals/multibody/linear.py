@@ -35,13 +35,17 @@ def solved(matrix: Floats, right: Floats) -> Floats:
 
 
 def solution(matrix: Array, right: Array) -> Array:
-    """Solve the systems M x = b of a batch, shapes (B, n, n) and (B, n), on any array library.
+    """Solve the systems M x = b of a batch, on any array library.
+
+    Args:
+        matrix: M, shape (1 or B, n, n).
+        right: b, shape (B, n).
 
     Example:
         >>> solution(np.array([[[2.0, 0.0], [0.0, 4.0]]]), np.array([[2.0, 2.0]]))
         array([[1. , 0.5]])
     """
-    if type(matrix) is np.ndarray and len(matrix) == 1:
+    if type(matrix) is np.ndarray and len(right) == 1:
         return solved(matrix[0], right[0])[None]
     return namespace(matrix).linalg.solve(matrix, right[:, :, None])[:, :, 0]
 

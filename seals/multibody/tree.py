@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Array, Floats, as_like, namespace
-from seals.multibody.many import is_many, poses
+from seals.frames import SKEW
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,11 +58,6 @@ class Tree:
         return np.array(self.child, dtype=np.int64)
 
     @cached_property
-    def axis_columns(self) -> Floats:
-        """Joint axes as columns, shape (J, 3, 1)."""
-        return np.ascontiguousarray(self.axis[:, :, None])
-
-    @cached_property
     def moves(self) -> Floats:
         """1 where a joint lies between the base and a link, shape (L, J)."""
         table = np.zeros((self.links, self.joints))
@@ -71,52 +66,6 @@ class Tree:
             if self.joint[link] >= 0:
                 table[link, self.joint[link]] = 1.0
         return table
-
-    @cached_property
-    def moves_twice(self) -> Floats:
-        """Matrix [moves, moves, base], base column 1 for a free base, shape (L, 2 J + 1)."""
-        base = np.full((self.links, 1), 0.0 if self.fixed_base else 1.0)
-        return np.concatenate((self.moves, self.moves, base), axis=1)
-
-    @cached_property
-    def levers(self) -> NDArray[np.int64]:
-        """Links that have a lever arm: all links, then the child of every joint, shape (L + J,)."""
-        return np.concatenate((np.arange(self.links), self.children))
-
-    @cached_property
-    def sweep(self) -> Floats:
-        """Matrix that sums the cross products of links, joints and base into link velocities.
-
-        Shape (L, L + J + 1): the product of the link's own spin and arm, less those of the joints
-        between the base and the link, and the velocity of a free base.
-        """
-        base = np.full((self.links, 1), 0.0 if self.fixed_base else 1.0)
-        return np.concatenate((np.eye(self.links), -self.moves, base), axis=1)
-
-    @cached_property
-    def drift(self) -> Floats:
-        """Matrix that sums the cross products of links, joints and base into bias accelerations.
-
-        Shape (L, L + 2 J + 1).
-        """
-        base = np.full((self.links, 1), 0.0 if self.fixed_base else 1.0)
-        return np.concatenate((np.eye(self.links), -self.moves, -self.moves, -base), axis=1)
-
-    @cached_property
-    def spins(self) -> Floats:
-        """Matrix [moves, base]: 1 where a joint or the free base moves a link, shape (L, J + 1)."""
-        base = np.full((self.links, 1), 0.0 if self.fixed_base else 1.0)
-        return np.concatenate((self.moves, base), axis=1)
-
-    @cached_property
-    def identity(self) -> Floats:
-        """Identity for every link, shape (1, L, 3, 3)."""
-        return np.tile(np.eye(3), (1, self.links, 1, 1))
-
-    @cached_property
-    def nothing(self) -> Floats:
-        """Zero matrix for every link, shape (1, L, 3, 3)."""
-        return np.zeros((1, self.links, 3, 3))
 
     @cached_property
     def parents(self) -> NDArray[np.int64]:
@@ -146,32 +95,27 @@ def forward(tree: Tree, position: Array, rotation: Array, joints: Array) -> tupl
     Returns:
         Origins (B, L, 3) [m] and rotations (B, L, 3, 3) of all links.
     """
-    if is_many(position):
-        return poses(tree, position, rotation, joints)
     xp = namespace(position)
-    origins, rotations = [position], [rotation]
+    # the batch comes last in memory: a component over all robots is one contiguous vector
+    places, turns = [xp.permute_dims(position, (1, 0))], [xp.permute_dims(rotation, (1, 2, 0))]
     for link in range(1, tree.links):
         up, j = tree.parent[link], tree.joint[link]
-        offset = as_like(tree.origin[link], position)
-        turn = xp.matmul(rotations[up], as_like(tree.rotation[link], position))
-        place = origins[up] + xp.matmul(rotations[up], offset[:, None])[:, :, 0]
-        if j >= 0:
-            axis = as_like(tree.axis[j], position)
-            q = joints[:, j : j + 1]
-            if tree.prismatic[j]:
-                place = place + xp.matmul(turn, axis[:, None])[:, :, 0] * q
-            else:
-                turn = xp.matmul(turn, _axis_rotation(tree.axis[j], q))
-        origins.append(place)
-        rotations.append(turn)
-    return xp.stack(origins, axis=1), xp.stack(rotations, axis=1)
-
-
-def _axis_rotation(axis: Floats, angle: Array) -> Array:
-    """Rodrigues' formula about a fixed axis, angle (B, 1), result (B, 3, 3)."""
-    xp = namespace(angle)
-    x, y, z = axis / np.linalg.norm(axis)
-    k = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    eye, first, second = (as_like(m, angle)[None] for m in (np.eye(3), k, k @ k))
-    a = angle[:, :, None]
-    return eye + xp.sin(a) * first + (1.0 - xp.cos(a)) * second
+        offset, back = (
+            as_like(x[link], position) for x in (tree.origin, tree.rotation.transpose(0, 2, 1))
+        )
+        place = places[up] + xp.matmul(offset, turns[up])
+        # row i of R_up R is R^T times row i of R_up
+        turn = xp.matmul(back, turns[up])
+        if j >= 0 and tree.prismatic[j]:
+            place = place + xp.matmul(as_like(tree.axis[j], position), turn) * joints[:, j]
+        elif j >= 0:
+            # Rodrigues' formula: R + sin(q) R K + (1 - cos(q)) R K K
+            across = tree.axis[j] / np.linalg.norm(tree.axis[j]) @ SKEW
+            across = as_like(across.reshape(3, 3).T, position)
+            first = xp.matmul(across, turn)
+            turn = turn + xp.sin(joints[:, j]) * first
+            turn = turn + (1.0 - xp.cos(joints[:, j])) * xp.matmul(across, first)
+        places.append(place)
+        turns.append(turn)
+    origins, rotations = xp.stack(places, axis=1), xp.stack(turns, axis=2)
+    return xp.permute_dims(origins, (2, 1, 0)), xp.permute_dims(rotations, (3, 2, 0, 1))

@@ -92,7 +92,7 @@ class CompiledStep:
         body: Any,
     ) -> None:
         effects = servos.effects
-        self._robot, self._servos, self._drivetrain = robot, servos, drivetrain
+        self._robot, self._servos, self._response = robot, servos, drivetrain.response
         batteries: list[Any] = [b.effect for b in effects.batteries]
         self._full = batteries[0].full_voltage if batteries else 1.0
         self._body: CompiledBody = body
@@ -218,8 +218,9 @@ class CompiledStep:
             nothing = np.zeros((1, 0))
             battery, ahead = nothing if voltage is None else voltage, nothing
             if held is not None:
-                share = None if voltage is None else voltage / self._full
-                ahead = self._drivetrain.followed(inputs.drive, held, share, step)
+                if voltage is not None:
+                    held = self._response.limited(held, voltage / self._full)
+                ahead = self._response.followed(inputs.drive, held, step)
             return [row, *found.memory.values(), *speeds.values(), battery, ahead, *own]
 
         return _Form(compiled(law, [np.shape(x) or (1, 1) for x in values]), *names)

@@ -7,13 +7,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from seals.arrays import Array, Floats, namespace
+from seals.arrays import Array, Floats, as_like, namespace
 from seals.effects.binding import EffectSet
 from seals.effects.effect import ActuatorOptions
 from seals.errors import ConfigError
 from seals.motion import Timing
 from seals.plugin_options import options_of
 
+SHORT = 1e-9
+"""Shortest time constant of a drive that does not follow at once [s]."""
 INSTANT = 1e-9
 """Times closer than this are one [s]: ten thousand steps of 0.1 ms stay on their grid."""
 
@@ -77,11 +79,56 @@ class Response(NamedTuple):
         power: power of the battery's voltage to which the limits are proportional [1], shape (n,).
     """
 
-    lag: Floats
-    limit: Floats
+    lag: Array
+    limit: Array
     delay: float
-    fall: Floats
-    power: Floats
+    fall: Array
+    power: Array
+
+    def over_batch(self, like: Array) -> Response:
+        """Return the response of a batch: arrays (1, n) in the library of ``like``.
+
+        Raises:
+            ConfigError: commands arrive late: what is on the way has no form over a batch.
+        """
+        if self.delay > 0.0:
+            raise ConfigError(
+                f"commands arrive {self.delay:g} s late; a batch has no command delay.\n"
+                "Leave the effect command_delay out, or use backend=pybullet."
+            )
+        lag, limit, _, fall, power = (as_like(np.atleast_2d(x), like) for x in self)
+        return Response(lag, limit, 0.0, fall, power)
+
+    def limited(self, command: Array, share: Array | None) -> Array:
+        """Return commands limited by the battery voltage; pure, on any array library.
+
+        Args:
+            command: in the unit of the drives, shape (B, n).
+            share: voltage of the battery by its full voltage [1], shape (B, 1); None for full.
+        """
+        xp, most = namespace(command), self.limit
+        if share is not None:
+            left = xp.minimum(xp.maximum(share, share * 0.0), share * 0.0 + 1.0)
+            most = most * left**self.power
+        return xp.minimum(xp.maximum(command, -most), most)
+
+    def followed(self, state: Array, goal: Array, span: float) -> Array:
+        """Return drive states after ``span`` [s] under held commands, shape (B, n); pure.
+
+        Equation:
+            x' = (u - x) / tau, solved exactly, with tau the fall where the drive slows down. A lag
+            of zero keeps nothing, even over no time.
+        """
+        xp = namespace(state)
+        rise, fall = _kept(self.lag, span), _kept(self.fall, span)
+        return goal + (state - goal) * xp.where(xp.abs(goal) < xp.abs(state), fall, rise)
+
+
+def _kept(lag: Array, span: float) -> Array:
+    """Share of the distance to its goal that a drive keeps over a span [s]."""
+    xp = namespace(lag)
+    kept = xp.exp(-span / xp.maximum(lag, lag * 0.0 + SHORT))
+    return xp.where(lag > 0.0, kept, lag * 0.0)
 
 
 class Drivetrain:
@@ -101,8 +148,6 @@ class Drivetrain:
     def __init__(self, effects: EffectSet, joints: int) -> None:
         self.response = response_of(effects)
         self._lagging = bool(np.all(self.response.lag > 0.0) and np.all(self.response.fall > 0.0))
-        columns = (self.response.lag, self.response.fall, self.response.limit, self.response.power)
-        self._drives = list(zip(*(c.tolist() for c in columns), strict=True))
         # of the commands' own shape: broadcasting takes four times as long
         self._most, self._least = self.response.limit[None], -self.response.limit[None]
         speeds = speeds_of(effects, joints)
@@ -126,19 +171,6 @@ class Drivetrain:
         """Commands that act now, shape (1, n); None before the first."""
         return self._commands.now
 
-    def followed(self, drive: Array, held: Array, share: Array | None, step: float) -> Array:
-        """Return the states of all drives after a step under held commands [s]; pure."""
-        xp, r = namespace(drive), self.response
-        goal = held
-        if share is not None:
-            most = r.limit * xp.maximum(share, share * 0.0) ** r.power
-            within = xp.minimum(xp.maximum(held, -most), most)
-            goal = xp.where(share < 1.0, within, held)
-        with np.errstate(divide="ignore"):
-            rise, fall = (np.exp(-step / lag) for lag in (r.lag, r.fall))
-        kept = xp.where(xp.abs(goal) < xp.abs(drive), fall, rise)
-        return goal + (drive - goal) * kept
-
     def drive(
         self,
         time: float,
@@ -154,7 +186,7 @@ class Drivetrain:
             command: held from now on, in the unit of the drives, shape (1, n); None for no new one.
             drive: states at the last call; None for standstill.
             share: voltage of the battery by its full voltage, which limits the drives [1].
-            ahead: from `followed` for the whole time since the last call; None if not known.
+            ahead: from `Response.followed` for all the time since the last call; None if not known.
 
         Raises:
             ConfigError: the command does not have one number a drive.
@@ -207,25 +239,16 @@ class Drivetrain:
         """States after ``span`` [s] under one held command."""
         if held is None or (span <= 0.0 and drive is not None and self._lagging):
             return drive
-        state, r = [0.0] * len(self._drives) if drive is None else drive.tolist()[0], self._share
-        following = []
-        # a few numbers: faster one by one than as arrays
-        for x, u, (rise, fall, most, power) in zip(
-            state, held.tolist()[0], self._drives, strict=True
-        ):
-            limit = math.inf
-            if r < 1.0:
-                limit = most * max(r, 0.0) ** power
-            goal = min(max(u, -limit), limit)
-            lag = fall if abs(goal) < abs(x) else rise
-            # a lag of zero keeps nothing, even over no time
-            kept = math.exp(-max(span, 0.0) / lag) if lag > 0.0 else 0.0
-            following.append(goal + (x - goal) * kept)
-        return np.array([following])
+        goal, r = held, self.response
+        if self._share < 1.0:
+            goal = r.limited(held, np.array([[self._share]]))
+        state = 0.0 * held if drive is None else drive
+        after: Floats = r.followed(state, goal, max(span, 0.0))
+        return after
 
     def _checked(self, command: Floats, asked: Any) -> Floats:
         """Return a command, or refuse it; ``asked``: the same as lists."""
-        count = len(self._drives)
+        count = len(self.response.lag)
         if np.shape(command) != (1, count) or not math.isfinite(sum(asked[0])):
             raise ConfigError(
                 f"a command of shape {np.shape(command)}, or not finite, for {count} drives.\n"

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats
 from seals.control import ActuatorCommand, Controller, Guide, Plant, Reference, RobotState
 from seals.control.actuator_limits import ActuatorLimitEstimator, ActuatorLimits
 from seals.control.estimate import Estimate, Estimator
-from seals.control.mass_properties import ImmersionEstimator, MassNow, MassPropertyEstimator
+from seals.control.mass_properties import MassNow, MassPropertyEstimator, immersion, in_base
 from seals.control.protocols import Buoyancy, Compiler, ControllerOptions, Goal, GuideOptions
+from seals.effects.binding import EffectSet
 from seals.environment.sample import Sample
 from seals.errors import PhysicsError
 from seals.motion import Joints, Motion
@@ -34,6 +35,45 @@ class Weights(NamedTuple):
     submersion: float
     buoyancy: Buoyancy
     limits: ActuatorLimits
+
+
+class Weighing:
+    """Law of mass properties, buoyancy and limits of one robot; pure, on any array library.
+
+    Args:
+        plant: the robot in its surroundings.
+        volume: displaced by every link when submerged [m^3], shape (L, 1).
+        effects: bound in the library of ``like``; None for the plant's.
+        like: array whose library to use; None for NumPy.
+    """
+
+    def __init__(
+        self,
+        plant: Plant,
+        volume: Array,
+        effects: EffectSet | None = None,
+        like: Array | None = None,
+    ) -> None:
+        self._mass, self._total = MassPropertyEstimator(plant.robot), float(plant.robot.mass.sum())
+        self._volume, self._gravity = volume, plant.gravity
+        self._limits = ActuatorLimitEstimator(plant, effects, like=like)
+
+    def submersion(self, kinematics: Kinematics, sample: Sample) -> tuple[Array, Buoyancy]:
+        """Return the submerged share of all hulls' volume [1], shape (1, 1), and buoyancy."""
+        return immersion(sample, self._volume, self._gravity, *in_base(kinematics))
+
+    def numbers(self, kinematics: Kinematics, motion: Motion, sample: Sample) -> list[Array]:
+        """Return the arrays of which `weights` makes the result."""
+        mass = self._mass.now(kinematics)
+        wet, (force, place) = self.submersion(kinematics, sample)
+        limits = self._limits.now(motion, sample)
+        return [*mass[1:], wet, force, place[0], *(x[0] for x in limits)]
+
+    def weights(self, numbers: Sequence[Floats]) -> Weights:
+        """Return what `numbers` found by NumPy or by machine code."""
+        centre, inertia, centre_map, momentum_map, wet, force, place, *limits = numbers
+        mass = MassNow(self._total, centre, inertia, centre_map, momentum_map)
+        return Weights(mass, wet.item(), Buoyancy(force.item(), place), ActuatorLimits(*limits))
 
 
 class ControlInput(NamedTuple):
@@ -93,9 +133,7 @@ class Pilot:
         self.plant, self.controller, self.guide = plant, controller, guide
         guide.bind(plant)
         controller.bind(plant)
-        self._mass = MassPropertyEstimator(plant.robot)
-        self._water = ImmersionEstimator(plant, volume)
-        self._thrust = ActuatorLimitEstimator(plant)
+        self._weighing = Weighing(plant, volume)
         self._estimator = Estimator(controller.sense)
         self._every = max(1, round(1.0 / (controller.rate * step)))
         self._guide_every = max(self._every, round(1.0 / (guide.rate * step)))
@@ -207,15 +245,11 @@ class Pilot:
 
     def weigh(self, kinematics: Kinematics, motion: Motion, sample: Sample) -> Weights:
         """Compute mass properties, submersion, buoyancy and actuator limits."""
-        return Weights(
-            self._mass.now(kinematics),
-            *self._water.now(kinematics, sample),
-            self._thrust.now(motion, sample),
-        )
+        return self._weighing.weights(self._weighing.numbers(kinematics, motion, sample))
 
     def submersion(self, kinematics: Kinematics, sample: Sample) -> float:
         """Return the submerged share of all hulls' volume [1]; arguments as of `weigh`."""
-        return self._water.now(kinematics, sample)[0]
+        return float(self._weighing.submersion(kinematics, sample)[0])
 
     def compile(self, compiled: Compiler | None) -> None:
         """Pass the compiler of laws to the controller; None for none."""

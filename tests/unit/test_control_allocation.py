@@ -7,7 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from seals.control import Layout
-from seals.control.allocation import Allocation, Saturation, best_within
+from seals.control.allocation import Allocation, Saturation
+from seals.control.bounded import best_within
 
 SEEDS = range(40)
 LARGE = 1000.0
@@ -145,8 +146,26 @@ def test_the_best_within_limits_is_that_of_an_independent_solver(rows: int) -> N
         wrench, weights = rng.normal(size=rows) * 5.0, 10.0 ** rng.uniform(-1.5, 0.0, rows)
         weight = weights / np.abs(a * (high - low)).sum(axis=1)
         best = scipy.lsq_linear(a * weight[:, None], wrench * weight, (low, high), tol=1e-14)
-        found = best_within(a, wrench, low, high, weights)
+        found = best_within(a[None], wrench[None], low[None], high[None], weights)[0]
         misfit = [float(np.sum((weight * (a @ u - wrench)) ** 2)) for u in (found, best.x)]
         assert (found >= low - 1e-12).all()
         assert (found <= high + 1e-12).all()
         assert misfit[0] <= misfit[1] * (1.0 + 1e-6) + 1e-9
+
+
+def test_one_row_of_limits_stands_for_many_wrenches() -> None:
+    """Limits of one row hold for every wrench: the same commands as with a row each."""
+    rng = np.random.default_rng(5)
+    layout = layout_of(rng, 6)
+    allocation = Allocation(layout, saturation=Saturation.priority)
+    wrench = rng.normal(size=(12, 4)) * [200.0, 5.0, 5.0, 5.0]
+    rows = {"gain": np.full((1, 6), 1.2), "limit": 0.9 * layout.limit[None]}
+    each = {name: np.repeat(row, 12, axis=0) for name, row in rows.items()}
+    found = allocation.commands(wrench, **rows)
+    np.testing.assert_allclose(found, allocation.commands(wrench, **each), atol=1e-9)
+    alone = [
+        allocation.commands(w, layout.position.mean(axis=0), **{n: r[0] for n, r in rows.items()})
+        for w in wrench
+    ]
+    np.testing.assert_allclose(found, alone, atol=1e-6)
+    assert np.any(found >= 0.999 * rows["limit"])

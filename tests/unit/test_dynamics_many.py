@@ -54,10 +54,10 @@ def test_many_robots_move_like_each_of_them(fleet: Fleet) -> None:
     """Poses, velocities, bias and Jacobian are those of the robot alone."""
     together = fleet.kinematics(slice(None))
     moving = together.move(fleet.speed)
-    assert together.many is not None
+    assert together.many
     for k in SHOWN:
         alone = fleet.kinematics(slice(k, k + 1))
-        assert alone.many is None
+        assert not alone.many
         moved = alone.move(fleet.speed[k : k + 1])
         pairs = (
             (together.origins, alone.origins),

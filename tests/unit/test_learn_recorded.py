@@ -9,7 +9,7 @@ import pytest
 
 from seals.arrays import fixed, some, undecided
 from seals.config.compose import compose
-from seals.control.batched import BatchAllocation, Saturation, View
+from seals.control.allocation import Allocation, Saturation
 
 torch = pytest.importorskip("torch", reason="learning needs torch: pip install 'aam-seals[learn]'")
 
@@ -187,15 +187,19 @@ def test_commands_beyond_the_drives_are_the_best_in_most_cases(
     plant = build_plant(model, effects, settings.environment)
     centre = MassPropertyEstimator(plant.robot).at(stowed(model)).centre
     like, rng = torch.zeros(1, dtype=torch.float64), np.random.default_rng(3)
-    allocation = BatchAllocation(
-        plant, centre, like, saturation=Saturation.priority, weights=np.array([1.0, 10, 10, 0.1])
+    allocation = Allocation(
+        plant.layout,
+        centre=centre,
+        like=like,
+        saturation=Saturation.priority,
+        weights=np.array([1.0, 10, 10, 0.1]),
     )
     limit = torch.from_numpy(np.tile(plant.layout.limit, (2000, 1)))
-    view = View(*[None] * 10)._replace(gain=limit * 0.0 + 1.0, limit=limit, low=-0.5 * limit)
+    bounds = {"gain": limit * 0.0 + 1.0, "limit": limit, "low": -0.5 * limit}
     wrench = torch.from_numpy(rng.normal(size=(2000, 4)) * [30.0, 3.0, 3.0, 0.3])
-    exact = allocation.commands(wrench, view)
+    exact = allocation.commands(wrench, **bounds)
     _as_if_there(monkeypatch)
-    ahead = allocation.commands(wrench, view)
+    ahead = allocation.commands(wrench, **bounds)
     far = ((ahead - exact).abs() / limit).amax(1)
     assert float((far > 1e-4).double().mean()) < 0.005
     assert bool((ahead <= limit * (1.0 + 1e-9)).all())

@@ -10,9 +10,6 @@ import pytest
 from seals.arrays import namespace
 from seals.backend import Configuration
 from seals.config.compose import compose
-from seals.control import RobotState
-from seals.control.plant import build_plant
-from seals.control.protocols import NOTHING, Buoyancy, Reference
 from seals.errors import ConfigError
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.learn.environments.batch import Environments
@@ -22,7 +19,7 @@ from seals.learn.environments.world import FullWorld, WorldsInTurn
 from seals.motion import Inputs, Joints
 from seals.plugins.backends.mujoco_warp.laws import kernel_of
 from seals.pytree import leaves
-from seals.run.assembly import ROBOT, build_model
+from seals.run.assembly import ROBOT
 from seals.world.scalar_compiler import followed, statements_of
 
 torch = pytest.importorskip("torch")
@@ -228,63 +225,6 @@ def test_on_a_slope_every_crab_starts_and_stands_square_to_its_own_ground() -> N
     weight = 9.81 * (float(robot.mass.sum()) - 1000.0 * volume)
     found = crabs.simulator.worlds.first.views.normals().sum(1)
     np.testing.assert_allclose(found.numpy(), weight * up.cos().numpy(), rtol=0.02)
-
-
-def test_a_batch_of_gaits_steps_as_one_gait_does() -> None:
-    """Joint values and phases of both agree to float64's last places, through stops and turns."""
-    settings, _ = build_learning(compose([*SEA, "backend=mujoco"], root="learn"))
-    robot, effects = build_model(settings)
-    gait: Any = settings.controller
-    gait.bind(build_plant(robot, effects, settings.environment))
-    many = gait.walking(2, torch.zeros(1, dtype=torch.float64))
-    ones, pace = [gait.start(), gait.start()], many.start()
-    rng = np.random.default_rng(0)
-    for k in range(60):
-        yaw, velocity = rng.uniform(-3, 3, 2), rng.uniform(-0.3, 0.3, (2, 3)) * (k % 20 < 12)
-        turn = rng.uniform(-2.5, 2.5, (2, 1)) * (k % 20 < 12)
-        ranges = {"frequency": (1, 6), "stroke": (0.015, 0.05), "lift": (0.003, 0.02)}
-        ranges["duty"] = (0.4, 0.8)
-        manner = {name: rng.uniform(*ends, (2, 1)) for name, ends in ranges.items()}
-        rotation = matrix_of(quaternion_of_rpy(np.stack((0 * yaw, 0 * yaw, yaw), axis=1)))
-        given = [torch.as_tensor(x) for x in (rotation, velocity, turn)]
-        wishes = {name: torch.as_tensor(x) for name, x in manner.items()}
-        values, pace = many.command(*given, wishes, pace, step=0.008)
-        for row in range(2):
-            plain = {name: float(x[row, 0]) for name, x in manner.items()}
-            aim = Reference(
-                velocity=velocity[row], yaw=yaw[row], yaw_rate=float(turn[row, 0]), manner=plain
-            )
-            order, ones[row] = gait.command(_situation(rotation[row], robot), aim, ones[row])
-            told = order.joints[many.joints]
-            np.testing.assert_allclose(values[row].numpy(), told, atol=1e-12)
-            np.testing.assert_allclose(pace.phase[row].numpy(), ones[row].phase, atol=1e-12)
-
-
-def _situation(rotation: Any, robot: Any) -> RobotState:
-    """Return what a gait asks for."""
-    none, joints = np.zeros(3), np.zeros(robot.tree.joints)
-    return RobotState(
-        time=0.0,
-        step=0.008,
-        position=none,
-        rotation=rotation,
-        velocity=none,
-        angular_velocity=none,
-        joints=joints,
-        joint_velocity=joints,
-        mass=1.0,
-        centre=none,
-        inertia=np.eye(3),
-        centre_map=np.zeros((3, 0)),
-        momentum_map=np.zeros((3, 0)),
-        submersion=0.0,
-        buoyancy=Buoyancy(0.0, none),
-        depth=0.0,
-        gain=joints,
-        limit=joints,
-        low=joints,
-        readings=NOTHING,
-    )
 
 
 @pytest.mark.parametrize(

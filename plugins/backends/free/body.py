@@ -8,7 +8,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.backend import BodyOptions, Configuration, Dynamics, LinkPoses
-from seals.coupling import HalfStep, ImplicitDrives
+from seals.coupling import HalfStep, drive_over
 from seals.environment.ground import ground_height
 from seals.environment.settings import EnvironmentSettings
 from seals.errors import PhysicsError
@@ -57,7 +57,6 @@ class FreeBody(BodyOptions):
     def __init__(self, robot: RobotModel, *, ground: EnvironmentSettings | None) -> None:
         self.robot, self._ground = robot, ground
         self._lead = 0 if robot.tree.fixed_base else 6
-        self._drives = ImplicitDrives(self._lead)
         self._assembly = Assembly(robot.spatial_inertia[None])
         self._untouched = np.zeros((len(robot.links), 6)), np.zeros(len(robot.links))
         for zeros in self._untouched:
@@ -130,7 +129,7 @@ class FreeBody(BodyOptions):
         if d.armature is not None:
             matrix = heavier(matrix, d.armature[None])
         last = self._state.change
-        acting = self._drives.over_step(d, step, None if last is None else last[self._lead :])
+        acting = drive_over(d, step, None if last is None else last[self._lead :])
         if acting is None:
             self._change = solved(matrix[0], right[0])
         else:

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from seals.batch.drives import BatchDrives
 from seals.batch.loads import BatchLoads, LinkStates, Loads
 from seals.frames import matrix_of
 from seals.motion import Inputs, Joints
@@ -58,15 +57,15 @@ class WarpRobot:
         self.engine, self._loads = engine, loads
         self._chains = {link: v.chain(link) for link in loads.inertial_links()}
         joints, legs = self.robot.tree.joints, list(self.robot.legs.values())
-        response = response_of(loads.effects)
-        self._drives = BatchDrives(response, loads.like)
+        self._drives = response_of(loads.effects).over_batch(loads.like)
+        drives = self._drives.lag.shape[1]
 
         def zeros(width: int) -> Tensor:
             return torch.zeros(engine.count, width, device=engine.device)
 
         self.work, self.slid, self.submersion = zeros(1), zeros(1), zeros(1)
         self.stands = zeros(len(legs))
-        self.order, self.drive = zeros(self._drives.count), zeros(self._drives.count)
+        self.order, self.drive = zeros(drives), zeros(drives)
         self.command, self.held, self.none = zeros(joints), zeros(joints), zeros(joints)
         self._force, self._gain, self._rates = zeros(joints), zeros(joints), zeros(joints)
         none = torch.zeros(joints, device=engine.device)
@@ -97,13 +96,13 @@ class WarpRobot:
             kept.copy_(found.memory[name])
         self.submersion.copy_(found.submersion)
         self._slide(states)
-        if self._drives.count:
+        if self.drive.shape[1]:
             goal = self._drives.limited(self.order, self._loads.voltage_share(self.memory))
-            self.drive.copy_(self._drives.follow(self.drive, goal, self.step))
+            self.drive.copy_(self._drives.followed(self.drive, goal, self.step))
 
     def inputs(self) -> Inputs:
         """Return the inputs of the effects: what the servos hold, and the states of the drives."""
-        drive = self.drive if self._drives.count else None
+        drive = self.drive if self.drive.shape[1] else None
         return Inputs(self.step, self.none, drive, joint_command=self.held)
 
     def _inertial(self, found: Loads, states: LinkStates) -> tuple[Tensor, Tensor]:

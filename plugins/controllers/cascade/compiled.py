@@ -9,8 +9,7 @@ import numpy as np
 
 from seals.arrays import Array, Floats
 from seals.control import ActuatorCommand, Reference, RobotState
-from seals.control.allocation import ROUNDS
-from seals.control.bounded import Search, changed, tried
+from seals.control.bounded import ROUNDS, Search, changed, tried
 from seals.control.protocols import Buoyancy, Compiler
 from seals.pytree import leaves, mapped
 from seals.state_records import state_record
@@ -25,6 +24,19 @@ _STATE = (
 _AIM = ("velocity", "acceleration", "yaw", "yaw_rate")
 
 
+def of_one(s: RobotState, aim: Reference) -> tuple[RobotState, Reference]:
+    """Return state and reference of one robot as those of a batch of one."""
+    buoyancy = Buoyancy(*(_row(x) for x in s.buoyancy))
+    state = s._replace(buoyancy=buoyancy, **{name: _row(getattr(s, name)) for name in _STATE})
+    place = None if aim.position is None else _row(aim.position)
+    return state, aim._replace(position=place, **{name: _row(getattr(aim, name)) for name in _AIM})
+
+
+def _row(value: Any) -> Array:
+    """Return a number or an array as the only row of an array of at least two axes."""
+    return np.full((1, 1), value) if isinstance(value, int | float) else value[None]
+
+
 @state_record
 class PackedState(NamedTuple):
     """State of the cascade between calls of machine code.
@@ -35,17 +47,15 @@ class PackedState(NamedTuple):
     """
 
     block: Floats
-    joints: Floats
+    joints: Floats | None
 
     def unpacked(self, form: CascadeState) -> CascadeState:
         """Return the state in full; ``form``: one of the same shapes."""
         return _filled(form, self.block, self.joints)
 
 
-def packed(memory: CascadeState) -> CascadeState | PackedState:
-    """Return a state as a block of numbers; one of the first two calls stays."""
-    if memory.drive is None or memory.known.second.value is None:
-        return memory
+def packed(memory: CascadeState) -> PackedState:
+    """Return a state as a block of numbers."""
     parts = [np.reshape(x, -1) for x in leaves(memory[:-1])]
     return PackedState(np.concatenate(parts), memory.joints)
 
@@ -82,7 +92,7 @@ class CompiledCascade:
 
     Args:
         law: the cascade.
-        form: its state after two calls, of any numbers.
+        form: its state after a call, of any numbers.
         compiled: makes machine code of a law.
     """
 
@@ -123,7 +133,7 @@ class CompiledCascade:
 
         def asked(arrays: Sequence[Array]) -> tuple[RobotState, Asked, CascadeState]:
             more: Iterator[Array] = (
-                x.reshape(shape) for x, shape in zip(arrays, shapes, strict=True)
+                x.reshape(shape or (1,)) for x, shape in zip(arrays, shapes, strict=True)
             )
             state = s._replace(**{name: next(more) for name in _STATE})
             state = state._replace(buoyancy=Buoyancy(next(more), next(more)))
@@ -132,20 +142,21 @@ class CompiledCascade:
             wanted = aim._replace(**{name: next(more) for name in _AIM})
             if aim.position is not None:
                 wanted = wanted._replace(position=next(more))
+            state, wanted = of_one(state, wanted)
             return state, self._law.asked(state, wanted, joints, memory), memory
 
         def ended(parts: tuple[RobotState, Asked, CascadeState], wanted: Array) -> list[Array]:
             state, found, memory = parts
             order, new = self._law.ordered(state, wanted, found, memory)
             flat = [x.reshape(-1) for x in leaves(new[:-1])]
-            return [order, np.concatenate(flat)]
+            return [order[0], np.concatenate(flat)]
 
         def plain(*arrays: Array) -> list[Array]:
             state, found, _ = parts = asked(arrays)
-            given = found.wrench, state.centre
             bounds = {"gain": state.gain, "limit": state.limit, "low": state.low}
-            wanted, within = allocation.unbounded(*given, **bounds)
-            (h, soft, g, *rest), low, span = allocation.search(*given, **bounds)
+            wanted, within, (h, soft, g, *rest), low, span = allocation.unbounded(
+                found.wrench, state.centre, **bounds
+            )
             search = ((h, soft, g), rest, (low, span))
             flat = [np.concatenate([x.reshape(-1) for x in part]) for part in search]
             return [within, *ended(parts, wanted), *flat]
@@ -154,7 +165,7 @@ class CompiledCascade:
             *own, share, bounds = arrays
             within = np.minimum(np.maximum(share, 0.0), 1.0)
             squares = bounds[:drives] + within * bounds[drives:]
-            return ended(asked(own), allocation.of_squares(squares))
+            return ended(asked(own), allocation.of_squares(squares[None]))
 
         def turn(fixed: Array, state: Array) -> list[Array]:
             n = drives

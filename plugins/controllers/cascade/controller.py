@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import math
+import copy
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from seals.arrays import Array, Floats, namespace
+from seals.arrays import Array, Floats, as_like, namespace, some
 from seals.control import ActuatorCommand, Plant, Reference, RobotState
 from seals.control.added import added_inertia, water_drag
-from seals.control.allocation import LIFT_ROWS, Allocation
+from seals.control.allocation import LIFT_ROWS, Allocation, Saturation
 from seals.control.attitude import attitude_error, lean_for
 from seals.control.filters import Lag, Rate, Trend, summed
 from seals.control.fins import Fins, with_fins
@@ -21,17 +21,21 @@ from seals.control.plant import ROTOR, UPWARD, lifting
 from seals.control.protocols import Compiler
 from seals.control.tilts import tilted_drives, tilts_of
 from seals.errors import ConfigError
-from seals.frames import cross3
-from seals.plugins.controllers.cascade.batched import CascadeBatch, short
-from seals.plugins.controllers.cascade.compiled import CompiledCascade, PackedState, packed
+from seals.frames import cross
+from seals.plugins.controllers.cascade.compiled import (
+    CompiledCascade,
+    PackedState,
+    of_one,
+    packed,
+)
 from seals.plugins.controllers.cascade.gains import CascadeSettings, Gains
 from seals.state_records import state_record
 
-UP = np.array([0.0, 0.0, 1.0])
 WEIGHTS = np.array([0.02, 1.0, 1.0, 0.002])
 """Importance of lift, roll, pitch and yaw where the rotors cannot do it all."""
-NEARLY = 1.0 - 1e-9
-"""Share of a limit from which a drive counts as being at it: roots of squares round."""
+NEARLY = 1.0 - 1e-6
+"""Share of a limit from which a drive counts as being at it: roots of squares round, and so do
+numbers in single precision."""
 SERVO_LAG = 0.05
 """Lag of joints that no servo drives [s]."""
 
@@ -42,25 +46,36 @@ LEAST_PULL = 0.2
 
 @state_record
 class CascadeState(NamedTuple):
-    """State of the cascade controller between calls; immutable.
+    """State of the cascade controller between calls; immutable. One robot is a batch of one.
 
     Args:
-        sum: of the velocity error, world axes [m], shape (3,).
-        turn_sum: of the attitude error, body axes [rad s], shape (3,).
-        velocity: with its rate, world axes.
-        inner: what the motion of the joints does.
-        known: acceleration that is fed forward, with its rates, world axes.
-        drive: states of the drives as reckoned [rad/s or N], shape (n,); None before the first.
-        joints: targets of the joints [rad or m], shape (J,).
+        sum: of the velocity error, world axes [m], shape (B, 3).
+        turn_sum: of the attitude error, body axes [rad s], shape (B, 3).
+        drive: states of the drives as reckoned [rad/s or N], shape (B, n).
+        fresh: 1 before the first call, when the drives are taken to be where they are wanted.
+        velocity: with its rate, world axes; None without a gain on that rate.
+        inner: what the motion of the joints does; None where they are held.
+        known: acceleration that is fed forward, with its rates, world axes; None where nothing is.
+        joints: targets of the joints [rad or m], shape (J,); None where they are held.
     """
 
-    sum: Floats
-    turn_sum: Floats
-    velocity: Rate
-    inner: Inner
-    known: Trend
-    drive: Floats | None
-    joints: Floats
+    sum: Array
+    turn_sum: Array
+    drive: Array
+    fresh: Array
+    velocity: Rate | None = None
+    inner: Inner | None = None
+    known: Trend | None = None
+    joints: Floats | None = None
+
+
+class HeldState(NamedTuple):
+    """State of the cascade where joints are held and nothing is fed forward; see `CascadeState`."""
+
+    sum: Array
+    turn_sum: Array
+    drive: Array
+    fresh: Array
 
 
 @state_record
@@ -81,9 +96,9 @@ class Asked(NamedTuple):
     """Demand on the rotors.
 
     Args:
-        wrench: lift, and torque about the centre of gravity [N, N m], shape (4,).
-        error: of the velocity, world axes [m/s], shape (3,).
-        turn_error: of the attitude, body axes [rad], shape (3,).
+        wrench: lift, and torque about the centre of gravity [N, N m], shape (B, 4).
+        error: of the velocity, world axes [m/s], shape (B, 3).
+        turn_error: of the attitude, body axes [rad], shape (B, 3).
         gains: at this submersion.
         kept: the memory with what is known already.
     """
@@ -133,17 +148,23 @@ class Cascade(CascadeSettings):
         Raises:
             ConfigError: the robot has fewer than four rotors that push upward.
         """
+        self._bind(plant, np.zeros(1))
+
+    def _bind(self, plant: Plant, like: Array, joints: Floats | None = None) -> None:
+        """Prepare the law in the library of an array; for held joints, or for those that move."""
         plant = plant._replace(layout=lifting(plant.layout))
         layout = plant.layout
         self._tilts = refuse_unfit(plant)
         self._tilted = tilted_drives(plant.robot, layout, self._tilts)
-        self._plant = plant
-        self._g = plant.gravity
+        self._plant, self._like, self._g = plant, like, plant.gravity
+        estimator = MassPropertyEstimator(plant.robot)
         self.allocation = Allocation(
             with_fins(layout, self._tilts) if self._tilted else layout,
             rows=LIFT_ROWS,
             saturation=self.saturation,
             weights=WEIGHTS,
+            centre=None if joints is None else estimator.at(joints).centre,
+            like=like,
         )
         if not self.allocation.full:
             raise ConfigError(
@@ -152,13 +173,17 @@ class Cascade(CascadeSettings):
                 "Look at position, axis, direction and coefficients of its rotors: "
                 f"seals check robot={plant.robot.name}"
             )
-        self._lag = Lag(layout.lag, layout.fall)
-        self._added, self._drag = added_inertia(plant), water_drag(plant)
+        self._lag = Lag(layout.lag, layout.fall, like)
+        added = added_inertia(plant)
+        self._added, self._added_turn = as_like(added[:3, :3], like), as_like(added[3:, 3:], like)
+        self._drag = as_like(water_drag(plant)[None], like)
         self._rest = stowed(plant.robot)
-        self._at_rest = MassPropertyEstimator(plant.robot).at(self._rest)
+        self._at_rest = estimator.at(self._rest)
         self._servo_lag = servo_lag(plant, SERVO_LAG)
         self._way = 0.0, self._servo_lag
-        self._media = self.gains(0), self.gains(1)
+        self._media = [
+            Gains(*(as_like(np.atleast_2d(x), like) for x in self.gains(k))) for k in (0, 1)
+        ]
         self._rated = max(self.rate_gain) > 0.0
         self._compiled: CompiledCascade | None = None
 
@@ -168,119 +193,138 @@ class Cascade(CascadeSettings):
         Raises:
             ConfigError: see `bind`; or the cascade has a gain on the rate of the velocity.
         """
-        plant = plant._replace(layout=lifting(plant.layout))
-        if refuse_unfit(plant).joints:
+        law = copy.copy(self)
+        law._bind(plant, like, np.asarray(joints, dtype=float))
+        if law._tilts.joints:
             raise ConfigError(
                 f"a batch holds the joints of robot '{plant.robot.name}', and one tilts a rotor.\n"
                 "Run it in a world: backend=pybullet"
             )
-        return CascadeBatch(self, plant, joints, like, WEIGHTS)
+        if law._rated:
+            raise ConfigError(
+                f"controller.rate_gain={list(self.rate_gain)} has no form over a batch.\n"
+                "Allowed: [0.0, 0.0]"
+            )
+        return CascadeBatch(law)
 
     def start(self) -> CascadeState:
         """Return zero integrators; arms stowed, grippers open."""
-        zero, flat = np.zeros(3), Trend.flat(3)
-        inner = Inner(None, Trend.flat(15))
-        return CascadeState(zero, zero, Rate(None, zero), inner, flat, None, self._rest)
+        return CascadeState(
+            *self.zero(1),
+            velocity=Rate(None, np.zeros((1, 3))) if self._rated else None,
+            inner=Inner(None, Trend.flat(15)) if self._rest.size else None,
+            known=Trend.flat(3),
+            joints=self._rest,
+        )
+
+    def zero(self, batch: int) -> HeldState:
+        """Return zero integrators of B robots whose joints are held; nothing is fed forward."""
+        zero = as_like(np.zeros((batch, 3)), self._like)
+        drive = as_like(np.zeros((batch, self._plant.layout.drives)), self._like)
+        return HeldState(zero, zero, drive, drive[:, 0:1] + 1.0)
 
     def command(
         self, situation: RobotState, aim: Reference, memory: CascadeState | PackedState
     ) -> tuple[ActuatorCommand, CascadeState | PackedState]:
         """Return speeds of the rotors and targets of the servos."""
         s = situation if self.cog_compensation else self._unaware(situation)
-        joints, quick = joint_targets(aim, memory.joints, self._plant.robot), self._compiled
+        last, quick = self._rest if memory.joints is None else memory.joints, self._compiled
+        joints = joint_targets(aim, last, self._plant.robot)
         if isinstance(memory, PackedState):
             if quick is not None:
                 return quick.command(s, aim, joints, memory)
             memory = memory.unpacked(self._form())
+        s, aim = of_one(s, aim)
         asked = self.asked(s, aim, joints, memory)
         wanted, tilts = self._allocated(s, asked.wrench, memory.drive)
         # tilts are no motion to feed forward: what they do is in the allocation
         targets = joints.copy()
         targets[list(self._tilts.joints)] = tilts
         order, kept = self.ordered(s, wanted, asked, memory)
-        return ActuatorCommand(order, targets), kept if quick is None else packed(kept)
+        return ActuatorCommand(order[0], targets), kept if quick is None else packed(kept)
 
     def compile(self, compiled: Compiler | None) -> None:
         """Evaluate the law by machine code, for rotors that no servo tilts, or without."""
-        fit = not self._tilted and not self._rated and self.allocation.plain
+        fit = not self._tilted and not self._rated and self.saturation is Saturation.priority
         if compiled is None or not fit:
             self._compiled = None
         else:
             self._compiled = CompiledCascade(self, self._form(), compiled)
 
     def _form(self) -> CascadeState:
-        """Return a state after two calls, of any numbers."""
-        rest, zero, moved = self._rest, np.zeros(3), self.start().inner
-        still, both = np.zeros(self._plant.layout.drives), Rate(zero, zero)
-        if rest.size:
-            wide = Rate(np.zeros(15), np.zeros(15))
-            moved = Inner(Reckoned(rest, rest), Trend(wide, wide))
-        known = Trend(both, both)
-        return CascadeState(zero, zero, Rate(None, zero), moved, known, still, rest)
+        """Return a state after a call, of any numbers."""
+        state, zero = self.start(), np.zeros((1, 3))
+        both, inner = Rate(zero, zero), state.inner
+        if inner is not None:
+            wide, rest = Rate(np.zeros((1, 15)), np.zeros((1, 15))), self._rest[None]
+            inner = Inner(Reckoned(rest, rest), Trend(wide, wide))
+        return state._replace(inner=inner, known=Trend(both, both))
 
-    def asked(self, s: RobotState, aim: Reference, joints: Floats, memory: CascadeState) -> Asked:
-        """Return the demand on the rotors; pure, on any array library."""
-        gains = Gains.between(*self._media, s.submersion)
-        inner = self._inner(s, joints, memory.inner)
-        velocity = memory.velocity
-        if self._rated:
-            velocity = velocity.next(s.velocity, s.step, self.smoothing)
-        ahead = aim.acceleration + s.rotation @ inner.moved.ahead(self.lean_lead, 0, 3)
-        known = memory.known.next(ahead, s.step, self.smoothing)
+    def asked(
+        self, s: RobotState, aim: Reference, joints: Floats | None, memory: CascadeState
+    ) -> Asked:
+        """Return the demand on the rotors; pure, batch first, on any array library."""
+        xp, (air, water) = namespace(s.velocity), self._media
+        gains = Gains.between(air, water, s.submersion)
+        inner, known, velocity = memory.inner, memory.known, memory.velocity
         # turning about the centre of gravity moves the origin, but is not the rotors' to undo
-        error = (
-            self._wanted(s, aim, gains)
-            - s.velocity
-            - s.rotation @ cross3(s.angular_velocity, s.centre)
-        )
-        asked = ahead + gains.speed * error + gains.sum * memory.sum
-        if self._rated:
+        swing = cross(s.angular_velocity, s.centre + s.angular_velocity * 0.0)
+        error = self._wanted(s, aim, gains) - s.velocity - _turned(s.rotation, swing)
+        asked = gains.speed * error + gains.sum * memory.sum
+        if inner is not None and joints is not None:
+            inner = self._inner(s, joints, inner)
+        if known is not None:
+            ahead = aim.acceleration
+            if inner is not None:
+                ahead = ahead + _turned(s.rotation, inner.moved.ahead(self.lean_lead, 0, 3))
+            known, asked = known.next(ahead, s.step, self.smoothing), ahead + asked
+        if velocity is not None:
+            velocity = velocity.next(s.velocity, s.step, self.smoothing)
             asked = asked + gains.rate * (aim.acceleration - velocity.rate)
         force = self._force(s, shortened(asked, self.acceleration), aim.velocity)
-        lean = lean_for(force, aim.yaw, tilt=gains.tilt, least=gains.least * s.mass * self._g)
-        turn_error = attitude_error(s.rotation, lean)
-        turning = self._turning(s, lean[:, 2], known, aim.yaw_rate)
-        want = turning[1] - gains.turn * turn_error - gains.spin * (s.angular_velocity - turning[0])
-        torque = self._torque(s, want - gains.turn_sum * gains.shape * memory.turn_sum, inner)
-        wrench = np.concatenate(((force @ s.rotation[:, 2]).reshape(1), torque))
+        lean = lean_for(force, aim.yaw, tilt=gains.tilt, least=gains.least * (s.mass * self._g))
+        turn_error, spin = attitude_error(s.rotation, lean), s.angular_velocity
+        want = -gains.turn * turn_error
+        if known is not None:
+            fed = self._turning(s, lean[:, :, 2], known, aim.yaw_rate)
+            want, spin = fed[1] + want, spin - fed[0]
+        want = want - gains.spin * spin - gains.turn_sum * gains.shape * memory.turn_sum
+        lift = xp.sum(force * s.rotation[:, :, 2], axis=1, keepdims=True)
+        wrench = xp.concat((lift, self._torque(s, want, inner)), axis=1)
         kept = memory._replace(velocity=velocity, inner=inner, known=known, joints=joints)
         return Asked(wrench, error, turn_error, gains, kept)
 
     def ordered(
         self, s: RobotState, wanted: Array, asked: Asked, memory: CascadeState
     ) -> tuple[Array, CascadeState]:
-        """Return commands for wanted rotor speeds, and the new memory; pure."""
-        drive = wanted if memory.drive is None else memory.drive
+        """Return commands for wanted rotor speeds, and the new memory; pure, as `asked`."""
+        xp, gains = namespace(wanted), asked.gains
+        drive = xp.where(memory.fresh > 0.5, wanted, memory.drive)
         order = self._lag.quickened(wanted, drive, self.quicker, (s.low, s.limit))
-        both = (memory.sum, asked.error), (memory.turn_sum, asked.turn_error)
-        limits = asked.gains.sum_limit, asked.gains.turn_sum_limit
-        sums = [summed(*x, s.step, most) for x, most in zip(both, limits, strict=True)]
+        total = summed(memory.sum, asked.error, s.step, gains.sum_limit)
+        turn_total = summed(memory.turn_sum, asked.turn_error, s.step, gains.turn_sum_limit)
         # what the rotors cannot do is not summed up
-        full = wanted >= NEARLY * s.limit
-        if type(wanted) is not np.ndarray:
-            xp = namespace(wanted)
-            sums = [xp.where(xp.any(full), x[0], y) for x, y in zip(both, sums, strict=True)]
-        elif np.count_nonzero(full):
-            sums = [x[0] for x in both]
-        after = self._lag.followed(drive, order, s.step)
-        return order, asked.kept._replace(sum=sums[0], turn_sum=sums[1], drive=after)
+        full = xp.any(wanted >= NEARLY * s.limit, axis=1)[:, None]
+        return order, asked.kept._replace(
+            sum=xp.where(full, memory.sum, total),
+            turn_sum=xp.where(full, memory.turn_sum, turn_total),
+            drive=self._lag.followed(drive, order, s.step),
+            fresh=memory.fresh * 0.0,
+        )
 
-    def _allocated(
-        self, s: RobotState, asked: Floats, drive: Floats | None
-    ) -> tuple[Floats, Floats]:
+    def _allocated(self, s: RobotState, asked: Floats, drive: Floats) -> tuple[Floats, Floats]:
         """Return commands of the rotors, and angles of the servos that tilt some of them."""
         bounds = {"gain": s.gain, "limit": s.limit, "low": s.low}
-        count = len(s.limit)
+        count = s.limit.shape[1]
         if self._tilted:
-            k, most = list(self._tilted), self._tilts.limit
+            k, most = list(self._tilted), self._tilts.limit[None]
             # a tilt turns the thrust that its rotor has now
-            now = np.zeros(count) if drive is None else drive
-            pull = (s.gain * self._plant.layout.thrust_coefficient * now * np.abs(now))[k]
+            pull = (s.gain * self._plant.layout.thrust_coefficient * drive * np.abs(drive))[:, k]
             bite = np.maximum(pull / self._tilts.slope, LEAST_PULL)
             more = {"gain": bite, "limit": most, "low": -most}
-            bounds = {key: np.concatenate((row, more[key])) for key, row in bounds.items()}
+            bounds = {key: np.concatenate((x, more[key]), axis=1) for key, x in bounds.items()}
         found = self.allocation.commands(asked, s.centre, **bounds)
-        return found[:count], found[count:]
+        return found[:, :count], found[0, count:]
 
     def _unaware(self, s: RobotState) -> RobotState:
         """Return the situation of a robot that takes its arms to be stowed."""
@@ -296,75 +340,101 @@ class Cascade(CascadeSettings):
 
         Their measured motion would close a loop through the servos and shake the arm.
         """
-        if not targets.size:
-            return inner
         arm = inner.arm or Reckoned(s.joints, s.joint_velocity)
         if self._way[0] != s.step:
             self._way = s.step, way_of(self._servo_lag, s.step)
         arm = arm.next(targets, self._way[1], self.joint_speed, s.step)
-        both = (s.centre_map @ arm.rate, s.momentum_map @ arm.rate, s.inertia.reshape(9))
-        return Inner(arm, inner.moved.next(np.concatenate(both), s.step, self.smoothing))
+        moved = (_turned(x, arm.rate) for x in (s.centre_map, s.momentum_map))
+        both = namespace(arm.rate).concat((*moved, s.inertia.reshape(-1, 9)), axis=1)
+        return Inner(arm, inner.moved.next(both, s.step, self.smoothing))
 
-    def _wanted(self, s: RobotState, aim: Reference, gains: Gains) -> Floats:
+    def _wanted(self, s: RobotState, aim: Reference, gains: Gains) -> Array:
         if aim.position is None:
             return aim.velocity
-        velocity: Floats = aim.velocity + gains.position * (aim.position - s.position)
-        return velocity
+        return aim.velocity + gains.position * (aim.position - s.position)
 
-    def _force(self, s: RobotState, asked: Floats, velocity: Floats) -> Floats:
+    def _force(self, s: RobotState, asked: Array, velocity: Array) -> Array:
         """Return the force the rotors shall make, drag at a velocity included, world axes [N]."""
-        force = s.mass * asked
-        if _some(s.submersion):
-            carried = self._added[:3, :3] @ (asked @ s.rotation)
-            through = velocity @ s.rotation
-            met = self._drag * np.abs(through) * through
-            force = force + s.submersion * (s.rotation @ (carried + met))
-        found: Floats = force + UP * (s.mass * self._g - s.buoyancy.force)
-        return found
+        xp, force = namespace(asked), s.mass * asked
+        if some(s.submersion > 0.0):
+            carried = _unturned(s.rotation, asked) @ self._added.T
+            through = _unturned(s.rotation, velocity)
+            met = self._drag * xp.abs(through) * through
+            force = force + s.submersion * _turned(s.rotation, carried + met)
+        up = s.mass * self._g - s.buoyancy.force
+        return xp.concat((force[:, :2], force[:, 2:3] + up), axis=1)
 
     def _turning(
-        self, s: RobotState, axis: Floats, known: Trend, yaw_rate: float
-    ) -> tuple[Floats, Floats]:
+        self, s: RobotState, axis: Array, known: Trend, yaw_rate: Any
+    ) -> tuple[Array, Array]:
         """Return spin and its rate that go with the lean, body axes [rad/s, rad/s^2].
 
         Only what is fed forward counts: the rate of a measured error is noise.
         """
-        net = np.maximum(self._g - s.buoyancy.force / s.mass, 0.3 * self._g)
+        net = namespace(axis).maximum(
+            self._g - s.buoyancy.force / s.mass, s.buoyancy.force * 0.0 + 0.3 * self._g
+        )
         first, second = (
-            (cross3(axis, rate) / net) @ s.rotation
+            _unturned(s.rotation, cross(axis, rate) / net)
             for rate in (known.first.rate, known.second.rate)
         )
-        return first + yaw_rate * (axis @ s.rotation), second
+        return first + yaw_rate * _unturned(s.rotation, axis), second
 
-    def _torque(self, s: RobotState, want: Floats, inner: Inner) -> Floats:
+    def _torque(self, s: RobotState, want: Array, inner: Inner | None) -> Array:
         """Return the torque about the centre of gravity that the rotors shall make [N m]."""
-        inertia = s.inertia
-        if _some(s.submersion):
-            inertia = inertia + s.submersion * self._added[3:, 3:]
-        swirl = s.inertia @ s.angular_velocity
-        if s.joints.size:
-            swirl = swirl + s.momentum_map @ s.joint_velocity
-        torque: Floats = inertia @ want + cross3(s.angular_velocity, swirl)
-        if s.joints.size:
+        spin, torque = s.angular_velocity, _turned(s.inertia, want)
+        if some(s.submersion > 0.0):
+            torque = torque + s.submersion * (want @ self._added_turn.T)
+        swirl = _turned(s.inertia, spin)
+        if inner is not None:
+            swirl = swirl + _turned(s.momentum_map, s.joint_velocity)
+        torque = torque + cross(spin, swirl)
+        if inner is not None:
             torque = torque + inner.moved.ahead(self.torque_lead, 3, 6)
-            torque = torque + inner.moved.first.rate[6:].reshape(3, 3) @ s.angular_velocity
-        if _some(s.buoyancy.force):
-            up = s.buoyancy.force * s.rotation[2]
-            torque = torque - cross3(s.buoyancy.centre - s.centre, up)
+            change = inner.moved.first.rate[:, 6:].reshape(-1, 3, 3)
+            torque = torque + _turned(change, spin)
+        if some(s.buoyancy.force > 0.0):
+            up = s.buoyancy.force * s.rotation[:, 2, :]
+            torque = torque - cross(s.buoyancy.centre - s.centre, up)
         return torque
 
 
-def _some(amount: Any) -> bool:
-    """Return whether there is any of something; True for traced arrays."""
-    return type(amount) is not float or amount > 0.0
+class CascadeBatch:
+    """A cascade over a batch of robots whose joints are held; see `BatchController`.
+
+    Args:
+        law: bound in the library of the batch.
+    """
+
+    def __init__(self, law: Cascade) -> None:
+        self._law, self.start = law, law.zero
+
+    def command(
+        self, situation: RobotState, aim: Reference, memory: HeldState
+    ) -> tuple[Array, HeldState]:
+        """Return speeds of the rotors, shape (B, n), and the new state."""
+        s, law, state = situation, self._law, CascadeState(*memory)
+        asked = law.asked(s, aim, None, state)
+        wanted = law.allocation.commands(asked.wrench, gain=s.gain, limit=s.limit, low=s.low)
+        order, kept = law.ordered(s, wanted, asked, state)
+        return order, HeldState(*kept[: len(memory)])
+
+
+def _turned(matrix: Array, vector: Array) -> Array:
+    """Products of matrices (1 or B, k, m) and vectors, shape (B, k)."""
+    return namespace(vector).matmul(matrix, vector[:, :, None])[:, :, 0]
+
+
+def _unturned(rotation: Array, vector: Array) -> Array:
+    return namespace(rotation).matmul(vector[:, None, :], rotation)[:, 0, :]
 
 
 def shortened(vector: Array, longest: float) -> Array:
-    """Return a vector limited to the length ``longest``."""
-    if type(vector) is not np.ndarray:
-        return short(vector[None], longest)[0]
-    length = math.sqrt(vector @ vector)
-    return vector if length <= longest else vector * (longest / length)
+    """Return vectors limited to a length, shape (B, 3)."""
+    xp = namespace(vector)
+    length = xp.sqrt(xp.sum(vector * vector, axis=1, keepdims=True))
+    one = length * 0.0 + 1.0
+    return vector * xp.minimum(longest / xp.maximum(length, one * 1e-9), one)
 
 
 def refuse_unfit(plant: Plant) -> Fins:

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats, some
 from seals.control.allocation import Saturation
 from seals.control.protocols import ControllerOptions
 from seals.field_roles import roles
@@ -48,12 +48,10 @@ class Gains(NamedTuple):
     tilt: float
 
     @staticmethod
-    def between(air: Gains, water: Gains, wet: Any) -> Gains:
-        """Return the gains interpolated at a submersion, a number or a traced one."""
-        if type(wet) is float and wet <= 0.0:
+    def between(air: Gains, water: Gains, wet: Array) -> Gains:
+        """Return the gains interpolated at submersions, all of the shape (1 or B, 1 or 3)."""
+        if not some(wet > 0.0):
             return air
-        if type(wet) is float and wet >= 1.0:
-            return water
         pairs: Any = zip(air, water, strict=True)
         return Gains(*(a + wet * (w - a) for a, w in pairs))
 

@@ -62,13 +62,14 @@ class Anatomy(NamedTuple):
         """Inverse kinematics: return the joint values for toe positions, as near as the legs reach.
 
         Args:
-            toes: body axes about the body origin, outwards of the hips [m], shape (N, 3).
+            toes: body axes about the body origin, outwards of the hips [m], shape (..., N, 3).
 
         Returns:
-            Hip, lift and bend within the joint limits [rad], shape (N, 3).
+            Hip, lift and bend within the joint limits [rad], shape (..., N, 3).
         """
         xp = namespace(toes)
-        out, across, along = (self.basis @ (toes - self.hip)[:, :, None])[:, :, 0].T
+        inside = (self.basis @ (toes - self.hip)[..., None])[..., 0]
+        out, across, along = (inside[..., k] for k in range(3))
         radius = xp.sqrt(xp.clip(out * out + across * across - self.aside**2, 1e-12, None))
         hip = xp.atan2(across, out) - xp.atan2(self.aside, radius)
         x, z = radius - self.knee[:, 0], along - self.knee[:, 1]
@@ -81,9 +82,8 @@ class Anatomy(NamedTuple):
         thigh = xp.atan2(z, x) - self.fold * lead
         raised = thigh - self.rest[:, 0]
         folded = thigh + self.fold * bend - self.rest[:, 1] - raised
-        values = self.sense * xp.stack((hip, -_wrapped(raised), -_wrapped(folded)), axis=1)
-        inside: Array = xp.minimum(xp.maximum(values, self.lower), self.upper)
-        return inside
+        values = self.sense * xp.stack((hip, -_wrapped(raised), -_wrapped(folded)), axis=-1)
+        return xp.minimum(xp.maximum(values, self.lower), self.upper)
 
     def jacobian(self, values: Floats) -> Floats:
         """Return the velocity of each toe for a unit rate of each joint of its leg [m].

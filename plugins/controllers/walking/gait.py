@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from seals.arrays import Array, Floats
+from seals.arrays import Array, namespace
 from seals.errors import ConfigError
-from seals.plugins.controllers.walking.batched import BatchGait
 from seals.plugins.controllers.walking.pattern import Pattern, duty_of, phases_of
-from seals.plugins.controllers.walking.walker import Facing, Manner, Pace, Walker
+from seals.plugins.controllers.walking.walker import BatchGait, Facing, Manner, Pace, Walker
 from seals.schema import setting
 
 
@@ -65,17 +62,17 @@ class Gait(Walker):
                 f"support={self.support:g}, catch={self.catch:g} have no form over a batch.\n"
                 "Say controller.facing=aim and zero for the others, as env=crab_walk does"
             )
-        return BatchGait(self, self._legs, batch=batch, like=like)
+        return BatchGait(self, batch, like)
 
     def rhythm(self) -> dict[str, float]:
         """Return the duty factor."""
         return {"duty": self.duty or duty_of(self.pattern, len(self._legs.toe))}
 
-    def order(self, manner: Manner) -> Floats:
+    def order(self, manner: Manner) -> Array:
         """Return the phases of the pattern, shape (N,)."""
         return phases_of(self.pattern, self._legs)
 
-    def advanced(self, pace: Pace, manner: Manner, step: float) -> Floats:
-        """Return the phases one period later, shape (N,)."""
-        later: Floats = np.mod(pace.phase + pace.frequency * step, 1.0)
-        return later
+    def advanced(self, pace: Pace, manner: Manner, step: float) -> Array:
+        """Return the phases one period later, shape (B, N)."""
+        later = pace.phase + pace.frequency * step
+        return later - namespace(later).floor(later)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Array, namespace
 from seals.plugins.controllers.walking.pattern import lagged
 from seals.plugins.controllers.walking.walker import Manner, Pace, Walker
 from seals.schema import setting
@@ -53,14 +53,14 @@ class Oscillators(Walker):
         """Return the duty factor and the phase lags."""
         return {"duty": self.duty, "along": self.along, "across": self.across}
 
-    def order(self, manner: Manner) -> Floats:
+    def order(self, manner: Manner) -> Array:
         """Return the phases that the oscillators tend to, shape (N,)."""
         return lagged(self._legs, manner.along, manner.across)
 
-    def advanced(self, pace: Pace, manner: Manner, step: float) -> Floats:
-        """Return the phases one period later, shape (N,)."""
-        apart = pace.phase - self.order(manner)
-        turns = 2.0 * np.pi * (apart[None, :] - apart[:, None])
-        pull = np.sin(turns).mean(axis=1) * (self.coupling / (2.0 * np.pi))
-        later: Floats = np.mod(pace.phase + step * (pace.frequency + pull), 1.0)
-        return later
+    def advanced(self, pace: Pace, manner: Manner, step: float) -> Array:
+        """Return the phases one period later, shape (B, N)."""
+        xp, apart = namespace(pace.phase), pace.phase - self.order(manner)
+        turns = 2.0 * np.pi * (apart[:, None, :] - apart[:, :, None])
+        pull = xp.sum(xp.sin(turns), axis=2) * (self.coupling / (2.0 * np.pi * apart.shape[1]))
+        later = pace.phase + step * (pace.frequency + pull)
+        return later - xp.floor(later)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import enum
+from typing import Any
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats, namespace
 from seals.plugins.controllers.walking.anatomy import Anatomy
 
 
@@ -38,7 +39,7 @@ DUTY = {
 """Share of the cycle on the ground with which the groups of a pattern relieve each other [1]."""
 
 
-def phases_of(pattern: Pattern, anatomy: Anatomy) -> Floats:
+def phases_of(pattern: Pattern, anatomy: Anatomy) -> Array:
     """Return the phase of every leg, as a share of the cycle, shape (N,)."""
     rank, side = anatomy.rank, anatomy.side
     count = float(rank.max()) + 1.0
@@ -52,16 +53,16 @@ def phases_of(pattern: Pattern, anatomy: Anatomy) -> Floats:
     return order
 
 
-def lagged(anatomy: Anatomy, along: float, across: float) -> Floats:
-    """Return phases with a lag between neighbouring legs and one between the sides.
+def lagged(anatomy: Anatomy, along: Any, across: Any) -> Array:
+    """Return phases with a lag between neighbouring legs and one between the sides, (N,) or (B, N).
 
     Args:
         anatomy: of the animal.
-        along: lag of a leg behind the one in front of it [cycles].
-        across: lag of the right side behind the left [cycles].
+        along: lag of a leg behind the one in front of it [cycles], a number or shape (B, 1).
+        across: lag of the right side behind the left [cycles], likewise.
     """
-    phases: Floats = np.mod(along * anatomy.rank + across * anatomy.side, 1.0)
-    return phases
+    phases = along * anatomy.rank + across * anatomy.side
+    return phases - namespace(phases).floor(phases)
 
 
 def duty_of(pattern: Pattern, legs: int) -> float:

@@ -2,29 +2,35 @@
 
 from __future__ import annotations
 
+import copy
 import enum
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from seals.arrays import Array, Floats
+from seals.arrays import Array, Floats, as_like, namespace
 from seals.control import ActuatorCommand, Plant, Reference, RobotState
 from seals.control.limbs import stowed
 from seals.control.protocols import NO_LEGS, Compiler, ControllerOptions
 from seals.errors import ConfigError, suggestion
 from seals.field_roles import roles
 from seals.plugins.controllers.walking.anatomy import Anatomy, anatomy_of
-from seals.plugins.controllers.walking.stride import Walk, cadence, toes_of
+from seals.plugins.controllers.walking.stride import cadence, toes_of
 from seals.plugins.controllers.walking.support import Support, leg_stiffness
 from seals.schema import setting
 from seals.state_records import state_record
 
 STILL = 0.02
 """Liveliness below which the legs stand [1]."""
+SLOWEST = 1e-3
+"""Speed [m/s] or turn [rad/s] below which there is no way to face, and no walk."""
+SHUFFLE = 0.03
+"""Error of the heading that is left to a standing robot [rad]."""
 
 
 class Facing(enum.Enum):
@@ -37,27 +43,29 @@ class Facing(enum.Enum):
 
 @state_record
 class Pace(NamedTuple):
-    """State of a gait between calls; immutable.
+    """State of a gait between calls; immutable. One robot is a batch of one.
 
     Args:
-        phase: of every leg, share of the cycle, shape (N,).
-        walk: of the body, smooth.
-        heading: wanted [rad].
-        lively: 1 while walking, 0 standing, between them on the way [1].
-        frequency: of the cycle [Hz].
-        shift: of the toes, level, to catch the body [m], shape (N, 2); empty for none.
+        phase: of every leg, share of the cycle, shape (B, N).
+        walk: of the body, smooth: ahead and aside [m/s], turn [rad/s], shape (B, 3).
+        heading: that belongs to the way [rad], shape (B, 1); not a number before the first call.
+        lively: 1 while walking, 0 standing, between them on the way [1], shape (B, 1).
+        frequency: of the cycle [Hz], shape (B, 1).
+        shift: of the toes, level, to catch the body, x and y in turn [m], shape (B, 2 N).
     """
 
-    phase: Floats
-    walk: Walk
-    heading: float
-    lively: float
-    frequency: float
-    shift: Floats = NO_LEGS
+    phase: Array
+    walk: Array
+    heading: Array
+    lively: Array
+    frequency: Array
+    shift: Array
 
 
 class Manner(NamedTuple):
     """Stepping parameters: those of the reference override those of the gait.
+
+    Each is a number, or a column (B, 1) for a batch.
 
     Args:
         duty: share of the cycle on the ground [1].
@@ -71,15 +79,15 @@ class Manner(NamedTuple):
         across: phase by which the right side lags behind the left [cycles].
     """
 
-    duty: float
-    stroke: float
-    lift: float
-    low: float
-    high: float
-    spread: float
-    crouch: float
-    along: float = 0.5
-    across: float = 0.5
+    duty: Any
+    stroke: Any
+    lift: Any
+    low: Any
+    high: Any
+    spread: Any
+    crouch: Any
+    along: Any = 0.5
+    across: Any = 0.5
 
 
 @roles(data="sense")
@@ -140,9 +148,8 @@ class Walker(ControllerOptions, ABC):
         self._legs: Anatomy = anatomy_of(plant.robot)
         self._rest = stowed(plant.robot)
         self._drives = plant.layout.drives
-        self._outward = self._legs.outward()
         self._columns = self._legs.joints.astype(int)
-        self._stepping: Callable[..., Sequence[Array]] = self._stepped
+        self._into(np.zeros(1))
         stiff = leg_stiffness(plant, self._columns) if self.support > 0.0 else None
         self._support = (
             None
@@ -150,47 +157,87 @@ class Walker(ControllerOptions, ABC):
             else Support(self._legs, stiff, plant.gravity, self.support, self.level)
         )
 
-    def start(self) -> Pace:
+    def _into(self, like: Array) -> None:
+        """Put the geometry into the library of an array."""
+        self._like, self._outward = like, as_like(self._legs.outward(), like)
+        self._body = Anatomy(*(as_like(x, like) for x in self._legs))
+        self._stepping: Callable[..., Sequence[Array]] = self._stepped
+        self._pacing: Callable[..., tuple[Pace, Array]] = self.paced
+
+    def start(self, batch: int = 1) -> Pace:
         """Return the initial legs, all in stance, in the order of the gait."""
-        phase = self.order(self.manner({}))
-        return Pace(phase, Walk(0.0, 0.0, 0.0), math.nan, 0.0, self.lowest)
+        phase = as_like(np.tile(self.order(self.manner({})), (batch, 1)), self._like)
+        zero = phase[:, 0:1] * 0.0
+        walk, shift = (as_like(np.zeros((batch, n)), self._like) for n in (3, 2 * phase.shape[1]))
+        return Pace(phase, walk, zero + math.nan, zero, zero + self.lowest, shift)
 
     def leg_phase(self, memory: Pace | None) -> Floats:
         """Return the phase of every leg in its cycle, shape (N,)."""
-        return NO_LEGS if memory is None else memory.phase
+        return NO_LEGS if memory is None else memory.phase[0]
 
     def command(
         self, situation: RobotState, aim: Reference, memory: Pace
     ) -> tuple[ActuatorCommand, Pace]:
         """Return the joint values for the next control period."""
-        manner = self.manner(aim.manner)
-        places = self._places(manner)
-        pace = self._paced(situation, aim, memory, manner, places)
+        s, manner = situation, self.manner(aim.manner)
+        heading = memory.heading
+        if self.facing is Facing.aim:
+            heading = np.full((1, 1), aim.yaw)
+        elif math.isnan(heading.item()):
+            heading = np.full((1, 1), s.yaw)
+        last = memory._replace(heading=heading)
+        given = s.rotation[None], aim.velocity[None], np.full((1, 1), aim.yaw_rate), s.step
+        pace, places = self._pacing(given, manner, last)
         if self.catch > 0.0:
-            pace = pace._replace(shift=self._caught(situation, pace, manner))
-            places[:, :2] += pace.shift
-        numbers = (*pace.walk, pace.frequency, manner.duty, manner.lift * pace.lively)
-        values, toes = self._stepping(pace.phase, places, numbers)
+            pace = pace._replace(shift=self._caught(s, pace, manner))
+            places[:, :, :2] += pace.shift.reshape(1, -1, 2)
+        values, toes = (x[0] for x in self._stepping(*self.numbers(pace, places, manner)))
         if self._support is not None:
-            stance = pace.phase / manner.duty if pace.lively > 0.0 else 0.0 * pace.phase + 0.5
-            values = values + self._support.offsets(situation, toes, stance)
+            stance = pace.phase[0] / manner.duty if pace.lively > 0.0 else 0.0 * pace.phase[0] + 0.5
+            values = values + self._support.offsets(s, toes, stance)
             values = np.minimum(np.maximum(values, self._legs.lower), self._legs.upper)
         joints = self._rest.copy()
         joints[self._columns] = values
         return ActuatorCommand(np.zeros(self._drives), joints), pace
 
     def compile(self, compiled: Compiler | None) -> None:
-        """Place toes and legs by machine code, or without."""
-        legs, self._stepping = len(self._legs.toe), self._stepped
+        """Pace, and place toes and legs by machine code, or without."""
+        legs, self._stepping, self._pacing = len(self._legs.toe), self._stepped, self.paced
         if compiled is not None:
-            self._stepping = compiled(self._stepped, [(legs,), (legs, 3), (6,)])
+            self._stepping = compiled(self._stepped, [(1, legs), (1, legs, 3), (1, 6)])
+            self._pacing = partial(self._paced_fast, {}, compiled)
 
-    def _stepped(self, phase: Array, places: Array, numbers: Any) -> Sequence[Array]:
-        """Return hip, lift and bend of every leg [rad] and its toe [m], shape (N, 3) each; pure."""
-        ahead, aside, turn, frequency, duty, lift = numbers
-        walk = Walk(ahead, aside, turn)
-        toes = toes_of(phase, places, walk, frequency=frequency, duty=duty, lift=lift)
-        return self._legs.angles(toes), toes
+    def _paced_fast(
+        self, kernels: dict[float, Any], compiled: Compiler, given: Any, manner: Manner, memory: Any
+    ) -> tuple[Pace, Floats]:
+        """Return what `paced` does, by machine code that is made for each step."""
+        *arrays, step = given
+
+        def law(
+            numbers: Array, rotation: Array, velocity: Array, feed: Array, *state: Array
+        ) -> Any:
+            own = Manner(*(numbers[:, k : k + 1] for k in range(len(manner))))
+            last = Pace._make((*state, memory.shift))
+            pace, places = self.paced((rotation, velocity, feed, step), own, last)
+            return [*pace[:-1], places]
+
+        arrays += memory[:-1]
+        if step not in kernels:
+            kernels[step] = compiled(law, [(1, len(manner)), *(x.shape for x in arrays)])
+        *pace, places = kernels[step](np.array([manner]), *arrays)
+        return Pace._make((*pace, memory.shift)), places
+
+    def numbers(self, pace: Pace, places: Array, manner: Manner) -> tuple[Array, Array, Array]:
+        """Return the arguments of `_stepped`."""
+        one = pace.lively * 0.0 + 1.0
+        more = pace.frequency, manner.duty * one, manner.lift * pace.lively
+        return pace.phase, places, namespace(one).concat((pace.walk, *more), axis=1)
+
+    def _stepped(self, phase: Array, places: Array, numbers: Array) -> Sequence[Array]:
+        """Return hip, lift and bend of all legs [rad] and their toes [m], (B, N, 3) each; pure."""
+        frequency, duty, lift = (numbers[:, k : k + 1] for k in (3, 4, 5))
+        toes = toes_of(phase, places, numbers[:, :3], frequency=frequency, duty=duty, lift=lift)
+        return self._body.angles(toes), toes
 
     def manner(self, wishes: Mapping[str, float]) -> Manner:
         """Return the stepping parameters: those of the gait, overridden by the reference."""
@@ -214,80 +261,142 @@ class Walker(ControllerOptions, ABC):
         """Return the stepping parameters that depend on the kind of gait."""
 
     @abstractmethod
-    def order(self, manner: Manner) -> Floats:
+    def order(self, manner: Manner) -> Array:
         """Return the phase offsets of the legs, shape (N,)."""
 
     @abstractmethod
-    def advanced(self, pace: Pace, manner: Manner, step: float) -> Floats:
-        """Return the phases one period later, shape (N,)."""
+    def advanced(self, pace: Pace, manner: Manner, step: float) -> Array:
+        """Return the phases one period later, shape (B, N)."""
 
-    def _places(self, manner: Manner) -> Floats:
-        """Toes in the middle of their strokes, body axes [m], shape (N, 3)."""
-        places: Floats = self._legs.toe.copy()
-        places[:, :2] += manner.spread * self._outward
-        places[:, 2] += manner.crouch
-        return places
+    def paced(
+        self, given: tuple[Array, Array, Array, float], manner: Manner, memory: Pace
+    ) -> tuple[Pace, Array]:
+        """Update the commanded walk and advance the leg phases; pure, on any array library.
 
-    def _paced(
-        self, s: RobotState, aim: Reference, memory: Pace, manner: Manner, places: Floats
-    ) -> Pace:
-        """Update the commanded walk and advance the leg phases."""
-        yaw = s.yaw
-        heading = self._heading(yaw, aim, memory.heading)
-        wanted = self._wanted(yaw, aim, heading)
-        duty, low, high = manner.duty, manner.low, manner.high
-        _, wanted = cadence(wanted, places, duty=duty, stroke=manner.stroke, low=low, high=high)
-        share = self.share(s.step)
-        walk = Walk(*(a + share * (b - a) for a, b in zip(memory.walk, wanted, strict=True)))
-        going = 1.0 if max(abs(x) for x in wanted) > 1e-3 else 0.0
+        Args:
+            given: rotation of the bodies, shape (B, 3, 3); wanted velocity, world axes [m/s], shape
+                (B, 3); rate of turn that is fed forward where the robots face their aim [rad/s],
+                shape (B, 1); time until the next call [s].
+            manner: of stepping.
+            memory: of the last call; its heading is a number, and the aim's where robots face it.
+
+        Returns:
+            New state, and toes in the middle of their strokes, body axes [m], shape (B, N, 3).
+        """
+        rotation, velocity, feed, step = given
+        xp, one = namespace(rotation), memory.lively * 0.0 + 1.0
+        toe = self._body.toe[None]
+        level = toe[:, :, :2] + (manner.spread * one)[:, :, None] * self._outward[None]
+        height = toe[:, :, 2] + manner.crouch * one
+        places = xp.concat((level, height[:, :, None]), axis=2)
+        wanted, heading = self._wanted(rotation, velocity, feed, memory.heading)
+        bounds = {k: getattr(manner, k) for k in ("duty", "stroke", "low", "high")}
+        _, wanted = cadence(wanted, places, **bounds)
+        share = self.share(step)
+        walk = memory.walk + share * (wanted - memory.walk)
+        going = xp.astype(xp.max(xp.abs(wanted), axis=1, keepdims=True) > SLOWEST, one.dtype)
         lively = memory.lively + share * (going - memory.lively)
-        frequency, walk = cadence(walk, places, duty=duty, stroke=manner.stroke, low=low, high=high)
+        frequency, walk = cadence(walk, places, **bounds)
+        stands = lively < STILL
         pace = Pace(memory.phase, walk, heading, lively, frequency, memory.shift)
-        if lively < STILL:
-            return pace._replace(lively=lively if going else 0.0)
-        return pace._replace(phase=self.advanced(pace, manner, s.step))
+        return pace._replace(
+            phase=xp.where(stands, memory.phase, self.advanced(pace, manner, step)),
+            lively=xp.where(stands, lively * going, lively),
+        ), places
 
     def _caught(self, s: RobotState, pace: Pace, manner: Manner) -> Floats:
         """Shift of the toes: those in the air follow the error of the velocity (Raibert 1986)."""
-        last = np.zeros((len(pace.phase), 2)) if not len(pace.shift) else pace.shift
+        last = pace.shift.reshape(-1, 2)
         forward = s.rotation[:2, 0] / max(float(np.hypot(*s.rotation[:2, 0])), 1e-9)
         left = np.array([-forward[1], forward[0]])
         now = np.array([forward @ s.velocity[:2], left @ s.velocity[:2]])
-        wanted = np.array([pace.walk.ahead, pace.walk.aside])
         limit = 0.5 * manner.stroke
-        target = np.clip(self.catch * (now - wanted), -limit, limit)
+        target = np.clip(self.catch * (now - pace.walk[0, :2]), -limit, limit)
         # a toe is where it shall land when half of its way through the air is done
-        swing = np.clip((pace.phase - manner.duty) / (1.0 - manner.duty), 0.0, 1.0)
-        left_over = np.maximum(0.5 - swing, 0.0) / max(s.step * pace.frequency, 1e-9)
+        swing = np.clip((pace.phase[0] - manner.duty) / (1.0 - manner.duty), 0.0, 1.0)
+        left_over = np.maximum(0.5 - swing, 0.0) / max(s.step * pace.frequency.item(), 1e-9)
         share = np.where(swing > 0.0, 1.0 / (1.0 + left_over * (1.0 - manner.duty)), 0.0)
-        out: Floats = last + pace.lively * share[:, None] * (target - last)
-        return out
+        shifted: Floats = last + pace.lively * share[:, None] * (target - last)
+        return shifted.reshape(1, -1)
 
-    def _heading(self, yaw: float, aim: Reference, last: float) -> float:
-        """Heading that belongs to the way [rad]."""
-        east, north = float(aim.velocity[0]), float(aim.velocity[1])
-        if self.facing is Facing.aim:
-            return aim.yaw
-        if math.hypot(east, north) < 1e-3:
-            return yaw if math.isnan(last) else last
-        way = math.atan2(north, east)
-        if self.facing is Facing.ahead:
-            return way
-        # the nearer of the two sides
-        aside = 0.5 * math.pi * (1.0 if math.sin(way - yaw) >= 0.0 else -1.0)
-        return way - aside
+    def _wanted(
+        self, rotation: Array, velocity: Array, feed: Array, heading: Array
+    ) -> tuple[Array, Array]:
+        """Return the walk in body axes that tracks velocity and heading, and that heading [rad]."""
+        xp, yaw = namespace(rotation), _yaw(rotation)
+        east, north = velocity[:, 0:1], velocity[:, 1:2]
+        goes = xp.sqrt(east * east + north * north) >= SLOWEST
+        if self.facing is not Facing.aim:
+            way, feed = xp.atan2(north, east), feed * 0.0
+            if self.facing is Facing.sideways:
+                # the nearer of the two sides
+                half = way * 0.0 + 0.5 * math.pi
+                way = way - xp.where(xp.sin(way - yaw) >= 0.0, half, -half)
+            heading = xp.where(goes, way, heading)
+        error = xp.atan2(xp.sin(heading - yaw), xp.cos(heading - yaw))
+        # an animal that stands does not shuffle for a degree
+        turn = xp.where(~goes & (xp.abs(error) < SHUFFLE), feed, self.turn_gain * error + feed)
+        turn = xp.clip(turn, -self.turn_limit, self.turn_limit)
+        c, n = xp.cos(yaw), xp.sin(yaw)
+        return xp.concat((c * east + n * north, c * north - n * east, turn), axis=1), heading
 
-    def _wanted(self, yaw: float, aim: Reference, heading: float) -> Walk:
-        """Return the walk in body axes that tracks the reference velocity and heading."""
-        c, n = math.cos(yaw), math.sin(yaw)
-        east, north = float(aim.velocity[0]), float(aim.velocity[1])
-        error = math.remainder(heading - yaw, 2.0 * math.pi)
-        feed = aim.yaw_rate if self.facing is Facing.aim else 0.0
-        turn = min(max(self.turn_gain * error + feed, -self.turn_limit), self.turn_limit)
-        if abs(error) < 0.03 and math.hypot(east, north) < 1e-3:
-            # an animal that stands does not shuffle for a degree
-            turn = feed
-        return Walk(c * east + n * north, c * north - n * east, turn)
+
+class BatchGait:
+    """Gait of B robots.
+
+    Args:
+        gait: bound to the robot.
+        batch: number of robots B.
+        like: array whose library, type and device to use.
+
+    Attributes:
+        joints: columns of the legs' joints, shape (3 N,).
+    """
+
+    def __init__(self, gait: Walker, batch: int, like: Array) -> None:
+        self._gait, self._batch = copy.copy(gait), batch
+        self._gait._into(like)
+        self.joints = gait._columns.ravel().tolist()
+
+    def start(self) -> Pace:
+        """Return standing gaits."""
+        return self._gait.start(self._batch)
+
+    def command(
+        self,
+        rotation: Array,
+        velocity: Array,
+        turn: Array | None,
+        wishes: Mapping[str, Array],
+        memory: Pace,
+        *,
+        step: float,
+    ) -> tuple[Array, Pace]:
+        """Return the joint values for the next period, shape (B, 3 N), and the new state.
+
+        Args:
+            rotation: of the bodies, shape (B, 3, 3).
+            velocity: wanted, world axes [m/s], shape (B, 3).
+            turn: wanted rate of turn [rad/s], shape (B, 1); None where the gait turns the robot.
+            wishes: stepping parameters over those of the gait, shape (B, 1) each.
+            memory: of the last call.
+            step: until the next call [s].
+        """
+        xp, gait, yaw = namespace(velocity), self._gait, _yaw(rotation)
+        # told how to turn, a robot has the heading that it has
+        heading, feed = yaw, turn
+        if turn is None:
+            last = memory.heading
+            heading, feed = xp.where(xp.isnan(last), yaw, last), yaw * 0.0
+        manner, memory = gait.manner(wishes), memory._replace(heading=heading)
+        pace, places = gait.paced((rotation, velocity, feed, step), manner, memory)
+        values, _ = gait._stepped(*gait.numbers(pace, places, manner))
+        return xp.reshape(values, (self._batch, -1)), pace
+
+
+def _yaw(rotation: Array) -> Array:
+    """Heading of the body x axis [rad], shape (B, 1)."""
+    return namespace(rotation).atan2(rotation[:, 1, 0:1], rotation[:, 0, 0:1])
 
 
 def wished(own: Manner, wishes: Mapping[str, float]) -> Manner:
@@ -309,4 +418,5 @@ def wished(own: Manner, wishes: Mapping[str, float]) -> Manner:
         if name not in Manner._fields:
             allowed = ["frequency", *Manner._fields]
             raise ConfigError(f"a gait has no manner '{name}'.\n{suggestion(str(name), allowed)}")
-    return own._replace(**{name: float(value) for name, value in values.items()})
+    numbers = {k: x if hasattr(x, "shape") else float(x) for k, x in values.items()}
+    return own._replace(**numbers)

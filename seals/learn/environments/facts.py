@@ -131,7 +131,7 @@ class Facts:
         pilot = self._actor.pilot
         assert pilot is not None
         memory = pilot.snapshot().controller or pilot.controller.start()
-        angle = 2.0 * np.pi * np.asarray(memory.phase)
+        angle = 2.0 * np.pi * np.reshape(memory.phase, -1)
         return np.concatenate((np.cos(angle), np.sin(angle)))
 
     def _sliding(self) -> float:

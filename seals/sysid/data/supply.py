@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.batch.drives import BatchDrives
 from seals.effects.binding import bind_effects, has_hook
 from seals.effects.effect import EffectOptions
 from seals.plugin_options import options_of
@@ -38,8 +37,7 @@ def supplied(command: Floats, voltage: Floats, time: Floats, vehicle: Vehicle) -
         return command
     volts = np.interp(time, time[measured], voltage[measured])
     # when a command arrives makes no difference to how far it is followed
-    drives = BatchDrives(_response(vehicle)._replace(delay=0.0), command)
-    limited: Any = drives.limited(command, (volts / full)[:, None])
+    limited: Any = _response(vehicle).limited(command, (volts / full)[:, None])
     return np.asarray(limited, dtype=np.float64)
 
 
