@@ -9,7 +9,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.batch import TwinState
-from seals.control.attitude import lean_of
+from seals.control.attitude import lean_for
 from seals.control.plant import layout_of
 from seals.effects.binding import bind_effects, has_hook
 from seals.frames import exponential, matrix_of, multiply
@@ -181,7 +181,7 @@ class Controller:
         least = np.float64(0.15 * GRAVITY)
         # a force that points down is met by falling, not by leaning the other way
         up = np.maximum(up, [-np.inf, -np.inf, least])
-        goal = lean_of(up, self._yaw[row][:, None], tilt=np.float64(self._tilt), least=least)
+        goal = lean_for(up, self._yaw[row][:, None], tilt=np.float64(self._tilt), least=least)
         # to first order: as long as the sine of the angle
         sine = np.einsum("mji,mjk->mik", turn, goal)
         error = np.stack([0.5 * (sine[:, i, j] - sine[:, j, i]) for i, j in _AXES], axis=1)
