@@ -98,7 +98,8 @@ def _variant(
     step: float,
 ) -> ModelVariant:
     keys = [k for k in fit_keys(settings.fit, settings.effects) if k.effect in effects]
-    bound = bind_effects(effects, robot.links)
+    # a ladder adds effects to a robot that has its drives throughout
+    bound = bind_effects({**settings.actuators, **effects}, robot.links)
     values = np.array([k.start for k in keys])
 
     train = [c for c in cases if not c.held_out]

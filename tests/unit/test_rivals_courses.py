@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from seals.compare.application import settings_of
 from seals.compare.case import Case
@@ -13,6 +14,7 @@ from seals.compare.predict import Job
 from seals.compare.prediction_methods import cases_of, predictor_of
 from seals.compare.sampled import bare_case
 from seals.compare.settings import CompareSettings
+from seals.compare.variants import fit_variants
 from seals.config.compose import compose
 from seals.effects.binding import bind_effects
 from seals.errors import ConfigError, LogError
@@ -157,6 +159,27 @@ def test_thrust_follows_a_step_with_the_lag() -> None:
         clock = case.clock + case.time
         far = (np.abs(clock - 3.0) > 0.02) & (clock > 0.01) & (clock < 5.99)
         assert samples["specific_force"][far, 2] == pytest.approx(expected[far], rel=4e-3)
+
+
+def test_a_ladder_of_thrust_finds_the_lag_of_the_rotors() -> None:
+    """The same step with a lag of 0.06 s in what was measured: the second rung tells it."""
+    time = np.arange(0.0, 12.0, 1e-3)
+    pulse = np.where((time % 6.0) < 3.0, 0.5, 0.7)
+    speed = np.asarray(lfilter([1e-3 / 0.06], [1.0, 1e-3 / 0.06 - 1.0], 3053.0 * (pulse - 0.5)))
+    force = 4.0 * 1.28e-8 * (speed + 3053.0 * 0.5) ** 2 / 0.027
+    columns = {"t": time, "specific_force_x": 0 * force, "specific_force_y": 0 * force}
+    columns["specific_force_z"] = force + 0.02 * np.random.default_rng(1).standard_normal(time.size)
+    columns |= {f"angular_velocity_{a}": 0.0 * time for a in "xyz"}
+    columns |= {f"motor_pwm_{k}": pulse for k in (1, 2, 3, 4)}
+    words = ("experiment=crazyflie_thrust", "train=[]", "held_out=[]", "compare.stride=1")
+    settings = settings_for(*words)
+    robot = build_robot(settings.robot)
+    cases = cases_of(settings)([Log(name="f", columns=columns)], settings, robot)
+    static, lagged = fit_variants(settings, robot, cases, step=1e-3)
+    fitted = {value.key: value.value for value in lagged.fitted}
+    assert fitted["effects.rotor_lag.time_constant_change"] == pytest.approx(0.06, rel=0.03)
+    rms = [v.rms("specific_force", held_out=False) for v in (static, lagged)]
+    assert rms[1] < 0.5 * rms[0]
 
 
 def _robot(settings: CompareSettings) -> object:
