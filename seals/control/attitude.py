@@ -35,7 +35,8 @@ def lean_for(force: Array, yaw: Any, *, tilt: Any, least: Any) -> Array:
     x, y, z = (force[:, k : k + 1] for k in range(3))
     size = xp.maximum(z * z, least * least)
     if type(size) is np.ndarray and not size.all():
-        raise ZeroDivisionError("float division by zero")
+        # without gravity the least is zero as well; NumPy alone would go on with nan
+        raise ZeroDivisionError("a force of zero has no direction to lean to")
     per = z / size
     x, y = x * per, y * per
     aside, most = xp.sqrt(x * x + y * y), xp.tan(tilt)
