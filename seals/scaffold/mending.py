@@ -15,7 +15,7 @@ from seals.scaffold.urdf import (
     ENDLESS,
     INERTIA,
     Element,
-    Urdf,
+    UrdfDraft,
     end_of,
     fix,
     inertial_element,
@@ -42,7 +42,7 @@ NO_AXIS, LAST_DIGIT = 1e-9, 1e-15
 """Length of an axis that is none, and change of length that is a rounding [1]."""
 
 
-def mended(robot: Urdf, forward: str) -> list[str]:
+def mended(robot: UrdfDraft, forward: str) -> list[str]:
     """Change a URDF so that bodies can have its numbers, and return what was changed, in words.
 
     Args:
@@ -68,7 +68,7 @@ def mended(robot: Urdf, forward: str) -> list[str]:
     return changes
 
 
-def turned_base(robot: Urdf, forward: str) -> str:
+def turned_base(robot: UrdfDraft, forward: str) -> str:
     """Add a frame above the base link that points forward along x, and return its name."""
     names = robot.links
     base, name = next(iter(robot.bases or names)), "body"
@@ -81,7 +81,7 @@ def turned_base(robot: Urdf, forward: str) -> str:
     return name
 
 
-def weighted_base(robot: Urdf) -> str:
+def weighted_base(robot: UrdfDraft) -> str:
     """Give a base without mass the mass properties of the heaviest link fixed to it.
 
     Returns:
@@ -121,7 +121,7 @@ def weighted_base(robot: Urdf) -> str:
     return name
 
 
-def fixed_joints(robot: Urdf) -> list[str]:
+def fixed_joints(robot: UrdfDraft) -> list[str]:
     """Fix joints whose two limits are one, as sensors are mounted; return their names."""
     found = []
     for name, joint in robot.joints.items():
@@ -134,7 +134,7 @@ def fixed_joints(robot: Urdf) -> list[str]:
     return found
 
 
-def endless_limits(robot: Urdf) -> list[str]:
+def endless_limits(robot: UrdfDraft) -> list[str]:
     """Write limits that are none as a URDF does; return what became of them, in words.
 
     A hinge without any becomes continuous; else an endless side lies 1000 rad or m away.
@@ -158,7 +158,7 @@ def endless_limits(robot: Urdf) -> list[str]:
     return found
 
 
-def unit_axes(robot: Urdf) -> None:
+def unit_axes(robot: UrdfDraft) -> None:
     """Give the axes of joints a length of one: an engine may take the length for a gear ratio."""
     for axis in robot.root.iterfind("joint/axis"):
         given = np.array([float(word) for word in (axis.get("xyz") or "1 0 0").split()])
@@ -167,7 +167,7 @@ def unit_axes(robot: Urdf) -> None:
             axis.set("xyz", " ".join(f"{x:.17g}" for x in given / length))
 
 
-def sound_inertias(robot: Urdf) -> list[str]:
+def sound_inertias(robot: UrdfDraft) -> list[str]:
     """Change inertias that no body has to the nearest that one has.
 
     Sensors and frames are often written with an inertia that breaks the triangle inequality of the
@@ -230,7 +230,7 @@ def _rounded_off(tensor: Floats) -> Floats | None:
     return np.asarray((axes * near) @ axes.T, dtype=np.float64)
 
 
-def add_inertials(robot: Urdf, hulls: Mapping[str, LinkHull], density: float) -> list[str]:
+def add_inertials(robot: UrdfDraft, hulls: Mapping[str, LinkHull], density: float) -> list[str]:
     """Add mass properties to links without ``<inertial>``, from their shapes.
 
     Each shape counts as an even box of its own volume's mass: its inertia is exact for boxes, a

@@ -15,7 +15,7 @@ from seals.robot.model import RobotModel
 from seals.scaffold.meshes import load_mesh
 from seals.scaffold.plug_ins import Displacement, Hydrodynamics
 from seals.scaffold.takeover import Takeover
-from seals.scaffold.urdf import Element, Urdf, pose_of, refuse_unknown, triple_of
+from seals.scaffold.urdf import Element, UrdfDraft, pose_of, refuse_unknown, triple_of
 from seals.scaffold.writing import plain
 
 MOST_FACES = 400
@@ -71,7 +71,7 @@ class LinkHull(NamedTuple):
         return float(self.stated.get("displaced_volume", sum(self.volumes)))
 
 
-def hulls_of(robot: Urdf, folder: Path, skip: Collection[str] = ()) -> dict[str, LinkHull]:
+def hulls_of(robot: UrdfDraft, folder: Path, skip: Collection[str] = ()) -> dict[str, LinkHull]:
     """Return the hull of each link: its collision shapes, or its visual ones if it has no others.
 
     Args:
@@ -162,7 +162,7 @@ def _centre_of(robot: RobotModel, part: list[int]) -> Floats:
     return centre
 
 
-def extents_of(robot: Urdf, folder: Path) -> Mapping[str, float]:
+def extents_of(robot: UrdfDraft, folder: Path) -> Mapping[str, float]:
     """Return the largest extent of the visual and collision shapes of each link [m]."""
     found: dict[str, float] = {}
     for name, link in robot.links.items():

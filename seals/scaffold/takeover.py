@@ -21,7 +21,7 @@ from seals.scaffold.mjcf_bounds import with_parts
 from seals.scaffold.plug_ins import Stated, stated_of
 from seals.scaffold.sdf import urdf_of_sdf
 from seals.scaffold.sdf_includes import with_includes
-from seals.scaffold.urdf import ENDLESS, WORLD, Element, Urdf, end_of, fix, mass_of, number_or
+from seals.scaffold.urdf import ENDLESS, WORLD, Element, UrdfDraft, end_of, fix, mass_of, number_or
 from seals.untrusted_io import plain_xml, read_text
 
 _MOST_NEAR = 40
@@ -29,7 +29,7 @@ _OWN = ("link", "joint", "material")
 _ENDINGS = (".urdf", ".xacro", ".sdf", ".mjcf")
 
 
-class Takeover(Urdf):
+class Takeover(UrdfDraft):
     """File that is imported into a robot folder, as URDF.
 
     Args:

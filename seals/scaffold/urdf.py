@@ -31,7 +31,7 @@ INERTIA = {
 """Rows and columns of the inertia's attributes."""
 
 
-class Urdf:
+class UrdfDraft:
     """Links and joints of a URDF, which change as it is taken over.
 
     Args:

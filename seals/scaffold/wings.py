@@ -10,7 +10,7 @@ import numpy as np
 
 from seals.frames import rpy_of
 from seals.scaffold.motors import LIQUID
-from seals.scaffold.urdf import Urdf, refuse_unknown
+from seals.scaffold.urdf import UrdfDraft, refuse_unknown
 from seals.scaffold.wing_plug_ins import Wing
 from seals.scaffold.writing import plain
 
@@ -31,7 +31,7 @@ def leave_out_blades(wings: list[Wing], propellers: Collection[str]) -> list[str
     return [f"lift of blades left out, it is the thrust of their drive: {names}"] if blades else []
 
 
-def add_wing_frames(robot: Urdf, wings: Sequence[Wing]) -> list[str]:
+def add_wing_frames(robot: UrdfDraft, wings: Sequence[Wing]) -> list[str]:
     """Return the link of each wing; where its axes are not those of its link, a frame is added.
 
     Args:

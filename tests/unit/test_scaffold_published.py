@@ -21,7 +21,7 @@ from seals.robot.build import build_robot
 from seals.run.build import build_run
 from seals.scaffold.mending import fixed_joints, sound_inertias, turned_base, weighted_base
 from seals.scaffold.robot import NewRobot, scaffold_robot
-from seals.scaffold.urdf import Urdf
+from seals.scaffold.urdf import UrdfDraft
 
 PUBLISHED = Path(__file__).parent / "urdfs/published"
 
@@ -293,7 +293,7 @@ def test_sound_inertias() -> None:
         _link("sound", 0.1, (1e-4, 1e-4, 1e-4)),
         _link("negative", 0.1, (-1.0, 1.0, 1.0)),
     )
-    assert sound_inertias(Urdf(root)) == ["camera", "imu"]
+    assert sound_inertias(UrdfDraft(root)) == ["camera", "imu"]
     found = {
         str(link.get("name")): [
             float(link.find("inertial/inertia").get(k))  # type: ignore[union-attr, arg-type]
@@ -321,7 +321,7 @@ def test_base_without_mass_gets_that_of_what_is_fixed_to_it() -> None:
         joint.format("small").replace('"j"', '"k"'),
         joint.format("body"),
     )
-    assert weighted_base(Urdf(root)) == "body"
+    assert weighted_base(UrdfDraft(root)) == "body"
     base = root.find("link[@name='frame']/inertial")
     assert base is not None
     origin = base.find("origin")
@@ -334,7 +334,7 @@ def test_base_without_mass_gets_that_of_what_is_fixed_to_it() -> None:
     left = root.find("link[@name='body']/inertial/mass")
     assert left is not None
     assert left.get("value") == "0"
-    assert weighted_base(Urdf(root)) == ""
+    assert weighted_base(UrdfDraft(root)) == ""
 
 
 def test_base_gets_the_mass_of_what_is_fixed_below_frames() -> None:
@@ -349,7 +349,7 @@ def test_base_gets_the_mass_of_what_is_fixed_below_frames() -> None:
         joint.format("j", "frame", "hull"),
         joint.format("k", "top", "frame"),
     )
-    assert weighted_base(Urdf(root)) == "hull"
+    assert weighted_base(UrdfDraft(root)) == "hull"
     origin = root.find("link[@name='top']/inertial/origin")
     assert origin is not None
     # one ahead, one to the left, half a metre back
@@ -365,7 +365,7 @@ def test_joints_without_room_are_fixed() -> None:
         joint.format("hinge", '<limit lower="-1" upper="1"/>'),
         joint.format("unsaid", '<limit effort="1" velocity="1"/>'),
     )
-    assert fixed_joints(Urdf(root)) == ["mount"]
+    assert fixed_joints(UrdfDraft(root)) == ["mount"]
     assert [j.get("type") for j in root] == ["fixed", "revolute", "revolute"]
 
 
@@ -385,7 +385,7 @@ def test_forward(forward: str, tmp_path: Path) -> None:
 def test_turned_base_takes_a_free_name() -> None:
     """A link of that name may be there."""
     root = _robot(_link("body", 1.0, (1.0, 1.0, 1.0)))
-    assert turned_base(Urdf(root), "-x") == "body_2"
+    assert turned_base(UrdfDraft(root), "-x") == "body_2"
 
 
 def _quadruped(adapter: str) -> str:
