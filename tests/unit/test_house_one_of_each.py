@@ -1,0 +1,66 @@
+"""A responsibility has one implementation: its like is found nowhere else."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PAGE = ROOT / "docs" / "architecture.md"
+ONE = {
+    r"class \w*Allocation\b": {"seals/control/allocation.py"},
+    r"class \w*Cascade\b": {
+        "plugins/controllers/cascade/controller.py",
+        # packs the one law for the compiled step
+        "plugins/controllers/cascade/compiled.py",
+    },
+    r"class \w*Kinematics\b": {"seals/multibody/kinematics.py"},
+    r"class \w*Environments\b": {
+        "seals/learn/environments/batch.py",
+        "seals/learn/environments/pixels.py",
+    },
+    r"def lean_\w+": {"seals/control/attitude.py"},
+    r"\bImage\.open\(": {"seals/picture_files.py"},
+    r"\btrimesh\.load\w*\(": {"seals/hydrostatics/meshes.py"},
+}
+"""What marks a responsibility, and the files that may hold it."""
+TWINS = re.compile(r"(^|_)(batched|many|single)(_|$)")
+"""Names of modules that held a law once more, for one robot or for many."""
+PLACES = ("seals/control", "seals/multibody", "seals/batch", "plugins/controllers")
+
+
+def sources() -> dict[str, str]:
+    """Return the text of every module of the core and the plug-ins, by its path."""
+    return {
+        path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8")
+        for top in ("seals", "plugins")
+        for path in (ROOT / top).rglob("*.py")
+    }
+
+
+@pytest.mark.parametrize("mark", ONE)
+def test_what_marks_a_responsibility_stands_in_its_module(mark: str) -> None:
+    """There, and nowhere else."""
+    assert {path for path, text in sources().items() if re.search(mark, text)} == ONE[mark]
+
+
+def test_no_law_has_a_module_for_many_beside_the_one() -> None:
+    """One robot is a batch of one."""
+    found = [p for p in sources() if p.startswith(PLACES) and TWINS.search(Path(p).stem)]
+    assert found == []
+
+
+def test_the_modules_that_the_page_names_are_there() -> None:
+    """Each path of the table "One of each", from the root or from the core."""
+    table = PAGE.read_text(encoding="utf-8").partition("## One of each")[2].partition("\n## ")[0]
+    rows = [line for line in table.splitlines() if line.startswith("| ")]
+    paths = re.findall(r"`([\w/]+(?:\.py|/))`", "\n".join(rows))
+    assert len(paths) > 15
+    lost = [
+        path
+        for path in paths
+        if not any((ROOT / top / path).exists() for top in ("", "seals", "seals/control"))
+    ]
+    assert lost == []
