@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from seals.effects import Addition, Identification, Stage, Subject, along_axes
@@ -16,6 +16,8 @@ _LIMITS: dict[str, Any] = {
     "tolerance": 0.005,
     "source": "zero: the stated place is where it sits",
 }
+_LEAST = 0.01
+"""Offset that nobody calls a fault: places are stated to a centimetre [m]."""
 
 
 @dataclass(kw_only=True)
@@ -67,7 +69,8 @@ class SensorPlace(Effect):
         """Return the candidate: three numbers; a vehicle's own size is a plausible mistake."""
         if "specific_force" not in subject.channels:
             return []
-        parameters = along_axes("offset", subject.spread(name), 0.3 * subject.length)
+        offsets = along_axes("offset", subject.spread(name), 0.3 * subject.length)
+        parameters = {key: replace(one, least=_LEAST) for key, one in offsets.items()}
         order = (Stage.sensors, 0, 6)
         return [Addition(instance=name, effect=cls(), parameters=parameters, order=order)]
 
