@@ -50,15 +50,15 @@ BULK: dict[str, Guard] = {
     ),
     "kinds in a planned manoeuvre": Guard(
         "seals.sysid.experiment_design.experiment",
-        "        _check_kinds(content)\n",
+        '        check_form(content, {"gains?": {}, "meta?": {}, "runs?": [{}]}, "")\n',
         "",
         NUMBERS,
         "of_their_form",
     ),
     "start of a planned drop": Guard(
         "seals.sysid.experiment_design.experiment",
-        "    _check_starts(runs)\n",
-        "",
+        "            if len(numbers) != count or not sound:\n",
+        "            if False:\n",
         NUMBERS,
         "of_their_form",
     ),

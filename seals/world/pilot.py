@@ -249,7 +249,7 @@ class Pilot:
 
     def submersion(self, kinematics: Kinematics, sample: Sample) -> float:
         """Return the submerged share of all hulls' volume [1]; arguments as of `weigh`."""
-        return float(self._weighing.submersion(kinematics, sample)[0])
+        return float(self._weighing.submersion(kinematics, sample)[0][0, 0])
 
     def compile(self, compiled: Compiler | None) -> None:
         """Pass the compiler of laws to the controller; None for none."""

@@ -53,10 +53,10 @@ def test_the_data_sheet_of_the_robot_fills_what_a_log_leaves_out(root: str, tmp_
     log = write_native(replace(given, meta=bare), tmp_path / "log")
     folder = tmp_path / "robot"
     shutil.copytree(find_robot("crazyflie").settings.folder, folder)
-    (folder / "datasheet.yaml").write_text("environment: {gravity: 9.5}\nmass: 77.0\n")
+    (folder / "datasheet.yaml").write_text("environment: {gravity: [0, 0, 9.5]}\nmass: 77.0\n")
     config = compose([override("log", str(log)), override("robot", str(folder))], root=root)
     for read in (given_logs(config).read()[0], read_usable(log, robot=folder)):
-        assert read.meta["environment"] == {"gravity": 9.5}
+        assert read.meta["environment"] == {"gravity": [0, 0, 9.5]}
         assert read.meta["vehicle"] == given.meta["vehicle"]
 
 
