@@ -161,6 +161,7 @@ def commands(elsewhere: Path, flown: Path) -> dict[str, list[str]]:
         "verdict": "named",
         "effects": [{"name": "wind", "confidence": 0.98, "parameters": {
             "velocity_x": {"value": 1.5, "low90": 1.4, "high90": 1.6}}}],
+        "models": {"wind": {"effects": {"wind": {"effect": "wind", "velocity_x": 1.5}}}},
         "log": sources([Path(shipped_logs()["hidden_effect/flight_a"])]),
     }  # fmt: skip
     (elsewhere / "diagnosis.json").write_text(json.dumps(answer))
