@@ -51,7 +51,8 @@ TRAININGS = {
     "crab": ("learner=sac", "env=crab_walk"),
     "many": ("learner=sac_many", "env=catch", "count=16"),
 }
-SAME = 1e-7
+SAME, LEAST = 1e-7, 1e-15
+"""Relative difference that counts, and what is rounding of zero."""
 PASSING = re.compile(r"\d+(\.\d+)? ?(s|min|ms|MB|times real time)\b|/tmp/\S+|\d{4}-\d\d-\d\d\S*")
 """What two runs of one program print differently."""
 
@@ -157,11 +158,11 @@ def differences(old: Any, new: Any, at: str = "") -> Iterator[str]:
     elif isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
         size = max((abs(v) for v in old if isinstance(v, float)), default=0.0)
         for i, (a, b) in enumerate(zip(old, new, strict=True)):
-            if isinstance(a, float) and isinstance(b, float) and abs(a - b) <= SAME * size:
+            if isinstance(a, float) and isinstance(b, float) and abs(a - b) <= SAME * size + LEAST:
                 continue
             yield from differences(a, b, f"{at}[{i}]")
     elif isinstance(old, float) and isinstance(new, float):
-        if abs(old - new) > SAME * abs(old):
+        if abs(old - new) > SAME * abs(old) + LEAST:
             yield f"{at}: {old:.10g} -> {new:.10g}"
     elif old != new:
         yield f"{at}: {old} -> {new}"
