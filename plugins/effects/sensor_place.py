@@ -44,8 +44,7 @@ class SensorPlace(Effect):
         A body that hardly turns does not show it; d along a steady turn has no effect at all.
 
     References:
-        Wittenburg 2008, Dynamics of Multibody Systems, section 2.2 (acceleration of a point of a
-        rigid body).
+        Wittenburg 2008, Dynamics of Multibody Systems (acceleration of a point of a rigid body).
 
     Example:
         >>> SensorPlace(offset_x=0.1).offset_x

@@ -15,7 +15,7 @@ from seals.motion import Drives, Inputs, Medium, Motion
 from seals.schema import param
 
 _SHARE = 0.04
-"""Plausible dead zone, as a share of the largest force: 25 of 400 us of pulse width, squared up."""
+"""Plausible dead zone, as a share of the largest force; chosen."""
 _SOFT = 0.2
 """Width over which a thruster starts, as a share of the dead zone."""
 
@@ -50,13 +50,12 @@ class ThrusterDeadZone(Effect):
         Thrusters that turn slowly or stand still now and then.
 
     Limitations:
-        No hysteresis between starting and stopping. Drives with a disc of their own, rotors, are
+        No hysteresis between starting and stopping. One that acts on the command, before the lag,
+        is another law: a diagnosis does not find it as this one. Drives with a disc of their own, rotors, are
         left alone.
 
     References:
-        Fossen 2011, Handbook of Marine Craft Hydrodynamics, ch. 12; Bessa, Dutra and Kreuzer 2010,
-        Thruster dynamics compensation for the positioning of underwater robotic vehicles (dead
-        zone of the thruster).
+        Fossen 2021, Handbook of Marine Craft Hydrodynamics and Motion Control (thrusters).
 
     Example:
         >>> ThrusterDeadZone(force=1.5).form.value

@@ -42,7 +42,7 @@ class ThrusterInflow(Effect):
         with a disc of their own, rotors, are left alone.
 
     References:
-        Fossen 2011, Handbook of Marine Craft Hydrodynamics, section 12.2 (bilinear thruster
+        Fossen 2021, Handbook of Marine Craft Hydrodynamics and Motion Control (bilinear thruster
         model); Blanke, Lindegaard and Fossen 2000, Dynamic model for thrust generation of marine
         propellers.
 
