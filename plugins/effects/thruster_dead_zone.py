@@ -51,8 +51,8 @@ class ThrusterDeadZone(Effect):
 
     Limitations:
         No hysteresis between starting and stopping. One that acts on the command, before the lag,
-        is another law: a diagnosis does not find it as this one. Drives with a disc of their own, rotors, are
-        left alone.
+        is another law, which a diagnosis does not find as this one. Drives with a disc of their
+        own, rotors, are left alone.
 
     References:
         Fossen 2021, Handbook of Marine Craft Hydrodynamics and Motion Control (thrusters).
