@@ -78,7 +78,7 @@ def without_false_readings(log: Log) -> tuple[Log, list[str]]:
     for stem in (s for s in _POSE if log.has(s)):
         false = _leaps(log, stem)
         if false.any():
-            said.append(f"{stem} leaps away and back {false.sum()} times: left out")
+            said.append(f"{stem} leaps away and back in {false.sum()} rows: left out")
         for name in columns_of(stem, log.columns):
             columns[name] = np.where(false, np.nan, columns[name])
     return replace(log, columns=columns), said
@@ -96,7 +96,8 @@ def _leaps(log: Log, stem: str) -> NDArray[np.bool_]:
     if there.size < _FEWEST:
         return out
     seen = values[there]
-    padded = np.pad(seen, ((_BESIDE, _BESIDE), (0, 0)), mode="reflect")
+    # beyond the ends the motion goes on as it came
+    padded = np.pad(seen, ((_BESIDE, _BESIDE), (0, 0)), mode="reflect", reflect_type="odd")
     around = np.lib.stride_tricks.sliding_window_view(padded, 2 * _BESIDE + 1, axis=0)
     away = np.linalg.norm(seen - np.median(around, axis=-1), axis=1)
     # a bounce turns back within as many steps as there are neighbours
