@@ -243,8 +243,10 @@ class AddedInertia(NamedTuple):
     Args:
         matrix: 6x6, order [linear, angular] [kg, kg m, kg m^2], shape (1 or N, 6, 6).
         weight: [1], shape (N, 1).
-        more: further inertia that changes with the state, likewise, shape (N, 6, 6); None for none.
-        apart: whether engines leave it out of their masses; that of ``more``.
+        more: further inertia that changes with the state, likewise, shape (N, 6, 6), along
+            directions that rest in the world while the link turns: it has no Coriolis and Munk
+            terms; None for none.
+        apart: whether it is that of ``more``, which engines leave out of their masses.
     """
 
     matrix: Array

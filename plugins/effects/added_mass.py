@@ -243,10 +243,7 @@ class AddedMass(Effect):
     def loads(
         motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
     ) -> tuple[Wrench, Array]:
-        """Water-entry force -(dM/ds) (ds/dt) nu_r while the submersion s rises [N, N m].
-
-        Beside it, what e h h^T has less of Coriolis and Munk terms than M_A, see the equation.
-        """
+        """Water-entry force -(dM/ds) (ds/dt) nu_r while the submersion s rises [N, N m]."""
         entry = _entry(motion, medium, params)
         rises = (
             type(medium.submersion_rate) is not np.ndarray or (medium.submersion_rate > 0.0).any()
@@ -268,13 +265,7 @@ class AddedMass(Effect):
         carried = motion.body.mass + entry.line * medium.submersion + entry.mass
         most = carried / (abs(entry.line + entry.slope) * inputs.step + INSTANT)
         rising = namespace(rising).minimum(rising, most)
-        # n stays upright while the link turns and goes on: e h (n . (w x v)) in place of w x p and
-        # w x L + v x p, which turn a ball that enters aslant
-        held = entry.mass * _along(cross(spin, relative), n)
-        linear, angular = entry.mass * speed * n, entry.mass * speed * arm
-        back = cross(spin, linear) - held * n
-        turned = cross(spin, angular) + cross(relative, linear) - held * arm
-        return Wrench(back - rising * force, turned - rising * torque), memory
+        return Wrench(-rising * force, -rising * torque), memory
 
 
 def _along(values: Array, way: Array) -> Array:
@@ -320,16 +311,9 @@ def _entry(motion: Motion, medium: Medium, params: Parameters) -> _Entry | None:
     ratio = over / (over + blend)
     rise = ratio * ((2.0 - ratio) * rise - ratio * BLEND / end)
     whole = params["floating"] if floating else 0.5 * _matrix(params)
-    block = _for_rows(whole, n)[:, :3, :3]
-    along = xp.sum(block * n[:, :, None] * n[:, None, :], axis=(1, 2))[:, None]
+    along = _along(momentum(whole, n, 0.0 * n)[0], n)
     way = xp.concat((n, cross(medium.buoyancy_centre + 0.0 * n, n)), axis=1)
     return _Entry(along * over * ratio, along * rise, along / end, way)
-
-
-def _for_rows(matrix: Array, rows: Array) -> Array:
-    """Repeat a matrix of each of several links for the link's rows; others are broadcast."""
-    links, count = matrix.shape[0], rows.shape[0]
-    return np.repeat(matrix, count // links, axis=0) if 1 < links < count else matrix
 
 
 def _refuse_indefinite(matrix: Floats, name: str, allowed: str) -> None:

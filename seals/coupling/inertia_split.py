@@ -275,6 +275,8 @@ def _terms(turning: Array, inertia: Array, twists: Array) -> Array:
 
 
 def at_rest(found: Evaluation) -> bool:
-    """Return whether the media of all added inertias are at rest."""
+    """Return whether the media of all added inertias rest, and none has directions of the world."""
+    if any(added.apart for _, _, added, _ in found.inertias):
+        return False
     fields = {id(x): x for *_, m in found.inertias for x in (m.velocity, m.acceleration)}
     return not any(some(x) for x in fields.values())

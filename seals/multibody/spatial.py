@@ -123,9 +123,13 @@ def added_terms(added: AddedInertia, medium: Medium, motion: Motion) -> tuple[Ar
     Equation:
         weight A (w x u - a, 0) + Kirchhoff terms of weight A at (v - u, w), with u the velocity
         and a the acceleration of the medium: what remains of d/dt (weight A nu_r) when
-        (v', w') = 0 and weight is held.
+        (v', w') = 0 and weight is held. An inertia apart, along directions that rest in the world,
+        has A (w x v - a, 0) alone: Coriolis and Munk terms would turn a ball that enters aslant.
     """
     spin = motion.angular_velocity
+    if added.apart:
+        drift = cross(spin, motion.velocity) - medium.acceleration
+        return momentum(added.matrix, drift, spin * 0.0)
     relative = motion.velocity - medium.velocity
     force, torque = kirchhoff(added.matrix, relative, spin, weight=added.weight)
     if type(spin) is np.ndarray and not (medium.velocity.any() or medium.acceleration.any()):
