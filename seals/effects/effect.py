@@ -69,8 +69,8 @@ class Effect(EffectOptions):
 
     - ``loads``: `Wrench` about the link origin, link axes [N, N m], each shape (N, 3).
     - ``inertia``: `AddedInertia`, a 6x6 matrix [linear, angular] about the link origin, link axes,
-      and its weight; the integrator makes the Coriolis and Munk terms from it, relative to the flow
-      of the effect's medium.
+      and its weight; the integrator makes the Coriolis and Munk terms from it, but not from its
+      part ``more``, relative to the flow of the effect's medium.
     - ``flow``: velocity of the effect's medium, world axes [m/s], shape (N, 3); effects add up.
     - ``drive_loads``: `Wrench` of what the actuators cause; their `Drives` are named ``drives``.
     - ``joint_loads``: generalised force on the joints [N m or N], shape (N, J).
