@@ -16,6 +16,8 @@ from seals.schema import param
 
 _GREASE = 0.3
 """Viscous friction that goes with dry friction [s/rad]: a joint that rubs is a greased one."""
+_STILL = 1e-9
+"""Rate in thresholds at which the share of a rate of zero is taken [1]."""
 _CREEP = 0.015
 """How well the rate is known at which dry friction turns over [rad/s]."""
 
@@ -33,6 +35,9 @@ class JointFriction(Effect):
         threshold: q'_0, speed over which the Coulomb torque changes sign [rad/s].
         joint: 1-based index of one joint, or 0 for all.
         links: not used; friction acts on joints.
+
+    Steps take it implicitly by its share of the rate, C tanh(q' / q'_0) / q' + B: a joint that
+    rubs slows down and stops, at any step.
 
     Assumptions:
         The sign function is smoothed over ``threshold`` so that the law is differentiable.
@@ -119,15 +124,28 @@ class JointFriction(Effect):
     ) -> tuple[Array, Array]:
         """Generalised force against the joint velocity [N m or N]."""
         rate = joints.velocity
-        xp = namespace(rate)
-        index = xp.cumulative_sum(xp.ones_like(rate[:1, :]), axis=1)
-        chosen = xp.astype((index == params["joint"]) | (params["joint"] == 0), rate.dtype)
-        force = -params["coulomb"] * xp.tanh(rate / params["threshold"]) - params["viscous"] * rate
-        return chosen * force, memory
+        dry = params["coulomb"] * namespace(rate).tanh(rate / params["threshold"])
+        return _chosen(joints, params) * (-dry - params["viscous"] * rate), memory
+
+    @staticmethod
+    def joint_resistance(joints: Joints, inputs: Inputs, params: Parameters) -> Array:
+        """Force against the joint velocity, by that velocity [N m s/rad or N s/m]."""
+        xp = namespace(joints.velocity)
+        turned = xp.abs(joints.velocity) / params["threshold"] + _STILL
+        dry = params["coulomb"] / params["threshold"] * xp.tanh(turned) / turned
+        return _chosen(joints, params) * (dry + params["viscous"])
 
     def constants(self) -> dict[str, Floats]:
         """Return the joint's index."""
         return {"joint": np.full((1, 1), float(self.joint))}
+
+
+def _chosen(joints: Joints, params: Parameters) -> Array:
+    """One for the joint that rubs, or for all, else zero, shape (1, J)."""
+    rate = joints.velocity
+    xp = namespace(rate)
+    index = xp.cumulative_sum(xp.ones_like(rate[:1, :]), axis=1)
+    return xp.astype((index == params["joint"]) | (params["joint"] == 0), rate.dtype)
 
 
 def friction_as_catalogued(
@@ -137,7 +155,8 @@ def friction_as_catalogued(
 
     Equation:
         least squares over the log of C sign(q') + B q' against
-        coulomb tanh(q' / threshold) + viscous q'.
+        coulomb tanh(q' / threshold) + viscous q', where the joint slides: abs(q') > threshold. At
+        rest the ideal law bears any torque up to C, and such rows say nothing of it.
 
     Args:
         coulomb: [N m].
@@ -149,6 +168,8 @@ def friction_as_catalogued(
         >>> friction_as_catalogued(0.1, 0.02, 1e-6, np.array([-0.3, 0.2, 0.5]))
         (0.1, 0.02)
     """
+    slides = np.abs(rates) > threshold
+    rates = rates[slides] if slides.any() else rates
     torque = coulomb * np.tanh(rates / threshold) + viscous * rates
     laws = np.stack((np.sign(rates), rates), axis=1)
     found = np.linalg.lstsq(laws, torque, rcond=None)[0]

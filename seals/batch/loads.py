@@ -50,6 +50,7 @@ class Loads(NamedTuple):
             terms are part of force and torque.
         joint_force: generalised force on the joints besides the drives [N m or N], (1 or B, J).
         drive: of the joints before its limit; None for none.
+        resistance: share of the joint rates in ``joint_force``, (1 or B, J); None for none.
         memory: of the effects, after the instant.
         submersion: submerged share of the volume of all hulls [1], shape (B, 1).
     """
@@ -59,6 +60,7 @@ class Loads(NamedTuple):
     added: dict[int, Array]
     joint_force: Array
     drive: JointDrive | None
+    resistance: Array | None
     memory: Mapping[str, Array]
     submersion: Array
 
@@ -168,6 +170,7 @@ class BatchLoads:
             self._added(found),
             outer,
             summed(drives) if drives else None,
+            found.resistance,
             found.memory,
             namespace(wet).sum(self._share * by_batch(wet, links)[:, :, 0], axis=1)[:, None],
         )

@@ -19,7 +19,7 @@ from seals.multibody.equations import Assembly
 from seals.multibody.kinematics import Kinematics
 from seals.multibody.linear import ChangedLead, Factors
 from seals.multibody.rows import by_batch, link_motion
-from seals.multibody.servo import driven, summed
+from seals.multibody.servo import driven, resisted, summed
 from seals.multibody.tree import forward
 from seals.robot.model import RobotModel
 
@@ -126,7 +126,14 @@ class TreeBody:
         """
         posture = self.posture(state, time) if posture is None else posture
         found, (matrix, right) = self.system(state, posture, inputs, memory, explicit=False)
-        drive = summed([d for _, d in found.joint_drives])
+        if found.resistance is not None:
+            known = None if before is None else 2.0 * before.joint_velocity
+            matrix, right = resisted(matrix, right, found.resistance, ahead, known)
+        drives = [d for _, d in found.joint_drives]
+        if not drives:
+            change = namespace(matrix).linalg.solve(matrix, right[:, :, None])[:, :, 0]
+            return self._staged(state, posture, change, ahead, before), found.memory
+        drive = summed(drives)
         gain = ahead * drive.damping + ahead * ahead * drive.stiffness + state.joint_velocity * 0.0
         rate = (
             state.joint_velocity if before is None else state.joint_velocity - 2.0 * before.joints
@@ -135,10 +142,16 @@ class TreeBody:
         if before is not None:
             force = force + 2.0 * gain * before.joint_velocity
         change, _ = driven(matrix, right, drive._replace(force=force), gain)
+        return self._staged(state, posture, change, ahead, before), found.memory
+
+    def _staged(
+        self, state: TwinState, posture: Posture, change: Array, ahead: Any, before: Rates | None
+    ) -> Rates:
+        """Return k of a stage from its generalised acceleration."""
         k = self.state_rates(state, posture.base, change)
         if before is not None:
             k = Rates(*(a - 2.0 * b for a, b in zip(k, before, strict=True)))
-        return k._replace(joints=k.joints + ahead * k.joint_velocity), found.memory
+        return k._replace(joints=k.joints + ahead * k.joint_velocity)
 
     def posture(self, state: TwinState, time: Any) -> Posture:
         """Return poses and velocities of all links at a state."""

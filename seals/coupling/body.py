@@ -171,7 +171,7 @@ class CoupledBody(BodyOptions):
         """Set forces and joint torques for the next step; called once before each step."""
         smooth = self._speed.acceleration(step)
         last = None if smooth is None else smooth[self._base :]
-        acting = drive_over(dynamics, step, last)
+        dynamics, acting = drive_over(dynamics, step, last)
         self._base_inertia = lambda: base_inertia(self._assembly, dynamics)
         self._began = dynamics
         self._forces.apply(
@@ -254,7 +254,7 @@ class CoupledBody(BodyOptions):
         """
         last = own[0] if form[1] == "smooth" else None
         own = own[1:]
-        acting = drive_over(dynamics, step, last)
+        dynamics, acting = drive_over(dynamics, step, last)
         rows = base_inertia(self._assembly, dynamics) if self._limits and self._base else None
         found = self._forces.compiled_law(form[0], dynamics, step, acting, *own)
         return found if rows is None else [*found, rows]

@@ -25,13 +25,18 @@ class ImplicitDrive(NamedTuple):
     armature: Floats
 
 
-def drive_over(dynamics: Dynamics, step: float, last: Floats | None) -> ImplicitDrive | None:
-    """Return the joint drive of a robot over a step, linear in the acceleration; None for none.
+def drive_over(
+    dynamics: Dynamics, step: float, last: Floats | None
+) -> tuple[Dynamics, ImplicitDrive | None]:
+    """Return the dynamics, and the joint drive over a step, linear in the acceleration, or None.
 
     Equation:
         Between contacts positions and velocities at the middle of the steps alternate (leapfrog):
         force - kp h^2 a / 2 - kd h (a - a_last), of second order and stable at any gain. After a
         start or a contact: the force at the end of the step, force - kp (h v + h^2 a) - kd h a.
+
+        A resistance of the joints, -r v in the joint force, likewise and beside the limits of the
+        drives: -r v - r h (a - a_last), or -r (v + h a). The part with a is an armature r h.
 
     Args:
         dynamics: of the robot at the current time.
@@ -39,9 +44,12 @@ def drive_over(dynamics: Dynamics, step: float, last: Floats | None) -> Implicit
         last: acceleration of the joints in the last step while nothing touched, shape (J,); None
             after a start or a contact.
     """
-    drive = dynamics.joint_drive
+    drive, resistance = dynamics.joint_drive, dynamics.found.resistance
+    if drive is None and resistance is None and dynamics.armature is None:
+        return dynamics, None
     if drive is None:
-        return None
+        none = dynamics.joint_force * 0.0
+        drive = JointDrive(none, none, none, none)
     joints = drive.force.shape[1]
     if last is None:
         rates = dynamics.moving.speed[:, dynamics.moving.speed.shape[1] - joints :]
@@ -50,5 +58,10 @@ def drive_over(dynamics: Dynamics, step: float, last: Floats | None) -> Implicit
         share, force = 0.5, drive.force + drive.damping * (step * last)
     gain = step * drive.damping + share * step * step * drive.stiffness + np.zeros(joints)
     armature = np.zeros(joints) if dynamics.armature is None else dynamics.armature
+    if resistance is not None:
+        armature = step * resistance[0] + armature
+        if last is not None:
+            resisted = dynamics.joint_force + resistance * (step * last)
+            dynamics = dynamics._replace(joint_force=resisted)
     late = JointDrive(force, drive.stiffness, drive.damping, drive.limit)
-    return ImplicitDrive(late, gain, armature)
+    return dynamics, ImplicitDrive(late, gain, armature)

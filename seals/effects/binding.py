@@ -62,6 +62,7 @@ class EffectSet:
         self.loads = self.having("loads")
         self.joint_loads = self.having("joint_loads")
         self.joint_drives = self.having("joint_drive")
+        self.joint_resistances = self.having("joint_resistance")
         driven = {b.name for b in self.joint_drives}
         self.joint_others = tuple(b for b in self.joint_loads if b.name not in driven)
         self.actuators = self.having("drives")
@@ -141,6 +142,7 @@ _KINDS = (
     "loads",
     "joint_loads",
     "joint_drives",
+    "joint_resistances",
     "joint_others",
     "actuators",
     "actuations",

@@ -160,7 +160,7 @@ def _can_act(law: type[Effect], subject: Subject) -> bool:
         return False
     return all(
         (h not in ("actuation", "drive_loads") or len(subject.lag) > 0)
-        and (h not in ("joint_loads", "joint_drive") or bool(subject.servo))
+        and (h not in ("joint_loads", "joint_drive", "joint_resistance") or bool(subject.servo))
         and (subject.robot.tree.joints > 0 or not _needs_joints(law, h))
         for h in hooks
     )
@@ -172,8 +172,8 @@ def _needs_joints(law: type[Effect], hook: str) -> bool:
 
 
 _HOOKS = (
-    *("loads", "inertia", "flow", "joint_loads", "joint_drive", "actuation"),
-    *("drive_loads", "inertia_change", "measure", "pose_turn", "timing"),
+    *("loads", "inertia", "flow", "joint_loads", "joint_drive", "joint_resistance"),
+    *("actuation", "drive_loads", "inertia_change", "measure", "pose_turn", "timing"),
 )
 
 

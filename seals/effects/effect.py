@@ -86,6 +86,9 @@ class Effect(EffectOptions):
 
     - ``joint_drive(joints, inputs, params) -> JointDrive``, beside ``joint_loads``: the same law
       before its limit, with its slopes, so that steps can take it implicitly.
+    - ``joint_resistance(joints, inputs, params) -> Array``, beside ``joint_loads``: the share of
+      the rates in them, force = -share q' [N m s/rad or N s/m], not negative, shape (N, J); steps
+      take it implicitly, so that resistance never drives a joint.
     - ``drives(inputs, params) -> Drives`` of an actuator: thrusts and reaction torques.
     - ``actuation(drives, motion, medium, inputs, params) -> Drives``: what the actuators really do.
     - ``battery_update(power, inputs, memory, params) -> new memory`` of a battery under the

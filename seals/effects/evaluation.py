@@ -48,6 +48,8 @@ class Evaluation(NamedTuple):
         joint_loads: (effect, generalised force (batch, J)); those of joint drives are among them
             unless they are taken implicitly.
         joint_drives: (effect, joint drive before its limit).
+        resistance: share of the joint rates in ``joint_loads``, force = -share q' [N m s/rad or
+            N s/m], shape (batch, J); None for none.
         drives: (actuator, thrusts and torques as they really are); empty while they stand still.
         memory: new memory by effect name.
     """
@@ -59,6 +61,7 @@ class Evaluation(NamedTuple):
     memory: dict[str, Array]
     joint_drives: list[tuple[BoundEffect, JointDrive]]
     drives: list[tuple[BoundEffect, Drives]]
+    resistance: Array | None = None
 
 
 class Evaluator:
@@ -169,7 +172,13 @@ class Evaluator:
             _check_joint_force(b, force, joints, self._batch)
             joint_loads.append((b, force))
             _keep(new, b, kept)
-        return Evaluation(sample, loads, inertias, joint_loads, new, joint_drives, running)
+        resistance = None
+        for b in self.effects.joint_resistances:
+            share = b.hooks.joint_resistance(joints, inputs, b.params)
+            resistance = share if resistance is None else resistance + share
+        return Evaluation(
+            sample, loads, inertias, joint_loads, new, joint_drives, running, resistance
+        )
 
     def _inertias(  # noqa: PLR0917  one instant of the scene
         self,

@@ -11,8 +11,9 @@ from typing import Any, Literal, TypeAlias
 from seals.errors import ConfigError, nearest
 
 Hook: TypeAlias = Literal[
-    "loads", "inertia", "flow", "joint_loads", "joint_drive", "drives", "drive_loads", "actuation",
-    "battery_update", "inertia_change", "measure", "pose_turn", "timing",
+    "loads", "inertia", "flow", "joint_loads", "joint_drive", "joint_resistance", "drives",
+    "drive_loads", "actuation", "battery_update", "inertia_change", "measure", "pose_turn",
+    "timing",
 ]  # fmt: skip
 """Names of the hooks; what each takes and returns is told by `seals.effects.Effect`."""
 Pick: TypeAlias = Callable[[tuple[Any, ...]], tuple[Any, ...]]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from seals.arrays import Floats
-from seals.effects.binding import EffectSet
+from seals.effects.binding import BoundEffect, EffectSet
 from seals.motion import Inputs, Joints
 from seals.multibody.equations import Assembly
 from seals.multibody.kinematics import Kinematics
@@ -46,25 +46,31 @@ def felt_inertia(robot: RobotModel) -> Floats:
 
 
 def fastest_drive(effects: EffectSet, robot: RobotModel) -> float:
-    """Return the largest eigenvalue magnitude of the servo-controlled joints [1/s], else zero.
+    """Return the largest eigenvalue magnitude of the joints under servos and friction [1/s].
 
     Equation:
-        The largest root of I s^2 + kd s + kp in size, with I the inertia that a joint feels.
+        The largest root of I s^2 + kd s + kp in size, with I the inertia that a joint feels and kp,
+        kd those of a servo, or kp = 0 and kd a resistance of the joint at rest; else zero.
     """
     joints = robot.tree.joints
-    if not joints or not effects.joint_drives:
+    if not joints or not (effects.joint_drives or effects.joint_resistances):
         return 0.0
     zero = np.zeros((1, joints))
     still, inputs = Joints(zero, zero), Inputs(0.0, zero, joint_command=zero)
     stated = armature_of(effects, robot)
     inertia = felt_inertia(robot) + (0.0 if stated is None else stated)
     fastest = 0.0
-    for b in effects.joint_drives:
-        plain = {
-            n: np.asarray(x if type(x) is np.ndarray else x.tolist()) for n, x in b.params.items()
-        }
-        drive = b.hooks.joint_drive(still, inputs, plain)
-        half = 0.5 * drive.damping / inertia
-        root = np.sqrt((half * half - drive.stiffness / inertia).astype(complex))
+    drives = [b.hooks.joint_drive(still, inputs, _plain(b)) for b in effects.joint_drives]
+    steep = [(drive.stiffness, drive.damping) for drive in drives]
+    for b in effects.joint_resistances:
+        steep.append((zero, b.hooks.joint_resistance(still, inputs, _plain(b))))
+    for stiffness, damping in steep:
+        half = 0.5 * damping / inertia
+        root = np.sqrt((half * half - stiffness / inertia).astype(complex))
         fastest = max(fastest, float(np.max(np.abs(half + root))))
     return fastest
+
+
+def _plain(b: BoundEffect) -> dict[str, Floats]:
+    """Parameters of an effect as arrays of NumPy."""
+    return {n: np.asarray(x if type(x) is np.ndarray else x.tolist()) for n, x in b.params.items()}

@@ -7,6 +7,8 @@ at the end of the step, and the fall stands on the left side of the equations of
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from seals.arrays import Array, namespace, some
@@ -26,6 +28,29 @@ def summed(drives: list[JointDrive]) -> JointDrive:
     for more in drives[1:]:
         total = JointDrive(*(a + b for a, b in zip(total, more, strict=True)))
     return total
+
+
+def resisted(
+    matrix: Array, right: Array, resistance: Array, ahead: Any, change: Array | None = None
+) -> tuple[Array, Array]:
+    """Take resistances of the joints implicitly.
+
+    Equation:
+        (M + ahead r on the joints) a = right + ahead r a0 on the joints, for right with -r q'.
+
+    Args:
+        matrix: M, generalised inertia, joints last, shape (B, n, n).
+        right: generalised force [N, N m], shape (B, n).
+        resistance: r, share of the joint rates in it [N m s/rad or N s/m], shape (1 or B, J).
+        ahead: time from the rates of ``right`` to those that resist [s].
+        change: a0, acceleration of the joints that those rates know of, (1 or B, J); None for none.
+    """
+    later = ahead * resistance + 0.0 * right[:, right.shape[1] - resistance.shape[1] :]
+    if change is not None:
+        lead = right.shape[1] - later.shape[1]
+        more = right[:, lead:] + later * change
+        right = namespace(right).concat((right[:, :lead], more), axis=1)
+    return heavier(matrix, later), right
 
 
 def driven(matrix: Array, right: Array, drive: JointDrive, gain: Array) -> tuple[Array, Array]:

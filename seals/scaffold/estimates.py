@@ -70,7 +70,8 @@ def servo_values(
     stiff = np.maximum(np.where(flown, stated / travel, 0.0), np.asarray(thrust) / GIVE)
     # links without a mass of their own turn with the motor and gear of a servo
     motor = np.maximum(stiff / (2.0 * math.pi * STIFFEST) ** 2, _LEAST_INERTIA)
-    armature = np.where(inertia < _LEAST_INERTIA, motor, 0.0)
+    geared = np.array([source.stated.armature.get(name, 0.0) for name in robot.joints])
+    armature = np.where((inertia < _LEAST_INERTIA) & (geared == 0.0), motor, geared)
     safe = inertia + armature
     rate = np.clip(np.sqrt(stiff / safe), slowest, 2.0 * math.pi * STIFFEST)
     values = {

@@ -81,8 +81,9 @@ _USED = {
         "default@class body@childclass */*@class include@file frame@* "
         "body@name body/body@* frame/body@* "
         "freejoint@name joint@name joint@type joint@axis joint@pos joint@range joint@limited "
-        "joint@ref joint@damping inertial@* geom@type geom@size geom@pos geom@quat geom@euler "
-        "geom@axisangle geom@xyaxes geom@zaxis geom@fromto geom@mass geom@density geom@mesh "
+        "joint@ref joint@damping joint@armature inertial@* geom@type geom@size "
+        "geom@pos geom@quat geom@euler geom@axisangle geom@xyaxes geom@zaxis geom@fromto "
+        "geom@mass geom@density geom@mesh "
         "geom@contype geom@conaffinity geom@shellinertia geom@name mesh@name mesh@file "
         "mesh@scale mesh@vertex mesh@face mesh@refpos mesh@refquat mesh@inertia "
         "site@name site@pos site@quat site@euler site@axisangle site@xyaxes site@zaxis "
@@ -117,8 +118,7 @@ _LEFT = {
         "model@canonical_link model@placement_frame include@placement_frame": _PROGRAM,
     },
     "mujoco": {
-        "joint@stiffness joint@springref joint@springdamper joint@frictionloss "
-        "joint@armature": _FRICTION,
+        "joint@stiffness joint@springref joint@springdamper joint@frictionloss": _FRICTION,
         "joint@actuatorfrc* joint@group joint@user joint@margin joint@actuatorgravcomp": _SAFETY,
         "joint@sol* geom@friction geom@sol* geom@margin geom@gap geom@priority geom@cond* "
         "geom@fluid*": _CONTACT,

@@ -234,9 +234,9 @@ class _Conversion:
             step = m.jnt_pos[joint] - before
             origin = origin @ _pose(step, np.array([1.0, 0.0, 0.0, 0.0]))
             self.urdf.append(self._joint(joint, above, child, origin))
-            self.stated.damping[self._name("joint", joint)] = float(
-                m.dof_damping[m.jnt_dofadr[joint]]
-            )
+            turned, called = m.jnt_dofadr[joint], self._name("joint", joint)
+            self.stated.damping[called] = float(m.dof_damping[turned])
+            self.stated.armature[called] = float(m.dof_armature[turned])
             above, before = child, m.jnt_pos[joint]
 
     def _joint(self, joint: int, parent: str, child: str, origin: Floats) -> Element:

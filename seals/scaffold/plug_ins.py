@@ -114,6 +114,8 @@ class Stated:
     """Joints that an actuator, a transmission or a plug-in of the file names."""
     damping: dict[str, float] = field(default_factory=dict)
     """Damping of joints as the file states it, by joint [N m s/rad or N s/m]."""
+    armature: dict[str, float] = field(default_factory=dict)
+    """Inertia of motor and gear at joints as the file states it, by joint [kg m^2 or kg]."""
 
 
 def stated_of(root: ElementTree.Element) -> Stated:

@@ -21,7 +21,7 @@ from seals.backend import Dynamics, LinkPoses
 from seals.fluid import BodyStates, FluidBody
 from seals.frames import cross_last
 from seals.multibody.equations import Assembly
-from seals.multibody.servo import driven
+from seals.multibody.servo import driven, resisted
 from seals.robot.model import RobotModel
 from seals.robot.pieces import pieces_of
 
@@ -209,6 +209,8 @@ def _response(dynamics: Dynamics, contact: Floats, assembly: Assembly, step: flo
     d = dynamics
     matrix, right = assembly.equations(d.kinematics, d.moving, d.motion, d.found, d.joint_force)
     right = right + np.einsum("lij,li->j", d.kinematics.jacobian[0], contact)[None]
+    if d.found.resistance is not None:
+        matrix, right = resisted(matrix, right, d.found.resistance, step)
     if d.joint_drive is None:
         found: Floats = np.linalg.solve(matrix[0], right[0])
         return found

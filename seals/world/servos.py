@@ -35,11 +35,13 @@ class Servoing:
 
     def __init__(self, effects: EffectSet, robot: RobotModel, *, implicit: bool) -> None:
         self.effects, self.armature = effects, armature_of(effects, robot)
-        self.implicit = implicit and bool(effects.joint_drives and robot.tree.joints)
+        steep = effects.joint_drives or effects.joint_resistances
+        self.implicit = implicit and bool(steep and robot.tree.joints)
 
     def drives(self, inputs: Inputs) -> bool:
-        """Return whether drives act that the body takes implicitly."""
-        return self.implicit and (inputs.joint_command is not None or self.armature is not None)
+        """Return whether drives or resistances act that the body takes implicitly."""
+        commanded = inputs.joint_command is not None or self.armature is not None
+        return self.implicit and (commanded or bool(self.effects.joint_resistances))
 
     def push(
         self, found: Evaluation, inputs: Inputs
@@ -50,7 +52,8 @@ class Servoing:
             force = force + more
         if not self.drives(inputs):
             return force, None, None
-        return force, summed([drive for _, drive in found.joint_drives]), self.armature
+        drives = [drive for _, drive in found.joint_drives]
+        return force, summed(drives) if drives else None, self.armature
 
 
 def check_gains(robot: RobotModel, effects: EffectSet, step: float) -> None:

@@ -196,3 +196,23 @@ def test_drives_of_a_rig_are_refused(tmp_path: Path) -> None:
     )
     with pytest.raises(RobotError, match="joints against the world"):
         taken(tmp_path, urdf(more=more))
+
+
+def test_the_armature_of_mjcf_joints_is_that_of_their_servos(tmp_path: Path) -> None:
+    """A light wrist behind a gear of 0.1 kg m^2 takes the file's gains, as it does in MuJoCo."""
+    wrist = (
+        '<body name="wrist" pos="0.3 0 0"><joint name="roll" axis="1 0 0" range="-3 3" '
+        'armature="0.1"/><geom type="sphere" size="0.02" density="800"/></body>'
+    )
+    servo = '<actuator><position joint="roll" kp="500" kv="20"/></actuator>'
+    made = taken(tmp_path, MJCF.format("<freejoint/>", wrist, servo), "xml")
+    given = servos_of(made)
+    assert given["armature_each"] == [0.1]
+    assert (given["kp_each"], given["kd_each"]) == ([500.0], [20.0])
+    words = [f"robot={made.folder}", "time.step=0.004"]
+    world = build_world(build_run(compose(words)))
+    try:
+        world.step()
+    finally:
+        world.close()
+    assert "joint@armature" not in (made.folder / "README.md").read_text(encoding="utf-8")

@@ -120,19 +120,18 @@ class FreeBody(BodyOptions):
 
     def apply(self, dynamics: Dynamics, step: float) -> None:
         """Compute the generalised acceleration of the next step."""
-        d = dynamics
+        last = self._state.change
+        last = None if last is None else last[self._lead :]
+        d, acting = drive_over(dynamics, step, last)
         total = self._assembly.total_inertia(d.found, 1)
         bias = d.kinematics.bias(d.moving)
         terms = self._assembly.velocity_terms(d.motion, d.found)
         load = d.wrench - terms - np.matmul(total, bias[:, :, :, None])[:, :, :, 0]
         matrix, right = self._assembly.system(d.kinematics, total, load, d.joint_force)
-        if d.armature is not None:
-            matrix = heavier(matrix, d.armature[None])
-        last = self._state.change
-        acting = drive_over(d, step, None if last is None else last[self._lead :])
         if acting is None:
             self._change = solved(matrix[0], right[0])
         else:
+            matrix = heavier(matrix, acting.armature[None])
             self._change = driven(matrix, right, acting.drive, acting.gain)[0][0]
 
     def advance(self, step: float) -> None:

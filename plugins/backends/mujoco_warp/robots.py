@@ -144,6 +144,8 @@ class WarpRobot:
             beyond = wanted.abs() > d.limit
             self._force.copy_(torch.where(beyond, torch.sign(wanted) * d.limit, late))
             self._gain.copy_(torch.where(beyond, gain * 0.0, gain))
+        if found.resistance is not None:
+            self._gain += h * found.resistance
         e.inertia[:, v.diagonal] += self._gain + self._armature
         e.forces[:, v.dofs] = outer + self._force
 
