@@ -14,6 +14,8 @@ from seals.errors import RobotError
 from seals.scaffold.resources import read_tree
 
 _DEEPEST = 8
+_LONGEST_CONFIG = 100_000
+"""Size of a model.config that is looked at [bytes]."""
 _MOST = 100
 """Models that one file may bring in."""
 _MOST_PARTS = 200_000
@@ -186,6 +188,8 @@ def _file_of(path: Path, include: ElementTree.Element, packages: Mapping[str, Pa
     ]
     for folder in tried:
         file = folder if folder.suffix == ".sdf" else folder / "model.sdf"
+        if folder.suffix != ".sdf" and not file.is_file():
+            file = folder / _named_file(folder / "model.config")
         inside = any(file.resolve().is_relative_to(root) for root in (*roots, *beside))
         if file.is_file() and inside:
             return file
@@ -193,3 +197,13 @@ def _file_of(path: Path, include: ElementTree.Element, packages: Mapping[str, Pa
         f"SDF {path} includes the model '{first}', which is not there.\n"
         f"Tried: {', '.join(map(str, tried))}. Say where it is: --package {first}=FOLDER"
     )
+
+
+def _named_file(config: Path) -> str:
+    """Name of the SDF file that a ``model.config`` states, the last of several; else model.sdf."""
+    beside = config.resolve().parent == config.parent.resolve()
+    if not (beside and config.is_file()) or config.stat().st_size > _LONGEST_CONFIG:
+        return "model.sdf"
+    text = config.read_text(encoding="utf-8", errors="replace")
+    names = re.findall(r"<sdf\b[^>]*>\s*([\w.+-]+\.sdf)\s*</sdf>", text)
+    return str(names[-1]) if names else "model.sdf"

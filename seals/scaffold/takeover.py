@@ -92,6 +92,8 @@ class Takeover(UrdfDraft):
         elif tree.tag == "mujoco":
             urdf, changes, self.stated, self._texts = urdf_of_mjcf(self.path, tree, self.packages)
         else:
+            if _evened(tree):
+                text = ElementTree.tostring(tree, encoding="unicode")
             check_structure(self.path, text, endless=True)
             self.unused = left_out(tree)
             keep = ElementTree.XMLParser(target=ElementTree.TreeBuilder(insert_comments=True))
@@ -276,6 +278,14 @@ _OTHER = {
     "404:": _PAGE,
 }
 """Beginnings of what is often downloaded in place of a robot file."""
+
+
+def _evened(root: Element) -> bool:
+    """Write scales of meshes that are one number, as Drake reads them, for all three axes."""
+    found = [m for m in root.iter("mesh") if len((m.get("scale") or "").split()) == 1]
+    for mesh in found:
+        mesh.set("scale", " ".join([str(mesh.get("scale")).strip()] * 3))
+    return bool(found)
 
 
 def _tree_of(path: Path, text: str) -> Element:

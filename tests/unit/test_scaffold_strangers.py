@@ -444,3 +444,35 @@ def test_rotors_and_thrusters_together(tmp_path: Path) -> None:
 
     words = [f"robot={made.folder}", "water=fossen", "time.duration=0.02"]
     assert simulate(build_run(compose(words))).log.rows > 1
+
+
+def test_a_model_config_names_the_file_of_an_included_model(tmp_path: Path) -> None:
+    """Models of Gazebo lie under the name that their model.config states, the last of several."""
+    folder = tmp_path / "of"
+    (folder / "gps").mkdir(parents=True)
+    part = '<sdf version="1.6"><model name="gps"><link name="link">{}</link></model></sdf>'
+    (folder / "gps" / "gps.sdf").write_text(part.format(INERTIAL), encoding="utf-8")
+    (folder / "gps" / "model.config").write_text(
+        "<model><sdf version='1.4'>old.sdf</sdf><sdf version='1.6'>gps.sdf</sdf></model>",
+        encoding="utf-8",
+    )
+    joint = (
+        '<joint name="j" type="fixed"><parent>body</parent><child>gps::link</child></joint>'
+        "<include><uri>model://gps</uri></include>"
+    )
+    (folder / "it.sdf").write_text(SDF.format(LINK + joint), encoding="utf-8")
+    made = scaffold_robot("mine", folder / "it.sdf", parent=tmp_path)
+    assert made.robot.mass.sum() == pytest.approx(2.0)
+
+
+def test_a_scale_of_one_number_is_that_of_all_axes(tmp_path: Path) -> None:
+    """Drake reads scale="2" of a mesh so."""
+    (tmp_path / "t.obj").write_text(
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n",
+        encoding="utf-8",
+    )
+    shape = '<collision><geometry><mesh filename="t.obj" scale="0.2"/></geometry></collision>'
+    text = f'<robot name="r"><link name="a">{MASS.format(1)}{shape}</link></robot>'
+    (tmp_path / "it.urdf").write_text(text, encoding="utf-8")
+    made = scaffold_robot("mine", tmp_path / "it.urdf", parent=tmp_path)
+    assert made.hulls["a"].volume == pytest.approx(0.2**3 / 6.0)
