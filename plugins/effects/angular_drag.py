@@ -14,7 +14,7 @@ from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.schema import param
 
 _LIMITS: dict[str, Any] = {
-    "bounds": (0.0, 1e5),
+    "bounds": (0.0, 1e11),
     "tolerance": 0.15,
     "relative": True,
     "source": "zero unless the vehicle states it",

@@ -26,7 +26,7 @@ _SHAPE = (
 )
 """Fields that describe the body; a change of its drag has them, too."""
 _LIMITS: dict[str, Any] = {
-    "bounds": (0.0, 1e5),
+    "bounds": (0.0, 1e7),
     "tolerance": 0.08,
     "relative": True,
     "source": "zero unless the vehicle states it",

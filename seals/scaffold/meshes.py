@@ -13,7 +13,7 @@ import numpy as np
 
 from seals.check.finding import listed
 from seals.errors import RobotError, SealsError
-from seals.hydrostatics.meshes import load_triangles
+from seals.hydrostatics.meshes import FORMATS, load_triangles
 from seals.hydrostatics.references import MOST_BYTES, without_references
 from seals.scaffold.resources import MissingMesh, find_resource
 from seals.scaffold.urdf import Element, mass_of, pose_of, pose_text, tensor_of
@@ -38,8 +38,8 @@ def copy_meshes(
 ) -> list[str]:
     """Copy every mesh to ``folder/meshes``, update its path, and return messages for the user.
 
-    Drawings of a link that has a collision shape are left out where they are not there or hold no
-    triangles.
+    Drawings of a link that has a collision shape are left out where they are not there, hold no
+    triangles, or are of a format that is not read.
 
     Args:
         root: of a URDF; changed.
@@ -105,6 +105,11 @@ class _Copies:
             mesh.set("filename", f"meshes/{name}.obj")
             return
         source = find_resource(given, self.path, self.packages)
+        if source.suffix.lower() not in FORMATS:
+            raise MissingMesh(
+                f"mesh: '{source.name}' is of a format that is not read.\n"
+                f"Allowed: {', '.join(FORMATS)}; export it."
+            )
         if source not in self.taken:
             name = _copy(source, self.folder, set(self.taken.values()), self.changes)
             _refuse_millimetres(mesh, given, self.folder / name)
@@ -116,7 +121,8 @@ class _Copies:
         words = list(self.changes)
         if self.lost:
             words.append(
-                f"{len(self.lost)} drawing(s) left out, not there or empty: {_some(self.lost)}"
+                f"{len(self.lost)} drawing(s) left out, not there, empty or not read: "
+                f"{_some(self.lost)}"
             )
         if self.boxed:
             words.append(f"missing meshes are boxes of the inertia: {_some(self.boxed)}")

@@ -20,7 +20,7 @@ _MOST_MANIFEST = 1 << 20
 
 
 class MissingMesh(RobotError):
-    """A mesh that is not there, or holds no triangles."""
+    """A mesh that is not there, holds no triangles, or is of a format that is not read."""
 
 
 def read_tree(path: Path) -> ElementTree.Element:

@@ -183,7 +183,7 @@ def test_skydio_x2(tmp_path: Path) -> None:
     The gears 0 0 1 0 0 -+0.0201 N m/N lie right and left: rolling moments and yawing ones are one.
     """
     new = made("skydio_x2/x2.xml", tmp_path)
-    assert "1 drawing(s) left out, not there or empty: X2_lowpoly.obj" in said(new)
+    assert "1 drawing(s) left out, not there, empty or not read: X2_lowpoly.obj" in said(new)
     assert new.robot.mass.sum() == pytest.approx(4 * 0.25 + 0.325)
     (rotors,) = new.drives
     np.testing.assert_allclose(rotors.thrust * rotors.max_speed**2, 13.0)

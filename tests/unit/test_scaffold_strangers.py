@@ -8,6 +8,7 @@ import pytest
 import yaml
 
 from seals.cli.main import main
+from seals.errors import RobotError
 from seals.scaffold.robot import scaffold_robot
 
 INERTIAL = (
@@ -476,3 +477,34 @@ def test_a_scale_of_one_number_is_that_of_all_axes(tmp_path: Path) -> None:
     (tmp_path / "it.urdf").write_text(text, encoding="utf-8")
     made = scaffold_robot("mine", tmp_path / "it.urdf", parent=tmp_path)
     assert made.hulls["a"].volume == pytest.approx(0.2**3 / 6.0)
+
+
+def test_a_drawing_of_another_format_is_left_out(tmp_path: Path) -> None:
+    """Beside a collision shape it is left out and named; a collision mesh is refused or a box."""
+    (tmp_path / "t.gltf").write_text("{}", encoding="utf-8")
+    mesh = '<{0}><geometry><mesh filename="t.gltf"/></geometry></{0}>'
+    box = '<collision><geometry><box size=".3 .3 .1"/></geometry></collision>'
+    text = '<robot name="r"><link name="a">{}</link></robot>'
+    (tmp_path / "it.urdf").write_text(
+        text.format(MASS.format(1) + mesh.format("visual") + box), encoding="utf-8"
+    )
+    made = scaffold_robot("mine", tmp_path / "it.urdf", parent=tmp_path)
+    assert any("empty or not read: t.gltf" in said for said in made.changes)
+    (tmp_path / "it.urdf").write_text(
+        text.format(MASS.format(1) + mesh.format("collision")), encoding="utf-8"
+    )
+    with pytest.raises(RobotError, match="a format that is not read"):
+        scaffold_robot("other", tmp_path / "it.urdf", parent=tmp_path)
+
+
+def test_a_boat_of_ten_metres_has_the_drag_of_its_hull(tmp_path: Path) -> None:
+    """Turning drag grows with the fifth power of the length: beyond 1e5 N m s^2/rad^2."""
+    hull = '<collision><geometry><box size="10 4 1.5"/></geometry></collision>'
+    inertial = (
+        '<inertial><mass value="15000"/><inertia ixx="2e4" ixy="0" ixz="0" iyy="1e5" iyz="0" '
+        'izz="1e5"/></inertial>'
+    )
+    text = f'<robot name="r"><link name="a">{inertial}{hull}</link></robot>'
+    (tmp_path / "it.urdf").write_text(text, encoding="utf-8")
+    made = scaffold_robot("mine", tmp_path / "it.urdf", parent=tmp_path)
+    assert made.robot.mass.sum() == 15000.0
