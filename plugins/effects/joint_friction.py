@@ -16,6 +16,10 @@ from seals.schema import param
 
 _GREASE = 0.3
 """Viscous friction that goes with dry friction [s/rad]: a joint that rubs is a greased one."""
+_LEAST = 0.05
+"""Plausible friction of the joint of a small arm [N m, N m s/rad]."""
+_RUBS = 0.0125
+"""Plausible friction by the torque of a drive, its limit or that of an error of 1 rad [1]."""
 _STILL = 1e-9
 """Rate in thresholds at which the share of a rate of zero is taken [1]."""
 _CREEP = 0.015
@@ -88,22 +92,30 @@ class JointFriction(Effect):
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
         """Return the candidates: friction in each joint; its smoothing rate is not reported."""
+        if not subject.servo:
+            return []
         dry = subject.spread(name)
-        parameters = {
-            "coulomb": Freed(tolerance=dry, scale=0.05, bounds=(0.0, np.inf)),
-            "viscous": Freed(tolerance=_GREASE * dry, scale=0.05, bounds=(0.0, np.inf)),
-            "threshold": Freed(tolerance=_CREEP, scale=_CREEP, bounds=(-0.045, np.inf)),
-        }
+        kp = subject.servo["kp"]
+        drive = np.minimum(kp, subject.servo.get("torque_limit", kp))
+        sizes = np.maximum(_LEAST, _RUBS * drive)
+
+        def parameters(size: float) -> dict[str, Freed]:
+            return {
+                "coulomb": Freed(tolerance=dry, scale=size, bounds=(0.0, np.inf)),
+                "viscous": Freed(tolerance=_GREASE * dry, scale=size, bounds=(0.0, np.inf)),
+                "threshold": Freed(tolerance=_CREEP, scale=_CREEP, bounds=(-0.045, np.inf)),
+            }
+
         return [
             Addition(
                 instance=f"{name}_{k}",
                 effect=cls(joint=k),
-                parameters=parameters,
+                parameters=parameters(float(sizes[k - 1])),
                 named=("coulomb", "viscous"),
                 variant={"joint": k},
                 order=(Stage.joints, k, 1),
             )
-            for k in range(1, subject.robot.tree.joints + 1 if subject.servo else 1)
+            for k in range(1, subject.robot.tree.joints + 1)
         ]
 
     def as_stated(

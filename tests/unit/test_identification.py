@@ -219,3 +219,14 @@ def test_every_installed_effect_answers_for_any_vehicle() -> None:
     names = [a.instance for n, law in laws.items() for a in law.additions(n, made)]
     assert len(names) == len(set(names))
     assert {"wind", "tether", "mass_part_1", "joint_friction_2"} <= set(names)
+
+
+def test_plausible_friction_grows_with_the_drive_of_its_joint() -> None:
+    """An arm that gives 150 N m may rub by 1.9 N m; one of 2 N m, and one without a limit, less."""
+    made = replace(
+        subject(joints=3),
+        servo={"kp": np.array([2000.0, 2.0, 40.0]), "torque_limit": np.array([150.0, 4.0, 1e6])},
+    )
+    added = installed()["joint_friction"].additions("joint_friction", made)
+    sizes = [[a.parameters[k].scale for k in ("coulomb", "viscous")] for a in added]
+    np.testing.assert_allclose(sizes, [[1.875] * 2, [0.05] * 2, [0.5] * 2])
