@@ -12,7 +12,6 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.backend import Configuration
-from seals.batch import TwinState
 from seals.config.overlay import find_overlay, load_overlay, overlay_names, read_overlay
 from seals.config.overrides import typed
 from seals.errors import ConfigError, suggestion
@@ -23,14 +22,14 @@ from seals.logs.native import write_native
 from seals.run.progress import progress
 from seals.sysid.data.robot_description import describe_robot
 from seals.sysid.data.vehicle import read_vehicle
-from seals.sysid.experiment_design.control import Controller
+from seals.sysid.experiment_design.control import Course, Follow, carrying, controller_of, plant_of
 from seals.sysid.experiment_design.experiment import Experiment, read_experiment
 from seals.sysid.experiment_design.motions import Path as Reference
 from seals.sysid.experiment_design.sensed import Track, measured
 from seals.sysid.validation.model import Model, nominal
 from seals.sysid.validation.scene import VEHICLE, build_scene
 from seals.world import World
-from seals.world.felt import accelerations
+from seals.world.pilot import Pilot
 
 _OPTIONS = ("experiment", "model", "out", "robot", "seed")
 _SETTLE = 3.0
@@ -143,7 +142,7 @@ def _run(
     rows = round(seconds / step)
     world = build_scene(model, step=step / parts, rows=(rows + round(_SETTLE / step) + 2) * parts)
     try:
-        track = _fly(world, model, experiment, job, rows=rows, parts=parts, volts=volts, rng=rng)
+        track = _fly(world, model, experiment, job, rows=rows, parts=parts, volts=volts)
     finally:
         world.close()
     return measured(experiment, model, track, parts=parts, volts=volts, rng=rng)
@@ -158,7 +157,6 @@ def _fly(
     rows: int,
     parts: int,
     volts: float | None,
-    rng: np.random.Generator,
 ) -> Track:
     """Let the transients of a vehicle decay, then record rows in which it follows commands or none.
 
@@ -170,64 +168,44 @@ def _fly(
         rows: of the log.
         parts: steps of the simulator between rows.
         volts: of the battery.
-        rng: of the controller's estimates.
     """
-    actor, control, step = world.actors[VEHICLE], None, experiment.step
+    actor, step, settling = world.actors[VEHICLE], experiment.step, 0
     if isinstance(job, Mapping):
         world.reset({VEHICLE: _released(job)})
     else:
-        control = Controller(
-            model.vehicle, [job], step=step, tilt=experiment.tilt, rng=rng, gains=experiment.gains
+        settling, vehicle = round(_SETTLE / step), model.vehicle
+        course = Course.of([job], step)
+        actor.pilot = Pilot(
+            plant_of(vehicle, job.joints[0]),
+            controller_of(vehicle, experiment.tilt, rate=1.0 / step),
+            Follow(course=course, step=step, wait=settling * step),
+            volume=actor.evaluator.surroundings.volume,
+            step=world.step_size,
         )
-        state, drive = control.start()
-        world.reset({VEHICLE: Configuration(*(part[0] for part in state))})
-        actor.drive = drive
+        actor.drive_at_start = carrying(actor.pilot.plant)
+        world.reset({VEHICLE: Configuration(*(part[0] for part in course.start()))})
     track = Track(states=[], before=[], after=[], commands=[], joints=[])
-    last: list[Configuration] = []
-    settling = 0 if control is None else round(_SETTLE / step)
+    last: Configuration | None = None
     for k in range(-settling, rows):
-        now, command, joints = _copied(actor.body.read()), np.zeros(0), np.zeros(0)
-        if control is not None:
-            row = max(k, 0)
-            assert actor.drive is not None
-            state, felt = _felt([*last, now], world.step_size)
-            command, joints = (
-                control.commands(row, state, felt, actor.drive)[0],
-                control.joints[row, 0],
-            )
-            actor.command = command[None]
-            if joints.size:
-                actor.joint_command = joints[None]
-        if k >= 0:
-            track.states.append(now)
-            track.before.append(last[-1] if last else None)
-            track.commands.append(command)
-            track.joints.append(joints)
         for part in range(parts):
+            now = _copied(actor.body.read())
+            if k >= 0 and part == 0:
+                track.states.append(now)
+                track.before.append(last)
             if volts:
                 actor.voltage = np.array([[volts]])
-            last = [*last[-1:], _copied(actor.body.read())]
             world.step()
-            if part == 0 and k >= 0:
+            last = now
+            if k >= 0 and part == 0:
                 track.after.append(_copied(actor.body.read()))
+                track.commands.append(_first(actor.command))
+                track.joints.append(_first(actor.joint_command))
     return track
 
 
-def _felt(seen: list[Configuration], step: float) -> tuple[TwinState, tuple[Floats, Floats]]:
-    """Return the last of some states in body axes, and the rates of its velocity and spin."""
-    now = seen[-1]
-    turn = matrix_of(now.quaternion[None])[0]
-    velocity, spin, linear, angular = (
-        turn.T @ now.velocity,
-        turn.T @ now.angular_velocity,
-        *np.zeros((2, 3)),
-    )
-    if len(seen) > 1:
-        rates = accelerations(Configuration(*map(np.array, zip(*seen, strict=True))), step)
-        linear, angular = (rate[-1] for rate in rates)
-    parts = (now.position, now.quaternion, velocity, spin, now.joints, now.joint_velocity)
-    rate = turn.T @ linear - np.cross(spin, velocity)
-    return TwinState(*(part[None] for part in parts)), (rate[None], (turn.T @ angular)[None])
+def _first(command: Floats | None) -> Floats:
+    """Return the only row of a command; empty for none."""
+    return np.zeros(0) if command is None else command[0]
 
 
 def _copied(seen: Configuration) -> Configuration:
