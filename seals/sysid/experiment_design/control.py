@@ -23,14 +23,14 @@ ALL = "all"
 AIRBORNE: dict[str, Any] = {
     "position_gain": [1.4, 0.8],
     "speed_gain": [3.6, 2.5],
-    "sum_gain": [0.9, 0.9],
+    "sum_gain": [2.0, 0.9],
     "turn_gain": [70.0, 70.0],
     "spin_gain": [13.0, 13.0],
     "turn_sum_gain": [8.0, 8.0],
     "least": [0.3, 0.15],
     "quicker": 1.0,
 }
-"""Gains of rotors, in air and in water: the rows of a log hold a command as long as rotors lag."""
+"""Gains of rotors, in air and in water: rows of a log hold commands about as long as rotors lag."""
 SUBMERGED: dict[str, Any] = {
     "position_gain": 2.0,
     "speed_gain": 4.0,

@@ -210,9 +210,8 @@ def fly(
     controller = controller_of(vehicle, scene.tilt, rate=1.0 / step)
     pilot = BatchPilot(controller, plant, twin, plant.effects)
     response, memory = _response(problem, values), pilot.law.start(count)
-    volts = (
-        None if vehicle.full_voltage is None else np.full((count, 1), 0.95 * vehicle.full_voltage)
-    )
+    full = vehicle.full_voltage
+    volts = None if full is None else np.full((count, 1), 0.95 * full)
     gusts = Gusts(vehicle, count, step, rng)
     state, drive = courses.start(), np.tile(carrying(plant), (count, 1))
     still, settling = twin.no_torque(), round(_SETTLE / step)
@@ -227,7 +226,8 @@ def fly(
             commands.append(command)
         bent = aim.joints.get(ALL)
         drives = [response.followed(drive, command, share * step) for share in (0.0, 0.5, 1.0)]
-        first, middle, last = (Inputs(step, still, d, volts, bent) for d in drives)
+        # the memory of effects rests, as it does along a log
+        first, middle, last = (Inputs(0.0, still, d, volts, bent) for d in drives)
         state, _ = twin.advance(state, time, step, (first, middle, last), posture)
         state, drive = gusts.pushed(state), drives[2]
     return (

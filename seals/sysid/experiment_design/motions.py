@@ -77,8 +77,19 @@ def sweep(time: Floats, *, push: float, low: float, high: float, seconds: float)
     return wave
 
 
-def sine(time: Floats, *, size: float, period: float, seconds: float, phase: float = 0.0) -> Floats:
-    """A sine that fades in and out."""
-    fade = smooth(time, 0.0, 0.5 * period) * (1.0 - smooth(time, seconds - 1.0, 1.0))
+def sine(
+    time: Floats,
+    *,
+    size: float,
+    period: float,
+    seconds: float,
+    phase: float = 0.0,
+    last: float = 1.0,
+) -> Floats:
+    """Sine that fades in over half a period, and out over the ``last`` seconds.
+
+    The end asks for an acceleration of up to 5.8 times its size over ``last`` squared.
+    """
+    fade = smooth(time, 0.0, 0.5 * period) * (1.0 - smooth(time, seconds - last, last))
     wave: Floats = fade * size * np.sin(2.0 * np.pi * time / period + phase)
     return wave
