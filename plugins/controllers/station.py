@@ -127,14 +127,15 @@ class Station(VehicleController):
         """
         self._bind(plant, np.zeros(1))
 
-    def _bind(self, plant: Plant, like: Array) -> None:
-        """Prepare the law in the library of an array."""
+    def _bind(self, plant: Plant, like: Array, joints: Floats | None = None) -> None:
+        """Prepare the law in the library of an array; for held joints, or for those that move."""
+        self._held = joints is not None
         robot = plant.robot
         displaced = FRESH_WATER * sum(h.volume for h in robot.hulls if h is not None)
         # a submerged vehicle may be trimmed a little light: it is no boat
         floats = displaced > _AFLOAT * float(robot.mass.sum())
         needed = [k for k in NEEDED if k != HEAVE or not floats]
-        self._allocate(plant, plant.layout, STATION_ORDER, needed, like)
+        self._allocate(plant, plant.layout, STATION_ORDER, needed, like=like, joints=joints)
         self._like = like
         self._up, self._level = as_like([[0.0, 0.0, 1.0]], like), as_like([[0.1]], like)
 
@@ -155,7 +156,7 @@ class Station(VehicleController):
             ConfigError: see `bind`.
         """
         law = copy.copy(self)
-        law._bind(plant, like)
+        law._bind(plant, like, joints)
         return StationBatch(law)
 
     def start(self) -> StationState:
@@ -193,7 +194,11 @@ class Station(VehicleController):
         along = unrotate(s.rotation, asked)
         wrench = model_wrench(s, along, want, added=self._added, gravity=self._g)
         wanted = self._allocation.commands(
-            wrench[:, self._rows], s.centre, gain=s.gain, limit=s.limit, low=s.low
+            wrench[:, self._rows],
+            None if self._held else s.centre,
+            gain=s.gain,
+            limit=s.limit,
+            low=s.low,
         )
         drive = xp.where(memory.fresh > 0.5, wanted, memory.drive)
         order, after = self._quickened(s, wanted, drive)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from seals.arrays import Array, as_like
+from seals.arrays import Array, Floats, as_like
 from seals.control import Plant, Reference, RobotState
 from seals.control.added import added_inertia
 from seals.control.allocation import Allocation, Saturation
@@ -48,14 +48,17 @@ class VehicleController(ControllerOptions, ABC):
         layout: Layout,
         order: Sequence[int],
         needed: Sequence[int],
+        *,
         like: Array | None = None,
+        joints: Floats | None = None,
     ) -> list[int]:
-        """Find commanded axes and allocation at the rest pose; return the axes.
+        """Find commanded axes and allocation at held joints or the rest pose; return the axes.
 
         Raises:
             ConfigError: one of the needed axes is not commanded; the lines are those of ``_unfit``.
         """
-        self._plant, self._g, self._rest = plant, plant.gravity, stowed(plant.robot)
+        self._plant, self._g = plant, plant.gravity
+        self._rest = stowed(plant.robot) if joints is None else joints
         centre = MassPropertyEstimator(plant.robot).at(self._rest).centre
         axes = commanded_axes(wrench_matrix(layout, centre), mean_arm(layout, centre), order)
         missing = [k for k in needed if k not in axes]

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from seals.arrays import Floats
 from seals.batch import TwinState
-from seals.control import Plant, Reference, RobotState
-from seals.control.plant import ROTOR, build_plant
+from seals.control import Plant, Reference
+from seals.control.plant import build_plant
 from seals.effects.binding import bind_effects
 from seals.registry import get
 from seals.robot.limbs import Arm
@@ -66,16 +66,7 @@ def controller_of(vehicle: Vehicle, tilt: float, *, rate: float) -> Any:
     return get("controller", "station").load()(rate=rate, **SUBMERGED)
 
 
-def carrying(plant: Plant) -> Floats:
-    """Return drive states at the start: rotors that share the weight, thrusters at rest, (1, n)."""
-    layout = plant.layout
-    share = plant.gravity * float(plant.robot.mass.sum()) / layout.drives
-    speed = np.sqrt(share / layout.thrust_coefficient)
-    return np.where([k == ROTOR for k in layout.kind], speed, 0.0)[None]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Course:
+class Course(NamedTuple):
     """References of a batch of flights, one row a step; a shorter one ends at its last place.
 
     Args:
@@ -97,17 +88,15 @@ class Course:
     @classmethod
     def of(cls, flights: Sequence[Path], step: float) -> Course:
         """Return the references of some paths with rows a step apart [s]."""
-        rates = [p.rates(step) for p in flights]
         rows = max(len(p.yaw) for p in flights)
-        still = {"rows": rows, "still": True}
-        return cls(
-            place=_padded([p.place for p in flights], rows=rows),
-            velocity=_padded([r[0] for r in rates], **still),
-            acceleration=_padded([r[1] for r in rates], **still),
-            yaw=_padded([p.yaw[:, None] for p in flights], rows=rows),
-            yaw_rate=_padded([r[2][:, None] for r in rates], **still),
-            joints=_padded([p.joints for p in flights], rows=rows),
+        parts = zip(*((p.place, p.yaw[:, None], p.joints) for p in flights), strict=True)
+        place, yaw, joints = (
+            np.stack([np.pad(x, ((0, rows - len(x)), (0, 0)), mode="edge") for x in part], axis=1)
+            for part in parts
         )
+        velocity, yaw_rate = (np.gradient(x, step, axis=0) for x in (place, yaw))
+        acceleration = np.gradient(velocity, step, axis=0)
+        return cls(place, velocity, acceleration, yaw, yaw_rate, joints)
 
     @property
     def rows(self) -> int:
@@ -125,67 +114,16 @@ class Course:
             position=self.place[row],
         )
 
+    def only(self, row: int) -> Reference:
+        """Return the reference of the only flight at a row."""
+        aim = self.aim(row)
+        numbers = {name: getattr(aim, name)[0] for name in ("velocity", "acceleration", "position")}
+        numbers |= {name: getattr(aim, name).item() for name in ("yaw", "yaw_rate")}
+        return aim._replace(**numbers, joints={name: x[0] for name, x in aim.joints.items()})
+
     def start(self) -> TwinState:
         """Return bodies at rest where the references begin."""
         half, joints = 0.5 * self.yaw[0], self.joints[0]
         zero = np.zeros_like(self.place[0])
         turn = np.concatenate([zero[:, :2], np.sin(half), np.cos(half)], axis=1)
         return TwinState(self.place[0], turn, zero, zero, joints, np.zeros_like(joints))
-
-
-@dataclass(kw_only=True)
-class Follow:
-    """Guide along the only flight of a course; see `seals.control.protocols.Guide`.
-
-    Args:
-        course: with one flight.
-        step: between its rows [s].
-        wait: at its start [s].
-    """
-
-    course: Course
-    step: float
-    wait: float
-
-    @property
-    def rate(self) -> float:
-        """Calls a second [Hz]."""
-        return 1.0 / self.step
-
-    def bind(self, plant: Plant) -> None:
-        """Accept any robot."""
-
-    def start(self, situation: RobotState) -> float:
-        """Return the time of the first row [s]."""
-        return situation.time + self.wait
-
-    def aim(self, situation: RobotState, memory: float) -> tuple[Reference, float]:
-        """Return the reference of the present row."""
-        row = round((situation.time - memory) / self.step)
-        aim = self.course.aim(min(max(row, 0), self.course.rows - 1))
-        place: Any = aim.position
-        return aim._replace(
-            velocity=aim.velocity[0],
-            acceleration=aim.acceleration[0],
-            yaw=np.asarray(aim.yaw).item(),
-            yaw_rate=np.asarray(aim.yaw_rate).item(),
-            joints={name: values[0] for name, values in aim.joints.items()},
-            position=place[0],
-        ), memory
-
-    def finished(self, memory: float) -> bool | None:
-        """Return None: the log has as many rows as the course."""
-        return None
-
-    def stage(self, memory: float) -> str:
-        """Return ``planned``, the only stage."""
-        return "planned"
-
-
-def _padded(parts: Sequence[Floats], *, rows: int, still: bool = False) -> Floats:
-    """References of different length, shape (rows, M, k), padded by the last row or by zero."""
-    out = []
-    for part in parts:
-        last = np.zeros_like(part[-1:]) if still else part[-1:]
-        out.append(np.concatenate([part, np.repeat(last, rows - len(part), axis=0)]))
-    return np.stack(out, axis=1)

@@ -7,20 +7,20 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy.signal import lfilter
 
 from seals.arrays import Floats
-from seals.batch import TwinState
 from seals.batch.piloted import BatchPilot
 from seals.control import RobotState
 from seals.effects.binding import bind_effects
 from seals.frames import exponential, matrix_of, quaternion_of_rpy
 from seals.motion import Inputs
+from seals.run.hover_trim import carrying_speeds
 from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.data.vehicle import Vehicle
 from seals.sysid.experiment_design.control import (
     ALL,
     Course,
-    carrying,
     controller_of,
     plant_of,
 )
@@ -212,9 +212,10 @@ def fly(
     response, memory = _response(problem, values), pilot.law.start(count)
     full = vehicle.full_voltage
     volts = None if full is None else np.full((count, 1), 0.95 * full)
-    gusts = Gusts(vehicle, count, step, rng)
-    state, drive = courses.start(), np.tile(carrying(plant), (count, 1))
+    drive = np.tile(carrying_speeds(plant, scene.joints), (count, 1))
+    state = courses.start()
     still, settling = twin.no_torque(), round(_SETTLE / step)
+    kicks = _kicks(vehicle, settling + courses.rows, count, step, rng)
     states, commands = [], []
     for k in range(-settling, courses.rows):
         aim, time = courses.aim(max(k, 0)), np.full((count, 1), (k + settling) * step)
@@ -229,7 +230,11 @@ def fly(
         # the memory of effects rests, as it does along a log
         first, middle, last = (Inputs(0.0, still, d, volts, bent) for d in drives)
         state, _ = twin.advance(state, time, step, (first, middle, last), posture)
-        state, drive = gusts.pushed(state), drives[2]
+        push, turn = np.split(kicks[k + settling], 2, axis=1)
+        state = state._replace(
+            velocity=state.velocity + push, angular_velocity=state.angular_velocity + turn
+        )
+        drive = drives[2]
     return (
         {n: np.stack([s[i] for s in states]) for i, n in enumerate(_NAMES)},
         np.stack(commands),
@@ -256,31 +261,16 @@ def _blurred(known: RobotState, rng: np.random.Generator) -> RobotState:
     )
 
 
-class Gusts:
-    """Unmodelled forces and torques on a batch of vehicles: coloured, of a known level.
-
-    Args:
-        vehicle: with their level and correlation time.
-        count: of vehicles M.
-        step: between two pushes [s].
-        rng: of the noise.
-    """
-
-    def __init__(self, vehicle: Vehicle, count: int, step: float, rng: np.random.Generator) -> None:
-        self._level, self._rng = np.repeat(vehicle.gust, 3), rng
-        self._keep, self._now = float(np.exp(-step / vehicle.gust_time)), np.zeros((count, 6))
-        inertia = np.diag(vehicle.robot.inertia[0])
-        self._per = step / np.concatenate([np.full(3, vehicle.mass), inertia])
-
-    def pushed(self, state: TwinState) -> TwinState:
-        """Return the state after the impulse of one step."""
-        fresh = self._rng.standard_normal(self._now.shape) * self._level
-        self._now = self._keep * self._now + np.sqrt(1.0 - self._keep**2) * fresh
-        kick = self._now * self._per
-        return state._replace(
-            velocity=state.velocity + kick[:, :3],
-            angular_velocity=state.angular_velocity + kick[:, 3:],
-        )
+def _kicks(
+    vehicle: Vehicle, rows: int, count: int, step: float, rng: np.random.Generator
+) -> Floats:
+    """Changes of velocity and spin in every step by coloured gusts, shape (rows, M, 6)."""
+    keep = float(np.exp(-step / vehicle.gust_time))
+    white = rng.standard_normal((rows, count, 6)) * np.repeat(vehicle.gust, 3)
+    inertia = np.concatenate([np.full(3, vehicle.mass), np.diag(vehicle.robot.inertia[0])])
+    gusts = lfilter([np.sqrt(1.0 - keep**2)], [1.0, -keep], white, axis=0)
+    kicks: Floats = gusts * (step / inertia)
+    return kicks
 
 
 def _dropped(

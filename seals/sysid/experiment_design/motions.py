@@ -24,11 +24,6 @@ class Path:
     yaw: Floats
     joints: Floats
 
-    def rates(self, step: float) -> tuple[Floats, Floats, Floats]:
-        """Velocity and acceleration in the world, (T, 3), and rate of the heading, (T,)."""
-        velocity = np.gradient(self.place, step, axis=0)
-        return velocity, np.gradient(velocity, step, axis=0), np.gradient(self.yaw, step)
-
 
 def smooth(time: Floats, start: float, width: float) -> Floats:
     """Smooth step from 0 to 1 with zero acceleration at both ends.

@@ -19,14 +19,17 @@ from seals.file_names import file_name
 from seals.frames import matrix_of
 from seals.logs.log import Log
 from seals.logs.native import write_native
+from seals.registry import get
+from seals.run.hover_trim import carrying_speeds
 from seals.run.progress import progress
 from seals.sysid.data.robot_description import describe_robot
 from seals.sysid.data.vehicle import read_vehicle
-from seals.sysid.experiment_design.control import Course, Follow, carrying, controller_of, plant_of
+from seals.sysid.experiment_design.control import Course, controller_of, plant_of
 from seals.sysid.experiment_design.experiment import Experiment, read_experiment
 from seals.sysid.experiment_design.motions import Path as Reference
 from seals.sysid.experiment_design.sensed import Track, measured
 from seals.sysid.validation.model import Model, nominal
+from seals.sysid.validation.replay import stacked
 from seals.sysid.validation.scene import VEHICLE, build_scene
 from seals.world import World
 from seals.world.pilot import Pilot
@@ -169,47 +172,36 @@ def _fly(
         parts: steps of the simulator between rows.
         volts: of the battery.
     """
-    actor, step, settling = world.actors[VEHICLE], experiment.step, 0
+    actor, step, settling, guide = world.actors[VEHICLE], experiment.step, 0, None
     if isinstance(job, Mapping):
         world.reset({VEHICLE: _released(job)})
     else:
         settling, vehicle = round(_SETTLE / step), model.vehicle
-        course = Course.of([job], step)
+        course, guide = Course.of([job], step), get("guide", "commanded").load()(rate=1.0 / step)
         actor.pilot = Pilot(
             plant_of(vehicle, job.joints[0]),
             controller_of(vehicle, experiment.tilt, rate=1.0 / step),
-            Follow(course=course, step=step, wait=settling * step),
+            guide,
             volume=actor.evaluator.surroundings.volume,
             step=world.step_size,
         )
-        actor.drive_at_start = carrying(actor.pilot.plant)
+        actor.drive_at_start = carrying_speeds(actor.pilot.plant, job.joints[0])
         world.reset({VEHICLE: Configuration(*(part[0] for part in course.start()))})
-    track = Track(states=[], before=[], after=[], commands=[], joints=[])
-    last: Configuration | None = None
-    for k in range(-settling, rows):
-        for part in range(parts):
-            now = _copied(actor.body.read())
-            if k >= 0 and part == 0:
-                track.states.append(now)
-                track.before.append(last)
-            if volts:
-                actor.voltage = np.array([[volts]])
-            world.step()
-            last = now
-            if k >= 0 and part == 0:
-                track.after.append(_copied(actor.body.read()))
-                track.commands.append(_first(actor.command))
-                track.joints.append(_first(actor.joint_command))
-    return track
-
-
-def _first(command: Floats | None) -> Floats:
-    """Return the only row of a command; empty for none."""
-    return np.zeros(0) if command is None else command[0]
-
-
-def _copied(seen: Configuration) -> Configuration:
-    return Configuration(*(np.array(x, dtype=float) for x in seen))
+    seen, orders = [], []
+    for k in range(-settling * parts, rows * parts):
+        if k >= 0:
+            seen.append(actor.body.read())
+        if guide is not None and k % parts == 0:
+            guide.tell(course.only(max(k // parts, 0)))
+        if volts:
+            actor.voltage = np.array([[volts]])
+        world.step()
+        if k >= 0 and k % parts == 0:
+            given = actor.command, actor.joint_command
+            orders.append([np.zeros(0) if x is None else x[0] for x in given])
+    seen.append(actor.body.read())
+    commands, joints = (np.array(x) for x in zip(*orders, strict=True))
+    return Track(stacked(seen), commands, joints)
 
 
 def _released(job: Mapping[str, Any]) -> Configuration:
