@@ -236,7 +236,7 @@ class Cascade(CascadeSettings):
             memory = memory.unpacked(self._form())
         order, tilts, kept = self.moving(*of_one(s, aim), memory)
         # tilts are no motion to feed forward: what they do is in the allocation
-        targets = kept.joints.copy()
+        targets = np.array(kept.joints)
         targets[list(self._tilts.joints)] = tilts[0]
         return ActuatorCommand(order[0], targets), kept if quick is None else packed(kept)
 
