@@ -143,9 +143,10 @@ def immersion(
 
 
 def in_base(kinematics: Kinematics) -> tuple[Array, Array]:
-    """Return origins (1, L, 3) and rotations (1, L, 3, 3) of the links of one robot in the base."""
-    origins, turn = kinematics.origins[0], kinematics.rotations[0, 0]
-    return ((origins - origins[:1]) @ turn)[None], (turn.T @ kinematics.rotations[0])[None]
+    """Return origins (B, L, 3) and rotations (B, L, 3, 3) of the links of robots in the base."""
+    origins, turn = kinematics.origins, kinematics.rotations[:, 0]
+    back = namespace(turn).permute_dims(turn, (0, 2, 1))
+    return (origins - origins[:, :1]) @ turn, back[:, None] @ kinematics.rotations
 
 
 def _grouped(robot: RobotModel, group: list[int]) -> Floats:

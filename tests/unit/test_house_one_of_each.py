@@ -22,6 +22,13 @@ ONE = {
         "seals/learn/environments/pixels.py",
     },
     r"def lean_\w+": {"seals/control/attitude.py"},
+    r"\blean_for\(": {
+        "seals/control/attitude.py",
+        "plugins/controllers/cascade/controller.py",
+        "plugins/controllers/station.py",
+    },
+    r"class \w*Gains\b": {"plugins/controllers/cascade/gains.py"},
+    r"def (runge_kutta|rosenbrock|midpoint)\w*": {"seals/batch/state.py"},
     r"\bImage\.open\(": {"seals/picture_files.py"},
     r"\btrimesh\.load\w*\(": {"seals/hydrostatics/meshes.py"},
 }

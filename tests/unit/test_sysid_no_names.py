@@ -15,7 +15,6 @@ ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "seals" / "sysid"
 OTHER_MEANING = {
     "data/robot_vehicle.py": {"inertia"},
-    "experiment_design/control.py": {"inertia"},
     "experiment_design/recording.py": {"inertia"},
     "experiment_design/scene.py": {"thrust_coefficient"},
     # the mean thrusts of flights are compared with four laws in a form of their own
