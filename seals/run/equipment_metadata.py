@@ -15,6 +15,7 @@ from seals.effects.effect import EffectOptions
 from seals.errors import LogError
 from seals.logs.check_meta import check_meta
 from seals.logs.log import Log
+from seals.multibody.servo import GAINS
 from seals.plugin_options import options_of
 from seals.robot.limbs import standing
 from seals.robot.model import RobotModel
@@ -24,7 +25,6 @@ from seals.untrusted_io import read_yaml, refuse_references
 
 ROTORS, THRUSTERS, SERVOS = "rotor_thrust", "thruster_force", "arm"
 """Names of drives and servos in the list of what the model holds."""
-GAINS = ("kp", "kd", "torque_limit", "armature")
 AT_ONCE = 1e-4
 """Time constant of a drive without lag: the format of a log knows none of zero [s]."""
 

@@ -72,6 +72,42 @@ def test_an_arm_that_branches_is_refused_in_words(links: list[dict[str, Any]]) -
         read_vehicle(described(links))
 
 
+def test_a_joint_is_read_as_a_run_writes_it() -> None:
+    """A rail that is turned against its parent and has no stops: a flag, a rotation, no limits."""
+    turned = [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
+    rail = link("rail", "body", prismatic=True, rotation=turned)
+    rail["joint"] = {k: v for k, v in rail["joint"].items() if k not in ("lower", "upper")}
+    robot = read_vehicle(described([rail, link("arm", "rail")])).robot
+    assert robot.tree.prismatic == (True, False)
+    assert robot.tree.rotation[1].tolist() == turned
+    assert robot.tree.rotation[2].tolist() == np.eye(3).tolist()
+    assert robot.lower.tolist() == [-math.inf, -1.0]
+    assert robot.upper.tolist() == [math.inf, 1.0]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"arm": None}, "baseline lists 'arm', but vehicle states no servos"),
+        ({"hull": {"primitives": []}}, "hull has no primitives"),
+        ({"hull": {"primitives": [{"type": "mesh", "file": "a.stl"}]}}, "holds a 'mesh'"),
+    ],
+)
+def test_a_description_that_lacks_a_part_is_refused(change: dict[str, Any], words: str) -> None:
+    """What the baseline holds is described, and a hull consists of shapes without files."""
+    log = described([link("upper", "body")])
+    body = log["vehicle"]["base"]
+    log["vehicle"] = {**log["vehicle"], **body, **change}
+    with pytest.raises(LogError, match=words):
+        read_vehicle(log)
+
+
+def test_two_links_of_one_name_are_refused() -> None:
+    """A second 'upper' could not be told from the first."""
+    with pytest.raises(LogError, match="two links are called 'upper'"):
+        read_vehicle(described([link("upper", "body"), link("upper", "upper")]))
+
+
 def test_a_list_of_gains_of_another_length_is_refused() -> None:
     """Two joints and three gains do not go together."""
     links = [link("upper", "body"), link("fore", "upper")]

@@ -1,22 +1,27 @@
-"""Description of a robot from its folder: links, effects, actuators."""
+"""Description of a robot, from its folder, a run or the metadata of a log."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from seals.effects.effect import Effect
-from seals.errors import LogError
+from seals.errors import LogError, suggestion
+from seals.multibody.servo import GAINS
+from seals.registry import get
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
-from seals.robot.urdf import read_urdf
+from seals.robot.settings import HullSettings, RobotSettings, ShapeSettings, ShapeType
+from seals.robot.urdf import Urdf, UrdfJoint, UrdfLink, read_urdf
 
 
 @dataclass(frozen=True, kw_only=True)
 class RobotDescription:
-    """A robot as its folder describes it.
+    """A robot as its folder or a log describes it.
 
     Args:
         robot: links, joints, hulls.
@@ -24,6 +29,8 @@ class RobotDescription:
         actuators: of ``robot.yaml`` by instance name.
         listed: names of the movable joints in the order in which the URDF lists them.
         sea: waves of a run; None for what the log states.
+        of_log: whether the metadata of a log describe it: all its joints move, and the baseline of
+            that log lists all its effects.
     """
 
     robot: RobotModel
@@ -31,6 +38,7 @@ class RobotDescription:
     actuators: Mapping[str, Effect]
     listed: tuple[str, ...] = ()
     sea: Any = None
+    of_log: bool = False
 
 
 def described(config: Any) -> RobotDescription | None:
@@ -108,3 +116,158 @@ def describe_robot(robot: str) -> RobotDescription:
     found = described(compose([override("robot", robot)], root="diagnose"))
     assert found is not None
     return found
+
+
+def describe_log(meta: Mapping[str, Any]) -> RobotDescription:
+    """Return the robot that the entry ``vehicle`` of a log's metadata describes.
+
+    Args:
+        meta: of the log; see docs/formats.md.
+
+    Raises:
+        LogError: there is no such entry, or a part of it is of a kind that no robot has.
+    """
+    spec = meta.get("vehicle")
+    if not isinstance(spec, Mapping):
+        raise LogError(
+            "meta.yaml holds no 'vehicle'.\nA diagnosis needs vehicle, environment, baseline, "
+            "sensors and tolerance; see the description of the native log format."
+        )
+    arm = spec.get("arm")
+    if arm is not None and not arm.get("controller"):
+        raise LogError(
+            "meta.yaml: vehicle.arm states no controller: its joints swing, or nobody says how "
+            "they are held.\nGive the robot's folder, robot=FOLDER, or gains in arm.controller."
+        )
+    links = [] if arm is None else list(arm["links"])
+    bodies = [{**(spec if arm is None else spec["base"]), "name": "base"}, *links]
+    name = str(spec.get("name", "vehicle"))
+    urdf = Urdf(
+        name=name,
+        links=tuple(
+            UrdfLink(
+                name=body["name"],
+                mass=float(body["mass"]),
+                centre=np.array(body["centre_of_gravity"], dtype=float),
+                inertia=np.array(body["inertia"], dtype=float),
+            )
+            for body in bodies
+        ),
+        joints=_chain(links),
+    )
+    robot = build_robot(RobotSettings(name=name, hulls=_hulls(spec.get("hull"))), urdf)
+    actuators = _drives(spec)
+    if arm is not None:
+        actuators["servos"] = _servos(arm["controller"], robot.tree.joints)
+    return RobotDescription(
+        robot=robot, effects={}, actuators=actuators, listed=robot.joints, of_log=True
+    )
+
+
+def _chain(links: Sequence[Mapping[str, Any]]) -> tuple[UrdfJoint, ...]:
+    """Joints of a serial arm; raise where the links are no chain of moving joints."""
+    made: list[UrdfJoint] = []
+    for link in links:
+        joint, name = link["joint"], str(link["name"])
+        above, parent = made[-1].child if made else "base", joint.get("parent")
+        if "axis" not in joint or (made and parent not in (None, above)):
+            raise LogError(
+                f"vehicle.arm: '{name}' hangs on '{parent or 'the base'}' "
+                f"{'by a fixed joint' if 'axis' not in joint else 'beside other links'}.\n"
+                "A diagnosis knows one arm whose links follow each other, all by moving joints; "
+                "grippers and fixed links are to be part of the last link or of the base."
+            )
+        if name in ("base", *(j.child for j in made)):
+            raise LogError(
+                f"vehicle.arm: two links are called '{name}'.\n"
+                "Give every link its own name; 'base' is the vehicle without the arm."
+            )
+        made.append(
+            UrdfJoint(
+                name=joint["name"],
+                parent=above,
+                child=name,
+                moves=True,
+                # runs of SEALS state a flag, and no limit where there is none
+                prismatic=joint.get("type") == "prismatic" or joint.get("prismatic") is True,
+                origin=np.array(joint["origin"], dtype=float),
+                rotation=np.array(joint.get("rotation", np.eye(3)), dtype=float),
+                axis=np.array(joint["axis"], dtype=float),
+                lower=float(joint.get("lower", -np.inf)),
+                upper=float(joint.get("upper", np.inf)),
+            )
+        )
+    return tuple(made)
+
+
+_SIZES = {"box": 3, "cylinder": 2, "sphere": 1, "capsule": 2}
+"""Shapes of a hull that a log may state, and the numbers of their sizes."""
+
+
+def _hulls(spec: Mapping[str, Any] | None) -> dict[str, HullSettings]:
+    """Hull of the base."""
+    if spec is None:
+        return {}
+    if not spec["primitives"]:
+        raise LogError("vehicle.hull has no primitives.\nGive at least one, or say hull: null")
+    shapes = []
+    for shape in spec["primitives"]:
+        kind = shape["type"]
+        if kind not in _SIZES:
+            raise LogError(f"vehicle.hull holds a '{kind}'.\n{suggestion(kind, _SIZES)}")
+        shapes.append(
+            ShapeSettings(
+                type=ShapeType(kind),
+                size=[float(x) for x in np.atleast_1d(shape["size"])[: _SIZES[kind]]],
+                position=shape["position"],
+                rpy=[0.0, 0.0, 0.0] if kind == "sphere" else shape["rpy"],
+            )
+        )
+    stated = HullSettings(
+        shapes=shapes,
+        displaced_volume=float(spec["displaced_volume"]),
+        centre_of_buoyancy=spec["centre_of_buoyancy"],
+        plan_area=float(spec["plan_area"]),
+    )
+    return {"base": stated}
+
+
+_LISTS = {
+    "rotors": (
+        *("position", "axis", "direction", "thrust_coefficient", "torque_coefficient"),
+        *("time_constant", "radius", "max_speed"),
+    ),
+    "thrusters": ("position", "axis", "time_constant", "max_force"),
+}
+"""What a log states of every drive, as the actuator of the same name lists it."""
+
+
+def _drives(spec: Mapping[str, Any]) -> dict[str, Effect]:
+    """Rotors and thrusters."""
+    made: dict[str, Effect] = {}
+    for kind, keys in _LISTS.items():
+        drives = spec.get(kind) or []
+        optional = [k for k in ("spin_down",) if all(k in d for d in drives)]
+        if drives:
+            lists = {
+                k: np.asarray([d[k] for d in drives], dtype=float).tolist()
+                for k in (*keys, *optional)
+            }
+            made[kind] = get("actuator", kind).load()(**lists)
+    return made
+
+
+def _servos(controller: Mapping[str, Any], joints: int) -> Effect:
+    """Servos of an arm, from one gain for all joints or one for each."""
+    options: dict[str, Any] = {}
+    for gain in GAINS:
+        given = np.asarray(controller[gain], dtype=float)
+        if given.ndim > 1 or given.size not in (1, joints):
+            raise LogError(
+                f"meta.yaml: arm.controller.{gain} has {given.size} numbers for {joints} joints.\n"
+                "Give one for all joints, or one for each in the order of the links."
+            )
+        each = np.ravel(given).tolist()
+        options |= {gain: each[0]} if len(each) == 1 else {f"{gain}_each": each}
+    servos: Effect = get("actuator", "servos").load()(**options)
+    return servos

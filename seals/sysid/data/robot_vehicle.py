@@ -1,4 +1,4 @@
-"""Nominal model of a vehicle, built from its robot folder."""
+"""Nominal model of a vehicle, built from the description of its robot and the log's baseline."""
 
 from __future__ import annotations
 
@@ -18,15 +18,19 @@ from seals.effects.effect import ActuatorOptions, Effect
 from seals.effects.hooks import Hook
 from seals.environment.settings import EnvironmentSettings
 from seals.errors import LogError, suggestion
+from seals.multibody.servo import GAINS
 from seals.plugin_options import options_of
+from seals.registry import get
 from seals.robot.fusing import fused
 from seals.robot.limbs import standing
 from seals.robot.model import RobotModel
 from seals.schema import parameters_of
 from seals.sysid.data.installed import loaded
+from seals.sysid.data.known_sea import sea_laws
 from seals.sysid.data.robot_description import RobotDescription
 
-_GAINS = ("kp", "kd", "torque_limit", "armature")
+STRUCTURE = {"rotor_thrust": "rotors", "thruster_force": "thrusters", "arm": "servos"}
+"""Actuators in a log's description by the names that stand for them in its baseline."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,7 +44,7 @@ class RobotParts:
             ``effects.water_drag``.
         lag: first-order time constants of the drives [s], shape (n,).
         fall: the same while they slow down [s], shape (n,).
-        commands: channels of the drives' commands, one for each kind, in their order.
+        commands: channel of the drives' commands, those of the first; empty for no drives.
         servo: gains of the joint servos, and ``speed``, the largest of their commands [rad/s or
             m/s], where it is limited; shape (J,) each; empty without servos.
         columns: for each joint the index of its column in the log.
@@ -51,7 +55,7 @@ class RobotParts:
     written: Mapping[str, str]
     lag: Floats
     fall: Floats
-    commands: tuple[str, ...]
+    commands: str
     servo: Mapping[str, Floats]
     columns: tuple[int, ...]
 
@@ -64,11 +68,8 @@ def parts_of(
 ) -> RobotParts:
     """Return the nominal model of a robot in the surroundings of a log.
 
-    Fixed links, and all others where the log measures no joints, become part of their parents;
-    links that effects name stay.
-
     Args:
-        description: of the robot folder.
+        description: of a robot folder, a run or the log itself.
         environment: of the log.
         meta: of the log.
         still: where the joints stand in a log in which none of them moves [rad or m]; else empty.
@@ -76,7 +77,44 @@ def parts_of(
     Raises:
         LogError: the robot is bolted down, and no joint of it is seen to move.
     """
-    robot = description.robot
+    model, acts = description.robot, dict(description.actuators)
+    made: dict[str, Effect] = {}
+    written: dict[str, str] = {}
+    if description.of_log:
+        # a log may command drives whose forces its baseline does not list
+        model = _with_motors(acts, model)
+    else:
+        acts = {**acting(description, meta), **({} if _undriven(meta) else acts)}
+        model, acts = _merged(model, acts, meta, still)
+        model = _with_motors(description.actuators, model)
+        made, written = _instances(description, acts, model, environment)
+        made = _surroundings(made, model, environment, meta)
+    drives = [e for e in acts.values() if has_hook(e, "drives")]
+    drives.sort(key=lambda e: e.first)  # type: ignore[attr-defined]  # of actuators
+    lags = [e.lag for e in drives]  # type: ignore[attr-defined]  # of actuators
+    return RobotParts(
+        robot=model,
+        effects=_with_baseline(description, made, written, meta, environment),
+        written=written,
+        lag=np.concatenate([np.zeros(0), *lags]),
+        fall=falls(drives),
+        commands=_channel(drives[0]) if drives else "",
+        servo=_servo(acts, model),
+        columns=_columns(description, model, meta),
+    )
+
+
+def _merged(
+    robot: RobotModel,
+    effects: Mapping[str, Effect],
+    meta: Mapping[str, Any],
+    still: Mapping[str, float],
+) -> tuple[RobotModel, dict[str, Effect]]:
+    """Robot and effects of a log in which the joints move or are held.
+
+    Fixed links, and all others where the log measures no joints, become part of their parents;
+    links that effects name stay.
+    """
     measured = "joint_position" in (meta.get("sensors", {}).get("channels") or {})
     moving = robot.joints if measured and not still else ()
     if robot.tree.fixed_base and not moving:
@@ -86,31 +124,57 @@ def parts_of(
             "Only moving joints show what is missing: log joint_position while the arm moves, for "
             "instance by controller=direct guide=hover guide.arm=random."
         )
-    drives = {} if _undriven(meta) else description.actuators
-    effects = {**acting(description, meta), **drives}
     if not moving:
         of_joints: tuple[Hook, ...] = ("joint_loads", "joint_drive")
         effects = {k: e for k, e in effects.items() if not any(has_hook(e, h) for h in of_joints)}
     stands = [still.get(n, q) for n, q in zip(robot.joints, _stowed(robot), strict=True)]
-    model = fused(robot, stands, _named(effects, robot), moving=moving)
-    model = _with_motors(description.actuators, model)
-    servo = _servo(effects, model)
-    made, written = _instances(description, effects, model, environment)
-    listed = {str(e["name"]) for e in meta.get("baseline") or []} if _instances_of(meta) else None
-    made = _surroundings(made, model, environment, listed=listed)
-    actuators = [e for e in effects.values() if has_hook(e, "drives")]
-    actuators.sort(key=lambda e: e.first)  # type: ignore[attr-defined]  # of actuators
-    lags = [e.lag for e in actuators]  # type: ignore[attr-defined]  # of actuators
-    return RobotParts(
-        robot=model,
-        effects=made,
-        written=written,
-        lag=np.concatenate(lags) if lags else np.zeros(0),
-        fall=falls(actuators),
-        commands=tuple(dict.fromkeys(_channel(e) for e in actuators)),
-        servo=servo,
-        columns=_columns(description, model, meta),
-    )
+    return fused(robot, stands, _named(effects, robot), moving=moving), dict(effects)
+
+
+def _with_baseline(
+    description: RobotDescription,
+    made: Mapping[str, Effect],
+    written: Mapping[str, str],
+    meta: Mapping[str, Any],
+    environment: EnvironmentSettings,
+) -> dict[str, Effect]:
+    """Return effects with those of the log's baseline that are none of the robot's own.
+
+    Args:
+        description: of the robot.
+        made: by instance.
+        written: their keys in ``robot.yaml``; a run of SEALS lists the robot's own effects, too.
+        meta: of the log.
+        environment: of the log.
+    """
+    effects = dict(made)
+    known = {*made, *(key.partition(".")[2] for key in written.values())}
+    around = {type(effect) for effect in made.values()}
+    for entry in meta.get("baseline") or []:
+        name = str(entry["name"])
+        if name in STRUCTURE and description.of_log:
+            effects |= _listed(name, description.actuators)
+        if name in STRUCTURE or name in sea_laws() or entry.get("instance") in known:
+            continue
+        law: type[Effect] = get("effect", name).load()
+        parameters = {k: float(v) for k, v in (entry.get("parameters") or {}).items()}
+        instance, effect = law.of_log(name, parameters, entry.get("medium"), environment)
+        if instance not in made and law not in around:
+            options = words_of(name, effect, entry.get("options") or {})
+            effects[instance] = replace(effect, **options) if options else effect
+    return effects
+
+
+def _listed(name: str, actuators: Mapping[str, Effect]) -> dict[str, Effect]:
+    """Actuator that an entry of a log's baseline stands for."""
+    kind = STRUCTURE[name]
+    if kind not in actuators:
+        raise LogError(
+            f"meta.yaml: baseline lists '{name}', but vehicle states no {kind}.\n"
+            f"List them under vehicle.{'arm' if kind == 'servos' else kind}, or give the robot's "
+            "folder: robot=FOLDER"
+        )
+    return {kind: actuators[kind]}
 
 
 def falls(actuators: Iterable[Any]) -> Floats:
@@ -148,7 +212,7 @@ def _servo(effects: Mapping[str, Effect], robot: RobotModel) -> dict[str, Floats
     one: Any = driven[0]
     speed = one.speeds(joints) if hasattr(one, "speeds") else np.array([np.finfo(float).max])
     limited = {"speed": speed} if (speed < np.finfo(float).max).any() else {}
-    return {name: np.asarray(one.of_joints(name, joints), dtype=float) for name in _GAINS} | limited
+    return {name: np.asarray(one.of_joints(name, joints), dtype=float) for name in GAINS} | limited
 
 
 def _with_motors(actuators: Mapping[str, Effect], robot: RobotModel) -> RobotModel:
@@ -196,8 +260,7 @@ def _surroundings(
     effects: Mapping[str, Effect],
     robot: RobotModel,
     environment: EnvironmentSettings,
-    *,
-    listed: set[str] | None,
+    meta: Mapping[str, Any],
 ) -> dict[str, Effect]:
     """Return effects with those that the environment adds to every robot, such as weight.
 
@@ -205,11 +268,11 @@ def _surroundings(
         effects: by instance.
         robot: on which they act.
         environment: of the log.
-        listed: names of what the log of a run lists, which then holds no others; those that the
-            robot brings are split among the links as a diagnosis needs them, where nothing is
-            changed about them. None for other logs.
+        meta: of the log; that of a run lists all that it holds. Those that the robot brings are
+            split among the links as a diagnosis needs them, where nothing is changed about them.
     """
     made = dict(effects)
+    listed = {str(e["name"]) for e in meta.get("baseline") or []} if _instances_of(meta) else None
     for name, law in loaded("effect").items():
         if not issubclass(law, Effect):
             continue
