@@ -118,21 +118,15 @@ def describe_robot(robot: str) -> RobotDescription:
     return found
 
 
-def describe_log(meta: Mapping[str, Any]) -> RobotDescription:
-    """Return the robot that the entry ``vehicle`` of a log's metadata describes.
+def describe_log(spec: Mapping[str, Any]) -> RobotDescription:
+    """Return the robot that a log's metadata describe.
 
     Args:
-        meta: of the log; see docs/formats.md.
+        spec: entry ``vehicle`` of the metadata; see docs/formats.md.
 
     Raises:
-        LogError: there is no such entry, or a part of it is of a kind that no robot has.
+        SealsError: a part of it is of a kind that no robot has.
     """
-    spec = meta.get("vehicle")
-    if not isinstance(spec, Mapping):
-        raise LogError(
-            "meta.yaml holds no 'vehicle'.\nA diagnosis needs vehicle, environment, baseline, "
-            "sensors and tolerance; see the description of the native log format."
-        )
     arm = spec.get("arm")
     if arm is not None and not arm.get("controller"):
         raise LogError(
