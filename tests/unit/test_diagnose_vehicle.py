@@ -59,17 +59,31 @@ def test_gains_may_differ_from_joint_to_joint() -> None:
     assert alike.parameters["servos.kp"].tolerance == pytest.approx(0.02 * 9.0)
 
 
-@pytest.mark.parametrize(
-    "links",
-    [
-        [link("upper", "body"), link("left", "upper"), link("right", "upper")],
-        [link("upper", "body"), {**link("tip", "upper"), "joint": {"parent": "upper"}}],
-    ],
-)
-def test_an_arm_that_branches_is_refused_in_words(links: list[dict[str, Any]]) -> None:
-    """Fingers beside each other and fixed links are named, with what to do."""
-    with pytest.raises(LogError, match=rf"'{links[-1]['name']}' hangs on 'upper'"):
-        read_vehicle(described(links))
+def test_branches_are_read_and_a_fixed_link_becomes_part_of_its_parent() -> None:
+    """Two fingers on one link; a tip of 100 g bolted 0.1 m below the second one.
+
+    Its centre of mass is that of 0.1 kg at -0.05 m and 0.1 kg at -0.1 - 0.05 m.
+    """
+    tip = {**link("tip", "right"), "joint": {"parent": "right", "origin": [0.0, 0.0, -0.1]}}
+    links = [link("upper", "body"), link("left", "upper"), link("right", "upper"), tip]
+    robot = read_vehicle(described(links, kp=[9.0, 4.0, 4.0])).robot
+    assert robot.links == ("base", "upper", "left", "right")
+    assert robot.tree.parent == (-1, 0, 1, 1)
+    assert robot.mass.tolist() == [2.0, 0.1, 0.1, 0.2]
+    assert robot.centre[3] == pytest.approx([0.0, 0.0, -0.1])
+
+
+def test_an_effect_of_a_run_stays_on_its_links() -> None:
+    """The drag of an arm is one beside that of the base, not in its place."""
+    log = described([link("upper", "body"), link("fore", "upper")])
+    drag = {"name": "linear_drag", "medium": "air", "parameters": {"coefficient_x": 0.1}}
+    log["baseline"] += [
+        {**drag, "instance": "air_drag", "links": ["body"]},
+        {**drag, "instance": "arm_drag", "links": ["upper", "fore"]},
+    ]
+    effects = read_vehicle(log).effects
+    assert effects["linear_drag_air"].links == ["root"]
+    assert effects["arm_drag"].links == ["upper", "fore"]
 
 
 def test_a_joint_is_read_as_a_run_writes_it() -> None:
@@ -102,10 +116,11 @@ def test_a_description_that_lacks_a_part_is_refused(change: dict[str, Any], word
         read_vehicle(log)
 
 
-def test_two_links_of_one_name_are_refused() -> None:
-    """A second 'upper' could not be told from the first."""
-    with pytest.raises(LogError, match="two links are called 'upper'"):
-        read_vehicle(described([link("upper", "body"), link("upper", "upper")]))
+@pytest.mark.parametrize(("name", "parent"), [("upper", "upper"), ("fore", "nowhere")])
+def test_links_in_disorder_are_refused(name: str, parent: str) -> None:
+    """A second 'upper' could not be told from the first; what hangs on nothing has no place."""
+    with pytest.raises(LogError, match=f"vehicle.arm: '{name}' hangs on '{parent}'"):
+        read_vehicle(described([link("upper", "body"), link(name, parent)]))
 
 
 def test_a_list_of_gains_of_another_length_is_refused() -> None:

@@ -29,8 +29,8 @@ class RobotDescription:
         actuators: of ``robot.yaml`` by instance name.
         listed: names of the movable joints in the order in which the URDF lists them.
         sea: waves of a run; None for what the log states.
-        of_log: whether the metadata of a log describe it: all its joints move, and the baseline of
-            that log lists all its effects.
+        of_log: whether the metadata of a log describe it: the baseline of that log lists all its
+            effects.
     """
 
     robot: RobotModel
@@ -134,7 +134,8 @@ def describe_log(spec: Mapping[str, Any]) -> RobotDescription:
             "they are held.\nGive the robot's folder, robot=FOLDER, or gains in arm.controller."
         )
     links = [] if arm is None else list(arm["links"])
-    bodies = [{**(spec if arm is None else spec["base"]), "name": "base"}, *links]
+    base = spec if arm is None else spec["base"]
+    bodies = [{**base, "name": "base", "hull": spec.get("hull")}, *links]
     name = str(spec.get("name", "vehicle"))
     urdf = Urdf(
         name=name,
@@ -147,46 +148,44 @@ def describe_log(spec: Mapping[str, Any]) -> RobotDescription:
             )
             for body in bodies
         ),
-        joints=_chain(links),
+        joints=_joints(links),
     )
-    robot = build_robot(RobotSettings(name=name, hulls=_hulls(spec.get("hull"))), urdf)
+    hulls = {body["name"]: _hull(body["hull"]) for body in bodies if body.get("hull") is not None}
+    robot = build_robot(RobotSettings(name=name, hulls=hulls), urdf)
     actuators = _drives(spec)
     if arm is not None:
         actuators["servos"] = _servos(arm["controller"], robot.tree.joints)
-    return RobotDescription(
-        robot=robot, effects={}, actuators=actuators, listed=robot.joints, of_log=True
-    )
+    return RobotDescription(robot=robot, effects={}, actuators=actuators, of_log=True)
 
 
-def _chain(links: Sequence[Mapping[str, Any]]) -> tuple[UrdfJoint, ...]:
-    """Joints of a serial arm; raise where the links are no chain of moving joints."""
+def _joints(links: Sequence[Mapping[str, Any]]) -> tuple[UrdfJoint, ...]:
+    """Joints above the links of an arm, which follow each other where they state no parents."""
     made: list[UrdfJoint] = []
+    # the first link hangs on the base, whatever that is called
+    first = links[0]["joint"].get("parent") if links else None
+    known = {"base": "base", first or "base": "base"}
     for link in links:
         joint, name = link["joint"], str(link["name"])
-        above, parent = made[-1].child if made else "base", joint.get("parent")
-        if "axis" not in joint or (made and parent not in (None, above)):
+        parent = joint.get("parent") or (made[-1].child if made else "base")
+        if parent not in known or name in known:
             raise LogError(
-                f"vehicle.arm: '{name}' hangs on '{parent or 'the base'}' "
-                f"{'by a fixed joint' if 'axis' not in joint else 'beside other links'}.\n"
-                "A diagnosis knows one arm whose links follow each other, all by moving joints; "
-                "grippers and fixed links are to be part of the last link or of the base."
+                f"vehicle.arm: '{name}' hangs on '{parent}', which is no link before it, or has "
+                "the name of another link.\n"
+                "List every link once, under a name of its own, behind the link that carries it."
             )
-        if name in ("base", *(j.child for j in made)):
-            raise LogError(
-                f"vehicle.arm: two links are called '{name}'.\n"
-                "Give every link its own name; 'base' is the vehicle without the arm."
-            )
+        known[name] = name
+        moves = bool(_MOVING & set(joint))
+        # a run of SEALS states whether a joint slides by a flag, and no limit where there is none
         made.append(
             UrdfJoint(
-                name=joint["name"],
-                parent=above,
+                name=joint["name"] if moves else "",
+                parent=known[parent],
                 child=name,
-                moves=True,
-                # runs of SEALS state a flag, and no limit where there is none
+                moves=moves,
                 prismatic=joint.get("type") == "prismatic" or joint.get("prismatic") is True,
                 origin=np.array(joint["origin"], dtype=float),
                 rotation=np.array(joint.get("rotation", np.eye(3)), dtype=float),
-                axis=np.array(joint["axis"], dtype=float),
+                axis=np.array(joint["axis"] if moves else np.zeros(3), dtype=float),
                 lower=float(joint.get("lower", -np.inf)),
                 upper=float(joint.get("upper", np.inf)),
             )
@@ -194,14 +193,14 @@ def _chain(links: Sequence[Mapping[str, Any]]) -> tuple[UrdfJoint, ...]:
     return tuple(made)
 
 
+_MOVING = {"name", "axis", "lower", "upper"}
+"""What no fixed joint states."""
 _SIZES = {"box": 3, "cylinder": 2, "sphere": 1, "capsule": 2}
 """Shapes of a hull that a log may state, and the numbers of their sizes."""
 
 
-def _hulls(spec: Mapping[str, Any] | None) -> dict[str, HullSettings]:
-    """Hull of the base."""
-    if spec is None:
-        return {}
+def _hull(spec: Mapping[str, Any]) -> HullSettings:
+    """Hull of a link."""
     if not spec["primitives"]:
         raise LogError("vehicle.hull has no primitives.\nGive at least one, or say hull: null")
     shapes = []
@@ -217,13 +216,12 @@ def _hulls(spec: Mapping[str, Any] | None) -> dict[str, HullSettings]:
                 rpy=[0.0, 0.0, 0.0] if kind == "sphere" else shape["rpy"],
             )
         )
-    stated = HullSettings(
+    return HullSettings(
         shapes=shapes,
         displaced_volume=float(spec["displaced_volume"]),
         centre_of_buoyancy=spec["centre_of_buoyancy"],
         plan_area=float(spec["plan_area"]),
     )
-    return {"base": stated}
 
 
 _LISTS = {

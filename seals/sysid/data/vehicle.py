@@ -60,7 +60,7 @@ class Vehicle(Subject):
         imu_position: of the inertial sensor, body axes [m], shape (3,).
         imu_turn: from body to sensor axes, shape (3, 3).
         initial_state: of each segment, when stated.
-        columns: for each joint the index of its column in the log.
+        columns: for each joint the index of its column in the log; empty for their own order.
         written: key in ``robot.yaml`` of each effect that stands there.
         sea: known waves; None for calm water.
         fall: time constants of the actuators while they slow down [s], shape (n,); None for
@@ -134,7 +134,8 @@ def _vehicle_of(
         fall=_falls(drives),
         commands=_channel(drives[0]) if drives else "",
         servo=_servo(acts, model),
-        columns=_columns(description, model, meta),
+        # joints of a log that describes them stand in its own order
+        columns=() if description.of_log else _columns(description, model, meta),
         written=written,
         full_voltage=_full_voltage(meta if robot is not None else meta["vehicle"]),
         sigma={k: float(v["sigma"]) for k, v in channels.items() if k in READ},
@@ -162,18 +163,24 @@ def _nominal(
     These are the robot, what acts of its folder or is commanded by the log, all effects by their
     instance names in a diagnosis, and the keys of those that stand in ``robot.yaml``.
     """
-    model, acts = description.robot, dict(description.actuators)
-    made: dict[str, Effect] = {}
-    written: dict[str, str] = {}
+    model, acts, listed = description.robot, dict(description.actuators), None
+    if description.of_log or _instances_of(meta):
+        listed = {str(e["name"]) for e in meta.get("baseline") or []}
     if description.of_log:
         # a log may command drives whose forces its baseline does not list
+        made = _with_baseline(description, {}, {}, meta, environment)
+        if -1 in model.tree.joint[1:]:
+            rest = np.zeros(model.tree.joints)
+            model = fused(model, rest, _named(made, model), moving=model.joints)
         model = _with_motors(acts, model)
-    else:
-        acts = {**acting(description, meta), **({} if _undriven(meta) else acts)}
-        model, acts = _merged(model, acts, meta, still)
-        model = _with_motors(description.actuators, model)
-        made, written = _instances(description, acts, model, environment)
-        made = _surroundings(made, model, environment, meta)
+        if any(model.hulls[1:]):
+            made = _surroundings(made, model, environment, listed=listed)
+        return model, acts, made, {}
+    acts = {**acting(description, meta), **({} if _undriven(meta) else acts)}
+    model, acts = _merged(model, acts, meta, still)
+    model = _with_motors(description.actuators, model)
+    made, written = _instances(description, acts, model, environment)
+    made = _surroundings(made, model, environment, listed=listed)
     return model, acts, _with_baseline(description, made, written, meta, environment), written
 
 
@@ -281,10 +288,24 @@ def _with_baseline(
         law: type[Effect] = get("effect", name).load()
         parameters = {k: float(v) for k, v in (entry.get("parameters") or {}).items()}
         instance, effect = law.of_log(name, parameters, entry.get("medium"), environment)
+        instance, effect = _on_links(instance, effect, entry, description.robot)
         if instance not in made and law not in around:
             options = _words_of(name, effect, entry.get("options") or {})
             effects[instance] = replace(effect, **options) if options else effect
     return effects
+
+
+def _on_links(
+    instance: str, effect: Effect, entry: Mapping[str, Any], robot: RobotModel
+) -> tuple[str, Effect]:
+    """Instance name and effect on the links that its entry in a run's baseline lists."""
+    known = {*robot.links[1:], *EVERYWHERE}
+    # the base has no name in a description
+    links = [str(n) if n in known else "root" for n in entry.get("links") or []]
+    if len(robot.links) == 1 or not links or set(links) == {"root"}:
+        return instance, effect
+    name = instance if "*" in links else str(entry.get("instance", instance))
+    return name, replace(effect, links=links)
 
 
 def _listed(name: str, actuators: Mapping[str, Effect]) -> dict[str, Effect]:
@@ -382,7 +403,8 @@ def _surroundings(
     effects: Mapping[str, Effect],
     robot: RobotModel,
     environment: EnvironmentSettings,
-    meta: Mapping[str, Any],
+    *,
+    listed: set[str] | None,
 ) -> dict[str, Effect]:
     """Return effects with those that the environment adds to every robot, such as weight.
 
@@ -390,11 +412,11 @@ def _surroundings(
         effects: by instance.
         robot: on which they act.
         environment: of the log.
-        meta: of the log; that of a run lists all that it holds. Those that the robot brings are
-            split among the links as a diagnosis needs them, where nothing is changed about them.
+        listed: names of what the log lists, where it holds no others; those that the robot brings
+            are split among the links as a diagnosis needs them, where nothing is changed about
+            them. None for a log that lists what is beside the robot's own.
     """
     made = dict(effects)
-    listed = {str(e["name"]) for e in meta.get("baseline") or []} if _instances_of(meta) else None
     for name, law in loaded("effect").items():
         if not issubclass(law, Effect):
             continue
