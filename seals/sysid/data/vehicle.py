@@ -14,7 +14,7 @@ from seals.arrays import Floats
 from seals.batch.holding import EVERYWHERE
 from seals.config.plugin_lookup import plugin_name
 from seals.control.actuator_response import JITTER
-from seals.effects.binding import has_hook
+from seals.effects.binding import EffectSet, bind_effects, has_hook
 from seals.effects.effect import ActuatorOptions, Effect
 from seals.effects.hooks import Hook
 from seals.effects.identification import Subject
@@ -83,6 +83,11 @@ class Vehicle(Subject):
     def name(self) -> str:
         """Name of the vehicle."""
         return self.robot.name
+
+    @property
+    def bound(self) -> EffectSet:
+        """Effects of the nominal model on their links."""
+        return bind_effects(self.effects, self.robot.links)
 
 
 def read_vehicle(
