@@ -23,6 +23,8 @@ from seals.robot.whole_body import whole_body
 from seals.run.settings import RunSettings
 from seals.untrusted_io import read_yaml, refuse_references
 
+_ELECTRICAL = ("friction_torque", "copper_loss")
+"""What a rotor states of its power."""
 ROTORS, THRUSTERS, SERVOS = "rotor_thrust", "thruster_force", "arm"
 """Names of drives and servos in the list of what the model holds."""
 AT_ONCE = 1e-4
@@ -41,11 +43,16 @@ def describe_drives(
     out: dict[str, list[dict[str, Any]]] = {"rotors": [], "thrusters": []}
     if layout is None:
         return out
-    radius = np.zeros(layout.drives)
+    own = {key: np.zeros(layout.drives) for key in ("radius", *_ELECTRICAL)}
     for actuator in actuators.values():
         if hasattr(actuator, "first"):
             columns = slice(actuator.first, actuator.first + actuator.count)
-            radius[columns] = actuator.constants()["radius"]
+            for key, values in own.items():
+                values[columns] = actuator.constants().get(key, 0.0)
+    own["reverse"] = np.where(layout.low < 0.0, layout.reverse, 0.0)
+    own["reverse"][np.array(layout.kind) != ROTOR] = 0.0
+    # what is zero for all rotors says nothing
+    stated = {key: values for key, values in own.items() if key == "radius" or values.any()}
     for k, kind in enumerate(layout.kind):
         entry: dict[str, Any] = {
             "position": layout.position[k],
@@ -61,7 +68,7 @@ def describe_drives(
                 "torque_coefficient": abs(reaction),
                 "spin_down": layout.fall[k],
                 "max_speed": layout.limit[k],
-                "radius": radius[k],
+                **{key: values[k] for key, values in stated.items()},
             }
             out["rotors"].append(entry)
         else:
@@ -80,6 +87,9 @@ def describe_servos(settings: RunSettings, robot: RobotModel) -> dict[str, Any] 
         if joints and hasattr(actuator, "of_joints"):
             each = {gain: actuator.of_joints(gain, joints) for gain in GAINS}
             alike = {g: float(x[0]) if np.all(x == x[0]) else x.tolist() for g, x in each.items()}
+            speed = actuator.speeds(joints) if hasattr(actuator, "speeds") else np.zeros(0)
+            if (speed < np.finfo(float).max).any():
+                alike["speed_limit"] = speed.tolist()
             return {**alike, "encoder": "link side"}
     return None
 

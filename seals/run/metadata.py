@@ -12,7 +12,7 @@ import numpy as np
 from seals.config.plugin_lookup import plugin_name
 from seals.control.plant import Layout
 from seals.effects.binding import has_hook
-from seals.effects.effect import EffectOptions
+from seals.effects.effect import EffectOptions, number_lists
 from seals.environment.sampler import WaterColumn
 from seals.frames import matrix_of, quaternion_of, quaternion_of_rpy
 from seals.logs.channels import CHANNELS
@@ -198,7 +198,8 @@ def _effect(name: str, effect: Any) -> dict[str, Any]:
     found = _plugin("effect", effect)
     words = {k: v for k, v in vars(effect).items() if isinstance(v, Enum) and k != "medium"}
     usual = {**vars(type(effect)), **options.log_words}
-    choices = {k: v.value for k, v in words.items() if v is not usual[k]}
+    choices: dict[str, Any] = {k: v.value for k, v in words.items() if v is not usual[k]}
+    choices |= {k: getattr(effect, k) for k in number_lists(effect) if getattr(effect, k)}
     if "parameters" in found:
         # sizes and places at their default say nothing
         known, default = parameters_of(effect), vars(type(effect))

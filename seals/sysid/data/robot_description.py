@@ -232,6 +232,8 @@ _LISTS = {
     "thrusters": ("position", "axis", "time_constant", "max_force"),
 }
 """What a log states of every drive, as the actuator of the same name lists it."""
+_OPTIONAL = ("spin_down", "reverse", "friction_torque", "copper_loss")
+"""What it may state of every rotor."""
 
 
 def _drives(spec: Mapping[str, Any]) -> dict[str, Effect]:
@@ -239,7 +241,7 @@ def _drives(spec: Mapping[str, Any]) -> dict[str, Effect]:
     made: dict[str, Effect] = {}
     for kind, keys in _LISTS.items():
         drives = spec.get(kind) or []
-        optional = [k for k in ("spin_down",) if all(k in d for d in drives)]
+        optional = [k for k in _OPTIONAL if all(k in d for d in drives)]
         if drives:
             lists = {
                 k: np.asarray([d[k] for d in drives], dtype=float).tolist()
@@ -261,5 +263,7 @@ def _servos(controller: Mapping[str, Any], joints: int) -> Effect:
             )
         each = np.ravel(given).tolist()
         options |= {gain: each[0]} if len(each) == 1 else {f"{gain}_each": each}
+    if "speed_limit" in controller:
+        options["speed_limit"] = np.ravel(controller["speed_limit"]).astype(float).tolist()
     servos: Effect = get("actuator", "servos").load()(**options)
     return servos

@@ -15,7 +15,7 @@ from seals.batch.holding import EVERYWHERE
 from seals.config.plugin_lookup import plugin_name
 from seals.control.actuator_response import JITTER
 from seals.effects.binding import EffectSet, bind_effects, has_hook
-from seals.effects.effect import ActuatorOptions, Effect
+from seals.effects.effect import ActuatorOptions, Effect, number_lists
 from seals.effects.hooks import Hook
 from seals.effects.identification import Subject
 from seals.environment.seawater import FRESH_WATER
@@ -175,7 +175,7 @@ def _nominal(
         # a log may command drives whose forces its baseline does not list
         made = _with_baseline(description, {}, {}, meta, environment)
         if -1 in model.tree.joint[1:]:
-            rest = np.zeros(model.tree.joints)
+            rest = [0.0] * model.tree.joints
             model = fused(model, rest, _named(made, model), moving=model.joints)
         model = _with_motors(acts, model)
         if any(model.hulls[1:]):
@@ -479,16 +479,21 @@ def _as_logged(name: str, effect: Effect, meta: Mapping[str, Any]) -> Effect:
 
 
 def _words_of(name: str, effect: Effect, given: Mapping[str, Any]) -> dict[str, Any]:
-    """Options of a baseline entry that choose one word of several, such as the form of a drag."""
+    """Options of a baseline entry: one word of several, such as the form of a drag, or numbers."""
     known = {k: type(v) for k, v in vars(effect).items() if isinstance(v, Enum) and k != "medium"}
+    lists = number_lists(effect)
     for key, word in given.items():
         where = f"meta.yaml: baseline: {name}.options"
-        if key not in known:
-            raise LogError(f"{where}: there is no '{key}'.\n{suggestion(str(key), known)}")
-        words = [member.value for member in known[key]]
+        if key not in known and key not in lists:
+            every = (*known, *lists)
+            raise LogError(f"{where}: there is no '{key}'.\n{suggestion(str(key), every)}")
+        words = [member.value for member in known[key]] if key in known else [word]
         if word not in words:
             raise LogError(f"{where}.{key}={word}.\n{suggestion(str(word), words)}")
-    return {key: known[key](word) for key, word in given.items()}
+    return {
+        key: known[key](word) if key in known else np.asarray(word, dtype=float).tolist()
+        for key, word in given.items()
+    }
 
 
 def _channel(actuator: Effect) -> str:
