@@ -293,7 +293,8 @@ def _with_baseline(
         law: type[Effect] = get("effect", name).load()
         parameters = {k: float(v) for k, v in (entry.get("parameters") or {}).items()}
         instance, effect = law.of_log(name, parameters, entry.get("medium"), environment)
-        instance, effect = _on_links(instance, effect, entry, description.robot)
+        if description.of_log:
+            instance, effect = _on_links(instance, effect, entry, description.robot)
         if instance not in made and law not in around:
             options = _words_of(name, effect, entry.get("options") or {})
             effects[instance] = replace(effect, **options) if options else effect
