@@ -31,18 +31,9 @@ AT_ONCE = 1e-4
 """Time constant of a drive without lag: the format of a log knows none of zero [s]."""
 
 
-def describe_drives(
-    actuators: Mapping[str, Any], layout: Layout | None
-) -> dict[str, list[dict[str, Any]]]:
-    """Return rotors and thrusters one by one, in body axes, in the order of their commands.
-
-    Args:
-        actuators: by instance name.
-        layout: of all drives; None where they stand still.
-    """
+def _drives(actuators: Mapping[str, Any], layout: Layout) -> dict[str, list[dict[str, Any]]]:
+    """Rotors and thrusters one by one, in body axes, in the order of their commands."""
     out: dict[str, list[dict[str, Any]]] = {"rotors": [], "thrusters": []}
-    if layout is None:
-        return out
     own = {key: np.zeros(layout.drives) for key in ("radius", *_ELECTRICAL)}
     for actuator in actuators.values():
         if hasattr(actuator, "first"):
@@ -144,7 +135,7 @@ def vehicle_of(robot: RobotModel, actuators: Mapping[str, Any]) -> dict[str, Any
         "mass": mass,
         "inertia": inertia,
         "centre_of_gravity": centre,
-        **describe_drives(actuators, layout),
+        **_drives(actuators, layout),
     }
 
 

@@ -19,13 +19,13 @@ from seals.logs.channels import CHANNELS
 from seals.plugin_options import options_of
 from seals.robot.model import RobotModel
 from seals.robot.settings import HullSettings
-from seals.robot.whole_body import place_on_base, whole_body
+from seals.robot.whole_body import place_on_base
 from seals.run.equipment_metadata import (
     describe_battery,
-    describe_drives,
     describe_servos,
     held,
     stowed,
+    vehicle_of,
 )
 from seals.run.hidden import hide
 from seals.run.settings import RunSettings
@@ -83,13 +83,8 @@ def describe_vehicle(
     settings: RunSettings, robot: RobotModel, layout: Layout | None
 ) -> dict[str, Any]:
     """Return the vehicle's mass properties at joint zero, its drives, hulls, arm and battery."""
-    mass, centre, inertia = whole_body(robot)
     vehicle: dict[str, Any] = {
-        "name": robot.name,
-        "mass": mass,
-        "inertia": inertia,
-        "centre_of_gravity": centre,
-        **describe_drives(settings.actuators, layout),
+        **vehicle_of(robot, {} if layout is None else settings.actuators),
         "hull": _hull(settings, robot, 0),
         "arm": None,
         "battery": describe_battery(settings),
