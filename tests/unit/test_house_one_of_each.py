@@ -21,6 +21,8 @@ ONE = {
         "seals/learn/environments/batch.py",
         "seals/learn/environments/pixels.py",
     },
+    # a folder and a log's description go through one builder; held links are merged in the other
+    r"\bRobotModel\(": {"seals/robot/build.py", "seals/robot/fusing.py"},
     r"def lean_\w+": {"seals/control/attitude.py"},
     r"\blean_for\(": {
         "seals/control/attitude.py",
