@@ -54,7 +54,7 @@ DESCRIPTIONS: dict[str, Guard] = {
     ),
     "confidence of a model": Guard(
         "seals.config.overlay",
-        '    _mapping(provenance.get("confidence"), f"{where}: provenance.confidence")\n',
+        '    _section(provenance.get("confidence"), f"{where} provenance.confidence")\n',
         "",
         _SHEETS,
         "confidence",
@@ -250,14 +250,10 @@ DESCRIPTIONS: dict[str, Guard] = {
         "odd_answer",
     ),
     "links of a model": Guard(
-        _MODEL, "if not isinstance(links, list | None):", "if False:", ODD, "odd_model"
+        _MODEL, "links: tuple[str, ...] | None = None", "links: Any = None", ODD, "odd_model"
     ),
     "speeds of a model": Guard(
-        _MODEL,
-        "if not isinstance(raw, Sequence | None) or isinstance(raw, str):",
-        "if False:",
-        ODD,
-        "odd_model",
+        _MODEL, "speeds: tuple[float, ...] = ()", "speeds: Any = ()", ODD, "odd_model"
     ),
     "file of a model": Guard(
         "seals.sysid.validation.application",
