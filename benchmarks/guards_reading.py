@@ -211,7 +211,7 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
     ),
     "names of parts": Guard(
         "seals.robot.robot_file",
-        "not _NAME.fullmatch(str(name))",
+        "not _NAME.fullmatch(name)",
         "False",
         CLASSES,
         "stays_in_itself",
