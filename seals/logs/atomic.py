@@ -17,13 +17,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from seals import schema
 from seals.drawn_text import in_table
 from seals.errors import SealsError
 from seals.logs.room import room
-from seals.schema import plain
 
 _HERE, _EXCHANGE = -100, 2
 """Linux: AT_FDCWD and RENAME_EXCHANGE of renameat2."""
+plain = schema.plain
 
 
 @contextlib.contextmanager
