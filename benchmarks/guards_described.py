@@ -87,12 +87,16 @@ DESCRIPTIONS: dict[str, Guard] = {
         "seals.file_names", "        or not text.isprintable()\n", "", TERMINAL, "name_of_a_run"
     ),
     "motors are a mapping": Guard(
-        _MOTORS, "if not isinstance(entry, Mapping | None):", "if False:", ODD, "motor_curves"
+        _MOTORS,
+        'read(dict[str, Any] | None, entry, where="motors", error=LogError) or {}',
+        "entry or {}",
+        ODD,
+        "motor_curves",
     ),
     "numbers of motors": Guard(
         _MOTORS,
-        "if (numbers.ndim != depth and not empty) or not np.isfinite(numbers).all():",
-        "if False:",
+        "points: Sequence[tuple[float, float]] = ()",
+        "points: Any = ()",
         ODD,
         "motor_curves",
     ),

@@ -146,17 +146,17 @@ VEHICLES: dict[str, Guard] = {
         HOSTILE,
         "heading_of_blanks",
     ),
-    "names of a map": Guard(
+    "types of a map": Guard(
         _MAP,
-        "                if not isinstance(name, str):",
-        "                if False:",
+        "            read(kind, getattr(self, name), where=name, error=LogError)\n",
+        "            pass\n",
         HOSTILE,
         "other_types",
     ),
-    "long factors": Guard(
-        _MAP,
-        "not abs(given) <= sys.float_info.max:",
-        'not abs(float(given)) < float("inf"):',
+    "long numbers": Guard(
+        "seals.schema",
+        "contextlib.suppress(ValueError, OverflowError)",
+        "contextlib.suppress(ValueError)",
         HOSTILE,
         "other_types",
     ),

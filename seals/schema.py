@@ -328,25 +328,33 @@ class Within(NamedTuple):
     high: float
 
 
-_WORDS: dict[Any, str] = {
-    bool: "true or false",
-    int: "a whole number",
-    float: "a finite number",
-    str: "text",
-    type(None): "nothing",
-    list: "a list",
-    Mapping: "a mapping of names to values",
+_WORDS: dict[Any, tuple[str, str]] = {
+    bool: ("true or false", "truth values"),
+    int: ("a whole number", "whole numbers"),
+    float: ("a finite number", "finite numbers"),
+    str: ("text", "texts"),
+    type(None): ("nothing", "nothing"),
+    list: ("a list", "lists"),
 }
+_MAPPING = ("a mapping of names to values", "mappings of names to values")
 
 
+@typing.overload
 def read(
-    kind: type[T] | Any,
+    kind: type[T], raw: Any, *, where: str, error: type[SealsError] = ..., extra: bool = ...
+) -> T: ...
+@typing.overload
+def read(
+    kind: Any, raw: Any, *, where: str, error: type[SealsError] = ..., extra: bool = ...
+) -> Any: ...
+def read(
+    kind: Any,
     raw: Any,
     *,
-    where: str = "",
+    where: str,
     error: type[SealsError] = ConfigError,
     extra: bool = False,
-) -> T:
+) -> Any:
     """Build a typed value from plain data, as YAML, JSON and configurations hold them.
 
     Whole numbers become floats where the annotation says so, and text that is a number, too
@@ -374,7 +382,7 @@ def read(
         Allowed: a finite number
     """
     try:
-        return cast(T, _read(kind, raw, where, extra))
+        return _read(kind, raw, where, extra)
     except ConfigError as cause:
         if error is ConfigError:
             raise
@@ -404,13 +412,15 @@ def _read(kind: Any, raw: Any, where: str, extra: bool) -> Any:
     elif issubclass(base, Mapping):
         found = _mapping(inner, raw, where, extra)
     elif issubclass(base, Sequence) or base is Collection:
-        found = _sequence(base, inner, raw, where, extra)
+        found = _sequence(kind, raw, where, extra)
     return found
 
 
 def _mapping(inner: Sequence[Any], raw: Any, where: str, extra: bool) -> dict[Any, Any]:
     key, value = inner or (Any, Any)
-    given = {str(k) if key is str else k: v for k, v in _of_kind(Mapping, raw, where).items()}
+    if not isinstance(raw, Mapping):
+        raise _refusal(where, raw, _MAPPING[0])
+    given = {str(k) if key is str else k: v for k, v in raw.items()}
     return {k: _read(value, v, _at(where, k), extra) for k, v in given.items()}
 
 
@@ -423,7 +433,7 @@ def _scalar(kind: type, raw: Any, where: str) -> Any:
             value = kind(raw)
     fits = isinstance(value, kind) and (kind is bool or not isinstance(value, bool))
     if not fits or (kind is float and not math.isfinite(value)):
-        raise _refusal(where, raw, _WORDS[kind])
+        raise _refusal(where, raw, _words(kind))
     return value
 
 
@@ -449,28 +459,29 @@ def _one_of(kinds: Sequence[Any], raw: Any, where: str, extra: bool) -> Any:
             refusals += [] if kind is type(None) else [cause]
     if len(refusals) == 1:
         raise refusals[0]
-    names = (_WORDS.get(typing.get_origin(kind) or kind, "a mapping") for kind in kinds)
-    raise _refusal(where, raw, " or ".join(dict.fromkeys(names)))
+    raise _refusal(where, raw, " or ".join(dict.fromkeys(map(_words, kinds))))
 
 
-def _sequence(base: type, inner: Sequence[Any], raw: Any, where: str, extra: bool) -> Any:
-    rows = list(_of_kind(list, raw, where))
+def _sequence(kind: Any, raw: Any, where: str, extra: bool) -> Any:
+    base, inner = typing.get_origin(kind) or kind, typing.get_args(kind)
+    if not isinstance(raw, list | tuple):
+        raise _refusal(where, raw, _words(kind))
     free = base is not tuple or len(inner) < 1 or inner[-1] is Ellipsis
-    if not free and len(rows) != len(inner):
+    if not free and len(raw) != len(inner):
         raise ConfigError(
-            f"{_given(where, raw)} has {len(rows)} entries.\nAllowed: {len(inner)} entries."
+            f"{_given(where, raw)} has {len(raw)} entries.\nAllowed: {len(inner)} entries."
         )
-    kinds = [inner[0] if inner else Any] * len(rows) if free else inner
+    kinds = [inner[0] if inner else Any] * len(raw) if free else inner
     found = [
         _read(kind, row, f"{where.rstrip(':')}[{k}]", extra)
-        for k, (kind, row) in enumerate(zip(kinds, rows, strict=True))
+        for k, (kind, row) in enumerate(zip(kinds, raw, strict=True))
     ]
     return tuple(found) if base is tuple else found
 
 
 def _record(cls: Any, raw: Any, where: str, extra: bool) -> Any:
     hints, needed = _form(cls)
-    given = {str(key): value for key, value in _of_kind(Mapping, raw, where).items()}
+    given = _mapping((str, Any), raw, where, extra)
     place = where.rstrip(":")
     for key in () if extra else given:
         refuse_unlisted(key, hints, f"{place}: '{key}' is not known here")
@@ -485,7 +496,7 @@ def _record(cls: Any, raw: Any, where: str, extra: bool) -> Any:
             raise ConfigError(f"{place} has no '{name}'.\n{near}")
         values[name] = _read(hint, value, _at(where, name), extra)
     if dataclasses.is_dataclass(cls):
-        check_fields(cls, values, where=where)
+        check_fields(cast(Any, cls), values, where=where)
     try:
         return cls(**values)
     except SealsError:
@@ -507,10 +518,14 @@ def _form(cls: Any) -> tuple[Mapping[str, Any], frozenset[str]]:
     return {field.name: hints[field.name] for field in fields}, frozenset(needed)
 
 
-def _of_kind(kind: Any, raw: Any, where: str) -> Any:
-    if not isinstance(raw, list | tuple if kind is list else kind):
-        raise _refusal(where, raw, _WORDS[kind])
-    return raw
+def _words(kind: Any, many: bool = False) -> str:
+    """Return what an annotation allows, in words."""
+    base, inner = typing.get_origin(kind) or kind, typing.get_args(kind)
+    if isinstance(base, type) and issubclass(base, Sequence) and inner:
+        fixed = base is tuple and inner[-1] is not Ellipsis
+        lists = "lists of " if many else "" if fixed else "a list of "
+        return f"{lists}{f'{len(inner)} ' if fixed else ''}{_words(inner[0], True)}"
+    return _WORDS.get(base, _MAPPING)[many]
 
 
 def _at(where: str, name: Any) -> str:

@@ -48,7 +48,7 @@ def with_card(arguments: Sequence[str]) -> list[str]:
     if folder is None or not folder.is_dir():
         return list(arguments)
     card = read_policy_metadata(folder)
-    given: list[str] = read(
+    given = read(
         list[str], card.get("overrides", []), where=f"policy={place}: the card's overrides"
     )
     refuse_dangerous(

@@ -281,9 +281,10 @@ def _change(name: str, raw: Any, where: str) -> Change:
     values = read(dict[str, Any], raw, where=where)
     plugin = _plugin_name("effect", values, where)
     get("effect", plugin)
-    told = {key: values.pop(key) for key in ("medium", "links") if key in values}
+    told: dict[str, Any] = {"name": name, "effect": plugin}
+    told |= {key: values.pop(key, None) for key in ("medium", "links")}
     told["values"] = read(dict[str, float], values, where=where)
-    return read(Change, {"name": name, "effect": plugin, **told}, where=where)
+    return read(Change, told, where=where)
 
 
 def _section(raw: Any, where: str) -> dict[str, Any]:

@@ -109,7 +109,7 @@ def task_of(metadata: Mapping[str, Any], *, where: str) -> Any:
     from seals.config.foreign_values import refuse_values
     from seals.config.overrides import refuse_dangerous
 
-    given: list[str] = read(list[str], metadata.get("overrides"), where=f"{where}: overrides")
+    given = read(list[str], metadata.get("overrides"), where=f"{where}: overrides")
     words = [word for word in given if _of_task(word)]
     refuse_dangerous(words, where=f"{where}: the card", remedy="Take the folder as it was trained.")
     config = compose(words, root="learn")

@@ -73,7 +73,7 @@ def read_robot(folder: Path, *, name: str | None = None) -> RobotFile:
     path = folder / "robot.yaml"
     raw = _load(path)
     refuse_references(raw, where=str(path))
-    found: _Written = read(_Written, raw or {}, where=f"{path}:", error=RobotError)
+    found = read(_Written, raw or {}, where=f"{path}:", error=RobotError)
     urdf = found.urdf
     if not urdf or not os.path.isfile(folder / urdf):
         beside = [file.name for file in folder.glob("*.urdf")]
