@@ -16,7 +16,7 @@ from seals.environment.waves import Waves
 from seals.errors import ConfigError, refuse_unlisted
 from seals.plugin_options import options_of
 from seals.schema import check_value, parameters_of, read
-from seals.untrusted_io import read_plain_yaml, refuse_references
+from seals.untrusted_io import read_file, refuse_references
 
 FOLDER = "models"
 """Folder in which models are looked for by name."""
@@ -212,16 +212,7 @@ def load_overlay(path: Path) -> dict[str, Any]:
     Raises:
         ConfigError: it cannot be read, or holds keys that no model has.
     """
-    import yaml
-
-    try:
-        raw = read_plain_yaml(path)
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as cause:
-        text = " ".join(str(cause).split())
-        raise ConfigError(f"{path} cannot be read: {text}.\nIt must be YAML text in UTF-8.") from (
-            cause
-        )
-    raw = _section(raw, f"{path}:")
+    raw = read_file(dict[str, Any] | None, path) or {}
     refuse_references(raw, where=str(path))
     for key in raw:
         refuse_unlisted(key, KEYS, f"{path}: '{key}' is not a key of a model")

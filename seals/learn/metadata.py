@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from seals.errors import ConfigError
-from seals.untrusted_io import plain_json
+from seals.untrusted_io import read_file
 
 CARD = "card.json"
 _WRITERS = {
@@ -40,10 +40,7 @@ def read_metadata(folder: Path, *, form: str, key: str) -> dict[str, Any]:
         raise ConfigError(f"{key}={folder}: there is no {CARD}.\n{advice}")
     if path.stat().st_size > _MOST_BYTES:
         raise ConfigError(f"{path} has {path.stat().st_size} bytes.\nAllowed: {_MOST_BYTES}")
-    try:
-        metadata = plain_json(path.read_bytes())
-    except (OSError, ValueError) as cause:
-        raise ConfigError(f"{path} cannot be read: {cause}.\nIt must be JSON.") from cause
+    metadata = read_file(dict[str, Any], path, remedy="It must be JSON.")
     return check_metadata(metadata, form=form, where=str(path))
 
 

@@ -11,7 +11,7 @@ from typing import Any
 from seals.errors import RobotError, suggestion
 from seals.robot.settings import RobotSettings
 from seals.schema import read
-from seals.untrusted_io import entries, read_plain_yaml, refuse_references
+from seals.untrusted_io import entries, read_file, refuse_references
 
 MOST_PARTS, MOST_ENTRIES = 500, 40_000
 """Most effects, sensors and actuators of a robot, and most values of its file."""
@@ -71,9 +71,10 @@ def read_robot(folder: Path, *, name: str | None = None) -> RobotFile:
         RobotError: the file is missing, not readable, or holds keys that no robot has.
     """
     path = folder / "robot.yaml"
-    raw = _load(path)
+    remedy = "It must be YAML text in UTF-8, in a folder with its URDF."
+    raw = read_file(dict[str, Any], path, error=RobotError, remedy=remedy)
     refuse_references(raw, where=str(path))
-    found = read(_Written, raw or {}, where=f"{path}:", error=RobotError)
+    found = read(_Written, raw, where=f"{path}:", error=RobotError)
     urdf = found.urdf
     if not urdf or not os.path.isfile(folder / urdf):
         beside = [file.name for file in folder.glob("*.urdf")]
@@ -107,22 +108,6 @@ def read_robot(folder: Path, *, name: str | None = None) -> RobotFile:
         )
     limbs = {"arms": found.arms, "grippers": found.grippers, "legs": found.legs}
     return RobotFile(settings=settings, hulls=found.hulls, limbs=limbs, parts=parts)
-
-
-def _load(path: Path) -> Any:
-    import yaml
-
-    try:
-        return read_plain_yaml(path)
-    except FileNotFoundError as cause:
-        raise RobotError(
-            f"{path} does not exist.\nA robot is a folder holding robot.yaml and its URDF."
-        ) from cause
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as cause:
-        text = " ".join(str(cause).split())
-        raise RobotError(
-            f"{path} cannot be read: {text}.\nIt must be YAML text in UTF-8."
-        ) from cause
 
 
 def _parts(raw: _Parts, where: str, word: str) -> dict[str, tuple[str, dict[str, Any]]]:
