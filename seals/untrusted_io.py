@@ -261,7 +261,7 @@ def read_file(
     except LogError as cause:
         raise error(str(cause).partition("\n")[0] + f"\n{remedy}") from cause
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as cause:
-        text = " ".join(str(getattr(cause, "strerror", None) or cause).split())
+        text = " ".join(str(cause).split())
         raise error(f"{path} cannot be read: {text}.\n{remedy}") from cause
     return read(kind, raw, where=f"{path}:", error=error, extra=extra)
 
