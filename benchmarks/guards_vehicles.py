@@ -153,6 +153,27 @@ VEHICLES: dict[str, Guard] = {
         HOSTILE,
         "other_types",
     ),
+    "entries of plain data": Guard(
+        "seals.schema",
+        "if value is None or span.low <= size <= span.high:",
+        "if True:",
+        "tests/unit/test_schema_read.py",
+        "refused",
+    ),
+    "finite numbers in plain data": Guard(
+        "seals.schema",
+        "if not fits or (kind is float and not math.isfinite(value)):",
+        "if not fits:",
+        "tests/unit/test_schema_read.py",
+        "refused",
+    ),
+    "keys of plain data": Guard(
+        "seals.schema",
+        "for key in () if extra else given:",
+        "for key in ():",
+        "tests/unit/test_schema_read.py",
+        "refused",
+    ),
     "long numbers": Guard(
         "seals.schema",
         "contextlib.suppress(ValueError, OverflowError)",
