@@ -50,8 +50,8 @@ SIGHT: dict[str, Guard] = {
     ),
     "numbers of a detector": Guard(
         "seals.plugins.tasks.sighting.detector",
-        "if not low <= value <= high:",
-        "if False:",
+        "pixel: Annotated[float, Within(1e-3, 100.0)]",
+        "pixel: Any",
         SEEN,
         "senseless_metadata",
         "torchrl",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,6 +13,7 @@ from seals.errors import ConfigError
 from seals.field_roles import roles
 from seals.learn.task import Instant, WorldTask
 from seals.plugins.guides.behaviour.over_ground import place_of
+from seals.schema import vector
 from seals.state_records import state_record
 
 KNOWN = ("phase", "power", "slip")
@@ -52,19 +53,11 @@ class Learned:
     """
 
     policy: str = "crab/walk"
-    place: list[float] = field(default_factory=lambda: [0.0, 0.0])
+    place: list[float] = vector((0.0, 0.0), "m", bounds=(-1e5, 1e5), source="chosen")
     target: str = ""
 
     # of the task, once it is known [Hz]
     rate = 5.0
-
-    def __post_init__(self) -> None:
-        """Refuse a target that is not a finite position."""
-        if len(self.place) != 2 or not np.all(np.isfinite(self.place)):
-            raise ConfigError(
-                f"learned.place={list(self.place)} is not a position on the ground.\n"
-                "Allowed: two finite numbers [x, y]."
-            )
 
     def bind(self, plant: Plant) -> None:
         """Read the policy, and build its task for this robot.

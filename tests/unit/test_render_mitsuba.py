@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.errors import MissingExtra, PhysicsError
+from seals.errors import ConfigError, MissingExtra, PhysicsError
 from seals.plugins.viewers.mitsuba import RendererMitsuba
 from seals.plugins.viewers.mitsuba import denoise as denoising
 from seals.plugins.viewers.mitsuba import variant as variants
@@ -20,6 +20,7 @@ from seals.plugins.viewers.mitsuba.textures import sand, sky_map
 from seals.plugins.viewers.mitsuba.variant import Variant, mitsuba
 from seals.rendering import Lens, Light, Scene, Shape, nowhere, single
 from seals.rendering.optics import Optics, SurfaceAiry, SurfaceStill, water_of
+from seals.schema import read
 from seals.view.films import Frame, Viewpoint, WaterBody, looking
 from seals.view.films.settings import Quality
 
@@ -273,8 +274,8 @@ def test_nothing_arranged_is_said() -> None:
     frame = Frame(0.0, nowhere(), view, Lens(), None, 0.1)
     with pytest.raises(PhysicsError, match="no scene"):
         RendererMitsuba().photograph(frame)
-    with pytest.raises(Exception, match="samples=-1"):
-        RendererMitsuba(samples=-1)
+    with pytest.raises(ConfigError, match=r"viewer\.samples=-1 is not allowed"):
+        read(RendererMitsuba, {"samples": -1}, where="viewer")
 
 
 def test_guides_of_the_denoiser_fade_with_the_way_through_water() -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.control.tracking import Place, minimum_jerk
 from seals.plugins.guides.mission.scene import Move, Outcome, Scene
-from seals.schema import setting
+from seals.schema import setting, vector
 
 PEAK = 1.875
 """Largest speed of a minimum-jerk way over its mean."""
@@ -88,7 +88,7 @@ class Go(Stage):
         within: distance from the end at which it has arrived [m].
     """
 
-    to: list[float] = field(default_factory=lambda: [0.0, 0.0, 1.0])
+    to: list[float] = vector((0.0, 0.0, 1.0), "m", bounds=(-1e4, 1e4), source="chosen")
     hand: bool = False
     yaw: list[float] = field(default_factory=list)
     speed: float = _speed(0.6)

@@ -12,9 +12,10 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import ConfigError, LogError
-from seals.logs.atomic import plain, write_bytes, write_json
+from seals.logs.atomic import write_bytes, write_json
 from seals.rendering.files import png
 from seals.rendering.optics import to_bytes
+from seals.schema import plain
 from seals.untrusted_io import read_json
 from seals.view.films.frame import Image
 
