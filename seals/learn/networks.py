@@ -83,7 +83,7 @@ def actor_of(network: Mapping[str, Any]) -> nn.Module:
         ) from cause
 
 
-def refuse_widths(hidden: Sequence[int]) -> None:
+def _refuse_widths(hidden: Sequence[int]) -> None:
     """Refuse layers of no width, or more of them than a network is built for.
 
     Raises:
@@ -104,7 +104,7 @@ def mlp(inputs: int, outputs: int, hidden: Sequence[int], *, layer_norm: bool = 
     Raises:
         ConfigError: a hidden layer is out of range.
     """
-    refuse_widths(hidden)
+    _refuse_widths(hidden)
     import torch
     from torchrl.modules import MLP
 
@@ -148,7 +148,16 @@ def encoder_of(pixels: Mapping[str, Any]) -> nn.Module:
 
     channels, height, width = pixels["shape"]
     strides = list(pixels["strides"])
-    _refuse_small(min(height, width), strides)
+    # refuse images too small for the 3 by 3 convolutions
+    size = min(height, width)
+    least = 1
+    for stride in reversed(strides):
+        least = (least - 1) * stride + 3
+    if size < least:
+        raise ConfigError(
+            f"pictures of {size} pixels are too small for layers of strides {strides}.\n"
+            f"Allowed: from {least} pixels on; or give learner.strides fewer or smaller steps."
+        )
     located = pixels.get("pool", POOLS[0]) == "places"
     convolutions = ConvNet(
         in_features=channels,
@@ -166,18 +175,6 @@ def encoder_of(pixels: Mapping[str, Any]) -> nn.Module:
         torch.nn.LayerNorm(pixels["features"]),
         torch.nn.Tanh(),
     )
-
-
-def _refuse_small(size: int, strides: list[int]) -> None:
-    """Refuse images too small for the 3 by 3 convolutions."""
-    least = 1
-    for stride in reversed(strides):
-        least = (least - 1) * stride + 3
-    if size < least:
-        raise ConfigError(
-            f"pictures of {size} pixels are too small for layers of strides {strides}.\n"
-            f"Allowed: from {least} pixels on; or give learner.strides fewer or smaller steps."
-        )
 
 
 def network_inputs(
@@ -292,21 +289,17 @@ def policy_of(
     """
     actor: Any = actor_of(network)
     seen = network["kind"] == "pixels"
-    (actor.body if seen else actor[-2]).load_state_dict(
-        _first_outputs(body.state_dict(), int(network["action"]))
-    )
+    # keep only the means among the outputs of the last layer, without the deviations
+    tensors = body.state_dict()
+    count = int(network["action"])
+    last = [key for key in tensors if key.endswith(".weight")][-1].removesuffix(".weight")
+    found = {key: value.detach() for key, value in tensors.items()}
+    for part in ("weight", "bias"):
+        found[f"{last}.{part}"] = found[f"{last}.{part}"][:count]
+    (actor.body if seen else actor[-2]).load_state_dict(found)
     target = actor.norm if seen else (actor[0] if network["normalise"] else None)
     if target is not None and norm is not None:
         target.load_state_dict(norm.state_dict())
     if seen and actor.encoder is not None and encoder is not None:
         actor.encoder.load_state_dict(encoder.state_dict())
     return dict(network), {key: value.clone() for key, value in actor.state_dict().items()}
-
-
-def _first_outputs(tensors: Mapping[str, Tensor], count: int) -> dict[str, Tensor]:
-    """Keep only the means among the outputs of the last layer, without the deviations."""
-    last = [key for key in tensors if key.endswith(".weight")][-1].removesuffix(".weight")
-    found = {key: value.detach() for key, value in tensors.items()}
-    for part in ("weight", "bias"):
-        found[f"{last}.{part}"] = found[f"{last}.{part}"][:count]
-    return found

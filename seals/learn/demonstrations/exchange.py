@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.errors import optional_import
-from seals.learn.demonstrations.episode import Demonstrations, Episode
+from seals.learn.demonstrations.episode import Demonstrations
 from seals.learn.demonstrations.metadata import metadata_of
 from seals.logs.atomic import atomic_path
 
@@ -51,25 +51,21 @@ def write_hdf5(demonstrations: Demonstrations, path: str | Path) -> Path:
         for number, episode in enumerate(demonstrations.episodes):
             group = data.create_group(f"demo_{number}")
             group.attrs["num_samples"] = episode.steps
-            for name, values in _columns(episode).items():
+            out: dict[str, NDArray[Any]] = {
+                "obs/state": episode.observation[:-1],
+                "next_obs/state": episode.observation[1:],
+                "actions": episode.action,
+                "rewards": episode.reward,
+                "dones": (episode.terminated | episode.truncated).astype(np.uint8),
+                "terminated": episode.terminated.astype(np.uint8),
+                "truncated": episode.truncated.astype(np.uint8),
+            }
+            if episode.pixels is not None:
+                out |= {"obs/pixels": episode.pixels[:-1], "next_obs/pixels": episode.pixels[1:]}
+            for name, values in out.items():
                 # packing costs more than it saves where there is little
                 packed = {"compression": "gzip", "shuffle": True} if values.nbytes > _SMALL else {}
                 group.create_dataset(name, data=values, **packed)
     with atomic_path(path) as beside:
         beside.write_bytes(whole.getbuffer())
     return Path(path)
-
-
-def _columns(episode: Episode) -> dict[str, NDArray[Any]]:
-    out: dict[str, NDArray[Any]] = {
-        "obs/state": episode.observation[:-1],
-        "next_obs/state": episode.observation[1:],
-        "actions": episode.action,
-        "rewards": episode.reward,
-        "dones": (episode.terminated | episode.truncated).astype(np.uint8),
-        "terminated": episode.terminated.astype(np.uint8),
-        "truncated": episode.truncated.astype(np.uint8),
-    }
-    if episode.pixels is not None:
-        out |= {"obs/pixels": episode.pixels[:-1], "next_obs/pixels": episode.pixels[1:]}
-    return out

@@ -46,7 +46,7 @@ def write(demonstrations: Demonstrations, folder: str | Path, *, replace: bool =
     metadata = metadata_of(demonstrations)
     arrays = {
         name: np.concatenate([getattr(e, name) for e in demonstrations.episodes]).astype(kind, "C")
-        for name, (_, kind) in expected(declared(metadata, where=str(folder))).items()
+        for name, (_, kind) in _expected(declared(metadata, where=str(folder))).items()
     }
     with atomic_folder(folder, replace=replace) as beside:
         write_tensors(beside / FILE, arrays)
@@ -74,7 +74,7 @@ def read(folder: str | Path) -> Demonstrations:
     path = Path(folder) / FILE
     where = str(path.with_name(CARD))
     found = declared(read_metadata(Path(folder), form=FORM, key="demonstrations"), where=where)
-    wanted = expected(found)
+    wanted = _expected(found)
     if is_memory_mapped(path.parent) and not path.exists():
         arrays = read_memory_mapped(path.parent, list(found.steps), wanted)
     else:
@@ -102,7 +102,7 @@ def read(folder: str | Path) -> Demonstrations:
     return Demonstrations(origin=found.origin, episodes=episodes)
 
 
-def expected(found: Declared) -> dict[str, tuple[tuple[int, ...], str]]:
+def _expected(found: Declared) -> dict[str, tuple[tuple[int, ...], str]]:
     """Return shape and type of every array that metadata declares, by name."""
     steps = sum(found.steps)
     rows, (seen, done) = steps + len(found.steps), found.sizes

@@ -34,7 +34,10 @@ def write_minari(demonstrations: Demonstrations, name: str) -> Path:
         raise ConfigError(
             f"minari={name} is no id of a data set.\nAllowed: words and a version: seals/reach-v0"
         )
-    minari = _minari()
+    try:
+        minari = importlib.import_module("minari")
+    except ImportError as cause:
+        raise MissingExtra(_words(cause)) from cause
     import gymnasium
 
     seen, done = demonstrations.sizes
@@ -73,13 +76,6 @@ def write_minari(demonstrations: Demonstrations, name: str) -> Path:
             f"minari={name} cannot be written: {cause}\nChoose another id."
         ) from cause
     return Path(str(made.storage.data_path))
-
-
-def _minari() -> Any:
-    try:
-        return importlib.import_module("minari")
-    except ImportError as cause:
-        raise MissingExtra(_words(cause)) from cause
 
 
 def _words(cause: ImportError) -> str:

@@ -63,15 +63,15 @@ class PolicyKeys:
         now = self._step / self.rate
         held = held_after({}, [event for event in self.events if event.time <= now + 1e-9])
         self._step += 1
-        row = action_of(stick_of(held), self.names)
+        row = _action_of(stick_of(held), self.names)
         return torch.tensor([row] * self._count, dtype=torch.float32, device=self.device)
 
 
-def action_of(stick: Stick, names: Sequence[str]) -> list[float]:
+def _action_of(stick: Stick, names: Sequence[str]) -> list[float]:
     """Return the action of a stick input.
 
     Example:
-        >>> action_of(Stick(forward=0.5, joints=(0, -1, 0, 0, 0, 0)), ["velocity_x", "joint_2"])
+        >>> _action_of(Stick(forward=0.5, joints=(0, -1, 0, 0, 0, 0)), ["velocity_x", "joint_2"])
         [0.5, -1.0]
     """
     joints = {f"joint_{k + 1}": share for k, share in enumerate(stick.joints)}

@@ -72,7 +72,7 @@ def _scale(config: Any, pattern: str, factor: float, where: str) -> None:
 
     touched = 0
     keys = []
-    for key, value in numbers(config):
+    for key, value in _numbers(config):
         keys.append(key)
         if fnmatch.fnmatchcase(key, pattern) and value != 0.0:
             OmegaConf.update(config, key, value * factor)
@@ -82,13 +82,13 @@ def _scale(config: Any, pattern: str, factor: float, where: str) -> None:
         raise ConfigError(f"{where}.scale: '{pattern}' meets no number but zero.\n{near}")
 
 
-def numbers(node: Any, prefix: str = "") -> Iterator[tuple[str, float]]:
+def _numbers(node: Any, prefix: str = "") -> Iterator[tuple[str, float]]:
     """Yield the real numbers of a configuration with their full keys, in order.
 
     Example:
         >>> from omegaconf import OmegaConf
         >>> config = OmegaConf.create({"a": {"b": 2.0, "c": 1}, "d": "x"})
-        >>> list(numbers(config))
+        >>> list(_numbers(config))
         [('a.b', 2.0)]
     """
     from omegaconf import DictConfig
@@ -98,7 +98,7 @@ def numbers(node: Any, prefix: str = "") -> Iterator[tuple[str, float]]:
         full = f"{prefix}{key}"
         value = node._get_node(key)
         if isinstance(value, DictConfig) and not value._is_none():
-            yield from numbers(value, f"{full}.")
+            yield from _numbers(value, f"{full}.")
         elif not isinstance(value, DictConfig) and isinstance(
             value._value() if hasattr(value, "_value") else value, float
         ):

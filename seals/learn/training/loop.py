@@ -108,7 +108,13 @@ class Training:
             over: whether nothing comes after that, so that the checkpoint is removed.
         """
         if not self._begun:
-            self._begin()
+            self._begun = True
+            if self.agent.interactive:
+                # a seed for each environment, all below those of evaluations
+                first = (self.seed * 1_000_003 + self.step) % 900_000_000
+                seeds = [first + number for number in range(self.environment.count)]
+                self._observation = self.environment.reset(seeds)
+            self._evaluate()
         # a training taken up may stand between two updates
         self._update()
         self._log_evaluate_save()
@@ -124,15 +130,6 @@ class Training:
             self._update()
             self._log_evaluate_save()
         return self._end(over)
-
-    def _begin(self) -> None:
-        self._begun = True
-        if self.agent.interactive:
-            # a seed for each environment, all below those of evaluations
-            first = (self.seed * 1_000_003 + self.step) % 900_000_000
-            seeds = [first + number for number in range(self.environment.count)]
-            self._observation = self.environment.reset(seeds)
-        self._evaluate()
 
     def _update(self) -> None:
         """Make all updates that are due."""
