@@ -104,7 +104,7 @@ def urdf_of_sdf(
         names, origins[WORLD] = [*names, WORLD], np.eye(4)
     for joint in moving:
         if joint.get("type") in _TYPES:
-            child = frames_link(frames, _end(joint, "child"), names)
+            child = _frames_link(frames, _end(joint, "child"), names)
             origins[child][:3, 3] = frames.pose(str(joint.get("name")))[:3, 3]
     for link, name in zip(links, names[: len(links)], strict=True):
         shift = np.linalg.inv(origins[name]) @ frames.pose(name)
@@ -243,7 +243,7 @@ def _end(joint: Element, which: str) -> str:
     return last_name(text)
 
 
-def frames_link(frames: Frames, name: str, links: list[str]) -> str:
+def _frames_link(frames: Frames, name: str, links: list[str]) -> str:
     """Return the link that a joint refers to, by its own name or that of a frame on it."""
     for _ in range(_DEEPEST_FRAME):
         if name in links or name not in frames.poses:
@@ -332,7 +332,7 @@ def _joint(
     if kind not in (*_TYPES, "fixed"):
         allowed = suggestion(kind, [*_TYPES, "fixed"])
         raise RobotError(f"{where} has the type '{kind}', which no URDF has.\n{allowed}")
-    parent, child = (frames_link(frames, _end(joint, end), names) for end in ("parent", "child"))
+    parent, child = (_frames_link(frames, _end(joint, end), names) for end in ("parent", "child"))
     origin = np.linalg.inv(origins[parent]) @ origins[child]
     if kind == "fixed":
         return joint_element(name, "fixed", parent, child, origin)
