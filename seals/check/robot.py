@@ -55,9 +55,9 @@ def check_robot(
         wings=lift_slope(robot, effects or {}),
     )
     found += [] if reach is None else look_at_reach(reach, FloatingBody(robot))
-    found += [*look_at_joints(robot), *look_at_limbs(robot)]
+    found += [*look_at_joints(robot), *_look_at_limbs(robot)]
     found += look_at_servos(robot, actuators or {})
-    return [*found, *look_at_mimics(settings), *look_at_meshes(settings)]
+    return [*found, *_look_at_mimics(settings), *look_at_meshes(settings)]
 
 
 def _mass(robot: RobotModel) -> Iterator[RobotFinding]:
@@ -192,7 +192,7 @@ def _stability(body: FloatingBody, volume: float) -> Iterator[RobotFinding]:
             yield passed(f"stability in {name}", words)
 
 
-def look_at_limbs(robot: RobotModel) -> Iterator[RobotFinding]:
+def _look_at_limbs(robot: RobotModel) -> Iterator[RobotFinding]:
     """Yield findings about poses beyond joint limits, and arms listed from tip to base."""
     poses = [(f"{a.name}.stowed", a.joints, a.stowed) for a in robot.arms.values()]
     for hand in robot.grippers.values():
@@ -227,7 +227,7 @@ def look_at_limbs(robot: RobotModel) -> Iterator[RobotFinding]:
         yield passed("arm poses", f"{len(poses)} within the joint limits")
 
 
-def look_at_mimics(settings: RobotSettings) -> Iterator[RobotFinding]:
+def _look_at_mimics(settings: RobotSettings) -> Iterator[RobotFinding]:
     """Yield a finding for every ``<mimic>`` that is not part of one gripper."""
     root = ElementTree.fromstring(settings.urdf_path.read_bytes())
     for joint in root.findall("joint"):

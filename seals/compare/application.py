@@ -141,16 +141,11 @@ def read_logs(settings: CompareSettings) -> list[Log]:
     logs: list[Log] = []
     for source in sources:
         logs += logs_by(settings.reader, source)
-    kept = _only(logs, settings.only)
+    names = matching("only", settings.only, [log.name for log in logs], what="log")
+    kept = [log for log in logs if log.name in names or not settings.only]
     if settings.compare.course is not PredictionMethod.simulated:
         return kept
     return _judged(kept, settings)
-
-
-def _only(logs: list[Log], patterns: Sequence[str]) -> list[Log]:
-    """Logs whose name matches a pattern, all without patterns."""
-    kept = matching("only", patterns, [log.name for log in logs], what="log")
-    return [log for log in logs if log.name in kept or not patterns]
 
 
 def _judged(logs: list[Log], settings: CompareSettings) -> list[Log]:

@@ -83,7 +83,17 @@ def _group(group: Group) -> dict[str, Any]:
             }
             for k, c in enumerate(group.cases)
         ],
-        "ladder": [_variant(r) for r in group.variants],
+        "ladder": [
+            {
+                "name": r.name,
+                "effects": r.effects,
+                "fitted": [asdict(f) for f in r.fitted],
+                "train": {k: asdict(s) for k, s in pooled(r.scores, held_out=False).items()},
+                "held_out": {k: asdict(s) for k, s in pooled(r.scores, held_out=True).items()},
+                "cases": {s.name: {"total": s.total, "regimes": s.regimes} for s in r.scores},
+            }
+            for r in group.variants
+        ],
     }
 
 
@@ -94,14 +104,3 @@ def _start(case: Case, variant: ModelVariant, k: int) -> dict[str, Any]:
     free = set(case.start.free)
     moved = {n: [float(d), float(s)] for i, (n, d, s) in enumerate(pairs) if i in free}
     return {"source": case.start.source, "moved_by": moved}
-
-
-def _variant(variant: ModelVariant) -> dict[str, Any]:
-    return {
-        "name": variant.name,
-        "effects": variant.effects,
-        "fitted": [asdict(f) for f in variant.fitted],
-        "train": {k: asdict(s) for k, s in pooled(variant.scores, held_out=False).items()},
-        "held_out": {k: asdict(s) for k, s in pooled(variant.scores, held_out=True).items()},
-        "cases": {s.name: {"total": s.total, "regimes": s.regimes} for s in variant.scores},
-    }

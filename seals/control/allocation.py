@@ -136,7 +136,7 @@ class Allocation:
         a = self._here if centre is None else self.matrix(centre)
         a = a if gain is None else a * gain[:, None, :]
         if centre is not None or self._inverse is None:
-            u = least_norm(a, wrench, full=self.full)
+            u = _least_norm(a, wrench, full=self.full)
         else:
             u = wrench @ self._inverse.T
             u = u if gain is None else u / gain
@@ -170,7 +170,7 @@ class Allocation:
         """
         xp = namespace(wrench)
         a, high, least = self.matrix(centre, gain), self._squares(limit), self._squares(low)
-        u = least_norm(a, wrench)
+        u = _least_norm(a, wrench)
         asked = _reachable(a, wrench, least, high)
         h, g, span = weighted(a, asked, least, high, self._weights)
         inside = xp.all((u <= high) & (u >= least), axis=1, keepdims=True)
@@ -203,7 +203,7 @@ def _reachable(a: Array, wrench: Array, low: Array, high: Array) -> Array:
     return xp.minimum(xp.maximum(wrench, least), most)
 
 
-def least_norm(a: Array, wrench: Array, *, full: bool = True) -> Array:
+def _least_norm(a: Array, wrench: Array, *, full: bool = True) -> Array:
     """Return the smallest solutions of A u = w, or the nearest ones where A lacks rank, (B, n).
 
     Args:
@@ -212,7 +212,7 @@ def least_norm(a: Array, wrench: Array, *, full: bool = True) -> Array:
         full: whether the rows of A are known to be independent, which is faster.
 
     Example:
-        >>> least_norm(np.array([[[1.0, 1.0]]]), np.array([[3.0]]))
+        >>> _least_norm(np.array([[[1.0, 1.0]]]), np.array([[3.0]]))
         array([[1.5, 1.5]])
     """
     if full and type(a) is np.ndarray and a.shape[1] == a.shape[2]:

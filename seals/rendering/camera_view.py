@@ -126,7 +126,7 @@ class SceneView:
         views = single(*camera)
         batch = self.renderer.render(self.poses(), views, lens, normals=normals)
         drawn = Picture(*(None if x is None else np.asarray(x)[0] for x in batch))
-        ways = directions(camera[1], lens)[None]
+        ways = _directions(camera[1], lens)[None]
         colour, empty = np.asarray(drawn.colour), drawn.parts == 0
         if empty.any():
             # the sky of the optics is seen where nothing was met
@@ -172,7 +172,7 @@ class CameraView:
         self.shot = shot
 
 
-def directions(axes: Floats, lens: Lens) -> NDArray[np.float32]:
+def _directions(axes: Floats, lens: Lens) -> NDArray[np.float32]:
     """Return unit vectors along the pixel rays, world axes, shape (H, W, 3).
 
     Args:
@@ -181,7 +181,7 @@ def directions(axes: Floats, lens: Lens) -> NDArray[np.float32]:
 
     Example:
         >>> from seals.rendering.camera import OPTICAL
-        >>> directions(OPTICAL, Lens(width=1, height=1))[0, 0].tolist()
+        >>> _directions(OPTICAL, Lens(width=1, height=1))[0, 0].tolist()
         [1.0, 0.0, 0.0]
     """
     ways: NDArray[np.float32] = units(lens) @ np.asarray(axes, dtype=np.float32).T

@@ -117,18 +117,14 @@ def _draw(axes: Any, chart: Chart) -> None:
     if chart.equal:
         axes.set_aspect("equal", adjustable="datalim")
     if axes.get_legend_handles_labels()[0]:
-        _legend(axes, chart.title)
-
-
-def _legend(axes: Any, title: str) -> None:
-    """Place the legend beside the title where both fit in one row."""
-    names = axes.get_legend_handles_labels()[1]
-    # a key takes as much room as six letters
-    if len(names) <= 4 and len(title) + sum(len(name) + 6 for name in names) <= ROW:
-        place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2}
-    else:
-        place = {"loc": "best"}
-    axes.legend(fontsize=8, frameon=False, ncols=4, **place)
+        # place the legend beside the title where both fit in one row
+        names = axes.get_legend_handles_labels()[1]
+        # a key takes as much room as six letters
+        if len(names) <= 4 and len(chart.title) + sum(len(name) + 6 for name in names) <= ROW:
+            place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2}
+        else:
+            place = {"loc": "best"}
+        axes.legend(fontsize=8, frameon=False, ncols=4, **place)
 
 
 def _line(axes: Any, line: Series) -> None:

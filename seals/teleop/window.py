@@ -46,14 +46,7 @@ class Window:
         self._next = situation.time + EVERY
         self._trail = [*self._trail[-TRAIL:], situation.position.copy()]
         self._screen.fill(PAPER)
-        points = self._points(situation)
-        self._panel(situation, points, left=5, axes=(0, 1), name="from above (x right, y up)")
-        self._panel(situation, points, left=485, axes=(0, 2), name="from the side (x right, z up)")
-        self._words(situation, held)
-        self._pygame.display.flip()
-
-    def _points(self, situation: RobotState) -> list[tuple[Floats, Floats]]:
-        """Lines to draw: each link to its parent, and the drives, in the world [m]."""
+        # lines to draw: each link to its parent, and the drives, in the world [m]
         robot = self._plant.robot
         origins, _ = forward(
             robot.tree, situation.position[None], situation.rotation[None], situation.joints[None]
@@ -63,7 +56,18 @@ class Window:
         ]
         hubs = situation.position + self._plant.layout.position @ situation.rotation.T
         nose = situation.position + 0.3 * situation.rotation[:, 0]
-        return [*lines, *((situation.position, hub) for hub in hubs), (situation.position, nose)]
+        points = [*lines, *((situation.position, hub) for hub in hubs), (situation.position, nose)]
+        self._panel(situation, points, left=5, axes=(0, 1), name="from above (x right, y up)")
+        self._panel(situation, points, left=485, axes=(0, 2), name="from the side (x right, z up)")
+        x, y, z = situation.position
+        speed = float(np.linalg.norm(situation.velocity))
+        keys = " ".join(key for key, value in held.items() if value) or "-"
+        text = (
+            f"t {situation.time:6.1f} s   x {x:+.2f}  y {y:+.2f}  z {z:+.2f} m   {speed:.2f} m/s   "
+            f"under water {situation.submersion:.0%}   held: {keys}   (escape ends)"
+        )
+        self._screen.blit(self._font.render(text, True, INK), (10, 12))
+        self._pygame.display.flip()
 
     def _panel(
         self,
@@ -102,13 +106,3 @@ class Window:
         self._screen.set_clip(None)
         draw.rect(self._screen, INK, frame, 1)
         self._screen.blit(self._font.render(name, True, INK), (left + 8, TOP + 6))
-
-    def _words(self, situation: RobotState, held: Mapping[str, float]) -> None:
-        x, y, z = situation.position
-        speed = float(np.linalg.norm(situation.velocity))
-        keys = " ".join(key for key, value in held.items() if value) or "-"
-        text = (
-            f"t {situation.time:6.1f} s   x {x:+.2f}  y {y:+.2f}  z {z:+.2f} m   {speed:.2f} m/s   "
-            f"under water {situation.submersion:.0%}   held: {keys}   (escape ends)"
-        )
-        self._screen.blit(self._font.render(text, True, INK), (10, 12))

@@ -105,7 +105,20 @@ class Agreement:
                 )
                 for step in self.steps
             ]
-            without = self._without(robot, others, case, starts)
+            # the motion without the effect: many effects have the same companions
+            key = repr((others, case, self.duration, self.backend))
+            if key not in _WITHOUT:
+                if len(_WITHOUT) >= MOST_WITHOUT:
+                    _WITHOUT.clear()
+                _WITHOUT[key] = simulate(
+                    robot,
+                    _bind(robot, others),
+                    starts,
+                    step=SAMPLE,
+                    backend=self.backend,
+                    duration=self.duration,
+                )
+            without = _WITHOUT[key]
         moved = errors(without, reference).max(axis=1)
         return tuple(
             SceneReport(
@@ -117,28 +130,6 @@ class Agreement:
             )
             for k, scene in enumerate(case.scenes)
         )
-
-    def _without(
-        self,
-        robot: RobotModel,
-        others: dict[str, Effect],
-        case: Case,
-        starts: Sequence[Configuration],
-    ) -> Track:
-        """Return the motion without the effect: many effects have the same companions."""
-        key = repr((others, case, self.duration, self.backend))
-        if key not in _WITHOUT:
-            if len(_WITHOUT) >= MOST_WITHOUT:
-                _WITHOUT.clear()
-            _WITHOUT[key] = simulate(
-                robot,
-                _bind(robot, others),
-                starts,
-                step=SAMPLE,
-                backend=self.backend,
-                duration=self.duration,
-            )
-        return _WITHOUT[key]
 
     def judge(self, report: SceneReport, *, least: float = 1.0) -> None:
         """Refuse errors above the limits and steps that do not converge.

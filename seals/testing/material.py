@@ -55,11 +55,11 @@ def material_effect(
     for number, (name, meta) in enumerate(parameters_of(cls).items()):
         default = next(f.default for f in dataclasses.fields(cls) if f.name == name)
         if name not in chosen and meta.fit and default == 0.0:
-            chosen[name] = _inside(natural_scale(meta, size=size) * _SPREAD[number % 3], meta)
+            chosen[name] = _inside(_natural_scale(meta, size=size) * _SPREAD[number % 3], meta)
     return cls(**chosen)
 
 
-def natural_scale(meta: Parameter, *, size: float = 1.0) -> float:
+def _natural_scale(meta: Parameter, *, size: float = 1.0) -> float:
     """Return a typical value of a unit for a small body; three tolerances for unknown units.
 
     Args:
@@ -76,7 +76,7 @@ def natural_scale(meta: Parameter, *, size: float = 1.0) -> float:
         ...     source="",
         ...     fit=True,
         ... )
-        >>> round(natural_scale(meta), 12)
+        >>> round(_natural_scale(meta), 12)
         10.0
     """
     powers = [0.0, 0.0, 0.0]

@@ -38,7 +38,12 @@ def check_delivery(
     rate = 1.0 / STEP
     prompt, _ = _record(make(rate=rate), instant, seed, 40)
     late, heard = _record(make(rate=rate, latency=5 * STEP), instant, seed, 40)
-    same = all(_equal(a, b) for a, b in zip(prompt, late, strict=True))
+    same = all(
+        a is b
+        if a is None or b is None
+        else a.keys() == b.keys() and all(np.array_equal(a[c], b[c], equal_nan=True) for c in a)
+        for a, b in zip(prompt, late, strict=True)
+    )
     require(same, name, "reads differently when its readings are late", "Leave latency alone.")
     on_time = [(k, round(taken / STEP)) for k, taken, _ in heard]
     require(
@@ -77,9 +82,3 @@ def _record(
         rows.append(reading)
         heard += [(k, taken, values) for taken, values in arrived]
     return rows, heard
-
-
-def _equal(a: Values | None, b: Values | None) -> bool:
-    if a is None or b is None:
-        return a is b
-    return a.keys() == b.keys() and all(np.array_equal(a[c], b[c], equal_nan=True) for c in a)

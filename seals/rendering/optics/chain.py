@@ -150,16 +150,12 @@ def _light(optics: Optics, view: Sight, lines: Lines, surface: Surface, time: Ar
     loss = optics.fading
     share = optics.sun_share * xp.exp(-loss * lines.depth)
     if view.normals is not None:
-        share = share * _facing(optics, view.normals)
+        # sunlight on an inclined surface relative to a level one, at most 1 [1]
+        xp = namespace(view.normals)
+        east, north = optics.sun.drift()
+        toward = view.normals[..., 2] - east * view.normals[..., 0] - north * view.normals[..., 1]
+        share = share * xp.clip(toward, 0.0, 1.0)
     return optics.entering * (1.0 + share * (found - 1.0))
-
-
-def _facing(optics: Optics, normals: Array) -> Array:
-    """Sunlight on an inclined surface relative to a level one, at most 1 [1]."""
-    xp = namespace(normals)
-    east, north = optics.sun.drift()
-    toward = normals[..., 2] - east * normals[..., 0] - north * normals[..., 1]
-    return xp.clip(toward, 0.0, 1.0)
 
 
 def _blurred(optics: Optics, medium: Medium, view: Sight, lines: Lines, planes: Array) -> Array:

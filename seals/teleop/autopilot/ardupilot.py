@@ -43,13 +43,13 @@ class Frame(NamedTuple):
     pulses: Floats
 
 
-def parse(packet: bytes) -> Frame | str:
+def _parse(packet: bytes) -> Frame | str:
     """Return the frame of a packet, or the reason why it is none.
 
     Example:
-        >>> parse(struct.pack("<HHI16H", 18458, 400, 7, *[1500] * 16)).number
+        >>> _parse(struct.pack("<HHI16H", 18458, 400, 7, *[1500] * 16)).number
         7
-        >>> parse(b"GET / HTTP/1.1")
+        >>> _parse(b"GET / HTTP/1.1")
         'a packet without the magic number 18458 or 29569'
     """
     magic = int.from_bytes(packet[:2], "little")
@@ -60,27 +60,6 @@ def parse(packet: bytes) -> Frame | str:
         return f"a packet of the wrong length: {count} outputs take {HEAD.size + 2 * count} bytes"
     _, rate, number = HEAD.unpack_from(packet)
     return Frame(rate, number, np.frombuffer(packet, "<u2", count, HEAD.size).astype(float))
-
-
-def answer(state: FlightState) -> bytes:
-    """Return the line of JSON for a state.
-
-    Its reader looks for keys from the front and takes no blanks.
-    """
-    fields: dict[str, Any] = {
-        "timestamp": state.time,
-        "imu": {"gyro": state.gyro.tolist(), "accel_body": state.accelerometer.tolist()},
-        "position": state.position.tolist(),
-        "quaternion": state.quaternion.tolist(),
-        "velocity": state.velocity.tolist(),
-        "airspeed": state.airspeed,
-        "velocity_wind": state.wind.tolist(),
-    }
-    fields |= {f"rng_{k + 1}": value for k, value in enumerate(state.reading("range")[:6])}
-    voltage, current = state.reading("battery_voltage"), state.reading("battery_current")
-    if voltage and current:
-        fields["battery"] = {"voltage": voltage[0], "current": current[0]}
-    return f"\n{json.dumps(fields, separators=(',', ':'), allow_nan=False)}\n".encode()
 
 
 class ArduPilot:
@@ -149,7 +128,24 @@ class ArduPilot:
         """Answer the last frame with a state, and return the pulses of the next [us]."""
         self._pace.wait(state.time)
         if self._count >= 0:
-            self._said = answer(state)
+            # the line of JSON for a state. Its reader looks for keys from the front and takes no
+            # blanks
+            fields: dict[str, Any] = {
+                "timestamp": state.time,
+                "imu": {"gyro": state.gyro.tolist(), "accel_body": state.accelerometer.tolist()},
+                "position": state.position.tolist(),
+                "quaternion": state.quaternion.tolist(),
+                "velocity": state.velocity.tolist(),
+                "airspeed": state.airspeed,
+                "velocity_wind": state.wind.tolist(),
+            }
+            fields |= {f"rng_{k + 1}": value for k, value in enumerate(state.reading("range")[:6])}
+            voltage, current = state.reading("battery_voltage"), state.reading("battery_current")
+            if voltage and current:
+                fields["battery"] = {"voltage": voltage[0], "current": current[0]}
+            self._said = (
+                f"\n{json.dumps(fields, separators=(',', ':'), allow_nan=False)}\n".encode()
+            )
             self._send()
         waiting, self._first = self._first, None
         found = waiting or self._next()
@@ -231,7 +227,7 @@ class ArduPilot:
                     f"({peer[0]}:{peer[1]})",
                 )
                 continue
-            found = parse(packet)
+            found = _parse(packet)
             if isinstance(found, Frame):
                 return found, peer
             self.refusals.say(found, f"({len(packet)} bytes from {peer[0]}:{peer[1]})")

@@ -118,7 +118,7 @@ class WaterOverTime:
         if self._short is not None:
             # what the particles are too coarse for, as on the sea around
             points[:, 2] += self._short.height(points[:, 0], points[:, 1], time)
-        sea = calmed(waves, points[:, 0], points[:, 1], time, box)
+        sea = _calmed(waves, points[:, 0], points[:, 1], time, box)
         points[:, 2] = share * points[:, 2] + (1.0 - share) * sea
         around, faces = tidy(Mesh(*sea_mesh(waves, time, box, hole=True)))
         surface = Patched(self._heights(Mesh(points, inside.triangles), low, high), box, waves)
@@ -180,7 +180,7 @@ def sea_mesh(
     x, first_x, last_x = _lines(*fine[0])
     y, first_y, last_y = _lines(*fine[1])
     east, north = np.meshgrid(x, y, indexing="ij")
-    points = np.stack([east, north, calmed(surface, east, north, time, fine)], axis=-1)
+    points = np.stack([east, north, _calmed(surface, east, north, time, fine)], axis=-1)
     i, j = np.meshgrid(np.arange(len(x) - 1), np.arange(len(y) - 1), indexing="ij")
     kept = np.ones(i.shape, dtype=bool)
     if hole:
@@ -192,7 +192,7 @@ def sea_mesh(
     return points.reshape(-1, 3), triangles.astype(np.int64)
 
 
-def calmed(surface: Surface, x: Floats, y: Floats, time: float, fine: Box) -> Floats:
+def _calmed(surface: Surface, x: Floats, y: Floats, time: float, fine: Box) -> Floats:
     """Return heights of the sea [m], with waves fading out where the mesh is coarse."""
     middle = [0.5 * (low + high) for low, high in fine]
     distance = np.hypot(x - middle[0], y - middle[1])
