@@ -31,7 +31,30 @@ def camera_messages(store: Any, head: Any, shot: Shot) -> Iterator[tuple[str, st
     if "rgb" in shot.what:
         colour = to_bytes(np.asarray(shot.picture.colour))
         yield "image_raw", CAMERA["image_raw"], _image(store, head, colour, "rgb8")
-    yield "camera_info", CAMERA["camera_info"], _info(store, head, shot)
+    lens = shot.lens
+    k = np.array([lens.fx, 0.0, lens.cx, 0.0, lens.fy, lens.cy, 0.0, 0.0, 1.0])
+    # ROS counts pixels from the middle of the first one
+    k[[2, 5]] -= 0.5
+    region = store.types["sensor_msgs/msg/RegionOfInterest"](
+        x_offset=0, y_offset=0, height=0, width=0, do_rectify=False
+    )
+    yield (
+        "camera_info",
+        CAMERA["camera_info"],
+        store.types["sensor_msgs/msg/CameraInfo"](
+            header=head,
+            height=lens.height,
+            width=lens.width,
+            distortion_model="plumb_bob",
+            d=np.zeros(5),
+            k=k,
+            r=np.eye(3).reshape(-1),
+            p=np.insert(k.reshape(3, 3), 3, 0.0, axis=1).reshape(-1),
+            binning_x=0,
+            binning_y=0,
+            roi=region,
+        ),
+    )
     if "depth" in shot.what:
         # where nothing is met the depth is infinite, as REP 118 has it
         yield "depth/image_raw", CAMERA["depth/image_raw"], _image(store, head, depth, "32FC1")
@@ -50,29 +73,6 @@ def _image(store: Any, head: Any, pixels: Any, encoding: str) -> Any:
         is_bigendian=0,
         step=len(raw) // height,
         data=raw,
-    )
-
-
-def _info(store: Any, head: Any, shot: Shot) -> Any:
-    lens = shot.lens
-    k = np.array([lens.fx, 0.0, lens.cx, 0.0, lens.fy, lens.cy, 0.0, 0.0, 1.0])
-    # ROS counts pixels from the middle of the first one
-    k[[2, 5]] -= 0.5
-    region = store.types["sensor_msgs/msg/RegionOfInterest"](
-        x_offset=0, y_offset=0, height=0, width=0, do_rectify=False
-    )
-    return store.types["sensor_msgs/msg/CameraInfo"](
-        header=head,
-        height=lens.height,
-        width=lens.width,
-        distortion_model="plumb_bob",
-        d=np.zeros(5),
-        k=k,
-        r=np.eye(3).reshape(-1),
-        p=np.insert(k.reshape(3, 3), 3, 0.0, axis=1).reshape(-1),
-        binning_x=0,
-        binning_y=0,
-        roi=region,
     )
 
 

@@ -57,7 +57,7 @@ class Message(NamedTuple):
 
 
 @functools.cache
-def type_store() -> Any:
+def _type_store() -> Any:
     """Return the message types of ROS 2.
 
     Raises:
@@ -72,7 +72,7 @@ class Messages:
     """Maker of the messages of a run."""
 
     def __init__(self) -> None:
-        self.store = type_store()
+        self.store = _type_store()
 
     def make(self, kind: str, **values: Any) -> Any:
         """Return a message of a type."""

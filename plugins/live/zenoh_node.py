@@ -24,11 +24,11 @@ MOST_SESSIONS = 32
 """Programs that are connected at a time."""
 
 
-def type_key(kind: str) -> str:
+def _type_key(kind: str) -> str:
     """Return the name of a type as it stands in keys.
 
     Example:
-        >>> type_key("sensor_msgs/msg/Imu")
+        >>> _type_key("sensor_msgs/msg/Imu")
         'sensor_msgs::msg::dds_::Imu_'
     """
     package, folder, name = kind.split("/")
@@ -42,14 +42,14 @@ def topic_key(domain: int, topic: str, kind: str, type_hash: str) -> str:
         >>> topic_key(0, "clock", "rosgraph_msgs/msg/Clock", "RIHS01_69")
         '0/clock/rosgraph_msgs::msg::dds_::Clock_/RIHS01_69'
     """
-    return f"{domain}/{topic}/{type_key(kind)}/{type_hash}"
+    return f"{domain}/{topic}/{_type_key(kind)}/{type_hash}"
 
 
-def attachment(number: int, stamp: int, source: bytes) -> bytes:
+def _attachment(number: int, stamp: int, source: bytes) -> bytes:
     """Return the attachment of a message: its number, time [ns] and source of 16 bytes.
 
     Example:
-        >>> len(attachment(1, 2, bytes(16)))
+        >>> len(_attachment(1, 2, bytes(16)))
         33
     """
     return struct.pack("<qqB", number, stamp, len(source)) + source
@@ -140,7 +140,7 @@ class ZenohNode:
         full = f"{self._space}{topic}"
         type_hash = self._store.hash_rihs01(message)
         mangled = f"/{full}".replace("/", "%")
-        token = self._declare(kind, f"/{mangled}/{type_key(message)}/{type_hash}/{QOS}")
+        token = self._declare(kind, f"/{mangled}/{_type_key(message)}/{type_hash}/{QOS}")
         return topic_key(self._domain, full, message, type_hash), token
 
     def publish(self, topic: str, kind: str, message: Any) -> None:
@@ -152,7 +152,7 @@ class ZenohNode:
         publisher, source = self._publishers[topic]
         number = self._numbers[topic] = self._numbers.get(topic, 0) + 1
         raw = bytes(self._store.serialize_cdr(message, kind))
-        publisher.put(raw, attachment=attachment(number, time.time_ns(), source))
+        publisher.put(raw, attachment=_attachment(number, time.time_ns(), source))
 
     def subscribe(self, topic: str, kind: str, take: Callable[[Any], None]) -> None:
         """Pass the messages of a topic to a function, in zenoh's thread; report damaged ones."""

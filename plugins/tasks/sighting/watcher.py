@@ -48,7 +48,7 @@ class Watcher:
         if self._track is not None:
             self._track = predicted(self._track, time - self._time)
             if held and self._tool is not None:
-                self._track = carried(self._track, tool - self._tool, time - self._time)
+                self._track = _carried(self._track, tool - self._tool, time - self._time)
         self._time, self._tool = time, tool
         fresh = self._fresh(cameras)
         if held and self._track is not None:
@@ -57,7 +57,13 @@ class Watcher:
             self._correct(fresh, now)
         if self._track is not None and time - self._seen > PATIENCE:
             self._track = None
-        return self._told(now)
+        # the state with what the track says; without one the animal is nowhere
+        track = self._track
+        seen = np.array([[float(track is not None)]])
+        place = now.position if track is None else track.place[None]
+        drift = 0.0 * now.position if track is None else track.velocity[None]
+        facts = {**now.facts, "seen": seen}
+        return now._replace(target=place, target_velocity=drift, facts=facts)
 
     def _fresh(self, cameras: Mapping[str, CameraView]) -> list[CameraView]:
         """Return the cameras whose pictures are new."""
@@ -79,17 +85,8 @@ class Watcher:
             if better is not None:
                 self._track, self._seen = better, self._time
 
-    def _told(self, now: Instant) -> Instant:
-        """Return the state with what the track says; without one the animal is nowhere."""
-        track = self._track
-        seen = np.array([[float(track is not None)]])
-        place = now.position if track is None else track.place[None]
-        drift = 0.0 * now.position if track is None else track.velocity[None]
-        facts = {**now.facts, "seen": seen}
-        return now._replace(target=place, target_velocity=drift, facts=facts)
 
-
-def carried(track: Track, way: Floats, step: float) -> Track:
+def _carried(track: Track, way: Floats, step: float) -> Track:
     """Return the state of what goes with the hand in place of its own way.
 
     Args:

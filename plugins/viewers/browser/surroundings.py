@@ -44,7 +44,7 @@ def extent_of(session: Session, before: Extent | None) -> Extent:
 
     A run whose end is not known yet is taken as it stands; the first one sets the view.
     """
-    size = size_of(session.stage)
+    size = _size_of(session.stage)
     times = np.linspace(0.0, max(session.end, 0.0), SAMPLES) if session.replay else [0.0]
     ways = [session.poses(float(t)) for t in times]
     places = np.array([np.asarray(p.position[0, 0]) for p in ways if p is not None])
@@ -71,7 +71,7 @@ def extent_of(session: Session, before: Extent | None) -> Extent:
     )
 
 
-def size_of(stage: Stage) -> float:
+def _size_of(stage: Stage) -> float:
     """Return the radius of the drawn robot around its base [m].
 
     The objects of a run do not count: they may be rafts.

@@ -91,7 +91,11 @@ class Page:
             return
         self._draw(poses)
         self._follow(np.asarray(poses.position[0, 0]))
-        self._show_pictures()
+        for camera in self._session.shots.cameras:
+            file = self._session.shots.last(camera, self.now)
+            if file is not None and self._pictures.get(camera) != file:
+                self._pictures[camera] = file
+                self.panel.picture(camera, read_picture(file))
         self.panel.tell(self.now)
         self._server.flush()
 
@@ -170,10 +174,3 @@ class Page:
         for client in self._server.get_clients().values():
             # the point looked at goes along
             client.camera.position = client.camera.position + (base - before)
-
-    def _show_pictures(self) -> None:
-        for camera in self._session.shots.cameras:
-            file = self._session.shots.last(camera, self.now)
-            if file is not None and self._pictures.get(camera) != file:
-                self._pictures[camera] = file
-                self.panel.picture(camera, read_picture(file))

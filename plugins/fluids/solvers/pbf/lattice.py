@@ -17,13 +17,13 @@ from seals.plugins.fluids.solvers.pbf.choices import Kernel
 Array = NDArray[np.float64]
 
 
-def wendland(q: Array) -> tuple[Array, Array]:
+def _wendland(q: Array) -> tuple[Array, Array]:
     """Wendland C2 of support two, not normalised: value, and radial derivative over distance."""
     u = np.maximum(1 - 0.5 * q, 0)
     return u**4 * (2 * q + 1), -5 * u**3
 
 
-def spline(q: Array) -> tuple[Array, Array]:
+def _spline(q: Array) -> tuple[Array, Array]:
     """Cubic spline of support two, not normalised: value, and radial derivative over distance."""
     u, t = np.maximum(2 - q, 0), np.maximum(1 - q, 0)
     safe = np.maximum(q, 1e-9)
@@ -33,8 +33,8 @@ def spline(q: Array) -> tuple[Array, Array]:
 # Water at rest is disordered: pressure over the lattice's estimate, from a hydrostatic column
 SETTLED = {Kernel.spline: 0.974, Kernel.wendland: 1.0}
 SHAPES: dict[Kernel, Callable[[Array], tuple[Array, Array]]] = {
-    Kernel.wendland: wendland,
-    Kernel.spline: spline,
+    Kernel.wendland: _wendland,
+    Kernel.spline: _spline,
 }
 
 
@@ -134,7 +134,7 @@ def calibrate(kernel: Kernel, support: float = 2.0) -> Calibration:
         behind=factor * float(sum(sheet_mean(shape, float(k), support)[0] for k in layers)),
         press=-2 * factor * float(sum(sheet_mean(shape, float(k), support)[1] for k in layers)),
         solid=solid,
-        along=along_over_across(solid, support),
+        along=_along_over_across(solid, support),
     )
 
 
@@ -181,7 +181,7 @@ def solid_factors(
     return float(a), float(b)
 
 
-def along_over_across(solid: tuple[float, float], support: float) -> float:
+def _along_over_across(solid: tuple[float, float], support: float) -> float:
     """Return the ratio of the second moments of a sheet's forces, parallel to it over normal to it.
 
     Seen from the layer of water on it, one spacing away; averaged over places along the sheet.
