@@ -86,7 +86,11 @@ def draw_frames(
     try:
         for time in times:
             shown["time"] = float(time)
-            target = _target(replay, float(time))
+            # the middle between the robot and its nearest object, if near [m], shape (3,)
+            row = int(np.searchsorted(replay.time, float(time)).clip(0, len(replay.time) - 1))
+            here, *others = (track.position[row] for track in replay.tracks.values())
+            near = min(others, key=lambda place: float(np.linalg.norm(place - here)), default=here)
+            target: Floats = here if np.linalg.norm(near - here) > FAR else 0.5 * (here + near)
             camera = looking(target + view.offset, target)
             pictures.append(
                 to_bytes(watch.see((camera.origin, camera.axes), lens, time, random).colour)
@@ -94,15 +98,6 @@ def draw_frames(
         return pictures
     finally:
         watch.close()
-
-
-def _target(replay: Replay, time: float) -> Floats:
-    """Return the middle between the robot and its nearest object, if near [m], shape (3,)."""
-    row = int(np.searchsorted(replay.time, time).clip(0, len(replay.time) - 1))
-    here, *others = (track.position[row] for track in replay.tracks.values())
-    near = min(others, key=lambda place: float(np.linalg.norm(place - here)), default=here)
-    target: Floats = here if np.linalg.norm(near - here) > FAR else 0.5 * (here + near)
-    return target
 
 
 def write_sheet(path: Path, pictures: Mapping[str, Any], *, columns: int = 4) -> Path:

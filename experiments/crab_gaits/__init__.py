@@ -62,11 +62,11 @@ def _gaits(out: Path, overrides: Sequence[str]) -> None:
         walks[name] = walked([*words, *overrides])
         print(f"{name}: {walks[name].lengths:.2f} body lengths/s", flush=True)
     out.mkdir(parents=True, exist_ok=True)
-    (out / "gaits.md").write_text(markdown(HEAD, [row(n, w) for n, w in walks.items()]))
+    (out / "gaits.md").write_text(markdown(HEAD, [_row(n, w) for n, w in walks.items()]))
     draw_falls(walks, out / "foot_falls.png")
 
 
-def row(name: str, walk: Walk) -> list[str]:
+def _row(name: str, walk: Walk) -> list[str]:
     """Return one row of the table of gaits."""
     return [
         name,

@@ -34,7 +34,15 @@ def draw_falls(walks: Mapping[str, Walk], path: Path) -> None:
         time = walk.time[shown] - walk.time[0]
         for k in range(len(walk.feet)):
             colour = "#b5541c" if walk.feet[k].startswith("left") else "#2a6f97"
-            panel.broken_barh(_bars(time, walk.stands[shown, k]), (k - 0.4, 0.8), color=colour)
+            # start and length of every time that a foot stands [s]
+            step = float(time[1] - time[0])
+            change = np.diff(np.concatenate(([0], walk.stands[shown, k].astype(int), [0])))
+            starts, ends = np.flatnonzero(change == 1), np.flatnonzero(change == -1)
+            panel.broken_barh(
+                [(float(time[a]), step * float(b - a)) for a, b in zip(starts, ends, strict=True)],
+                (k - 0.4, 0.8),
+                color=colour,
+            )
         panel.set_yticks(range(len(walk.feet)), [foot.replace("_", " ") for foot in walk.feet])
         panel.tick_params(labelsize=6)
         panel.invert_yaxis()
@@ -43,11 +51,3 @@ def draw_falls(walks: Mapping[str, Walk], path: Path) -> None:
     axes.flat[len(walks) - 1].set_xlabel("time [s]", fontsize=7)
     with atomic_path(path) as beside:
         figure.savefig(beside, dpi=110, format="png")
-
-
-def _bars(time: Any, stands: Any) -> list[tuple[float, float]]:
-    """Start and length of every time that a foot stands [s]."""
-    step = float(time[1] - time[0])
-    change = np.diff(np.concatenate(([0], stands.astype(int), [0])))
-    starts, ends = np.flatnonzero(change == 1), np.flatnonzero(change == -1)
-    return [(float(time[a]), step * float(b - a)) for a, b in zip(starts, ends, strict=True)]

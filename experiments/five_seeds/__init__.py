@@ -121,11 +121,11 @@ def demonstrated(out: Path, recipe: Recipe, more: Sequence[str]) -> tuple[str, .
     if not folder.exists():
         run_verb("record", *world, f"episodes={recipe.shown}", f"out={folder}")
     for number in range(1, recipe.rounds + 1):
-        folder = labelled(folder, number, recipe, world)
+        folder = _labelled(folder, number, recipe, world)
     return (f"demonstrations={folder}",)
 
 
-def labelled(shown: Path, number: int, recipe: Recipe, world: Sequence[str]) -> Path:
+def _labelled(shown: Path, number: int, recipe: Recipe, world: Sequence[str]) -> Path:
     """Label the states that a cloned policy visits with the expert's actions, once (DAgger).
 
     Args:

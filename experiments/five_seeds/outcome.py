@@ -39,7 +39,7 @@ class Judged(NamedTuple):
         return f"{won} of {self.episodes} ({100.0 * low:.0f} to {100.0 * high:.0f} %)"
 
 
-def outcome(tables: Tables) -> list[dict[int, Judged]]:
+def _outcome(tables: Tables) -> list[dict[int, Judged]]:
     """Return what each policy did by the number of the world, seeds first."""
     numbers = tables.episodes["policy"]
     found = []
@@ -70,7 +70,7 @@ def table_of(tables: Tables, worlds: Sequence[str], *, enough: float) -> str:
         worlds: names of the other worlds.
         enough: share of its held-out starts that a seed is asked for [1].
     """
-    found = outcome(tables)
+    found = _outcome(tables)
     head, columns = ["policy"], [[one[min(one)].policy for one in found]]
     for number, world in enumerate(("", *worlds)):
         here = [one.get(number) for one in found]

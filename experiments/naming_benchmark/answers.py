@@ -60,14 +60,19 @@ class Regression:
     curved: Mapping[str, Mapping[str, float]]
 
 
-def regression(problem: Problem) -> Regression:
+def _regression(problem: Problem) -> Regression:
     """Set up the regression of one log."""
     plant, trajectory = problem.plant, problem.fitter.trajectory
     candidates = [c for c in plant.candidate_set.candidates if c.name not in _CURVED]
     keys = candidate_keys(candidates)
     responses = columns_along(plant, trajectory, {}, keys, problem.fitter.dynamics)
     nominal = predict(plant, trajectory, {})
-    target = -_stacked(problem, nominal.defect, nominal.reading - _measured(problem))
+    # readings of the inertial sensors, not a number where there is none, shape (T, 6)
+    seen, rows = problem.samples.channels, problem.samples.rows
+    none = np.full((rows, 3), np.nan)
+    parts = [seen.get(name, none) for name in ("angular_velocity", "specific_force")]
+    both: Floats = np.concatenate(parts, axis=1)
+    target = -_stacked(problem, nominal.defect, nominal.reading - both)
     table = [_stacked(problem, responses.push[:, :, i], responses.reading[:, :, i])
              for i in range(len(keys))]  # fmt: skip
     groups = {(c.name, c.label): tuple(keys.index(k) for k in c.all_keys) for c in candidates}
@@ -83,15 +88,6 @@ def regression(problem: Problem) -> Regression:
     return Regression(
         residual=residual, columns=columns, groups=groups, freedom=freedom, curved=curved
     )
-
-
-def _measured(problem: Problem) -> Floats:
-    """Readings of the inertial sensors, not a number where there is none, shape (T, 6)."""
-    seen, rows = problem.samples.channels, problem.samples.rows
-    none = np.full((rows, 3), np.nan)
-    parts = [seen.get(name, none) for name in ("angular_velocity", "specific_force")]
-    both: Floats = np.concatenate(parts, axis=1)
-    return both
 
 
 def _stacked(problem: Problem, defect: Floats, reading: Floats) -> Floats:
@@ -312,7 +308,7 @@ class Question:
 
 def question(problem: Problem) -> Question:
     """Prepare a log for the methods."""
-    return Question(table=regression(problem), plain=plain(problem), tolerant=problem.fitter)
+    return Question(table=_regression(problem), plain=plain(problem), tolerant=problem.fitter)
 
 
 METHODS: Mapping[str, Callable[[Question], Names]] = {

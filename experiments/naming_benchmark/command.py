@@ -134,7 +134,13 @@ def _answer(
             if told is None:
                 continue
             told.setdefault("seconds", _processor() - begin)
-            told["regions"] = found_regions(problem, folder, _names(told))
+            told["regions"] = found_regions(
+                problem,
+                folder,
+                [effect["name"] for effect in told["effects"]]
+                if told["verdict"] == "named"
+                else [],
+            )
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(json.dumps(told, indent=1), encoding="utf-8")
     print(f"{folder.name}: {', '.join((*missing, *strange))}", flush=True)
@@ -143,7 +149,3 @@ def _answer(
 def _processor() -> float:
     """Return the processor time of this process and its children [s]."""
     return sum(os.times()[:4])
-
-
-def _names(told: dict[str, Any]) -> list[str]:
-    return [effect["name"] for effect in told["effects"]] if told["verdict"] == "named" else []

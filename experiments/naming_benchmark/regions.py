@@ -16,7 +16,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.predictors.linear_screen import candidate_keys
 from seals.sysid.predictors.problem import Problem
 
@@ -74,7 +73,18 @@ def declared(problem: Problem, names: Sequence[str]) -> Shown:
     if not keys:
         return Shown(time, np.zeros((windows.count, len(AXES))))
     columns, misfit = fitter.whitened(keys, {}), fitter.misfit({})
-    about = _about(problem, chosen, np.linalg.norm(columns.outputs, axis=(0, 1)))
+    # where the responses are taken: about zero, but for what has none there. The place of a
+    # payload moves nothing while its mass is zero: its mass is then of usual size
+    length = np.linalg.norm(columns.outputs, axis=(0, 1))
+    alive = dict(zip(candidate_keys(chosen), length > 1e-9 * length.max(initial=0.0), strict=True))
+    parameters = problem.plant.candidate_set.parameters
+    about = {
+        key: parameters[key].scale
+        for one in chosen
+        if not all(alive[k] for k in one.all_keys)
+        for key in one.all_keys
+        if alive[key]
+    }
     if about:
         columns = fitter.whitened(keys, about)
     normal = columns.product(columns).sum(axis=0) + np.diag(fitter.precision(keys, keys))
@@ -93,28 +103,7 @@ def declared(problem: Problem, names: Sequence[str]) -> Shown:
     return Shown(time, size)
 
 
-def _about(problem: Problem, chosen: Sequence[Candidate], length: Floats) -> dict[str, float]:
-    """Return where the responses are taken: about zero, but for what has none there.
-
-    The place of a payload moves nothing while its mass is zero: its mass is then of usual size.
-
-    Args:
-        problem: the log made ready.
-        chosen: candidates.
-        length: of the responses of all their keys about zero.
-    """
-    alive = dict(zip(candidate_keys(chosen), length > 1e-9 * length.max(initial=0.0), strict=True))
-    parameters = problem.plant.candidate_set.parameters
-    return {
-        key: parameters[key].scale
-        for one in chosen
-        if not all(alive[k] for k in one.all_keys)
-        for key in one.all_keys
-        if alive[key]
-    }
-
-
-def phases(problem: Problem, begin: float, count: int) -> list[str]:
+def _phases(problem: Problem, begin: float, count: int) -> list[str]:
     """Name the phase of every second: its medium, and calm or lively by the rate of turn.
 
     Args:
@@ -159,7 +148,7 @@ def found_regions(problem: Problem, folder: Path, names: Sequence[str]) -> dict[
     """Return the true and the declared regions of a log as lists, for an answer's file."""
     truth = true_regions(folder)
     begin = float(truth.time[0]) - 0.25
-    told = phases(problem, begin, int(np.ceil((truth.time[-1] - begin) / BIN)))
+    told = _phases(problem, begin, int(np.ceil((truth.time[-1] - begin) / BIN)))
     pair = regions_of(truth, begin, told), regions_of(declared(problem, names), begin, told)
     return {
         "true": {kind: sorted(getattr(pair[0], kind)) for kind in Regions._fields},

@@ -82,7 +82,15 @@ def _cost(name: str, tow: Tow) -> dict[str, tuple[float, float]]:
 
 def _forces(tow: Tow) -> dict[str, tuple[float, float]]:
     late = _late(tow)
-    size = _wave_force(tow, late)
+    # mean size of the force at the frequency of encounter, largest axis [N]. Not a number where
+    # fewer than two waves were met
+    if not np.isfinite(tow.encounter):
+        size = NONE
+    else:
+        angle = tow.encounter * tow.time[late]
+        basis = np.stack([np.ones_like(angle), np.cos(angle), np.sin(angle)], axis=1)
+        found = np.linalg.lstsq(basis, tow.force[late], rcond=None)[0]
+        size = float(2.0 / np.pi * np.hypot(found[1], found[2]).max())
     share, jumps, twins = size / 100.0, _jumps(tow, late), tow.twins
     calm = np.diff(tow.force, axis=0)[late[1:] & ~tow.shifted[1:].astype(bool)]
     error = jumps.std(axis=0) / np.sqrt(len(jumps))
@@ -112,19 +120,6 @@ def _most(x: Floats) -> float:
 
 def _rms(x: Floats) -> float:
     return float(np.sqrt((x**2).mean()))
-
-
-def _wave_force(tow: Tow, late: Any) -> float:
-    """Mean size of the force at the frequency of encounter, largest axis [N].
-
-    Not a number where fewer than two waves were met.
-    """
-    if not np.isfinite(tow.encounter):
-        return NONE
-    angle = tow.encounter * tow.time[late]
-    basis = np.stack([np.ones_like(angle), np.cos(angle), np.sin(angle)], axis=1)
-    found = np.linalg.lstsq(basis, tow.force[late], rcond=None)[0]
-    return float(2.0 / np.pi * np.hypot(found[1], found[2]).max())
 
 
 def _jumps(tow: Tow, late: Floats) -> Floats:

@@ -42,22 +42,23 @@ def draw(folder: Path, alone: Tow, ball: Tow) -> None:
             lines("Processor time of a step", "[ms]", tow.time[WARM:], cost),
         ],
     )
-    write_picture(folder / "side.png", [side(tow)])
-
-
-def side(tow: Tow) -> Chart:
-    """Particles of a slice around the ball, the ball, and the outer sea's surface."""
+    # particles of a slice around the ball, the ball, and the outer sea's surface
     slab = tow.shot[np.abs(tow.shot[:, 1]) < 1.5 * tow.spacing]
     angle = np.linspace(0.0, 2.0 * np.pi, 90)
     x, z = tow.place[-1] + tow.radius * np.cos(angle), tow.radius * np.sin(angle) - tow.depth
-    return Chart(
-        title=f"The window after {tow.place[-1]:.0f} m",
-        y_label="height [m]",
-        x_label="east [m]",
-        series=(
-            Series(name="particles", x=slab[:, 0], y=slab[:, 2], points=True),
-            Series(name="outer sea", x=tow.sea[0], y=tow.sea[1]),
-            Series(name="ball", x=x, y=z),
-        ),
-        equal=True,
+    write_picture(
+        folder / "side.png",
+        [
+            Chart(
+                title=f"The window after {tow.place[-1]:.0f} m",
+                y_label="height [m]",
+                x_label="east [m]",
+                series=(
+                    Series(name="particles", x=slab[:, 0], y=slab[:, 2], points=True),
+                    Series(name="outer sea", x=tow.sea[0], y=tow.sea[1]),
+                    Series(name="ball", x=x, y=z),
+                ),
+                equal=True,
+            )
+        ],
     )

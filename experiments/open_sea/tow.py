@@ -176,15 +176,15 @@ def _followed(
     for k in range(steps):
         time = k * step
         state = course.at(time)
-        if ball and len(twins) < TWINS and k >= due[len(twins)] and moves(fluid, state, time):
-            twins.append(twin(fluid, course, time, step))
+        if ball and len(twins) < TWINS and k >= due[len(twins)] and _moves(fluid, state, time):
+            twins.append(_twin(fluid, course, time, step))
         shifts, begin = domain.shifts, clock.process_time()
         force = fluid.exchange(state, time, step)[0, :3] / step
         cost = clock.process_time() - begin
         balance = fluid.momentum_balance()
         assert balance is not None
         gap = float(np.abs(balance.gap).max()) / max(balance.gross, 1e-12)
-        points = line_of(fluid, time + step)
+        points = _line_of(fluid, time + step)
         rows.append(
             (
                 time + step,
@@ -214,7 +214,7 @@ def _encounter(outer: OuterSea, course: Way, end: float) -> float:
     return float(2.0 * math.pi * (len(ups) - 1) / (ups[-1] - ups[0]))
 
 
-def line_of(fluid: FluidWindow, time: float) -> Floats:
+def _line_of(fluid: FluidWindow, time: float) -> Floats:
     """Points along the window beside the ball, inside of the ring [m], shape (POINTS, 3)."""
     domain = fluid.simulation
     box, rim = domain.box, (domain.box.ring + 1) * domain.box.spacing
@@ -226,14 +226,14 @@ def line_of(fluid: FluidWindow, time: float) -> Floats:
     return places
 
 
-def moves(fluid: FluidWindow, state: BodyStates, time: float) -> bool:
+def _moves(fluid: FluidWindow, state: BodyStates, time: float) -> bool:
     """Return whether the domain shifts in the next step."""
     domain = fluid.simulation
     rest = domain.outer.rest(state.position[:1], time)[0]
     return bool(domain.box.cells_to(rest) != (0, 0))
 
 
-def twin(fluid: FluidWindow, course: Way, time: float, step: float) -> Floats:
+def _twin(fluid: FluidWindow, course: Way, time: float, step: float) -> Floats:
     """Return the force change by a shift, from the same fluid state [N], (APART, 3)."""
     kept, domain = fluid.snapshot(), fluid.simulation
     forces = []

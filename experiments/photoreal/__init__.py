@@ -129,13 +129,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if name not in FILMS:
             parser.error(f"there is no film '{name}'. Films: {', '.join(FILMS)}")
         render = [f"renderer={given.renderer}", *words]
-        code = make(name, Path(given.out) / name, render, run=given.run)
+        code = _make(name, Path(given.out) / name, render, run=given.run)
         if code:
             return code
     return 0
 
 
-def make(name: str, folder: Path, words: Sequence[str], *, run: Sequence[str] = ()) -> int:
+def _make(name: str, folder: Path, words: Sequence[str], *, run: Sequence[str] = ()) -> int:
     """Simulate the run of a film unless it exists, and render the missing frames.
 
     Args:

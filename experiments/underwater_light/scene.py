@@ -38,7 +38,7 @@ class Eye(NamedTuple):
     size: tuple[int, int]
 
 
-def rays(eye: Eye) -> Pixels:
+def _rays(eye: Eye) -> Pixels:
     """Return the unit directions of a camera's pixels, world axes, shape (1, H, W, 3)."""
     ahead = np.subtract(eye.target, eye.place)
     ahead = ahead / np.linalg.norm(ahead)
@@ -64,7 +64,7 @@ def seen(eye: Eye, optics: Optics, *, floor: float, balls: list[tuple[float, ...
         floor: height [m].
         balls: x, y, z and radius [m] of each; they take their colours in turn.
     """
-    line, place = rays(eye), np.array(eye.place)
+    line, place = _rays(eye), np.array(eye.place)
     ranges = np.full(line.shape[:3], np.inf)
     colour = optics.sky(line).astype(float)
     normals = np.broadcast_to((0.0, 0.0, 1.0), line.shape)

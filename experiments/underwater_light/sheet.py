@@ -25,7 +25,7 @@ def sea(wind: float = 2.0) -> SurfaceSum:
     return SurfaceSum(SurfaceAiry([0.03], [[2.0, 0.6]], [4.5], [0.3]), ripples(wind=wind, seed=3))
 
 
-def picture(eye: Eye, name: str, surface: Surface, floor: float, time: float = 1.3) -> Pixels:
+def _picture(eye: Eye, name: str, surface: Surface, floor: float, time: float = 1.3) -> Pixels:
     """Return the image of the scene, as bright as automatic exposure makes it, shape (H, W, 3)."""
     balls: list[tuple[float, ...]] = [
         (x, y, floor + radius, radius)
@@ -48,22 +48,22 @@ def depths(surface: Surface) -> list[list[Pixels]]:
         row = []
         for depth in DEPTHS:
             eye = Eye((0.0, 0.0, -depth), (2.0, 0.0, -depth - 0.75), 1.3, SIZE)
-            row.append(picture(eye, name, surface, -depth - 1.2))
+            row.append(_picture(eye, name, surface, -depth - 1.2))
         rows.append(row)
     return rows
 
 
-def surfaces(surface: Surface) -> list[Pixels]:
+def _surfaces(surface: Surface) -> list[Pixels]:
     """Return the surface from above, between, from below, and caustics on the floor."""
     above = Eye((-0.5, 0.0, 0.8), (2.0, 0.0, -0.5), 1.3, SIZE)
     between = Eye((-0.2, 0.0, 0.0), (2.0, 0.0, -0.15), 1.5, SIZE)
     below = Eye((0.0, 0.0, -1.5), (0.6, 0.0, 0.0), 2.3, SIZE)
     down = Eye((0.5, 0.0, -0.3), (1.7, 0.0, -2.2), 1.2, SIZE)
     eyes = ((above, -1.5), (between, -1.2), (below, -3.0), (down, -2.2))
-    return [picture(eye, "oceanic_1b", surface, floor) for eye, floor in eyes]
+    return [_picture(eye, "oceanic_1b", surface, floor) for eye, floor in eyes]
 
 
-def joined(rows: list[list[Pixels]]) -> NDArray[np.uint8]:
+def _joined(rows: list[list[Pixels]]) -> NDArray[np.uint8]:
     """Return pictures side by side with white gaps, as whole numbers."""
     gap = 4
     padded = [
@@ -79,5 +79,5 @@ def draw(path: Path) -> None:
     from PIL import Image
 
     surface = sea()
-    sheet = joined([*depths(surface), surfaces(surface)])
+    sheet = _joined([*depths(surface), _surfaces(surface)])
     Image.fromarray(sheet).save(path, quality=82)

@@ -109,13 +109,13 @@ def _flown(job: tuple[Path, int, float]) -> int:
         return 0
     torch.set_num_threads(1)
     rng = np.random.default_rng((seed, 28))
-    found = flight(seed, words_of(rng), sway=SWAY * (seed % 2), rng=rng)
+    found = _flight(seed, _words_of(rng), sway=SWAY * (seed % 2), rng=rng)
     with atomic_path(path) as beside:
         np.savez(beside, **found._asdict())
     return len(found.label)
 
 
-def words_of(rng: np.random.Generator) -> list[str]:
+def _words_of(rng: np.random.Generator) -> list[str]:
     """Return the words of a random world: prey, posture, water, sun, ripples, floor."""
     env = ("catch_seen", "catch_seen_fleeing")[int(rng.integers(2))]
     return [
@@ -132,7 +132,7 @@ def words_of(rng: np.random.Generator) -> list[str]:
     ]
 
 
-def flight(seed: int, words: Sequence[str], *, sway: float, rng: np.random.Generator) -> Pictures:
+def _flight(seed: int, words: Sequence[str], *, sway: float, rng: np.random.Generator) -> Pictures:
     """Return the pictures of one flight.
 
     Args:

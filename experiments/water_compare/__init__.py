@@ -62,9 +62,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = parser_of("water_compare", overrides).parse_args(arguments)
     out = folder_of(given, "water_compare")
     records = {name: _run(out / name, name, given.overrides) for name in WATERS}
-    both = together(records)
-    show_table(out, table(differences(both)))
-    draw(out / "figure.png", both)
+    # both runs, cut to the shorter one
+    rows = min(len(record.log.time) for record in records.values())
+    push = np.zeros(rows)
+    wrench = records["particles"].ledger.of("particles")[: rows - 1, :, 2].sum(axis=1)
+    push[: len(wrench)] = wrench
+    fossen, particles = records["fossen"].log, records["particles"].log
+    both = Both(fossen.time[:rows], fossen, particles, push)
+    show_table(out, _table(_differences(both)))
+    _draw(out / "figure.png", both)
     return 0
 
 
@@ -74,17 +80,7 @@ def _run(folder: Path, water: str, overrides: Sequence[str]) -> Record:
     return run_into(folder, build_run(compose(words)), overrides=words)
 
 
-def together(records: Mapping[str, Record]) -> Both:
-    """Return both runs, cut to the shorter one."""
-    rows = min(len(record.log.time) for record in records.values())
-    push = np.zeros(rows)
-    wrench = records["particles"].ledger.of("particles")[: rows - 1, :, 2].sum(axis=1)
-    push[: len(wrench)] = wrench
-    fossen, particles = records["fossen"].log, records["particles"].log
-    return Both(fossen.time[:rows], fossen, particles, push)
-
-
-def differences(both: Both) -> dict[str, tuple[float, float]]:
+def _differences(both: Both) -> dict[str, tuple[float, float]]:
     """Return quantities of both runs by name, unit in the name: fossen, particles."""
     out: dict[str, tuple[float, float]] = {}
     rows = len(both.time)
@@ -120,7 +116,7 @@ def _after(log: Log, rows: int) -> float:
     return float((z[at + 1] - z[at - 1]) / (2.0 * step))
 
 
-def draw(path: Path, both: Both) -> None:
+def _draw(path: Path, both: Both) -> None:
     """Draw heights, specific forces, and their difference."""
     rows = len(both.time)
     runs = {"fossen": both.fossen, "particles": both.particles}
@@ -138,7 +134,7 @@ def draw(path: Path, both: Both) -> None:
     )
 
 
-def table(found: Mapping[str, tuple[float, float]]) -> str:
+def _table(found: Mapping[str, tuple[float, float]]) -> str:
     """Return the figures as a table in Markdown."""
     rows = [(name, f"{a:.4g}", f"{b:.4g}") for name, (a, b) in found.items()]
     return markdown(("figure", "fossen", "particles"), rows)

@@ -126,6 +126,28 @@ def _meta(nominal: Nominal) -> dict[str, Any]:
          "parameters": {f"coefficient_{a}": n.quadratic for a in axes}},
         {"name": "added_mass", "medium": "water", "parameters": added},
     ]  # fmt: skip
+    # how well the statements of the log are known
+    each = "relative, each axis and each coefficient (linear and quadratic) by itself"
+    table = {
+        "mass": (0.002, "relative"),
+        "inertia": (0.03, "relative, each axis"),
+        "thrust_coefficient": (0.003, "relative, common to all actuators"),
+        "thrust_coefficient_each": (0.002, "relative, each actuator"),
+        "thruster_time_constant": (0.002, "s"),
+        "centre_of_gravity": (0.0006, "m, each axis"),
+        "displaced_volume": (0.0002, "relative"),
+        "centre_of_buoyancy": (0.001, "m, each axis"),
+        "drag_coefficient": (0.08, each),
+        "angular_drag_coefficient": (0.15, each),
+        # what particle water shows of it depends on how the sphere is towed
+        "added_mass": (0.4, "relative, each axis"),
+        "command_delay": (0.0005, "s"),
+        "accelerometer_bias": (0.03, "m/s^2, each axis"),
+        "accelerometer_scale": (0.003, "relative, each axis"),
+        "gyroscope_bias": (0.003, "rad/s, each axis"),
+        "sensor_misalignment": (0.003, "rad, each axis"),
+        "sensor_delay": (0.0005, "s"),
+    }
     return {
         "vehicle": {
             "name": "towed_sphere",
@@ -159,7 +181,9 @@ def _meta(nominal: Nominal) -> dict[str, Any]:
                 for name, (sigma, unit) in NOISE.items()
             },
         },
-        "tolerance": _tolerance(),
+        "tolerance": {
+            name: {"sigma": sigma, "meaning": text} for name, (sigma, text) in table.items()
+        },
         "disturbance": {
             "kind": "unmodelled swirl, zero mean, coloured",
             "force_sigma": 0.02,
@@ -168,29 +192,3 @@ def _meta(nominal: Nominal) -> dict[str, Any]:
             "accuracy": "within a factor of two",
         },
     }
-
-
-def _tolerance() -> dict[str, Any]:
-    """How well the statements of the log are known."""
-    each = "relative, each axis and each coefficient (linear and quadratic) by itself"
-    table = {
-        "mass": (0.002, "relative"),
-        "inertia": (0.03, "relative, each axis"),
-        "thrust_coefficient": (0.003, "relative, common to all actuators"),
-        "thrust_coefficient_each": (0.002, "relative, each actuator"),
-        "thruster_time_constant": (0.002, "s"),
-        "centre_of_gravity": (0.0006, "m, each axis"),
-        "displaced_volume": (0.0002, "relative"),
-        "centre_of_buoyancy": (0.001, "m, each axis"),
-        "drag_coefficient": (0.08, each),
-        "angular_drag_coefficient": (0.15, each),
-        # what particle water shows of it depends on how the sphere is towed
-        "added_mass": (0.4, "relative, each axis"),
-        "command_delay": (0.0005, "s"),
-        "accelerometer_bias": (0.03, "m/s^2, each axis"),
-        "accelerometer_scale": (0.003, "relative, each axis"),
-        "gyroscope_bias": (0.003, "rad/s, each axis"),
-        "sensor_misalignment": (0.003, "rad, each axis"),
-        "sensor_delay": (0.0005, "s"),
-    }
-    return {name: {"sigma": sigma, "meaning": text} for name, (sigma, text) in table.items()}

@@ -55,7 +55,7 @@ class Grid(NamedTuple):
     places: Floats
 
 
-def distance(slope: float | None, r: Floats, z: Floats) -> Floats:
+def _distance(slope: float | None, r: Floats, z: Floats) -> Floats:
     """Return the distance from a sphere (no slope) or a cylinder with a cone below, both R = 1."""
     if slope is None:
         found: Floats = np.hypot(r, z - 1.0) - 1.0
@@ -74,14 +74,14 @@ def _grid(slope: float | None, cells: int) -> Grid:
     out = (np.arange(nr)[:, None] + part) * size
     shape_r, shape_z = (nr + 1, nz, 16), (nr, nz + 1, 16)
     over = np.broadcast_to(along[None], shape_r)
-    open_r = (distance(slope, np.broadcast_to(r[:, None, None], shape_r), over) > 0.0).mean(-1)
+    open_r = (_distance(slope, np.broadcast_to(r[:, None, None], shape_r), over) > 0.0).mean(-1)
     open_r[-1] = 0.0
     rings = np.broadcast_to(out[:, None], shape_z)
-    free = distance(slope, rings, np.broadcast_to(z[:, None], shape_z)) > 0.0
+    free = _distance(slope, rings, np.broadcast_to(z[:, None], shape_z)) > 0.0
     open_z = (free * rings).sum(-1) / rings.sum(-1)
     middles = r[:-1] + 0.5 * size
     places = np.stack(np.meshgrid(middles, z[:-1] + 0.5 * size, indexing="ij"), -1)
-    inside = distance(slope, places[..., 0], places[..., 1])
+    inside = _distance(slope, places[..., 0], places[..., 1])
     return Grid(size, low, middles[:, None], r[:, None], open_r, open_z, inside, places)
 
 
@@ -113,16 +113,6 @@ def _extended(field: Floats, known: Mask) -> Floats:
     nearest = distance_transform_edt(~known, return_distances=False, return_indices=True)
     found: Floats = field[tuple(nearest)]
     return found
-
-
-def _surface(grid: Grid, places: Floats) -> Floats:
-    """Return the distance of the cells' middles from the water, below zero in it [cells]."""
-    far = 3.0 * grid.size
-    near, _ = cKDTree(places).query(grid.places.reshape(-1, 2), distance_upper_bound=far)
-    found = np.minimum(near, far).reshape(grid.inside.shape) / grid.size - 0.5
-    # the face of the body is no surface of the water
-    beside = (grid.inside < BESIDE * grid.size) & (found < 0.8)
-    return np.where(beside, np.minimum(found, -0.3), found)
 
 
 class _Sides(NamedTuple):
@@ -251,11 +241,11 @@ def _outside(slope: float | None, places: Floats) -> Floats:
     """Return places with those in the body at its face, and none beyond axis or wall."""
     found = np.stack((np.minimum(np.abs(places[:, 0]), WIDE - 1e-9), places[:, 1]), -1)
     r, z = found.T
-    depth = -np.asarray(distance(slope, r, z))
+    depth = -np.asarray(_distance(slope, r, z))
     small = 1e-4
     ahead = [
-        distance(slope, r + small * a, z + small * (1.0 - a))
-        - distance(slope, r - small * a, z - small * (1.0 - a))
+        _distance(slope, r + small * a, z + small * (1.0 - a))
+        - _distance(slope, r - small * a, z - small * (1.0 - a))
         for a in (1.0, 0.0)
     ]
     way = 1.01 * np.maximum(depth, 0.0) / (2.0 * small)
@@ -294,7 +284,13 @@ def enter(slope: float | None, cells: int, *, deepest: float) -> tuple[Floats, F
         fastest = float(np.quantile(np.hypot(*velocity.T), 0.9995))
         step = COURANT * grid.size / max(1.0, fastest)
         before = _fields(grid, places, velocity)
-        *after, pushed = _projected(grid, _surface(grid, places), *before)
+        # the distance of the cells' middles from the water, below zero in it [cells]
+        far = 3.0 * grid.size
+        near, _ = cKDTree(places).query(grid.places.reshape(-1, 2), distance_upper_bound=far)
+        found = np.minimum(near, far).reshape(grid.inside.shape) / grid.size - 0.5
+        # the face of the body is no surface of the water
+        beside = (grid.inside < BESIDE * grid.size) & (found < 0.8)
+        *after, pushed = _projected(grid, np.where(beside, np.minimum(found, -0.3), found), *before)
         fields = (after[0], after[1])
         impulse, depth, rise = impulse + pushed, depth + step, rise + step
         rows.append((depth, impulse))

@@ -131,7 +131,11 @@ def martin_moyce(grade: Grade) -> Outcome:
     # column twice as high as wide; the height is against its own
     high = np.interp(np.array(HEIGHT_T) * unit, found.time, found.height) / (2.0 * a)
     lines = list(front_errors(found, a, unit))
-    lines.append(_rms("height H, mean error of the first height", high, HEIGHT_H, 0.05))
+    # mean of the errors at the measured points, against the first height
+    error = float(np.mean(np.abs(high - np.array(HEIGHT_H))))
+    lines.append(
+        Line("height H, mean error of the first height", float(high[-1]), HEIGHT_H[-1], error, 0.05)
+    )
     charts = [
         _chart(
             "Front, Martin and Moyce",
@@ -216,12 +220,6 @@ def _started(  # noqa: PLR0917  one line of the table
     shift = float(minimize_scalar(off, bounds=(-0.5, 0.5), method="bounded").x)
     what = f"{what}, clock started {1e3 * shift * unit:.1f} ms later: mean error"
     return Line(what, float("nan"), float("nan"), off(shift), None)
-
-
-def _rms(what: str, found: Floats, reference: list[float], allowed: float) -> Line:
-    """Mean of the errors at the measured points, against the first height."""
-    error = float(np.mean(np.abs(found - np.array(reference))))
-    return Line(what, float(found[-1]), reference[-1], error, allowed)
 
 
 def _chart(  # noqa: PLR0917  one chart

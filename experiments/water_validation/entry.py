@@ -142,7 +142,7 @@ class Entry(NamedTuple):
         return float(self.felt[self.time < EARLY].max())
 
 
-def impactor(nose: str) -> Shape:
+def _impactor(nose: str) -> Shape:
     """Return the impactor with a nose, ``sphere`` or ``150degcone``."""
     area = math.pi * RADIUS**2
     if nose == "sphere":
@@ -172,7 +172,7 @@ def enter(
         more: further overrides.
         nose: ``sphere`` or ``150degcone``.
     """
-    shape = impactor(nose)
+    shape = _impactor(nose)
     found = drift(
         shape,
         MASS,
