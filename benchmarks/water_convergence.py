@@ -96,7 +96,7 @@ def dam_figures(speed: float, across: float, grade: Grade, more: Sequence[str]) 
     found = dam_breaks.collapse(
         a, 2.0 * a, 8.0 * a, a / across, 2.5 * unit, grade, physics_of(more)
     )
-    line, moved = dam_breaks.front_errors(found, a, unit)
+    line, moved = found.front_errors(a, unit)
     return {"front": line.error, "front_moved": moved.error, "particles": found.particles}
 
 

@@ -37,6 +37,26 @@ class Shown(NamedTuple):
     time: Floats
     size: Floats
 
+    def regions(self, begin: float, names: Sequence[str]) -> Regions:
+        """Return the regions in which an effect is.
+
+        Args:
+            begin: of the first second [s].
+            names: phase of every second.
+        """
+        at = np.clip(((self.time - begin) / BIN).astype(int), 0, len(names) - 1)
+        square = self.size**2
+        by_time, by_phase = set(), set()
+        for second in np.unique(at):
+            level = np.sqrt(square[at == second].mean(axis=0))
+            by_time |= {f"{second} s {a}" for a, x in zip(AXES, level, strict=True) if x >= LEAST}
+        given = np.array(names)[at]
+        for phase in sorted(set(names)):
+            if (given == phase).any():
+                level = np.sqrt(square[given == phase].mean(axis=0))
+                by_phase |= {f"{phase} {a}" for a, x in zip(AXES, level, strict=True) if x >= LEAST}
+        return Regions(frozenset(by_time), frozenset(by_phase))
+
 
 class Regions(NamedTuple):
     """Regions of an effect: names of a second or of a phase, each with an axis."""
@@ -122,34 +142,12 @@ def _phases(problem: Problem, begin: float, count: int) -> list[str]:
     return [f"{m} {'lively' if fast else 'calm'}" for m, fast in zip(medium, lively, strict=True)]
 
 
-def regions_of(shown: Shown, begin: float, names: Sequence[str]) -> Regions:
-    """Return the regions in which an effect is.
-
-    Args:
-        shown: by window.
-        begin: of the first second [s].
-        names: phase of every second.
-    """
-    at = np.clip(((shown.time - begin) / BIN).astype(int), 0, len(names) - 1)
-    square = shown.size**2
-    by_time, by_phase = set(), set()
-    for second in np.unique(at):
-        level = np.sqrt(square[at == second].mean(axis=0))
-        by_time |= {f"{second} s {a}" for a, x in zip(AXES, level, strict=True) if x >= LEAST}
-    given = np.array(names)[at]
-    for phase in sorted(set(names)):
-        if (given == phase).any():
-            level = np.sqrt(square[given == phase].mean(axis=0))
-            by_phase |= {f"{phase} {a}" for a, x in zip(AXES, level, strict=True) if x >= LEAST}
-    return Regions(frozenset(by_time), frozenset(by_phase))
-
-
 def found_regions(problem: Problem, folder: Path, names: Sequence[str]) -> dict[str, Any]:
     """Return the true and the declared regions of a log as lists, for an answer's file."""
     truth = true_regions(folder)
     begin = float(truth.time[0]) - 0.25
     told = _phases(problem, begin, int(np.ceil((truth.time[-1] - begin) / BIN)))
-    pair = regions_of(truth, begin, told), regions_of(declared(problem, names), begin, told)
+    pair = truth.regions(begin, told), declared(problem, names).regions(begin, told)
     return {
         "true": {kind: sorted(getattr(pair[0], kind)) for kind in Regions._fields},
         "declared": {kind: sorted(getattr(pair[1], kind)) for kind in Regions._fields},

@@ -10,7 +10,6 @@ from seals.config.compose import compose
 from seals.experiments.command import folder_of, parser_of, show_table
 from seals.experiments.open_sea.measures import Measured as Measured
 from seals.experiments.open_sea.measures import measures as measures
-from seals.experiments.open_sea.measures import table
 from seals.experiments.open_sea.pictures import draw
 from seals.experiments.open_sea.tow import Tow as Tow
 from seals.experiments.open_sea.tow import towed as towed
@@ -46,5 +45,5 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for name, tow in tows.items():
         np.savez_compressed(out / f"{name}.npz", **tow._asdict())
     draw(out, tows["alone"], tows["ball"])
-    show_table(out, table(measures(tows["alone"], tows["ball"])))
+    show_table(out, measures(tows["alone"], tows["ball"]).table())
     return 0

@@ -24,6 +24,14 @@ class Measured(NamedTuple):
 
     figures: dict[str, tuple[float, float]]
 
+    def table(self) -> str:
+        """Return the figures as a table in Markdown."""
+        rows = [
+            (name, f"{value:.4g}", "" if np.isnan(bound) else f"{bound:.4g}")
+            for name, (value, bound) in self.figures.items()
+        ]
+        return markdown(("figure", "value", "bound"), rows)
+
 
 def measures(alone: Tow, ball: Tow) -> Measured:
     """Return the metrics of the tow.
@@ -130,12 +138,3 @@ def _jumps(tow: Tow, late: Floats) -> Floats:
         tow.force[k : k + BLINK].mean(axis=0) - tow.force[k - BLINK : k].mean(axis=0) for k in rows
     ]
     return np.array(out).reshape(-1, 3)
-
-
-def table(found: Measured) -> str:
-    """Return the figures as a table in Markdown."""
-    rows = [
-        (name, f"{value:.4g}", "" if np.isnan(bound) else f"{bound:.4g}")
-        for name, (value, bound) in found.figures.items()
-    ]
-    return markdown(("figure", "value", "bound"), rows)

@@ -37,22 +37,21 @@ class Eye(NamedTuple):
     angle: float
     size: tuple[int, int]
 
-
-def _rays(eye: Eye) -> Pixels:
-    """Return the unit directions of a camera's pixels, world axes, shape (1, H, W, 3)."""
-    ahead = np.subtract(eye.target, eye.place)
-    ahead = ahead / np.linalg.norm(ahead)
-    right = np.cross(ahead, (0.0, 0.0, 1.0))
-    right = right / max(float(np.linalg.norm(right)), 1e-9)
-    up = np.cross(right, ahead)
-    rows, columns = eye.size
-    half = np.tan(0.5 * eye.angle)
-    across = (np.arange(columns) + 0.5 - 0.5 * columns) * (2.0 * half / columns)
-    down = (np.arange(rows) + 0.5 - 0.5 * rows) * (2.0 * half / columns)
-    line = ahead + across[None, :, None] * right - down[:, None, None] * up
-    line /= np.linalg.norm(line, axis=-1, keepdims=True)
-    found: Pixels = line[None].astype(np.float32)
-    return found
+    def rays(self) -> Pixels:
+        """Return the unit directions of a camera's pixels, world axes, shape (1, H, W, 3)."""
+        ahead = np.subtract(self.target, self.place)
+        ahead = ahead / np.linalg.norm(ahead)
+        right = np.cross(ahead, (0.0, 0.0, 1.0))
+        right = right / max(float(np.linalg.norm(right)), 1e-9)
+        up = np.cross(right, ahead)
+        rows, columns = self.size
+        half = np.tan(0.5 * self.angle)
+        across = (np.arange(columns) + 0.5 - 0.5 * columns) * (2.0 * half / columns)
+        down = (np.arange(rows) + 0.5 - 0.5 * rows) * (2.0 * half / columns)
+        line = ahead + across[None, :, None] * right - down[:, None, None] * up
+        line /= np.linalg.norm(line, axis=-1, keepdims=True)
+        found: Pixels = line[None].astype(np.float32)
+        return found
 
 
 def seen(eye: Eye, optics: Optics, *, floor: float, balls: list[tuple[float, ...]]) -> Sight:
@@ -64,7 +63,7 @@ def seen(eye: Eye, optics: Optics, *, floor: float, balls: list[tuple[float, ...
         floor: height [m].
         balls: x, y, z and radius [m] of each; they take their colours in turn.
     """
-    line, place = _rays(eye), np.array(eye.place)
+    line, place = eye.rays(), np.array(eye.place)
     ranges = np.full(line.shape[:3], np.inf)
     colour = optics.sky(line).astype(float)
     normals = np.broadcast_to((0.0, 0.0, 1.0), line.shape)

@@ -55,6 +55,30 @@ class Both(NamedTuple):
     particles: Log
     pushed: Floats
 
+    def differences(self) -> dict[str, tuple[float, float]]:
+        """Return quantities of both runs by name, unit in the name: fossen, particles."""
+        out: dict[str, tuple[float, float]] = {}
+        rows = len(self.time)
+
+        def note(name: str, measure: object) -> None:
+            pair = [float(measure(log)) for log in (self.fossen, self.particles)]  # type: ignore[operator]
+            out[name] = (pair[0], pair[1])
+
+        z = "position_z"
+        note("lowest point [m]", lambda log: log.columns[z][:rows].min())
+        note(
+            "time of the lowest point [s]", lambda log: self.time[np.argmin(log.columns[z][:rows])]
+        )
+        note("height at the end [m]", lambda log: log.columns[z][:rows][-50:].mean())
+        note("largest felt force [m/s^2]", lambda log: _felt(log)[:rows].max())
+        note("speed one tenth of a second after the peak [m/s]", lambda log: _after(log, rows))
+        apart = self.fossen.columns[z][:rows] - self.particles.columns[z][:rows]
+        out["difference in height, rms and largest [m]"] = (
+            float(np.sqrt(np.mean(apart**2))),
+            float(np.abs(apart).max()),
+        )
+        return out
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the experiment from the command line."""
@@ -69,7 +93,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     push[: len(wrench)] = wrench
     fossen, particles = records["fossen"].log, records["particles"].log
     both = Both(fossen.time[:rows], fossen, particles, push)
-    show_table(out, _table(_differences(both)))
+    show_table(out, _table(both.differences()))
     _draw(out / "figure.png", both)
     return 0
 
@@ -78,29 +102,6 @@ def _run(folder: Path, water: str, overrides: Sequence[str]) -> Record:
     own = [w for w in overrides if water == "particles" or not w.lstrip("+").startswith("fluid.")]
     words = [*SCENARIO, *WATERS[water], f"name=water_{water}", *own]
     return run_into(folder, build_run(compose(words)), overrides=words)
-
-
-def _differences(both: Both) -> dict[str, tuple[float, float]]:
-    """Return quantities of both runs by name, unit in the name: fossen, particles."""
-    out: dict[str, tuple[float, float]] = {}
-    rows = len(both.time)
-
-    def note(name: str, measure: object) -> None:
-        pair = [float(measure(log)) for log in (both.fossen, both.particles)]  # type: ignore[operator]
-        out[name] = (pair[0], pair[1])
-
-    z = "position_z"
-    note("lowest point [m]", lambda log: log.columns[z][:rows].min())
-    note("time of the lowest point [s]", lambda log: both.time[np.argmin(log.columns[z][:rows])])
-    note("height at the end [m]", lambda log: log.columns[z][:rows][-50:].mean())
-    note("largest felt force [m/s^2]", lambda log: _felt(log)[:rows].max())
-    note("speed one tenth of a second after the peak [m/s]", lambda log: _after(log, rows))
-    apart = both.fossen.columns[z][:rows] - both.particles.columns[z][:rows]
-    out["difference in height, rms and largest [m]"] = (
-        float(np.sqrt(np.mean(apart**2))),
-        float(np.abs(apart).max()),
-    )
-    return out
 
 
 def _felt(log: Log) -> Floats:

@@ -78,6 +78,20 @@ class Course(NamedTuple):
     height: Floats
     particles: int
 
+    def front_errors(self, width: float, unit: float) -> tuple[Line, Line]:
+        """Return errors of a front against Martin and Moyce, with and without a shift of time.
+
+        Args:
+            width: of the column [m].
+            unit: of time, the root of width over gravity [s].
+        """
+        unit = unit / math.sqrt(2.0)
+        front = np.interp(np.array(FRONT_T) * unit, self.time, self.front) / width
+        return (
+            _mean("front Z, mean error", front, FRONT_Z, 0.06),
+            _started("front Z", FRONT_T, FRONT_Z, unit, self, width),
+        )
+
 
 def collapse(  # noqa: PLR0917  one geometry
     width: float,
@@ -130,7 +144,7 @@ def martin_moyce(grade: Grade) -> Outcome:
     found = collapse(a, 2.0 * a, 8.0 * a, spacing, 4.4 * unit, grade)
     # column twice as high as wide; the height is against its own
     high = np.interp(np.array(HEIGHT_T) * unit, found.time, found.height) / (2.0 * a)
-    lines = list(front_errors(found, a, unit))
+    lines = list(found.front_errors(a, unit))
     # mean of the errors at the measured points, against the first height
     error = float(np.mean(np.abs(high - np.array(HEIGHT_H))))
     lines.append(
@@ -158,22 +172,6 @@ def martin_moyce(grade: Grade) -> Outcome:
         "Martin and Moyce 1952, tables 2 and 6, n² = 2, a = 57.15 mm; gate and friction left out"
     )
     return Outcome(lines, charts, found.particles, spacing, a / spacing, source)
-
-
-def front_errors(found: Course, width: float, unit: float) -> tuple[Line, Line]:
-    """Return the errors of a front against Martin and Moyce, with and without a shift of its time.
-
-    Args:
-        found: course of the collapse.
-        width: of the column [m].
-        unit: of time, the root of width over gravity [s].
-    """
-    unit = unit / math.sqrt(2.0)
-    front = np.interp(np.array(FRONT_T) * unit, found.time, found.front) / width
-    return (
-        _mean("front Z, mean error", front, FRONT_Z, 0.06),
-        _started("front Z", FRONT_T, FRONT_Z, unit, found, width),
-    )
 
 
 def koshizuka_oka(grade: Grade) -> Outcome:

@@ -40,7 +40,7 @@ EDGE = 0.25 * math.pi * math.tan(DEADRISE)
 """Depth of the cone at which the raised water is at its edge, 0.21 [radii]."""
 CONE_DROPS = 2.65
 """Impulse of the cone at one radius in six recorded drops at 4 and 6 m/s, 2.54 to 2.72, by the mass
-that their drag in the cavity tells (`entry.mass_of_cone`) [rho R^3 V]."""
+that their drag in the cavity tells (`entry.Drop.mass_of_cone`) [rho R^3 V]."""
 CELLS = 24
 """In a radius, of the grid that tells the cone's reference: 0.98, 1.96 and 2.90 rho R^3 V at 0.21,
 0.5 and 1 R."""

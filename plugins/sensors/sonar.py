@@ -14,7 +14,7 @@ from seals.field_roles import roles
 from seals.schema import param
 from seals.sensors.acoustics import absorption, line_pattern, linear
 from seals.sensors.casting import Hits, cast
-from seals.sensors.echoes import Echoes, over_range, scattered
+from seals.sensors.echoes import Echoes, scattered
 from seals.sensors.mount import Mount, MountedSensor
 from seals.sensors.protocol import SensorInput
 from seals.sensors.scan import MOST_RAYS, Scan, counts, fan
@@ -262,8 +262,7 @@ class SensorSonar(MountedSensor):
             there: Floats = self._tensor_echo(felt).cpu().numpy().astype(float)
             return there
         columns = sum(
-            over_range(
-                echoes,
+            echoes.over_range(
                 self.columns,
                 self.bins,
                 nearest=self.nearest,

@@ -15,7 +15,7 @@ from seals.arrays import Floats
 from seals.compare.case import Case
 from seals.compare.cases import matching
 from seals.compare.prediction_methods import cases_of, step_of
-from seals.compare.result import Comparison, Group, as_data
+from seals.compare.result import Comparison, Group
 from seals.compare.score import unit_words
 from seals.compare.settings import CompareOptions, CompareSettings, PredictionMethod
 from seals.compare.variants import ModelVariant, fit_variants
@@ -105,7 +105,7 @@ def execute(cfg: Any) -> int | None:
     folder = Path(settings.out or HydraConfig.get().runtime.output_dir)
     from seals.compare.report import write_report
 
-    paths = write_report(comparison, as_data(comparison), folder)
+    paths = write_report(comparison, comparison.as_data(), folder)
     print_variants(comparison)
     print(f"report: {short_path(paths['report'])}")
     return None

@@ -50,20 +50,19 @@ class Comparison:
     sources: dict[str, str]
     seconds: float
 
-
-def as_data(comparison: Comparison) -> dict[str, Any]:
-    """Return the result as JSON-ready data, without the samples."""
-    out: dict[str, Any] = finite(
-        {
-            "name": comparison.name,
-            "model": comparison.model,
-            "seconds": comparison.seconds,
-            "sources": comparison.sources,
-            "data_check": {k: [str(f) for f in v] for k, v in comparison.findings.items()},
-            "groups": [_group(g) for g in comparison.groups],
-        }
-    )
-    return out
+    def as_data(self) -> dict[str, Any]:
+        """Return the result as JSON-ready data, without the samples."""
+        out: dict[str, Any] = finite(
+            {
+                "name": self.name,
+                "model": self.model,
+                "seconds": self.seconds,
+                "sources": self.sources,
+                "data_check": {k: [str(f) for f in v] for k, v in self.findings.items()},
+                "groups": [_group(g) for g in self.groups],
+            }
+        )
+        return out
 
 
 def _group(group: Group) -> dict[str, Any]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from seals.errors import optional_import
 from seals.logs.atomic import atomic_path
-from seals.report.figures import Chart, Series, downsampled, edges, even
+from seals.report.figures import Chart, Series
 from seals.report.style import MUTED
 
 SIZE = (8.0, 3.6)
@@ -96,10 +96,10 @@ def _elsewhere() -> Iterator[None]:
 def _draw(axes: Any, chart: Chart) -> None:
     """Draw one chart on one pair of axes."""
     if chart.stacked:
-        _stack(axes, [even(line) for line in chart.series])
+        _stack(axes, [line.even() for line in chart.series])
     else:
         for line in chart.series:
-            _line(axes, downsampled(line))
+            _line(axes, line.downsampled())
     for mark in chart.marks:
         (axes.axhline if mark.level else axes.axvline)(mark.at, color=MUTED, lw=0.8, ls=":")
         # the label of a level stands at the left
@@ -134,7 +134,7 @@ def _line(axes: Any, line: Series) -> None:
     else:
         axes.plot(line.x, line.y, style, lw=1.4, color=line.colour, label=line.name)
     if line.band is not None:
-        low, high = edges(line)
+        low, high = line.edges()
         axes.fill_between(line.x, low, high, color=line.colour, alpha=0.2, lw=0)
 
 

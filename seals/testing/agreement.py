@@ -18,7 +18,7 @@ from seals.effects.effect import Effect
 from seals.robot.model import RobotModel
 from seals.testing.bodies import free_body, moving_arm
 from seals.testing.contract import ContractError, require
-from seals.testing.engines import SAMPLE, Track, errors, extrapolated, follow, simulate
+from seals.testing.engines import SAMPLE, Track, follow, simulate
 from seals.testing.scenes import ARM_SIZE, LIMITS, Case, companions, start_of
 
 FLOOR = 2e-5
@@ -99,9 +99,8 @@ class Agreement:
                 ) from cause
             effects = _bind(robot, others, effect)
             found = [
-                errors(
-                    simulate(robot, effects, starts, step=step, backend=self.backend, **run),
-                    reference,
+                simulate(robot, effects, starts, step=step, backend=self.backend, **run).errors(
+                    reference
                 )
                 for step in self.steps
             ]
@@ -119,7 +118,7 @@ class Agreement:
                     duration=self.duration,
                 )
             without = _WITHOUT[key]
-        moved = errors(without, reference).max(axis=1)
+        moved = without.errors(reference).max(axis=1)
         return tuple(
             SceneReport(
                 scene=scene,
@@ -185,7 +184,7 @@ def _reference(
         follow(robot, effects, starts, step=step, duration=duration)
         for step in (SAMPLE / 2.0, SAMPLE / 4.0)
     )
-    return extrapolated(coarse, fine)
+    return coarse.extrapolated(fine)
 
 
 def _bind(robot: RobotModel, others: dict[str, Effect], effect: Effect | None = None) -> EffectSet:

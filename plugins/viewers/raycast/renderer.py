@@ -11,7 +11,7 @@ import numpy as np
 from seals.caches import use_private_compiler_cache
 from seals.errors import ConfigError, PhysicsError, optional_import, suggestion
 from seals.field_roles import roles
-from seals.plugins.viewers.raycast.placing import Fixed, Placed, fixed_of, place
+from seals.plugins.viewers.raycast.placing import Fixed, Placed, fixed_of
 from seals.plugins.viewers.raycast.solids import Tables, tables_of
 from seals.plugins.viewers.raycast.tracing import Setting, trace
 from seals.rendering.camera import Cameras, Lens
@@ -115,7 +115,7 @@ class RendererRaycast:
             normals,
         )
         with torch.no_grad():
-            placed = place(fixed, tables.counts[-1], poses, cameras, light.direction)
+            placed = fixed.place(tables.counts[-1], poses, cameras, light.direction)
             images = self._images(placed, fixed, lens, setting)
             size = (count, views, lens.height, lens.width)
             colour, depth, parts, outward = images

@@ -29,6 +29,11 @@ class Solid(NamedTuple):
     offsets: Floats | None = None
     tile: float = 0.0
 
+    def planes(self) -> int:
+        """Number of planes reserved for a convex solid in its group: the next power of two."""
+        count = 0 if self.offsets is None else len(self.offsets)
+        return 1 << max(count - 1, 0).bit_length()
+
 
 class Tables(NamedTuple):
     """All primitives of a scene, K of them.
@@ -70,7 +75,7 @@ def tables_of(scene: Scene) -> Tables:
         (2, 0, 1, 0, 0)
     """
     found = [solid for shape in scene.shapes for solid in _split(shape)]
-    found.sort(key=lambda solid: (KINDS.index(solid.kind), _planes(solid)))
+    found.sort(key=lambda solid: (KINDS.index(solid.kind), solid.planes()))
     hulls, normals, offsets = _grouped([s for s in found if s.kind == "convex"])
     still = len(scene.frames)
     return Tables(
@@ -88,15 +93,9 @@ def tables_of(scene: Scene) -> Tables:
     )
 
 
-def _planes(solid: Solid) -> int:
-    """Number of planes reserved for a convex solid in its group: the next power of two."""
-    count = 0 if solid.offsets is None else len(solid.offsets)
-    return 1 << max(count - 1, 0).bit_length()
-
-
 def _grouped(solids: list[Solid]) -> tuple[tuple[tuple[int, int], ...], Floats, Floats]:
     """Convex solids in groups of like size, and all their planes."""
-    sizes = [_planes(s) for s in solids]
+    sizes = [s.planes() for s in solids]
     groups = tuple((sizes.count(n), n) for n in sorted(set(sizes)))
     normals, offsets = np.zeros((sum(sizes), 3)), np.ones(sum(sizes))
     start = 0

@@ -13,7 +13,7 @@ from seals.learn.devices import usable_device
 from seals.learn.evaluation.page import write_results
 from seals.learn.evaluation.policies import policy_of
 from seals.learn.evaluation.result import EvaluationResult, summarise
-from seals.learn.evaluation.variants import Variant, variants_of, world_of
+from seals.learn.evaluation.variants import Variant, variants_of
 from seals.learn.evaluation.words import rows_of, sentences
 from seals.learn.film import FILM, film, refuse_unfilmed
 from seals.learn.learner import need_torch
@@ -116,7 +116,7 @@ def _trials_of(config: Any, *, base: Sequence[str]) -> list[Trial]:
     names = list(dict.fromkeys([policy, *map(str, config.beside)]))
     trials = [_trial(name, "", config, Variant(), config) for name in names]
     for name, variant in variants_of(config.grid).items():
-        world = world_of(variant, base=base, root=ROOT, where=f"grid.{name}")
+        world = variant.world(base=base, root=ROOT, where=f"grid.{name}")
         trials.append(_trial(policy, name, world, variant, config))
     return trials
 

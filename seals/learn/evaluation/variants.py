@@ -31,6 +31,26 @@ class Variant:
     episodes: int = 0
     count: int = 0
 
+    def world(self, *, base: Sequence[str], root: str, where: str) -> Any:
+        """Compose the configuration of a variant.
+
+        Args:
+            base: overrides that are in force already.
+            root: name of the root configuration.
+            where: full key of the variant, for the words of a refusal.
+
+        Raises:
+            ConfigError: an override is wrong, or a pattern meets no number.
+        """
+        kept = [word for word in base if _key(word) not in map(_key, self.overrides)]
+        try:
+            config = compose([*kept, *self.overrides], root=root)
+        except ConfigError as cause:
+            raise ConfigError(f"{where}: {cause}") from cause
+        for pattern, factor in self.scale.items():
+            _scale(config, pattern, factor, where)
+        return config
+
 
 def variants_of(node: Any) -> dict[str, Variant]:
     """Return the variants of a configuration's ``grid``.
@@ -39,28 +59,6 @@ def variants_of(node: Any) -> dict[str, Variant]:
         ConfigError: an entry has an unknown key, or a value of another type.
     """
     return typed_entries(Variant, node, where="grid")
-
-
-def world_of(variant: Variant, *, base: Sequence[str], root: str, where: str) -> Any:
-    """Compose the configuration of a variant.
-
-    Args:
-        variant: to be composed.
-        base: overrides that are in force already.
-        root: name of the root configuration.
-        where: full key of the variant, for the words of a refusal.
-
-    Raises:
-        ConfigError: an override is wrong, or a pattern meets no number.
-    """
-    kept = [word for word in base if _key(word) not in map(_key, variant.overrides)]
-    try:
-        config = compose([*kept, *variant.overrides], root=root)
-    except ConfigError as cause:
-        raise ConfigError(f"{where}: {cause}") from cause
-    for pattern, factor in variant.scale.items():
-        _scale(config, pattern, factor, where)
-    return config
 
 
 def _key(override: str) -> str:

@@ -12,7 +12,7 @@ from seals.arrays import Array, namespace
 from seals.rendering.optics import blur, caustics
 from seals.rendering.optics.crossing import FAR, Crossing, crossing
 from seals.rendering.optics.interface import INDEX, fresnel
-from seals.rendering.optics.path import Medium, channels, direct, far_veil, veil
+from seals.rendering.optics.path import Medium, channels
 from seals.rendering.optics.sky import sky
 from seals.rendering.optics.surface import Surface, SurfaceSmooth, SurfaceStill
 
@@ -79,7 +79,7 @@ def _seen(optics: Optics, medium: Medium, view: Sight, surface: Surface, time: A
     when = time if isinstance(time, int | float) else xp.reshape(time, (-1, 1, 1))
     lines = _lines(optics, view, surface, when)
     planes = xp.stack([view.colour[..., k] for k in range(3)])
-    planes = planes * direct(medium, lines.length, lines.depth)
+    planes = planes * medium.transmission(lines.length, lines.depth)
     light = _light(optics, view, lines, surface, time)
     planes = planes * (1.0 + xp.astype(lines.under, planes.dtype) * (light - 1.0))
     crosses = optics.surface and bool(xp.any(lines.cross.through))
@@ -89,7 +89,7 @@ def _seen(optics: Optics, medium: Medium, view: Sight, surface: Surface, time: A
         planes = mirror.behind(medium, planes)
     if optics.blur:
         planes = _blurred(optics, medium, view, lines, planes)
-    planes = planes + veil(medium, lines.length, lines.start, lines.rise)
+    planes = planes + medium.veil(lines.length, lines.start, lines.rise)
     if mirror is not None:
         planes = mirror.before(planes)
     return xp.stack([planes[k] for k in range(3)], axis=-1)
@@ -203,7 +203,7 @@ class _Mirror:
         lines = self.lines
         arrives = xp.exp(-channels(medium.direct, lines.ends) * lines.length[None])
         air = xp.where(lines.hit[None], planes, self._sky(self.onward) * arrives)
-        water = far_veil(medium, lines.start * 0.0, self.back) * arrives
+        water = medium.far_veil(lines.start * 0.0, self.back) * arrives
         # radiance grows with the square of the index as light is squeezed into the water
         shown = (1.0 - self.share) * INDEX**2 * air + self.share * water
         return xp.where(self.out[None], shown, planes)
