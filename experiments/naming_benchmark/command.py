@@ -14,13 +14,13 @@ from typing import Any
 from seals.errors import ConfigError, suggestion
 from seals.experiments.naming_benchmark import rivals
 from seals.experiments.naming_benchmark.answers import question
-from seals.experiments.naming_benchmark.page import into_page
 from seals.experiments.naming_benchmark.regions import found_regions
 from seals.experiments.naming_benchmark.score import score, table
 from seals.experiments.naming_benchmark.told import read_answer, read_truth
 from seals.logs.native import read_native
 from seals.sysid.diagnosis import diagnose
 from seals.sysid.predictors.problem import prepare
+from seals.untrusted_io import read_text
 
 LOGS = Path(__file__).with_name("logs")
 KEYS = ("out", "logs", "methods", "mujoco", "page")
@@ -149,3 +149,20 @@ def _answer(
 def _processor() -> float:
     """Return the processor time of this process and its children [s]."""
     return sum(os.times()[:4])
+
+
+BEGIN, END = "<!-- benchmark: begin -->", "<!-- benchmark: end -->"
+
+
+def into_page(page: Path, text: str) -> None:
+    """Put the table between the marks of a page.
+
+    Raises:
+        ConfigError: the page has no such marks.
+    """
+    old = read_text(page)
+    before, begin, rest = old.partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not begin or not end:
+        raise ConfigError(f"page={page} has no {BEGIN} and {END}.\nPut both on lines of their own.")
+    page.write_text(f"{before}{BEGIN}\n\n{text}\n\n{END}{after}", encoding="utf-8")

@@ -15,6 +15,7 @@ from seals.errors import ConfigError, suggestion
 if TYPE_CHECKING:
     from torch import Tensor, nn
 
+
 KINDS = ("mlp", "pixels")
 """Kinds of networks."""
 POOLS = ("flat", "places")
@@ -143,8 +144,6 @@ def encoder_of(pixels: Mapping[str, Any]) -> nn.Module:
     """
     import torch
     from torchrl.modules import ConvNet
-
-    from seals.learn.feature_places import feature_places
 
     channels, height, width = pixels["shape"]
     strides = list(pixels["strides"])
@@ -303,3 +302,35 @@ def policy_of(
     if seen and actor.encoder is not None and encoder is not None:
         actor.encoder.load_state_dict(encoder.state_dict())
     return dict(network), {key: value.clone() for key, value in actor.state_dict().items()}
+
+
+def feature_places() -> nn.Module:
+    """Return a layer from maps (..., C, H, W) to the places of their responses (..., 3 C).
+
+    Equation:
+        p_ij = exp(beta a_ij) / sum exp(beta a);  x = sum p_ij x_j,  y = sum p_ij y_i,  max a
+
+    x and y go from -1 to 1 over a map; beta is learned, one for all maps.
+
+    References:
+        Levine et al. 2016, arXiv 1504.00702, section 4.2; Finn et al. 2016, arXiv 1509.06113.
+    """
+    import torch
+
+    class FeaturePlaces(torch.nn.Module):
+        """Soft argmax and height of each map."""
+
+        def __init__(self) -> None:
+            super().__init__()
+            self.log_beta = torch.nn.Parameter(torch.ones(()))
+
+        def forward(self, maps: Any) -> Any:
+            height, width = maps.shape[-2:]
+            across = torch.linspace(-1.0, 1.0, width, device=maps.device)
+            down = torch.linspace(-1.0, 1.0, height, device=maps.device)
+            flat = maps.flatten(-2)
+            share = (flat * self.log_beta.exp()).softmax(-1).unflatten(-1, (height, width))
+            places = ((share.sum(-2) * across).sum(-1), (share.sum(-1) * down).sum(-1))
+            return torch.cat((*places, flat.amax(-1)), -1)
+
+    return FeaturePlaces()

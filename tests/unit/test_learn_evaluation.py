@@ -20,9 +20,9 @@ from seals.errors import ConfigError
 from seals.learn.batched import StepResult
 from seals.learn.demonstrations.folder import read
 from seals.learn.demonstrations.recording import record
-from seals.learn.evaluation.keys import PolicyKeys
 from seals.learn.evaluation.page import write_results
 from seals.learn.evaluation.policies import (
+    PolicyKeys,
     PolicyRandom,
     PolicyScripted,
     policy_of,
@@ -305,7 +305,7 @@ def test_what_was_judged_is_written_before_a_refusal(
         done.append(trial.policy)
         return scored(PolicyScripted, range(2_000_000_000, 2_000_000_004), 2)
 
-    monkeypatch.setattr(application, "evaluate_policy", evaluate_policy)
+    monkeypatch.setattr(application, "_evaluate_policy", evaluate_policy)
     monkeypatch.chdir(tmp_path)
     assert main(["evaluate", "beside=[]", "grid=worlds", "out=kept"]) == 2
     assert done == ["scripted"]

@@ -12,10 +12,9 @@ import yaml
 from seals.cli.main import main
 from seals.errors import ConfigError
 from seals.experiments.naming_benchmark import command
-from seals.experiments.naming_benchmark.counts import Counts, compared
-from seals.experiments.naming_benchmark.page import BEGIN, END, into_page
+from seals.experiments.naming_benchmark.command import BEGIN, END, into_page
 from seals.experiments.naming_benchmark.regions import AXES, Shown, true_regions
-from seals.experiments.naming_benchmark.score import score, table
+from seals.experiments.naming_benchmark.score import Counts, compared, score, table
 from seals.experiments.naming_benchmark.told import right
 
 NOWHERE = {"by_time": [], "by_phase": []}

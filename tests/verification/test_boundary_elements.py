@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from seals.errors import ConfigError
-from seals.experiments.water_validation.hulme import HEAVE, LIMIT, SURGE_LIMIT
+from seals.experiments.water_validation.heave import HEAVE, LIMIT, SURGE_LIMIT
 from seals.hydrostatics import Hull, HullBox, HullCompound, HullCylinder, HullMesh, HullSphere
 from seals.scaffold.hydrodynamics import (
     Ellipsoid,

@@ -45,7 +45,7 @@ def execute(config: Any) -> int:
     if config.hdf5:
         made.append(write_hdf5(demos, Path(str(config.hdf5))))
     if config.minari:
-        from seals.learn.demonstrations.minari import write_minari
+        from seals.learn.demonstrations.exchange import write_minari
 
         made.append(write_minari(demos, str(config.minari)))
     good = sum(episode.success for episode in demos.episodes)
