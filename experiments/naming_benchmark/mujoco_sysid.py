@@ -208,7 +208,7 @@ def _windows(flight: Flight) -> tuple[Floats, list[int]]:
     return np.array(states), rows
 
 
-class Residual:
+class _Residual:
     """Residuals of all windows, as `mujoco.sysid.optimize` takes them."""
 
     def __init__(self, flight: Flight) -> None:
@@ -314,7 +314,7 @@ def _declared(flight: Flight) -> tuple[str, ...]:
     """Fit all parameters and return the effects of those that left their stated value."""
     sysid: Any = importlib.import_module("mujoco.sysid")
 
-    begin, residual = parameters(flight), Residual(flight)
+    begin, residual = parameters(flight), _Residual(flight)
     stated = begin.as_vector().copy()
     with contextlib.redirect_stdout(io.StringIO()):
         found, result = sysid.optimize(begin, residual, verbose=False, max_iters=MOST, eps=1e-4)

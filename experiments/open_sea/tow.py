@@ -84,7 +84,7 @@ class Tow(NamedTuple):
     step: float
 
 
-class Way(NamedTuple):
+class _Way(NamedTuple):
     """Straight path with a smooth start.
 
     Args:
@@ -136,7 +136,7 @@ def towed(settings: RunSettings, *, way: float, speed: float, radius: float) -> 
     ball = Piece("sphere", (radius,), np.zeros(3), np.eye(3))
     body = FluidBody("robot/ball", (ball,) if radius else ())
     fluid.open(Surrounding(settings.environment, settings.wave, (), settings.time.step), [body])
-    course = Way(speed, DIP * radius)
+    course = _Way(speed, DIP * radius)
     fluid.initialise(course.at(0.0))
     rows, twins = _followed(fluid, course, settings.time.step, way, ball=radius > 0.0)
     columns: Any = [np.array(column) for column in zip(*rows, strict=True)]
@@ -165,7 +165,7 @@ def towed(settings: RunSettings, *, way: float, speed: float, radius: float) -> 
 
 
 def _followed(
-    fluid: FluidWindow, course: Way, step: float, way: float, *, ball: bool
+    fluid: FluidWindow, course: _Way, step: float, way: float, *, ball: bool
 ) -> tuple[list[tuple[object, ...]], list[Floats]]:
     """Record every step; repeat a few steps with and without a shift of the domain."""
     rows: list[tuple[object, ...]] = []
@@ -204,7 +204,7 @@ def _followed(
     return rows, twins
 
 
-def _encounter(outer: OuterSea, course: Way, end: float) -> float:
+def _encounter(outer: OuterSea, course: _Way, end: float) -> float:
     """Return the encounter frequency of the waves from upward zero crossings [rad/s]."""
     time = np.arange(START, end, 0.01)
     level = [outer.elevation(course.at(t).position, t)[0] - outer.level for t in time]
@@ -233,7 +233,7 @@ def _moves(fluid: FluidWindow, state: BodyStates, time: float) -> bool:
     return bool(domain.box.cells_to(rest) != (0, 0))
 
 
-def _twin(fluid: FluidWindow, course: Way, time: float, step: float) -> Floats:
+def _twin(fluid: FluidWindow, course: _Way, time: float, step: float) -> Floats:
     """Return the force change by a shift, from the same fluid state [N], (APART, 3)."""
     kept, domain = fluid.snapshot(), fluid.simulation
     forces = []

@@ -27,7 +27,7 @@ RING = 12
 """Radius of the ring about the place [pixel of the film]."""
 
 
-class Glance(NamedTuple):
+class _Glance(NamedTuple):
     """What is seen at one instant.
 
     Args:
@@ -94,7 +94,7 @@ def _seeing(environment: Any) -> Any:
     return world
 
 
-def _glance(environment: Any, world: Any) -> Glance:
+def _glance(environment: Any, world: Any) -> _Glance:
     pictures, spots, told = {}, {}, environment.perceived
     for name, camera in world.actor.sensor_suite.cameras.items():
         shot = shot_of(camera)
@@ -102,10 +102,10 @@ def _glance(environment: Any, world: Any) -> Glance:
         away = shot.axes.T @ (told.target[0] - shot.position)
         seen = told.facts["seen"][0, 0] > 0.5 and away[2] > shot.lens.near
         spots[name] = np.asarray(shot.lens.project(away)) if seen else None
-    return Glance(float(environment.now.time[0, 0]), pictures, spots)
+    return _Glance(float(environment.now.time[0, 0]), pictures, spots)
 
 
-def _draw(glances: Sequence[Glance], path: Path) -> None:
+def _draw(glances: Sequence[_Glance], path: Path) -> None:
     """Draw the pictures of evenly spaced instants, one row a camera, with rings at the places."""
     chosen = [glances[int(k)] for k in np.linspace(0, len(glances) - 1, INSTANTS)]
     names = list(chosen[0].pictures)
@@ -125,7 +125,7 @@ def _draw(glances: Sequence[Glance], path: Path) -> None:
     figure.savefig(path)
 
 
-def _film(glances: Sequence[Glance], path: Path) -> None:
+def _film(glances: Sequence[_Glance], path: Path) -> None:
     """Write an animated picture of both cameras side by side, as fast as it was."""
     from PIL import Image, ImageDraw
 

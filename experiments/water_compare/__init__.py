@@ -40,7 +40,7 @@ WATERS = {
 """What makes each run's water."""
 
 
-class Both(NamedTuple):
+class _Both(NamedTuple):
     """The two runs on one clock.
 
     Args:
@@ -92,7 +92,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     wrench = records["particles"].ledger.of("particles")[: rows - 1, :, 2].sum(axis=1)
     push[: len(wrench)] = wrench
     fossen, particles = records["fossen"].log, records["particles"].log
-    both = Both(fossen.time[:rows], fossen, particles, push)
+    both = _Both(fossen.time[:rows], fossen, particles, push)
     show_table(out, _table(both.differences()))
     _draw(out / "figure.png", both)
     return 0
@@ -117,7 +117,7 @@ def _after(log: Log, rows: int) -> float:
     return float((z[at + 1] - z[at - 1]) / (2.0 * step))
 
 
-def _draw(path: Path, both: Both) -> None:
+def _draw(path: Path, both: _Both) -> None:
     """Draw heights, specific forces, and their difference."""
     rows = len(both.time)
     runs = {"fossen": both.fossen, "particles": both.particles}

@@ -31,7 +31,7 @@ FACE, LEVEL = (0.0, 0.5), (0.5, 0.0)
 Mask = NDArray[np.bool_]
 
 
-class Grid(NamedTuple):
+class _Grid(NamedTuple):
     """Cells of a half plane through the axis; lengths in radii of the body.
 
     Args:
@@ -114,7 +114,7 @@ def _distance(slope: float | None, r: Floats, z: Floats) -> Floats:
     return np.maximum((r * slope - z) / math.hypot(1.0, slope), r - 1.0)
 
 
-def _grid(slope: float | None, cells: int) -> Grid:
+def _grid(slope: float | None, cells: int) -> _Grid:
     """Return the grid with the open shares of its sides, by 16 points on each."""
     size, low = 1.0 / cells, -DEEP
     nr, nz = round(WIDE * cells), round((DEEP + ABOVE) * cells)
@@ -133,7 +133,7 @@ def _grid(slope: float | None, cells: int) -> Grid:
     middles = r[:-1] + 0.5 * size
     places = np.stack(np.meshgrid(middles, z[:-1] + 0.5 * size, indexing="ij"), -1)
     inside = _distance(slope, places[..., 0], places[..., 1])
-    return Grid(size, low, middles[:, None], r[:, None], open_r, open_z, inside, places)
+    return _Grid(size, low, middles[:, None], r[:, None], open_r, open_z, inside, places)
 
 
 def _spread(cells: Floats, values: Floats, shape: tuple[int, int]) -> tuple[Floats, Mask]:

@@ -31,7 +31,7 @@ RESERVE = 4.0
 """Torque limit against the torque that carries [1]."""
 
 
-class Stance(NamedTuple):
+class _Stance(NamedTuple):
     """Size of the stance of a robot.
 
     Args:
@@ -137,7 +137,7 @@ def _end_of(hull: LinkHull) -> Floats:
     return np.asarray(max(ends, key=np.linalg.norm), dtype=np.float64)
 
 
-def _stance_of(robot: RobotModel, legs: Mapping[str, Mapping[str, Any]]) -> Stance:
+def _stance_of(robot: RobotModel, legs: Mapping[str, Mapping[str, Any]]) -> _Stance:
     """Return reach and height of the stance."""
     values = np.zeros((1, robot.tree.joints))
     for leg in legs.values():
@@ -150,7 +150,7 @@ def _stance_of(robot: RobotModel, legs: Mapping[str, Mapping[str, Any]]) -> Stan
         first = origins[robot.tree.child[robot.joints.index(leg["joints"][0])]]
         reach.append(float(np.linalg.norm((toe - first)[:2])))
         height.append(-float(toe[2]))
-    return Stance(float(np.mean(reach)), float(np.mean(height)))
+    return _Stance(float(np.mean(reach)), float(np.mean(height)))
 
 
 def leg_servos(robot: RobotModel, legs: Mapping[str, Mapping[str, Any]]) -> dict[str, list[float]]:

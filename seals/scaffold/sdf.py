@@ -34,7 +34,7 @@ _GEOMETRY = ("box", "cylinder", "sphere", "capsule", "ellipsoid", "mesh")
 _DEEPEST_FRAME = 50
 
 
-class Frames(NamedTuple):
+class _Frames(NamedTuple):
     """Poses of the links, joints and frames of a model.
 
     Args:
@@ -186,7 +186,7 @@ def _name(where: str, element: Element) -> str:
     return name
 
 
-def _frames(where: str, model: Element, base: str = "") -> Frames:
+def _frames(where: str, model: Element, base: str = "") -> _Frames:
     """Poses of all links, joints and frames; those of a nested model are relative to it."""
     poses: dict[str, tuple[str, Floats]] = {}
     carriers: dict[str, str] = {}
@@ -209,7 +209,7 @@ def _frames(where: str, model: Element, base: str = "") -> Frames:
             _name(where, joint), (_relative(pose) or _end(joint, "child"), _pose(where, pose))
         )
         carriers.setdefault(_name(where, joint), _end(joint, "child"))
-    return Frames(poses, carriers, where)
+    return _Frames(poses, carriers, where)
 
 
 def _relative(pose: Element | None) -> str:
@@ -243,7 +243,7 @@ def _end(joint: Element, which: str) -> str:
     return last_name(text)
 
 
-def _frames_link(frames: Frames, name: str, links: list[str]) -> str:
+def _frames_link(frames: _Frames, name: str, links: list[str]) -> str:
     """Return the link that a joint refers to, by its own name or that of a frame on it."""
     for _ in range(_DEEPEST_FRAME):
         if name in links or name not in frames.poses:
@@ -322,7 +322,7 @@ def _shape(where: str, part: Element, changes: list[str]) -> Element | None:
 
 def _joint(
     joint: Element,
-    frames: Frames,
+    frames: _Frames,
     origins: Mapping[str, Floats],
     names: list[str],
     changes: list[str],

@@ -46,7 +46,7 @@ class Person:
         self.recorded: Sequence[Event] = self._heard
         self.speed = speed
         self._pads = self._open(device)
-        self._window = Window(self._pygame, plant)
+        self._window = _Window(self._pygame, plant)
         self._began: float | None = None
         self._last: dict[str, float] = {}
 
@@ -152,7 +152,7 @@ INK, PAPER, WATER = (30, 34, 40), (250, 250, 248), (205, 226, 240)
 ROBOT, PATH = (200, 80, 30), (150, 160, 175)
 
 
-class Window:
+class _Window:
     """Two views that follow the robot, redrawn some 25 times a second.
 
     Args:

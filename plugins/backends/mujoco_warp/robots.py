@@ -54,7 +54,7 @@ class WarpRobot:
 
         self.laws, self.step, self.robot = laws, step, loads.robot
         self.effects = loads.effects
-        self.views = v = Views(engine, loads.robot, number)
+        self.views = v = _Views(engine, loads.robot, number)
         self.engine, self._loads = engine, loads
         self._chains = {link: v.chain(link) for link in loads.inertial_links()}
         joints, legs = self.robot.tree.joints, list(self.robot.legs.values())
@@ -253,7 +253,7 @@ class WarpRobot:
             value.copy_(kept["memory"][name])
 
 
-class Views:
+class _Views:
     """Indices of one robot in the engine's arrays.
 
     Args:

@@ -47,7 +47,7 @@ class PybulletBody:
         loaded = load_robot(engine, client, robot)
         self.body, self._index, self._joints = loaded.body, loaded.index, loaded.joints
         self.reference, self.moments = loaded.base_centre, loaded.moments
-        self._posing = Posing(engine, client, robot.tree, loaded)
+        self._posing = _Posing(engine, client, robot.tree, loaded)
         back = np.argsort(loaded.order)
         self._order, self._back = loaded.order.tolist(), back.tolist()
         self.base_turn = loaded.base_turn
@@ -263,7 +263,7 @@ class PybulletContacts:
         return table[:, :3], force, table[:, 6]
 
 
-class Posing:
+class _Posing:
     """Reads the poses of all links.
 
     The engine tells the pose of a link's centre of mass in double precision and that of its frame

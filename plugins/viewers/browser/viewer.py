@@ -42,7 +42,7 @@ class ViewerBrowser:
         """Show a session until it is interrupted."""
         server = open_server(host, port)
         try:
-            page = Page(server, session, self.opacity)
+            page = _Page(server, session, self.opacity)
             print(f"seals view: {server.address}  (Ctrl-C ends it)", flush=True)
             while True:
                 began = time.perf_counter()
@@ -52,7 +52,7 @@ class ViewerBrowser:
             server.stop()
 
 
-class Page:
+class _Page:
     """Contents of the page and the displayed time.
 
     Args:

@@ -15,7 +15,7 @@ KINDS = ("sphere", "box", "cylinder", "convex", "plane")
 """Order of the kinds in the tables."""
 
 
-class Solid(NamedTuple):
+class _Solid(NamedTuple):
     """One primitive in its frame; size as half lengths, for a cylinder (radius, radius, half)."""
 
     kind: str
@@ -93,7 +93,7 @@ def tables_of(scene: Scene) -> Tables:
     )
 
 
-def _grouped(solids: list[Solid]) -> tuple[tuple[tuple[int, int], ...], Floats, Floats]:
+def _grouped(solids: list[_Solid]) -> tuple[tuple[tuple[int, int], ...], Floats, Floats]:
     """Convex solids in groups of like size, and all their planes."""
     sizes = [s.planes() for s in solids]
     groups = tuple((sizes.count(n), n) for n in sorted(set(sizes)))
@@ -108,7 +108,7 @@ def _grouped(solids: list[Solid]) -> tuple[tuple[tuple[int, int], ...], Floats, 
     return groups, normals, offsets
 
 
-def _split(shape: Shape) -> list[Solid]:
+def _split(shape: Shape) -> list[_Solid]:
     """The primitives that make up a shape: a mesh is its convex pieces, a capsule three."""
     place, turn = np.asarray(shape.position, dtype=float), np.asarray(shape.rotation, dtype=float)
     rest = (shape.colour, shape.part, shape.frame)
@@ -116,7 +116,7 @@ def _split(shape: Shape) -> list[Solid]:
         assert shape.vertices is not None
         assert shape.faces is not None
         return [
-            Solid(
+            _Solid(
                 piece.kind,
                 _half(piece.kind, piece.size),
                 place + turn @ piece.position,
@@ -131,10 +131,10 @@ def _split(shape: Shape) -> list[Solid]:
         end = 0.5 * shape.size[1] * turn[:, 2]
         parts = (("cylinder", 0.0), ("sphere", 1.0), ("sphere", -1.0))
         return [
-            Solid(kind, _half(kind, shape.size), place + side * end, turn, *rest)
+            _Solid(kind, _half(kind, shape.size), place + side * end, turn, *rest)
             for kind, side in parts
         ]
-    return [Solid(shape.kind, _half(shape.kind, shape.size), place, turn, *rest, tile=shape.tile)]
+    return [_Solid(shape.kind, _half(shape.kind, shape.size), place, turn, *rest, tile=shape.tile)]
 
 
 def _half(kind: str, size: tuple[float, ...]) -> tuple[float, float, float]:

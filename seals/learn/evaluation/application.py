@@ -26,7 +26,7 @@ _BATCH = 100
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Trial:
+class _Trial:
     """One policy in one world.
 
     Args:
@@ -97,7 +97,7 @@ def execute(config: Any) -> int:
     return 0
 
 
-def _trials_of(config: Any, *, base: Sequence[str]) -> list[Trial]:
+def _trials_of(config: Any, *, base: Sequence[str]) -> list[_Trial]:
     """Return the trials: the policy, its baselines, then the policy in other worlds.
 
     Args:
@@ -121,11 +121,11 @@ def _trials_of(config: Any, *, base: Sequence[str]) -> list[Trial]:
     return trials
 
 
-def _trial(policy: str, world: str, config: Any, variant: Variant, settings: Any) -> Trial:
+def _trial(policy: str, world: str, config: Any, variant: Variant, settings: Any) -> _Trial:
     batch = "interval" in config.backend
     count = variant.count or settings.count or (_BATCH if batch else 1)
     episodes = variant.episodes or settings.episodes
-    return Trial(
+    return _Trial(
         policy=policy,
         world=world,
         config=config,
@@ -136,7 +136,7 @@ def _trial(policy: str, world: str, config: Any, variant: Variant, settings: Any
 
 
 def _evaluate_policy(
-    trial: Trial, *, tell: Callable[[int], None] | None = None
+    trial: _Trial, *, tell: Callable[[int], None] | None = None
 ) -> EvaluationResult:
     """Run a policy from the held-out starts.
 
@@ -161,7 +161,7 @@ def _evaluate_policy(
     return summarise(scores, policy=trial.policy, world=trial.world, seconds=took)
 
 
-def _filmed(trial: Trial, out: Path) -> Path:
+def _filmed(trial: _Trial, out: Path) -> Path:
     """Film the first episode of a trial; return the file.
 
     Raises:

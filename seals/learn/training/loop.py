@@ -99,7 +99,7 @@ class Training:
         self._looked = [-1, -1]
         self._row_counts: dict[str, int] = {}
         self._begun = self.stop = False
-        self._statistics = EpisodeStatistics(environment.count, environment.device)
+        self._statistics = _EpisodeStatistics(environment.count, environment.device)
         self._observation: Any = None
         self._rows: dict[str, Rows] = {}
         self._tracker = tracker
@@ -343,7 +343,7 @@ def _mean(values: Any) -> float | None:
     return float(finite.mean()) if len(finite) else None
 
 
-class EpisodeStatistics(Stateful):
+class _EpisodeStatistics(Stateful):
     """Running sums on the device of the environments, read once per log row.
 
     Args:

@@ -23,7 +23,7 @@ AT_ONCE = 1 << 16
 """Pixels that a processor works on together: their planes stay in its cache."""
 
 
-class Lines(NamedTuple):
+class _Lines(NamedTuple):
     """Pixel rays and their quantities for the image formation steps, shapes (N, H, W).
 
     Args:
@@ -95,7 +95,7 @@ def _seen(optics: Optics, medium: Medium, view: Sight, surface: Surface, time: A
     return xp.stack([planes[k] for k in range(3)], axis=-1)
 
 
-def _lines(optics: Optics, view: Sight, surface: Surface, when: Array) -> Lines:
+def _lines(optics: Optics, view: Sight, surface: Surface, when: Array) -> _Lines:
     xp = namespace(view.colour)
     hit = view.ranges < FAR
     ends = xp.where(hit, view.ranges, FAR)
@@ -103,7 +103,7 @@ def _lines(optics: Optics, view: Sight, surface: Surface, when: Array) -> Lines:
     cross = crossing(view.origins, view.directions, ends, calm, when, port=optics.port)
     rise = view.directions[..., 2]
     below = (surface.level - view.origins[:, 2])[:, None, None]
-    return Lines(
+    return _Lines(
         hit=hit,
         ends=ends,
         rise=rise,
@@ -121,7 +121,7 @@ def _places(view: Sight, distance: Array) -> tuple[Array, Array]:
     return x, y
 
 
-def _slope(view: Sight, lines: Lines, surface: Surface, when: Array) -> tuple[Array, Array]:
+def _slope(view: Sight, lines: _Lines, surface: Surface, when: Array) -> tuple[Array, Array]:
     """Slope of the surface where lines of sight cross it, averaged over the pixel."""
     xp = namespace(view.colour)
     distance = lines.cross.distance
@@ -134,7 +134,7 @@ def _slope(view: Sight, lines: Lines, surface: Surface, when: Array) -> tuple[Ar
     return surface.slope_over(x, y, when, width)
 
 
-def _light(optics: Optics, view: Sight, lines: Lines, surface: Surface, time: Array) -> Array:
+def _light(optics: Optics, view: Sight, lines: _Lines, surface: Surface, time: Array) -> Array:
     """Light transmitted through the surface to the objects below, relative to full light [1]."""
     if not optics.caustics or surface.reach == 0.0 or optics.sun_share == 0.0:
         return optics.entering
@@ -158,7 +158,7 @@ def _light(optics: Optics, view: Sight, lines: Lines, surface: Surface, time: Ar
     return optics.entering * (1.0 + share * (found - 1.0))
 
 
-def _blurred(optics: Optics, medium: Medium, view: Sight, lines: Lines, planes: Array) -> Array:
+def _blurred(optics: Optics, medium: Medium, view: Sight, lines: _Lines, planes: Array) -> Array:
     """Light from the scene, blurred by the water along the path."""
     xp = namespace(planes)
     wet = lines.cross.wet
@@ -177,7 +177,7 @@ class _Mirror:
     """Reflection and transmission at the surface where lines of sight cross it."""
 
     def __init__(
-        self, optics: Optics, lines: Lines, view: Sight, slope: tuple[Array, Array]
+        self, optics: Optics, lines: _Lines, view: Sight, slope: tuple[Array, Array]
     ) -> None:
         xp = namespace(lines.ends)
         self.optics, self.lines = optics, lines

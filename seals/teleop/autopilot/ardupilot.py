@@ -29,7 +29,7 @@ MOST = 1024
 """Bytes of a packet that are read: one more than any good one has."""
 
 
-class Frame(NamedTuple):
+class _Frame(NamedTuple):
     """Outputs of the autopilot.
 
     Args:
@@ -43,7 +43,7 @@ class Frame(NamedTuple):
     pulses: Floats
 
 
-def _parse(packet: bytes) -> Frame | str:
+def _parse(packet: bytes) -> _Frame | str:
     """Return the frame of a packet, or the reason why it is none.
 
     Example:
@@ -59,7 +59,7 @@ def _parse(packet: bytes) -> Frame | str:
     if len(packet) != HEAD.size + 2 * count:
         return f"a packet of the wrong length: {count} outputs take {HEAD.size + 2 * count} bytes"
     _, rate, number = HEAD.unpack_from(packet)
-    return Frame(rate, number, np.frombuffer(packet, "<u2", count, HEAD.size).astype(float))
+    return _Frame(rate, number, np.frombuffer(packet, "<u2", count, HEAD.size).astype(float))
 
 
 class ArduPilot:
@@ -95,7 +95,7 @@ class ArduPilot:
         self._timeout, self._step, self._speed, self._allowed = timeout, step, speed, allowed
         self.refusals = Refusals()
         self._peer: Any = None
-        self._first: tuple[Frame, Any] | None = None
+        self._first: tuple[_Frame, Any] | None = None
         self._forget()
 
     def _forget(self) -> None:
@@ -159,7 +159,7 @@ class ArduPilot:
         self.frames += 1
         return np.where(frame.pulses > 0.0, frame.pulses, np.nan)
 
-    def _next(self) -> tuple[Frame, Any] | None:
+    def _next(self) -> tuple[_Frame, Any] | None:
         """Wait for a frame that is new; None when there is none or the count began anew."""
         end, other = time.monotonic() + self._timeout, None
         while (found := self._heard(end)) is not None:
@@ -210,7 +210,7 @@ class ArduPilot:
     def _refuse_second(self, peer: Any) -> None:
         self.refusals.say("a frame of a second autopilot", f"at {peer[0]}:{peer[1]}")
 
-    def _heard(self, end: float) -> tuple[Frame, Any] | None:
+    def _heard(self, end: float) -> tuple[_Frame, Any] | None:
         """Wait for a good packet; None at a time of the clock [s]."""
         while (left := end - time.monotonic()) > 0.0:
             self._ear.settimeout(left)
@@ -228,7 +228,7 @@ class ArduPilot:
                 )
                 continue
             found = _parse(packet)
-            if isinstance(found, Frame):
+            if isinstance(found, _Frame):
                 return found, peer
             self.refusals.say(found, f"({len(packet)} bytes from {peer[0]}:{peer[1]})")
         return None

@@ -54,11 +54,11 @@ class SolverDfsph(DeviceSolver):
     """
 
     settings: DfsphSettings
-    pipeline: DfsphPipeline
+    pipeline: _DfsphPipeline
 
-    def _pipeline(self, domain: Domain, accelerated: bool) -> DfsphPipeline:
+    def _pipeline(self, domain: Domain, accelerated: bool) -> _DfsphPipeline:
         self._swiftest, self._fresh = 0.0, False
-        return DfsphPipeline(domain, settings=self.settings, accelerated=accelerated)
+        return _DfsphPipeline(domain, settings=self.settings, accelerated=accelerated)
 
     def add_particles(
         self, positions: Array, velocities: Array | None = None, *, trusted: bool = False
@@ -169,7 +169,7 @@ STIFF = 1 / 100
 """Smallest share of the spectrum that is damped at the full rate [1]."""
 
 
-class DfsphPipeline(DevicePipeline):
+class _DfsphPipeline(DevicePipeline):
     """Fields and kernels of one divergence-free SPH fluid.
 
     Args:

@@ -56,10 +56,10 @@ class SolverPbf(DeviceSolver):
     """
 
     settings: PbfSettings
-    pipeline: SubstepPipeline
+    pipeline: _SubstepPipeline
 
-    def _pipeline(self, domain: Domain, accelerated: bool) -> SubstepPipeline:
-        return SubstepPipeline(domain, settings=self.settings, accelerated=accelerated)
+    def _pipeline(self, domain: Domain, accelerated: bool) -> _SubstepPipeline:
+        return _SubstepPipeline(domain, settings=self.settings, accelerated=accelerated)
 
     @property
     def sound_speed(self) -> float:
@@ -82,7 +82,7 @@ UNROLLED = 12
 """Most iterations that one kernel holds: each is compiled."""
 
 
-class SubstepPipeline(DevicePipeline):
+class _SubstepPipeline(DevicePipeline):
     """Fields and kernels of one position-based fluid.
 
     Args:

@@ -15,7 +15,7 @@ from seals.plugins.fluids.solvers.pbf.points import close_pairs
 Array = NDArray[np.float64]
 
 
-class Pairs(NamedTuple):
+class _Pairs(NamedTuple):
     """Pairs of a particle and a neighbour: rows, offset [1 spacing], value and slope, share."""
 
     i: NDArray[np.int64]
@@ -83,13 +83,13 @@ def mean_stress(
     return np.asarray(whole / near)
 
 
-def _pairs(a: Array, b: Array, method: Method, weights: Array | None = None) -> Pairs:
+def _pairs(a: Array, b: Array, method: Method, weights: Array | None = None) -> _Pairs:
     """Pairs in reach; with weights those with boundary samples, by their kernel."""
     lattice, d = method.lattice, method.spacing
     found = list(close_pairs(a, b, lattice.support * d))
     if not found:
         none = np.zeros(0, dtype=np.int64)
-        return Pairs(none, none, np.zeros((0, 3)), np.zeros(0), np.zeros(0))
+        return _Pairs(none, none, np.zeros((0, 3)), np.zeros(0), np.zeros(0))
     i, j, r = (np.concatenate(x) for x in zip(*found, strict=True))
     if weights is None:
         i, j, r = (x[i != j] for x in (i, j, r))
@@ -100,10 +100,10 @@ def _pairs(a: Array, b: Array, method: Method, weights: Array | None = None) -> 
         part = method.scale * weights[j]
         value = part * u**7 * (p + q * u)
         slope = -part * u**6 * (7 * p + 8 * q * u) / (lattice.support * np.maximum(r / d, 1e-3))
-    return Pairs(i, j, (a[i] - b[j]) / d, value, slope)
+    return _Pairs(i, j, (a[i] - b[j]) / d, value, slope)
 
 
-def _corrections(water: Pairs, wall: Pairs, n: int, method: Method) -> Array:
+def _corrections(water: _Pairs, wall: _Pairs, n: int, method: Method) -> Array:
     """Isotropy corrections, shape (n, 3, 3), see `device.isotropy`."""
     one, along = np.eye(3), method.lattice.along
     if method.share <= 0.0:
@@ -119,7 +119,7 @@ def _corrections(water: Pairs, wall: Pairs, n: int, method: Method) -> Array:
     return np.asarray(np.linalg.inv(one + part * uneven))
 
 
-def _moments(pairs: Pairs, n: int) -> Array:
+def _moments(pairs: _Pairs, n: int) -> Array:
     """Sum -slope e e^T over the pairs of each particle, shape (n, 3, 3)."""
     e = pairs.offset
     out = np.zeros((n, 3, 3))
