@@ -198,6 +198,7 @@ class Allocation:
 def _reachable(a: Array, wrench: Array, low: Array, high: Array) -> Array:
     """Wrenches within what each row can do: to ask for more would weigh against what matters."""
     xp = namespace(wrench)
+    # interval arithmetic: each drive at the end that helps this row
     ends = a * low[:, None, :], a * high[:, None, :]
     most, least = xp.sum(xp.maximum(*ends), axis=2), xp.sum(xp.minimum(*ends), axis=2)
     return xp.minimum(xp.maximum(wrench, least), most)
@@ -222,6 +223,7 @@ def _least_norm(a: Array, wrench: Array, *, full: bool = True) -> Array:
     size = xp.sqrt(xp.sum(a * a, axis=2))
     level = 1.0 / xp.where(size > 0.0, size, size * 0.0 + 1.0)
     b, wanted = a * level[:, :, None], wrench * level
+    # u = B^T (B B^T)^-1 w: the smallest of all solutions where the rows are independent
     turned = xp.permute_dims(b, (0, 2, 1))
     if not full:
         turned, found = np.linalg.pinv(b, rcond=RANK), wanted
@@ -240,5 +242,6 @@ def has_rank(a: Floats) -> bool:
     size = np.sqrt((a * a).sum(axis=1))
     if not a.size or float(size.min()) == 0.0 or a.shape[0] > a.shape[1]:
         return False
+    # rows of one size: force and torque have different units
     values = np.linalg.svd(a / size[:, None], compute_uv=False)
     return bool(values[-1] > RANK * values[0])

@@ -44,6 +44,7 @@ def leg_position(a: Floats, b: Floats, p: Floats) -> LegPosition:
     (ax, ay, az), (bx, by, bz), (px, py, pz) = a.tolist(), b.tolist(), p.tolist()
     length = math.hypot(bx - ax, by - ay)
     ex, ey = (bx - ax) / length, (by - ay) / length
+    # level coordinates of the point along and to the left of the leg's direction e
     along = (px - ax) * ex + (py - ay) * ey
     cross = (py - ay) * ex - (px - ax) * ey
     height = az + (bz - az) * min(max(along / length, 0.0), 1.0)

@@ -114,9 +114,11 @@ def calibrate(kernel: Kernel, support: float = 2.0) -> Calibration:
     r = np.linalg.norm(points, axis=1)
     own = float(shape(np.zeros(1))[0][0])
     value, slope = shape(r)
+    # the lattice has the density one
     factor = 1 / (own + float(value.sum()))
     gradient = factor * slope[:, None] * points
     stiffness = float((gradient**2).sum())
+    # eigenvalues of the constraints for plane waves along an axis, by wave number
     waves = np.linspace(0.0, np.pi, 200)
     response = np.abs((gradient[:, :1] * np.sin(points[:, :1] * waves)).sum(axis=0)) ** 2
     flat = points[:, 2] == 0

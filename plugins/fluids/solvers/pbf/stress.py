@@ -70,15 +70,18 @@ def mean_stress(
     n, lattice = len(places), method.lattice
     turn = _corrections(water, wall, n, method)
     force = -water.slope[:, None] * water.offset
+    # either end of a pair has half of its stress: 1/2 (lambda_i L_i + lambda_j L_j) (-grad W) . x
     pull = np.einsum("nab,nb->na", turn[water.i], force) * multipliers[water.i, None]
     pull += np.einsum("nab,nb->na", turn[water.j], force) * multipliers[water.j, None]
     stress = _summed(water.i, 0.5 * (pull * water.offset).sum(axis=1), n)
     force = -wall.slope[:, None] * wall.offset
     push = np.einsum("nab,nb->na", turn[wall.i], force)
+    # of a wall the part normal to it alone: `along` is the share that its samples add beside it
     normal = _summed(wall.i, 0.5 * (push * wall.offset).sum(axis=1), n)
     stress += normal / (1 + 2 * lattice.along) * multipliers
     near = lattice.own + _summed(water.i, water.value, n)
     stress *= (near + _summed(wall.i, wall.value, n)) / 3
+    # averaged with the kernel: single particles in layers differ by a tenth
     whole = lattice.own * stress + _summed(water.i, water.value * stress[water.j], n)
     return np.asarray(whole / near)
 
@@ -96,6 +99,7 @@ def _pairs(a: Array, b: Array, method: Method, weights: Array | None = None) -> 
         value, slope = shape_of(method.kernel, lattice.support)(r / d)
         value, slope = lattice.factor * value, lattice.factor * slope
     else:
+        # u^7 (p + q u) with u = 1 - r / support, see `lattice.solid_factors`
         (p, q), u = lattice.solid, 1 - r / d / lattice.support
         part = method.scale * weights[j]
         value = part * u**7 * (p + q * u)
