@@ -114,8 +114,7 @@ def object_place(log: Log, thing: str) -> Floats:
 def upright(log: Log) -> Floats:
     """Return the cosine of the lean of the body, shape (rows,)."""
     x, y = log.columns["orientation_x"], log.columns["orientation_y"]
-    found: Floats = 1.0 - 2.0 * (x * x + y * y)
-    return found
+    return 1.0 - 2.0 * (x * x + y * y)
 
 
 def _draw(folder: Path, record: Record, settings: RunSettings) -> None:

@@ -144,8 +144,7 @@ def held(readings: Floats) -> Floats:
         [0.0, 2.0, 2.0, 3.0]
     """
     last = np.maximum.accumulate(np.where(np.isfinite(readings), np.arange(len(readings)), -1))
-    out: Floats = np.where(last >= 0, readings[last], 0.0)
-    return out
+    return np.where(last >= 0, readings[last], 0.0)
 
 
 def landing(log: Log, floor: Floats) -> dict[str, float]:

@@ -160,8 +160,7 @@ def stlsq_of_pysindy(unit: Floats, residual: Floats, least: float) -> Kept:
     """The same by pysindy, as a check."""
     found = importlib.import_module("pysindy.optimizers")
     fit = found.STLSQ(threshold=least, alpha=RIDGE, unbias=False).fit(unit, residual[:, None])
-    kept: Kept = np.flatnonzero(fit.coef_[0])
-    return kept
+    return np.flatnonzero(fit.coef_[0])
 
 
 def sparse(

@@ -104,8 +104,7 @@ class Flight:
 
     def channel(self, stem: str, ends: str) -> Floats:
         """Columns of a channel."""
-        found: Floats = np.column_stack([self.columns[f"{stem}_{e}"] for e in ends])
-        return found
+        return np.column_stack([self.columns[f"{stem}_{e}"] for e in ends])
 
     def _speeds(self, truth: Mapping[str, Any]) -> Floats:
         """Commanded speeds [rad/s]."""

@@ -247,5 +247,4 @@ def _twin(fluid: FluidWindow, course: _Way, time: float, step: float) -> Floats:
         ]
         forces.append(np.array(found))
         fluid.restore(kept)
-    out: Floats = forces[0] - forces[1]
-    return out
+    return forces[0] - forces[1]

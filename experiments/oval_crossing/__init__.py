@@ -156,5 +156,4 @@ def _upward(log: Log) -> Floats:
     """Vertical acceleration of the body's origin from its velocity, smoothed over 20 ms."""
     speed = np.gradient(log.channel("position")[:, 2], log.time)
     rise = np.gradient(speed, log.time)
-    found: Floats = np.convolve(rise, np.ones(5) / 5.0, mode="same")
-    return found
+    return np.convolve(rise, np.ones(5) / 5.0, mode="same")

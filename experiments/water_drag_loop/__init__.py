@@ -208,5 +208,4 @@ def _draw(path: Path, judged: list[_Judged]) -> None:
 def _smooth(values: Floats) -> Floats:
     """Mean over five rows, for the eye."""
     wide = np.concatenate([values[:1].repeat(2), values, values[-1:].repeat(2)])
-    out: Floats = np.convolve(wide, np.full(5, 0.2), mode="valid")
-    return out
+    return np.convolve(wide, np.full(5, 0.2), mode="valid")

@@ -174,8 +174,7 @@ def write_measurement(folder: Path, course: Course, nominal: Nominal, *, seed: i
     rng, rows = np.random.default_rng(seed), len(course.time)
 
     def noise(channel: str) -> Floats:
-        drawn: Floats = NOISE[channel][0] * rng.standard_normal((rows, 3))
-        return drawn
+        return NOISE[channel][0] * rng.standard_normal((rows, 3))
 
     place, force = noise("position"), noise("specific_force")
     place[:, 0] += course.position

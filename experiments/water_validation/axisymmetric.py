@@ -109,8 +109,7 @@ class _Grid(NamedTuple):
 def _distance(slope: float | None, r: Floats, z: Floats) -> Floats:
     """Return the distance from a sphere (no slope) or a cylinder with a cone below, both R = 1."""
     if slope is None:
-        found: Floats = np.hypot(r, z - 1.0) - 1.0
-        return found
+        return np.hypot(r, z - 1.0) - 1.0
     return np.maximum((r * slope - z) / math.hypot(1.0, slope), r - 1.0)
 
 
@@ -252,8 +251,7 @@ def _outside(slope: float | None, places: Floats) -> Floats:
         for a in (1.0, 0.0)
     ]
     way = 1.01 * np.maximum(depth, 0.0) / (2.0 * small)
-    moved: Floats = found + way[:, None] * np.stack(ahead, -1)
-    return moved
+    return found + way[:, None] * np.stack(ahead, -1)
 
 
 def enter(slope: float | None, cells: int, *, deepest: float) -> tuple[Floats, Floats]:

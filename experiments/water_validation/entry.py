@@ -109,8 +109,7 @@ def impulses(time: Floats, felt: Floats, speed: float) -> Floats:
     now = speed + GRAVITY * (time - time[0]) - taken
     way = 0.5 * (now[1:] + now[:-1]) * np.diff(time)
     deep = np.concatenate(([0.0], np.cumsum(way))) / RADIUS
-    found: Floats = np.interp(DEPTHS, deep, taken) / (1000.0 * RADIUS**3 * speed)
-    return found
+    return np.interp(DEPTHS, deep, taken) / (1000.0 * RADIUS**3 * speed)
 
 
 class Entry(NamedTuple):

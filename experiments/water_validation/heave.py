@@ -55,8 +55,7 @@ def potential_flow(count: int) -> Floats:
         second = rate(k + 1, z[k] + STEP * v[k], v[k] + STEP * first)
         v[k + 1] = v[k] + 0.5 * STEP * (first + second)
         z[k + 1] = z[k] + 0.5 * STEP * (v[k] + v[k + 1])
-    out: Floats = z / DROP
-    return out
+    return z / DROP
 
 
 def run(grade: Grade) -> Outcome:

@@ -323,8 +323,7 @@ class SacAgent(Stateful):
             )
             # what was improved while it was recorded does not count
             self.nets.restore_tensors(before)
-        metrics: dict[str, Tensor] = self._recorded(given)
-        return metrics
+        return self._recorded(given)
 
     def _update_networks(self, batch: Any) -> dict[str, Tensor]:
         observation = self._augmented(batch["observation"])

@@ -253,8 +253,7 @@ class SensorSonar(MountedSensor):
         mean = source * self.echo(felt) + noise
         if self.speckle:
             mean *= rng.standard_exponential(mean.shape)
-        levels: Floats = 10.0 * np.log10(np.maximum(mean, 1e-3))
-        return levels
+        return 10.0 * np.log10(np.maximum(mean, 1e-3))
 
     def echo(self, felt: SensorInput) -> Floats:
         """Return mean intensities relative to the source's at 1 m, shape (beams, bins)."""

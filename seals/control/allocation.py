@@ -121,8 +121,7 @@ class Allocation:
         """
         given = wrench, centre, gain, limit, low
         if wrench.ndim == 1:
-            found: Array = self._commands(*(None if x is None else x[None] for x in given))[0]
-            return found
+            return self._commands(*(None if x is None else x[None] for x in given))[0]
         xp = namespace(wrench)
         if wrench.dtype == xp.float64:
             return self._commands(*given)

@@ -74,8 +74,7 @@ class Trend(NamedTuple):
     def ahead(self, time: float, first: int = 0, last: int | None = None) -> Floats:
         """Return the derivative extrapolated by a time [s], for all components or some."""
         now, change = self.first.rate[:, first:last], self.second.rate[:, first:last]
-        expected: Floats = now + time * change
-        return expected
+        return now + time * change
 
 
 class Lag:

@@ -111,7 +111,7 @@ def mlp(inputs: int, outputs: int, hidden: Sequence[int], *, layer_norm: bool = 
 
     norm = torch.nn.LayerNorm if layer_norm else None
     kwargs: Any = [{"normalized_shape": width} for width in hidden] if layer_norm else None
-    found: nn.Module = MLP(
+    return MLP(
         in_features=inputs,
         out_features=outputs,
         num_cells=list(hidden),
@@ -119,7 +119,6 @@ def mlp(inputs: int, outputs: int, hidden: Sequence[int], *, layer_norm: bool = 
         norm_class=norm,
         norm_kwargs=kwargs,
     )
-    return found
 
 
 def normaliser_of(size: int) -> nn.Module:

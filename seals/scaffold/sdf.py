@@ -61,8 +61,7 @@ class _Frames(NamedTuple):
                 "Give one of the frames on the way relative to the model."
             )
         base, own = self.poses[name]
-        placed: Floats = self.pose(base, depth + 1) @ own
-        return placed
+        return self.pose(base, depth + 1) @ own
 
 
 def urdf_of_sdf(

@@ -73,8 +73,7 @@ class Water:
             raise ConfigError("this run has no water.\nChoose it in the run: water=fossen")
         flat = np.column_stack([np.ravel(x), np.ravel(y), np.full(np.size(x), self.level)])
         found = np.broadcast_to(np.ravel(self._sea(flat, time).elevation), (len(flat),))
-        out: Floats = np.asarray(found, dtype=float).reshape(np.shape(x))
-        return out
+        return np.asarray(found, dtype=float).reshape(np.shape(x))
 
     def _sea(self, points: Floats, time: float) -> Any:
         return self._waves.at(points, np.array([[time]]), float(self.level or 0.0))

@@ -262,8 +262,7 @@ class MovingDomain(Simulation):
         outer = self.outer.elevation(places, time)
         level = np.column_stack([places[:, :2], outer])
         weight = self.box.weight(self.outer.rest(level, time))
-        out: Floats = weight * outer + (1.0 - weight) * (self.heights.at(places) + self.lift)
-        return out
+        return weight * outer + (1.0 - weight) * (self.heights.at(places) + self.lift)
 
     def diagnostics(self) -> dict[str, float]:
         """Return diagnostics of solver and box: shifts, particles added and removed."""

@@ -38,7 +38,6 @@ def cleaned(colour: Image, albedo: Image, normal: Image) -> Image:
     guides = [
         np.ascontiguousarray(np.nan_to_num(x), dtype=np.float32) for x in (colour, albedo, normal)
     ]
-    found: Image = np.asarray(
+    return np.asarray(
         denoise(guides[0], albedo=np.clip(guides[1], 0.0, 1.0), normal=guides[2], hdr=True)
     )
-    return found

@@ -72,8 +72,7 @@ def _pieces(faces: NDArray[np.int64]) -> NDArray[np.int64]:
     size = int(edge.max()) + 1
     graph = coo_matrix((np.ones(len(edge)), (face, edge)), shape=(size, size))
     found = connected_components(graph, directed=False)[1][: len(faces)]
-    label: NDArray[np.int64] = found.astype(np.int64)
-    return label
+    return found.astype(np.int64)
 
 
 def _solid(points: Floats) -> Solid:

@@ -202,8 +202,7 @@ def _calmed(surface: Surface, x: Floats, y: Floats, time: float, fine: Box) -> F
     near, far = CALM
     share = np.clip((far - distance) / (far - near), 0.0, 1.0)
     height = np.asarray(surface.height(x, y, time), dtype=float)
-    found: Floats = surface.level + share * (height - surface.level)
-    return found
+    return surface.level + share * (height - surface.level)
 
 
 def _lines(low: float, high: float) -> tuple[Floats, int, int]:
@@ -324,5 +323,4 @@ def raster(mesh: Mesh, low: Floats, edge: float, cells: tuple[int, int]) -> Floa
     nearest = distance_transform_edt(empty, return_distances=False, return_indices=True)
     filled = grid[tuple(nearest)]
     # single drops in the air are not a surface
-    found: Floats = median_filter(filled, size=3, mode="nearest")
-    return found
+    return median_filter(filled, size=3, mode="nearest")
