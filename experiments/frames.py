@@ -19,7 +19,7 @@ from seals.report.pictures import figure_class
 from seals.run.settings import RunSettings
 from seals.run.sight import surface_of
 from seals.view.films.application import without_walls
-from seals.view.films.viewpoint import looking
+from seals.view.films.viewpoint import Viewpoint
 from seals.view.replay import Replay, tracks_of
 from seals.view.stage import build_stage
 
@@ -91,7 +91,7 @@ def draw_frames(
             here, *others = (track.position[row] for track in replay.tracks.values())
             near = min(others, key=lambda place: float(np.linalg.norm(place - here)), default=here)
             target: Floats = here if np.linalg.norm(near - here) > FAR else 0.5 * (here + near)
-            camera = looking(target + view.offset, target)
+            camera = Viewpoint.looking(target + view.offset, target)
             pictures.append(
                 to_bytes(watch.see((camera.origin, camera.axes), lens, time, random).colour)
             )

@@ -13,7 +13,7 @@ from typing import Any
 
 from seals.errors import ConfigError, suggestion
 from seals.experiments.naming_benchmark import rivals
-from seals.experiments.naming_benchmark.answers import question
+from seals.experiments.naming_benchmark.answers import Question
 from seals.experiments.naming_benchmark.regions import found_regions
 from seals.experiments.naming_benchmark.score import score, table
 from seals.experiments.naming_benchmark.told import read_answer, read_truth
@@ -128,7 +128,7 @@ def _answer(
             elif method == rivals.MUJOCO:
                 told = rivals.by_mujoco(log, python)
             else:
-                names = rivals.REGRESSIONS[method](question(problem).table)
+                names = rivals.REGRESSIONS[method](Question.of(problem).table)
                 told = {"verdict": "named" if names else "nothing_missing"}
                 told["effects"] = [{"name": name} for name in names]
             if told is None:

@@ -14,7 +14,7 @@ import numpy as np
 
 from seals.errors import ConfigError
 from seals.experiments.soak.energy import Books
-from seals.experiments.soak.flight import LENGTH, tell, wish
+from seals.experiments.soak.flight import LENGTH, Wish, tell
 from seals.run import build_world
 from seals.run.assembly import ROBOT
 from seals.run.checkpoint import (
@@ -110,7 +110,7 @@ class _Soak:
         while self.done < steps:
             if self.done % ASK == 0:
                 number = self.done // length
-                tell(self.actor, wish(self.actor.robot, self.settings.seed, number))
+                tell(self.actor, Wish.drawn(self.actor.robot, self.settings.seed, number))
             self.world.step()
             self.done += 1
             wet = float(self.actor.body.read().position[2]) < 0.0

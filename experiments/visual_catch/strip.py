@@ -41,6 +41,17 @@ class _Glance(NamedTuple):
     pictures: Mapping[str, NDArray[np.uint8]]
     spots: Mapping[str, Floats | None]
 
+    @classmethod
+    def of(cls, environment: Any, world: Any) -> _Glance:
+        pictures, spots, told = {}, {}, environment.perceived
+        for name, camera in world.actor.sensor_suite.cameras.items():
+            shot = shot_of(camera)
+            pictures[name] = to_bytes(np.asarray(shot.picture.colour))
+            away = shot.axes.T @ (told.target[0] - shot.position)
+            seen = told.facts["seen"][0, 0] > 0.5 and away[2] > shot.lens.near
+            spots[name] = np.asarray(shot.lens.project(away)) if seen else None
+        return cls(float(environment.now.time[0, 0]), pictures, spots)
+
 
 def show(words: Sequence[str], path: Path) -> str:
     """Fly from the first held-out start, draw strip and film; return how it ended, in words.
@@ -65,7 +76,7 @@ def show(words: Sequence[str], path: Path) -> str:
         while not over:
             turn = environment.step(environment.scripted_policy())
             over = bool(turn.terminated[0] | turn.truncated[0])
-            glances.append(_glance(environment, world))
+            glances.append(_Glance.of(environment, world))
     finally:
         environment.close()
     _draw(glances, path)
@@ -92,17 +103,6 @@ def _seeing(environment: Any) -> Any:
             "Give one with cameras in full worlds: env=catch_seen backend=mujoco"
         )
     return world
-
-
-def _glance(environment: Any, world: Any) -> _Glance:
-    pictures, spots, told = {}, {}, environment.perceived
-    for name, camera in world.actor.sensor_suite.cameras.items():
-        shot = shot_of(camera)
-        pictures[name] = to_bytes(np.asarray(shot.picture.colour))
-        away = shot.axes.T @ (told.target[0] - shot.position)
-        seen = told.facts["seen"][0, 0] > 0.5 and away[2] > shot.lens.near
-        spots[name] = np.asarray(shot.lens.project(away)) if seen else None
-    return _Glance(float(environment.now.time[0, 0]), pictures, spots)
 
 
 def _draw(glances: Sequence[_Glance], path: Path) -> None:

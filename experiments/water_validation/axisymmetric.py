@@ -68,8 +68,8 @@ class _Grid(NamedTuple):
         whole = area_r[1:] + area_r[:-1] + area_z[:, 1:] + area_z[:, :-1]
         wet = (surface < 0.0) & (whole > 1e-8)
         sides = (
-            _sides(surface, wet, area_r[1:-1], 0),
-            _sides(surface, wet, area_z[:, 1:-1], 1),
+            _Sides.of(surface, wet, area_r[1:-1], 0),
+            _Sides.of(surface, wet, area_z[:, 1:-1], 1),
         )
         flow = np.diff(area_r * u, axis=0) + np.diff(area_z * w, axis=1)
         p = _pressure(sides, wet, flow)
@@ -181,18 +181,18 @@ class _Sides(NamedTuple):
     back: Mask
     way: Floats
 
-
-def _sides(surface: Floats, wet: Mask, area: Floats, axis: int) -> _Sides:
-    """Return the sides along an axis; the surface may lie within a cell (Gibou et al. 2002)."""
-    low = (slice(None, -1), slice(None)) if axis == 0 else (slice(None), slice(None, -1))
-    high = (slice(1, None), slice(None)) if axis == 0 else (slice(None), slice(1, None))
-    both = wet[low] & wet[high] & (area > 0.0)
-    out, back = wet[low] & ~wet[high], wet[high] & ~wet[low]
-    own = np.where(out, surface[low], surface[high])
-    other = np.where(out, surface[high], surface[low])
-    ends = (out | back) & (own < other)
-    part = np.clip(own / np.where(ends, own - other, 1.0), LEAST, 1.0)
-    return _Sides(low, high, area, both, out, back, np.where(ends, part, 1.0))
+    @classmethod
+    def of(cls, surface: Floats, wet: Mask, area: Floats, axis: int) -> _Sides:
+        """Return the sides along an axis; the surface may lie within a cell (Gibou et al. 2002)."""
+        low = (slice(None, -1), slice(None)) if axis == 0 else (slice(None), slice(None, -1))
+        high = (slice(1, None), slice(None)) if axis == 0 else (slice(None), slice(1, None))
+        both = wet[low] & wet[high] & (area > 0.0)
+        out, back = wet[low] & ~wet[high], wet[high] & ~wet[low]
+        own = np.where(out, surface[low], surface[high])
+        other = np.where(out, surface[high], surface[low])
+        ends = (out | back) & (own < other)
+        part = np.clip(own / np.where(ends, own - other, 1.0), LEAST, 1.0)
+        return cls(low, high, area, both, out, back, np.where(ends, part, 1.0))
 
 
 def _pressure(sides: tuple[_Sides, _Sides], wet: Mask, flow: Floats) -> Floats:

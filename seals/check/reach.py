@@ -11,7 +11,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.check.finding import RobotFinding, failed, passed, warned
 from seals.check.floating import FloatingBody
-from seals.check.lift import commanded_directions
+from seals.check.lift import CommandedDirections
 from seals.control.actuator_limits import ActuatorLimitEstimator, ActuatorLimits
 from seals.control.added import added_inertia
 from seals.control.axes import (
@@ -181,7 +181,7 @@ def _hovers(robot: RobotModel, layout: Layout, centre: Floats) -> bool:
     whole = with_fins(layout, tilts_of(robot, layout, share))
     level = wrench_matrix(whole, centre)
     level[:HEAVE] = 0.0
-    return commanded_directions(level, centre, whole.position).rank == len(level) - HEAVE
+    return CommandedDirections.of(level, centre, whole.position).rank == len(level) - HEAVE
 
 
 def _level_force(matrix: Floats, low: Floats, held: list[int], sign: float) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
-from seals.rendering.camera import Lens, lengths, single, units
+from seals.rendering.camera import Cameras, Lens, lengths, units
 from seals.rendering.files import images
 from seals.rendering.light import Light
 from seals.rendering.optics import Optics, Sight, Surface, SurfaceStill
@@ -123,7 +123,7 @@ class SceneView:
             rng: random state of the sensor's noise.
             normals: whether normals are wanted.
         """
-        views = single(*camera)
+        views = Cameras.single(*camera)
         batch = self.renderer.render(self.poses(), views, lens, normals=normals)
         drawn = Picture(*(None if x is None else np.asarray(x)[0] for x in batch))
         ways = _directions(camera[1], lens)[None]

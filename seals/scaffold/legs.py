@@ -47,7 +47,7 @@ class _Stance(NamedTuple):
         """Reach, at least half of the height: legs that hang down bend when they walk [m].
 
         Example:
-            >>> Stance(reach=0.0, height=0.3).span
+            >>> _Stance(reach=0.0, height=0.3).span
             0.15
         """
         return max(self.reach, 0.5 * self.height)

@@ -142,23 +142,23 @@ class PaddlePlate(NamedTuple):
     velocity: Floats
     spin: Floats
 
+    @classmethod
+    def of(cls, kind: Maker, stroke: Stroke, foot: Floats, depth: float) -> PaddlePlate:
+        """Return pose and twist of the paddle at a stroke.
 
-def plate_of(kind: Maker, stroke: Stroke, foot: Floats, depth: float) -> PaddlePlate:
-    """Return pose and twist of the paddle at a stroke.
-
-    Args:
-        kind: piston or flap.
-        stroke: at the still surface.
-        foot: lower edge of the paddle at rest, world [m], shape (3,).
-        depth: of the still water [m].
-    """
-    still = np.zeros(3)
-    if kind is not Maker.flap:
-        push = np.array([stroke.place, 0.0, 0.0])
-        return PaddlePlate(foot + push, np.eye(3), np.array([stroke.speed, 0.0, 0.0]), still)
-    tangent = stroke.place / depth
-    angle = math.atan(tangent)
-    rate = stroke.speed / depth / (1.0 + tangent * tangent)
-    c, s = math.cos(angle), math.sin(angle)
-    turn = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
-    return PaddlePlate(foot.copy(), turn, still, np.array([0.0, rate, 0.0]))
+        Args:
+            kind: piston or flap.
+            stroke: at the still surface.
+            foot: lower edge of the paddle at rest, world [m], shape (3,).
+            depth: of the still water [m].
+        """
+        still = np.zeros(3)
+        if kind is not Maker.flap:
+            push = np.array([stroke.place, 0.0, 0.0])
+            return cls(foot + push, np.eye(3), np.array([stroke.speed, 0.0, 0.0]), still)
+        tangent = stroke.place / depth
+        angle = math.atan(tangent)
+        rate = stroke.speed / depth / (1.0 + tangent * tangent)
+        c, s = math.cos(angle), math.sin(angle)
+        turn = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+        return cls(foot.copy(), turn, still, np.array([0.0, rate, 0.0]))

@@ -16,7 +16,7 @@ from seals.plugins.fluids.sampling import Samples, joined
 from seals.plugins.fluids.sampling.solids import sample_solid
 from seals.plugins.fluids.solver import SolverSettings
 from seals.plugins.fluids.tank.basin import Basin
-from seals.plugins.fluids.tank.paddle import Paddle, PaddlePlate, plate_of
+from seals.plugins.fluids.tank.paddle import Paddle, PaddlePlate
 from seals.plugins.fluids.tank.settings import BeachSettings, Maker, WindSettings
 
 if TYPE_CHECKING:
@@ -129,7 +129,7 @@ class TankSimulation(Simulation):
         out = []
         if self.paddle is not None:
             kind, depth = self.settings.maker.kind, self.basin.depth
-            out.append(plate_of(kind, self.paddle.stroke(time), self.basin.foot, depth))
+            out.append(PaddlePlate.of(kind, self.paddle.stroke(time), self.basin.foot, depth))
         if self._tidal:
             tide = self.settings.tide
             rate = 2.0 * math.pi / tide.period

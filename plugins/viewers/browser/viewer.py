@@ -17,7 +17,7 @@ from seals.plugins.viewers.browser.panel import Panel
 from seals.plugins.viewers.browser.sea import Sea
 from seals.plugins.viewers.browser.server import open_server
 from seals.plugins.viewers.browser.solids import Solids
-from seals.plugins.viewers.browser.surroundings import Extent, extent_of, look_at, set_sky
+from seals.plugins.viewers.browser.surroundings import Extent, look_at, set_sky
 from seals.rendering.scene import Poses
 from seals.schema import setting
 from seals.view.session import Session
@@ -154,7 +154,7 @@ class _Page:
         for part in self._parts:
             part.remove()
         first = self._extent is None
-        extent = self._extent = extent_of(session, self._extent)
+        extent = self._extent = Extent.of(session, self._extent)
         self._parts = [
             Solids(self._server, session.stage, extent.middle, extent.half),
             Sea(self._server, session.water, extent.middle, extent.half, self._opacity),

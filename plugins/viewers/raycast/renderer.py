@@ -12,7 +12,7 @@ from seals.caches import use_private_compiler_cache
 from seals.errors import ConfigError, PhysicsError, optional_import, suggestion
 from seals.field_roles import roles
 from seals.plugins.viewers.raycast.placing import Fixed, Placed, fixed_of
-from seals.plugins.viewers.raycast.solids import Tables, tables_of
+from seals.plugins.viewers.raycast.solids import Tables
 from seals.plugins.viewers.raycast.tracing import Setting, trace
 from seals.rendering.camera import Cameras, Lens
 from seals.rendering.light import Light
@@ -86,7 +86,7 @@ class RendererRaycast:
         check_scene(scene)
         _check_device(self.device)
         self.close()
-        tables = tables_of(scene)
+        tables = Tables.of(scene)
         self._scene = tables, fixed_of(tables, light.sky, self.device), light
 
     def render(

@@ -65,32 +65,32 @@ class Tables(NamedTuple):
     offsets: Floats
     tile: Floats
 
+    @classmethod
+    def of(cls, scene: Scene) -> Tables:
+        """Return the primitives of a scene.
 
-def tables_of(scene: Scene) -> Tables:
-    """Return the primitives of a scene.
-
-    Example:
-        >>> ball = Shape("capsule", (0.1, 1.0), np.zeros(3), np.eye(3), (1.0, 0.0, 0.0), 1)
-        >>> tables_of(Scene((ball,), ("nothing", "a"), ())).counts
-        (2, 0, 1, 0, 0)
-    """
-    found = [solid for shape in scene.shapes for solid in _split(shape)]
-    found.sort(key=lambda solid: (KINDS.index(solid.kind), solid.planes()))
-    hulls, normals, offsets = _grouped([s for s in found if s.kind == "convex"])
-    still = len(scene.frames)
-    return Tables(
-        counts=tuple(sum(s.kind == kind for s in found) for kind in KINDS),
-        half=np.array([s.half for s in found]).reshape(-1, 3),
-        position=np.array([s.position for s in found]).reshape(-1, 3),
-        rotation=np.array([s.rotation for s in found]).reshape(-1, 3, 3),
-        colour=np.array([s.colour for s in found]).reshape(-1, 3),
-        part=np.array([s.part for s in found], dtype=np.int32),
-        frame=np.array([still if s.frame < 0 else s.frame for s in found], dtype=np.int64),
-        hulls=hulls,
-        normals=normals,
-        offsets=offsets,
-        tile=np.array([s.tile for s in found]),
-    )
+        Example:
+            >>> ball = Shape("capsule", (0.1, 1.0), np.zeros(3), np.eye(3), (1.0, 0.0, 0.0), 1)
+            >>> Tables.of(Scene((ball,), ("nothing", "a"), ())).counts
+            (2, 0, 1, 0, 0)
+        """
+        found = [solid for shape in scene.shapes for solid in _split(shape)]
+        found.sort(key=lambda solid: (KINDS.index(solid.kind), solid.planes()))
+        hulls, normals, offsets = _grouped([s for s in found if s.kind == "convex"])
+        still = len(scene.frames)
+        return cls(
+            counts=tuple(sum(s.kind == kind for s in found) for kind in KINDS),
+            half=np.array([s.half for s in found]).reshape(-1, 3),
+            position=np.array([s.position for s in found]).reshape(-1, 3),
+            rotation=np.array([s.rotation for s in found]).reshape(-1, 3, 3),
+            colour=np.array([s.colour for s in found]).reshape(-1, 3),
+            part=np.array([s.part for s in found], dtype=np.int32),
+            frame=np.array([still if s.frame < 0 else s.frame for s in found], dtype=np.int64),
+            hulls=hulls,
+            normals=normals,
+            offsets=offsets,
+            tile=np.array([s.tile for s in found]),
+        )
 
 
 def _grouped(solids: list[_Solid]) -> tuple[tuple[tuple[int, int], ...], Floats, Floats]:

@@ -45,6 +45,20 @@ class _Trial:
     count: int
     device: str
 
+    @classmethod
+    def of(cls, policy: str, world: str, config: Any, variant: Variant, settings: Any) -> _Trial:
+        batch = "interval" in config.backend
+        count = variant.count or settings.count or (_BATCH if batch else 1)
+        episodes = variant.episodes or settings.episodes
+        return cls(
+            policy=policy,
+            world=world,
+            config=config,
+            episodes=episodes,
+            count=min(count, episodes),
+            device=usable_device(str(settings.device)),
+        )
+
 
 def execute(config: Any) -> int:
     """Evaluate the policies of a composed configuration and write tables and a page.
@@ -114,25 +128,11 @@ def _trials_of(config: Any, *, base: Sequence[str]) -> list[_Trial]:
         )
     policy = str(config.policy)
     names = list(dict.fromkeys([policy, *map(str, config.beside)]))
-    trials = [_trial(name, "", config, Variant(), config) for name in names]
+    trials = [_Trial.of(name, "", config, Variant(), config) for name in names]
     for name, variant in variants_of(config.grid).items():
         world = variant.world(base=base, root=ROOT, where=f"grid.{name}")
-        trials.append(_trial(policy, name, world, variant, config))
+        trials.append(_Trial.of(policy, name, world, variant, config))
     return trials
-
-
-def _trial(policy: str, world: str, config: Any, variant: Variant, settings: Any) -> _Trial:
-    batch = "interval" in config.backend
-    count = variant.count or settings.count or (_BATCH if batch else 1)
-    episodes = variant.episodes or settings.episodes
-    return _Trial(
-        policy=policy,
-        world=world,
-        config=config,
-        episodes=episodes,
-        count=min(count, episodes),
-        device=usable_device(str(settings.device)),
-    )
 
 
 def _evaluate_policy(

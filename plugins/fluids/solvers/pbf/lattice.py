@@ -72,6 +72,47 @@ class Calibration(NamedTuple):
     solid: tuple[float, float]
     along: float
 
+    @classmethod
+    def of(cls, kernel: Kernel, support: float = 2.0) -> Calibration:
+        """Sum a kernel over the lattice.
+
+        Args:
+            kernel: which one.
+            support: its reach [1 spacing].
+
+        Example:
+            >>> round(Calibration.of(Kernel.wendland).own, 3)
+            0.404
+        """
+        shape, points = shape_of(kernel, support), lattice(support)
+        r = np.linalg.norm(points, axis=1)
+        own = float(shape(np.zeros(1))[0][0])
+        value, slope = shape(r)
+        # the lattice has the density one
+        factor = 1 / (own + float(value.sum()))
+        gradient = factor * slope[:, None] * points
+        stiffness = float((gradient**2).sum())
+        # eigenvalues of the constraints for plane waves along an axis, by wave number
+        waves = np.linspace(0.0, np.pi, 200)
+        response = np.abs((gradient[:, :1] * np.sin(points[:, :1] * waves)).sum(axis=0)) ** 2
+        flat = points[:, 2] == 0
+        layers = np.arange(1.0, support)
+        solid = solid_factors(shape, factor, support)
+        return cls(
+            support=support,
+            factor=factor,
+            own=own * factor,
+            sheet=factor * (own + float(value[flat].sum())),
+            spread=float((value * r**2)[flat].sum() / (own + value[flat].sum())),
+            stiffness=stiffness,
+            top=float(response.max()) / stiffness,
+            virial=-SETTLED[kernel] * float((gradient * points).sum()) / 3,
+            behind=factor * float(sum(sheet_mean(shape, float(k), support)[0] for k in layers)),
+            press=-2 * factor * float(sum(sheet_mean(shape, float(k), support)[1] for k in layers)),
+            solid=solid,
+            along=_along_over_across(solid, support),
+        )
+
 
 def shape_of(kernel: Kernel, support: float) -> Callable[[Array], tuple[Array, Array]]:
     """Return a kernel stretched to a support: value, and radial derivative over distance.
@@ -97,47 +138,6 @@ def lattice(support: float) -> Array:
     points = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), -1).reshape(-1, 3)
     r = np.linalg.norm(points, axis=1)
     return np.asarray(points[(r > 0) & (r < support)], dtype=np.float64)
-
-
-def calibrate(kernel: Kernel, support: float = 2.0) -> Calibration:
-    """Sum a kernel over the lattice.
-
-    Args:
-        kernel: which one.
-        support: its reach [1 spacing].
-
-    Example:
-        >>> round(calibrate(Kernel.wendland).own, 3)
-        0.404
-    """
-    shape, points = shape_of(kernel, support), lattice(support)
-    r = np.linalg.norm(points, axis=1)
-    own = float(shape(np.zeros(1))[0][0])
-    value, slope = shape(r)
-    # the lattice has the density one
-    factor = 1 / (own + float(value.sum()))
-    gradient = factor * slope[:, None] * points
-    stiffness = float((gradient**2).sum())
-    # eigenvalues of the constraints for plane waves along an axis, by wave number
-    waves = np.linspace(0.0, np.pi, 200)
-    response = np.abs((gradient[:, :1] * np.sin(points[:, :1] * waves)).sum(axis=0)) ** 2
-    flat = points[:, 2] == 0
-    layers = np.arange(1.0, support)
-    solid = solid_factors(shape, factor, support)
-    return Calibration(
-        support=support,
-        factor=factor,
-        own=own * factor,
-        sheet=factor * (own + float(value[flat].sum())),
-        spread=float((value * r**2)[flat].sum() / (own + value[flat].sum())),
-        stiffness=stiffness,
-        top=float(response.max()) / stiffness,
-        virial=-SETTLED[kernel] * float((gradient * points).sum()) / 3,
-        behind=factor * float(sum(sheet_mean(shape, float(k), support)[0] for k in layers)),
-        press=-2 * factor * float(sum(sheet_mean(shape, float(k), support)[1] for k in layers)),
-        solid=solid,
-        along=_along_over_across(solid, support),
-    )
 
 
 def sheet_mean(

@@ -24,6 +24,27 @@ class _Pairs(NamedTuple):
     value: Array
     slope: Array
 
+    @classmethod
+    def of(cls, a: Array, b: Array, method: Method, weights: Array | None = None) -> _Pairs:
+        """Pairs in reach; with weights those with boundary samples, by their kernel."""
+        lattice, d = method.lattice, method.spacing
+        found = list(close_pairs(a, b, lattice.support * d))
+        if not found:
+            none = np.zeros(0, dtype=np.int64)
+            return cls(none, none, np.zeros((0, 3)), np.zeros(0), np.zeros(0))
+        i, j, r = (np.concatenate(x) for x in zip(*found, strict=True))
+        if weights is None:
+            i, j, r = (x[i != j] for x in (i, j, r))
+            value, slope = shape_of(method.kernel, lattice.support)(r / d)
+            value, slope = lattice.factor * value, lattice.factor * slope
+        else:
+            # u^7 (p + q u) with u = 1 - r / support, see `lattice.solid_factors`
+            (p, q), u = lattice.solid, 1 - r / d / lattice.support
+            part = method.scale * weights[j]
+            value = part * u**7 * (p + q * u)
+            slope = -part * u**6 * (7 * p + 8 * q * u) / (lattice.support * np.maximum(r / d, 1e-3))
+        return cls(i, j, (a[i] - b[j]) / d, value, slope)
+
 
 class Method(NamedTuple):
     """What the forces between particles depend on.
@@ -66,7 +87,7 @@ def mean_stress(
     References:
         Irving and Kirkwood 1950, doi 10.1063/1.1747782.
     """
-    water, wall = _pairs(places, places, method), _pairs(places, samples, method, weights)
+    water, wall = _Pairs.of(places, places, method), _Pairs.of(places, samples, method, weights)
     n, lattice = len(places), method.lattice
     turn = _corrections(water, wall, n, method)
     force = -water.slope[:, None] * water.offset
@@ -84,27 +105,6 @@ def mean_stress(
     # averaged with the kernel: single particles in layers differ by a tenth
     whole = lattice.own * stress + _summed(water.i, water.value * stress[water.j], n)
     return np.asarray(whole / near)
-
-
-def _pairs(a: Array, b: Array, method: Method, weights: Array | None = None) -> _Pairs:
-    """Pairs in reach; with weights those with boundary samples, by their kernel."""
-    lattice, d = method.lattice, method.spacing
-    found = list(close_pairs(a, b, lattice.support * d))
-    if not found:
-        none = np.zeros(0, dtype=np.int64)
-        return _Pairs(none, none, np.zeros((0, 3)), np.zeros(0), np.zeros(0))
-    i, j, r = (np.concatenate(x) for x in zip(*found, strict=True))
-    if weights is None:
-        i, j, r = (x[i != j] for x in (i, j, r))
-        value, slope = shape_of(method.kernel, lattice.support)(r / d)
-        value, slope = lattice.factor * value, lattice.factor * slope
-    else:
-        # u^7 (p + q u) with u = 1 - r / support, see `lattice.solid_factors`
-        (p, q), u = lattice.solid, 1 - r / d / lattice.support
-        part = method.scale * weights[j]
-        value = part * u**7 * (p + q * u)
-        slope = -part * u**6 * (7 * p + 8 * q * u) / (lattice.support * np.maximum(r / d, 1e-3))
-    return _Pairs(i, j, (a[i] - b[j]) / d, value, slope)
 
 
 def _corrections(water: _Pairs, wall: _Pairs, n: int, method: Method) -> Array:

@@ -4,7 +4,7 @@ from typing import Any
 
 from seals.plugins.fluids.solvers.pbf.choices import Kernel
 from seals.plugins.fluids.solvers.pbf.language import ti
-from seals.plugins.fluids.solvers.pbf.lattice import calibrate
+from seals.plugins.fluids.solvers.pbf.lattice import Calibration
 
 # least distance that is divided by [halves of the support]
 NEAREST = 1e-4
@@ -26,7 +26,7 @@ class Smoothing:
     ) -> None:
         self.inverse = inverse
         self.kind = {Kernel.wendland: 0, Kernel.spline: 1}[kernel]
-        self.lattice = calibrate(kernel, reach)
+        self.lattice = Calibration.of(kernel, reach)
         self.support = reach * spacing
         # distances are in halves of the support below
         self.per_half = 2 / self.support
