@@ -181,6 +181,9 @@ class Session:
             beside = self.clone.parent / "shared"
             if (ROOT.parent / "shared").is_dir() and not beside.exists():
                 beside.symlink_to(ROOT.parent / "shared")
+            # as after the first command of the README: the sources run from where they lie
+            pip = [str(self.environment / "bin" / "pip"), "install", "--quiet", "--no-deps"]
+            subprocess.run([*pip, "-e", "."], cwd=self.clone, env=self._surroundings(), check=True)
         return self.clone
 
     def _surroundings(self) -> dict[str, str]:
