@@ -26,7 +26,7 @@ SHAPES = 1.0
 """How often all shapes are sent [Hz]."""
 
 
-def _sdk() -> Any:
+def sdk() -> Any:
     """Return the package of Foxglove.
 
     Raises:
@@ -73,17 +73,14 @@ class LiveFoxglove:
             raise ConfigError(
                 f"live.port={self.port} is not allowed.\nAllowed: 1024 to 65535, or 0 for any"
             )
-        foxglove = _sdk()
+        foxglove = sdk()
         self._beat, self._pace, self._shapes = Beat(self.rate), Pace(self.speed), Beat(SHAPES)
         self._settings = settings
         self._context = foxglove.Context()
         # before anyone connects: the server may not know a channel yet that it has advertised
         topics = ("/state", *(f"/sensors/{name}" for name in settings.sensors))
         self._channels: dict[str, Any] = {
-            **{
-                topic: _sdk().Channel(topic, message_encoding="json", context=self._context)
-                for topic in topics
-            },
+            **{topic: self._json(topic) for topic in topics},
             "/tf": foxglove.channels.FrameTransformsChannel("/tf", context=self._context),
             "/scene": foxglove.channels.SceneUpdateChannel("/scene", context=self._context),
         }
@@ -119,6 +116,9 @@ class LiveFoxglove:
         self._gate.close()
         raise ConfigError("live=foxglove finds no address of this machine.\nAllowed: 127.0.0.1")
 
+    def _json(self, topic: str) -> Any:
+        return sdk().Channel(topic, message_encoding="json", context=self._context)
+
     def tick(self, world: World) -> None:
         """Send new rows, and wait for the clock."""
         now = round(world.time * 1e9)
@@ -129,24 +129,12 @@ class LiveFoxglove:
         if self._beat.due(world.time):
             self._server.broadcast_time(now)
             self._poses(world, now)
-            # send the robot's state and commands as numbers to be plotted
-            actor = world.actors[ROBOT]
-            kinematics, moving = actor.look()
-            state: dict[str, Any] = {
-                "time": world.time,
-                "position": _xyz(kinematics.origins[0, 0]),
-                "velocity": _xyz(moving.twists[0, 0, :3]),
-                "angular_velocity": _xyz(moving.twists[0, 0, 3:]),
-                "joints": actor.body.joint_positions().tolist(),
-                "command": [] if actor.command is None else actor.command[0].tolist(),
-                "stage": "" if actor.pilot is None else actor.pilot.stage,
-            }
-            self._channels["/state"].log(state, log_time=now)
+            self._plots(world, now)
         self._pace.wait(world.time)
 
     def _poses(self, world: World, now: int) -> None:
         """Send frames, shapes and forces."""
-        messages = _sdk().messages
+        messages = sdk().messages
         stamp = messages.Timestamp(now // 10**9, now % 10**9)
         frames, entities = [], list[Any]()
         if self._shapes.due(world.time):
@@ -170,6 +158,21 @@ class LiveFoxglove:
             entities += arrows(messages, stamp, space, actor, self.force_scale)
         self._channels["/tf"].log(messages.FrameTransforms(transforms=frames), log_time=now)
         self._channels["/scene"].log(messages.SceneUpdate(entities=entities), log_time=now)
+
+    def _plots(self, world: World, now: int) -> None:
+        """Send the robot's state and commands as numbers to be plotted."""
+        actor = world.actors[ROBOT]
+        kinematics, moving = actor.look()
+        state: dict[str, Any] = {
+            "time": world.time,
+            "position": _xyz(kinematics.origins[0, 0]),
+            "velocity": _xyz(moving.twists[0, 0, :3]),
+            "angular_velocity": _xyz(moving.twists[0, 0, 3:]),
+            "joints": actor.body.joint_positions().tolist(),
+            "command": [] if actor.command is None else actor.command[0].tolist(),
+            "stage": "" if actor.pilot is None else actor.pilot.stage,
+        }
+        self._channels["/state"].log(state, log_time=now)
 
     def close(self) -> None:
         """Stop the server."""

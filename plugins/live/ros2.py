@@ -63,13 +63,7 @@ class LiveRos2:
             MissingExtra: zenoh or rosbags is not installed.
             ConfigError: a name or an endpoint cannot be used.
         """
-        for key, value in (("node", self.node), ("namespace", self.namespace)):
-            if not _NAME.fullmatch(value) and (value or key == "node"):
-                raise ConfigError(
-                    f"live.{key}={value} is no name of ROS.\nAllowed: letters, digits and _"
-                )
-        if not 0 <= self.domain <= 232:
-            raise ConfigError(f"live.domain={self.domain} is not allowed.\nAllowed: 0 to 232")
+        self._check()
         self._messages = Messages()
         self._beat, self._pace = Beat(self.rate), Pace(self.speed)
         self._guide, self._controller = settings.guide, settings.controller
@@ -102,6 +96,15 @@ class LiveRos2:
             topic_key(self.domain, f"{space}{topic}", kind, hashed.hash_rihs01(kind))
             for topic, kind in topics
         ]
+
+    def _check(self) -> None:
+        for key, value in (("node", self.node), ("namespace", self.namespace)):
+            if not _NAME.fullmatch(value) and (value or key == "node"):
+                raise ConfigError(
+                    f"live.{key}={value} is no name of ROS.\nAllowed: letters, digits and _"
+                )
+        if not 0 <= self.domain <= 232:
+            raise ConfigError(f"live.domain={self.domain} is not allowed.\nAllowed: 0 to 232")
 
     def _take(self, topic: str, kind: str) -> None:
         def keep(message: Any) -> None:

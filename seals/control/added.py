@@ -76,7 +76,6 @@ def model_wrench(
     carried, up = s.submersion * added, s.rotation[2]
     force = s.mass * acceleration + carried[:3, :3] @ acceleration
     force = force + (s.mass * gravity - s.buoyancy.force) * up
-    # gyroscopic moment w x J w: of the robot alone, the water's is left out
     swirl = cross3(s.angular_velocity, s.inertia @ s.angular_velocity)
     torque = (s.inertia + carried[3:, 3:]) @ turning + swirl
     torque = torque - cross3(s.buoyancy.centre - s.centre, s.buoyancy.force * up)

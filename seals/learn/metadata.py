@@ -46,15 +46,7 @@ def read_metadata(folder: Path, *, form: str, key: str) -> dict[str, Any]:
         metadata = plain_json(path.read_bytes())
     except (OSError, ValueError) as cause:
         raise ConfigError(f"{path} cannot be read: {cause}.\nIt must be JSON.") from cause
-    if not isinstance(metadata, dict) or metadata.get("format") != form:
-        given = metadata.get("format") if isinstance(metadata, dict) else type(metadata).__name__
-        raise ConfigError(f"{path} is of the format {given!r}.\nAllowed here: '{form}'")
-    if metadata.get("version") != 1:
-        raise ConfigError(
-            f"{path} is of version {metadata.get('version')!r}.\n"
-            "This program reads version 1: update."
-        )
-    return metadata
+    return check_metadata(metadata, form=form, where=str(path))
 
 
 def refuse_other(folder: Path, *, form: str, key: str) -> None:
@@ -76,6 +68,23 @@ def refuse_other(folder: Path, *, form: str, key: str) -> None:
         raise ConfigError(
             f"'{folder}' is not a folder of the format {form}, so it is kept.\nChoose another name."
         ) from None
+
+
+def check_metadata(metadata: Any, *, form: str, where: str) -> dict[str, Any]:
+    """Return metadata checked against its format.
+
+    Raises:
+        ConfigError: it is none.
+    """
+    if not isinstance(metadata, dict) or metadata.get("format") != form:
+        given = metadata.get("format") if isinstance(metadata, dict) else type(metadata).__name__
+        raise ConfigError(f"{where} is of the format {given!r}.\nAllowed here: '{form}'")
+    if metadata.get("version") != 1:
+        raise ConfigError(
+            f"{where} is of version {metadata.get('version')!r}.\n"
+            "This program reads version 1: update."
+        )
+    return metadata
 
 
 def entry(metadata: Mapping[str, Any], name: str, kind: type[T], *, where: str) -> T:

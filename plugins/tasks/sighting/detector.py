@@ -72,7 +72,7 @@ class Detector(Protocol):
         ...
 
 
-class _DetectorParts:
+class DetectorParts:
     """Detector that is told: the true place wherever enough pixels of the animal are drawn.
 
     It makes the labels of what is learned, and is the control that says what pictures cost.
@@ -132,7 +132,7 @@ class DetectorNetwork:
         ray = axes @ [(column - lens.cx) / lens.fx, (row - lens.cy) / lens.fy, 1.0]
         if ray[2] > -STEEP:
             return None
-        ground = _ground_height(shot, column, row)
+        ground = ground_height(shot, column, row)
         depth = (ground + self.stance - float(shot.position[2])) / ray[2]
         if not abs(depth - guess) < ODD:
             return None
@@ -153,7 +153,7 @@ def _within(metadata: Mapping[str, Any], name: str, low: float, high: float) -> 
     return value
 
 
-def _ground_height(shot: Shot, column: float, row: float) -> float:
+def ground_height(shot: Shot, column: float, row: float) -> float:
     """Return the height of the ground about a pixel, world [m]: infinite where nothing is met.
 
     Args:
@@ -289,7 +289,7 @@ def load_detector(name: str, *, animal: str, stance: float) -> Detector:
         ConfigError: there is none, or its weights are not those of such a network.
     """
     if name == PARTS:
-        return _DetectorParts(animal)
+        return DetectorParts(animal)
     folder = detector_folder(name, besides=(PARTS,))
     metadata = read_metadata(folder, form=FORM, key="task.detector")
     network = network_of()

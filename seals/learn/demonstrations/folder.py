@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from seals.errors import LogError
 from seals.learn.demonstrations.episode import Demonstrations, Episode
-from seals.learn.demonstrations.metadata import FORM, Declared, metadata_of
+from seals.learn.demonstrations.metadata import FORM, Declared, declared, metadata_of
 from seals.learn.metadata import CARD, read_metadata
 from seals.learn.tensor_file import library, read_tensors, write_tensors
 from seals.logs.atomic import atomic_folder, write_json
@@ -49,7 +49,7 @@ def write(demonstrations: Demonstrations, folder: str | Path, *, replace: bool =
     metadata = metadata_of(demonstrations)
     arrays = {
         name: np.concatenate([getattr(e, name) for e in demonstrations.episodes]).astype(kind, "C")
-        for name, (_, kind) in _expected(Declared.of(metadata, where=str(folder))).items()
+        for name, (_, kind) in _expected(declared(metadata, where=str(folder))).items()
     }
     with atomic_folder(folder, replace=replace) as beside:
         write_tensors(beside / FILE, arrays)
@@ -76,7 +76,7 @@ def read(folder: str | Path) -> Demonstrations:
     """
     path = Path(folder) / FILE
     where = str(path.with_name(CARD))
-    found = Declared.of(read_metadata(Path(folder), form=FORM, key="demonstrations"), where=where)
+    found = declared(read_metadata(Path(folder), form=FORM, key="demonstrations"), where=where)
     wanted = _expected(found)
     if is_memory_mapped(path.parent) and not path.exists():
         arrays = read_memory_mapped(path.parent, list(found.steps), wanted)

@@ -37,45 +37,6 @@ class Declared:
     sizes: tuple[int, int]
     pixels: tuple[int, int, int] | None
 
-    @classmethod
-    def of(cls, metadata: Mapping[str, Any], *, where: str) -> Declared:
-        """Return the declarations of the metadata, checked for types and bounds.
-
-        Args:
-            metadata: as read.
-            where: file that it stands in, for the words of a refusal.
-
-        Raises:
-            ConfigError: an entry is missing, of another type, or beyond its bound.
-        """
-        who = entry(metadata, "who", str, where=where)
-        able = [w.value for w in Who]
-        if who not in able:
-            raise ConfigError(f"{where}: who is '{who}'.\n{suggestion(who, able)}")
-        origin = Origin(
-            env=entry(metadata, "env", str, where=where),
-            config_hash=entry(metadata, "config_hash", str, where=where),
-            who=Who(who),
-            by=entry(metadata, "by", str, where=where),
-            observation=_items(metadata, "observation", str, where),
-            action=_items(metadata, "action", str, where),
-            rate=entry(metadata, "rate", float, where=where),
-            tried=entry(metadata, "tried", int, where=where),
-            config=entry(metadata, "config", dict, where=where),
-        )
-        sizes = _items(metadata, "sizes", int, where)
-        image = None if metadata.get("pixels") is None else _items(metadata, "pixels", int, where)
-        found = cls(
-            origin=origin,
-            steps=_items(metadata, "steps", int, where),
-            success=_items(metadata, "success", bool, where),
-            seeds=_items(metadata, "seeds", int, where),
-            sizes=(sizes[0], sizes[1]) if len(sizes) == 2 else (0, 0),
-            pixels=None if image is None else (*image, 0, 0, 0)[:3],
-        )
-        _refuse_sizes(found, where)
-        return found
-
 
 def metadata_of(demonstrations: Demonstrations) -> dict[str, Any]:
     """Return the metadata of demonstrations as plain values."""
@@ -104,6 +65,44 @@ def metadata_of(demonstrations: Demonstrations) -> dict[str, Any]:
         "versions": versions(),
         "config": dict(origin.config),
     }
+
+
+def declared(metadata: Mapping[str, Any], *, where: str) -> Declared:
+    """Return the declarations of the metadata, checked for types and bounds.
+
+    Args:
+        metadata: as read.
+        where: file that it stands in, for the words of a refusal.
+
+    Raises:
+        ConfigError: an entry is missing, of another type, or beyond its bound.
+    """
+    who = entry(metadata, "who", str, where=where)
+    if who not in [w.value for w in Who]:
+        raise ConfigError(f"{where}: who is '{who}'.\n{suggestion(who, [w.value for w in Who])}")
+    origin = Origin(
+        env=entry(metadata, "env", str, where=where),
+        config_hash=entry(metadata, "config_hash", str, where=where),
+        who=Who(who),
+        by=entry(metadata, "by", str, where=where),
+        observation=_items(metadata, "observation", str, where),
+        action=_items(metadata, "action", str, where),
+        rate=entry(metadata, "rate", float, where=where),
+        tried=entry(metadata, "tried", int, where=where),
+        config=entry(metadata, "config", dict, where=where),
+    )
+    sizes = _items(metadata, "sizes", int, where)
+    image = None if metadata.get("pixels") is None else _items(metadata, "pixels", int, where)
+    found = Declared(
+        origin=origin,
+        steps=_items(metadata, "steps", int, where),
+        success=_items(metadata, "success", bool, where),
+        seeds=_items(metadata, "seeds", int, where),
+        sizes=(sizes[0], sizes[1]) if len(sizes) == 2 else (0, 0),
+        pixels=None if image is None else (*image, 0, 0, 0)[:3],
+    )
+    _refuse_sizes(found, where)
+    return found
 
 
 def _items(metadata: Mapping[str, Any], name: str, kind: type, where: str) -> tuple[Any, ...]:

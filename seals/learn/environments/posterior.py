@@ -88,13 +88,7 @@ def posterior_of(
     """
     finding = read_answer(where, key=KEY)
     if model is not None:
-        made = str((model.get("provenance") or {}).get("diagnosis_sha256"))
-        if made != hashlib.sha256(finding.file.read_bytes()).hexdigest():
-            raise ConfigError(
-                f"{KEY}={finding.file.parent}: model={model.get('name')} was made of another "
-                "diagnosis."
-                "\nMake one of this: seals add diagnosis=FOLDER name=NAME, or leave model= out."
-            )
+        _refuse_other(finding, model)
     found = {key: (name, one) for name, key, one in _data_sheet_estimates(finding, effects)}
     for k, entry in enumerate(finding.effects):
         own = _effect_estimates(finding, entry, effects, root, added=model is not None)
@@ -242,3 +236,13 @@ def _number(value: Any, where: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise ConfigError(f"{where}={value} is no finite number.\nDiagnose the log again.")
     return float(value)
+
+
+def _refuse_other(finding: Finding, model: Mapping[str, Any]) -> None:
+    """Refuse a model that was not made from this diagnosis: its values mean something else."""
+    made = str((model.get("provenance") or {}).get("diagnosis_sha256"))
+    if made != hashlib.sha256(finding.file.read_bytes()).hexdigest():
+        raise ConfigError(
+            f"{KEY}={finding.file.parent}: model={model.get('name')} was made of another diagnosis."
+            "\nMake one of this: seals add diagnosis=FOLDER name=NAME, or leave model= out."
+        )
