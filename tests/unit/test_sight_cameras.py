@@ -34,13 +34,13 @@ WHITE = (1.0, 1.0, 1.0)
 FACE = """
 import numpy as np
 from seals.plugins.viewers.bullet import RendererTiny
-from seals.rendering import OPTICAL, Lens, Light, Scene, Shape, nowhere, single
+from seals.rendering import OPTICAL, Cameras, Lens, Light, Poses, Scene, Shape
 sides = [(-0.1, y, z) for y in (-0.3, 0.3) for z in (-0.3, 0.3)]
 white = (1.0, 1.0, 1.0)
 boxes = [Shape("box", (0.2, 0.2, 0.2), np.array(at), np.eye(3), white, 1) for at in sides]
 renderer = RendererTiny()
 renderer.open(Scene(tuple(boxes), ("nothing", "a"), ()), Light())
-print(renderer.render(nowhere(), single(np.zeros(3), OPTICAL), Lens()).parts.max())
+print(renderer.render(Poses.nowhere(), Cameras.single(np.zeros(3), OPTICAL), Lens()).parts.max())
 """
 """A camera in the very plane of faces that lie aside of it on all sides."""
 
