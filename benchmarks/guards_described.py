@@ -166,7 +166,7 @@ DESCRIPTIONS: dict[str, Guard] = {
         "processes_of",
     ),
     "layers of a network": Guard(
-        "seals.learn.networks", "    refuse_widths(hidden)\n", "", COUNTS, "layers_of", "torchrl"
+        "seals.learn.networks", "    _refuse_widths(hidden)\n", "", COUNTS, "layers_of", "torchrl"
     ),
     "size of a basin": Guard(
         "seals.plugins.fluids.tank.simulation",

@@ -25,7 +25,7 @@ SIGHT: dict[str, Guard] = {
         "only_a_detector",
         "torchrl",
     ),
-    "form of pictures": Guard(_PICTURES, "        _check(found)\n", "", WORDS, "are_none"),
+    "form of pictures": Guard(_PICTURES, "        found.check()\n", "", WORDS, "are_none"),
     "size of pictures": Guard(
         _PICTURES, "if unpacked > _MOST_BYTES:", "if False:", WORDS, "that_swell"
     ),

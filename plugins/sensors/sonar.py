@@ -14,7 +14,7 @@ from seals.field_roles import roles
 from seals.schema import check_tree, count, param
 from seals.sensors.acoustics import absorption, line_pattern, linear
 from seals.sensors.casting import Hits, cast
-from seals.sensors.echoes import Echoes, over_range, scattered
+from seals.sensors.echoes import Echoes, scattered
 from seals.sensors.mount import Mount, MountedSensor
 from seals.sensors.protocol import SensorInput
 from seals.sensors.scan import MOST_RAYS, Scan, counts, fan
@@ -248,8 +248,7 @@ class SensorSonar(MountedSensor):
         mean = source * self.echo(felt) + noise
         if self.speckle:
             mean *= rng.standard_exponential(mean.shape)
-        levels: Floats = 10.0 * np.log10(np.maximum(mean, 1e-3))
-        return levels
+        return 10.0 * np.log10(np.maximum(mean, 1e-3))
 
     def echo(self, felt: SensorInput) -> Floats:
         """Return mean intensities relative to the source's at 1 m, shape (beams, bins)."""
@@ -257,8 +256,7 @@ class SensorSonar(MountedSensor):
             there: Floats = self._tensor_echo(felt).cpu().numpy().astype(float)
             return there
         columns = sum(
-            over_range(
-                echoes,
+            echoes.over_range(
                 self.columns,
                 self.bins,
                 nearest=self.nearest,

@@ -31,6 +31,7 @@ def added_inertia(plant: Plant) -> Floats:
         diagonal = np.concatenate((p["mass"][0], p["inertia"][0]))
         matrix = np.diag(diagonal) + p["coupling"][0]
         for link in bound.links:
+            # the link's twist is x times the body's: by kinetic energy M = sum x^T M_link x
             x = twist_map(origins[0, link], turns[0, link])
             total += x.T @ matrix @ x
     return total
@@ -48,6 +49,7 @@ def water_drag(plant: Plant) -> Floats:
         mine = "quadratic drag" in bound.effect.accounts_for and "coefficient" in bound.params
         if mine and bound.kind is not MediumKind.air:
             for link in bound.links:
+                # of a flow along one body axis, the part along each axis of the link, squared
                 total += (turns[0, link] ** 2) @ bound.params["coefficient"][0]
     return total
 

@@ -57,8 +57,7 @@ def joint_targets(aim: Reference, last: Floats, robot: RobotModel) -> Floats:
 
 
 def _within(values: Floats, robot: RobotModel) -> Floats:
-    inside: Floats = np.minimum(np.maximum(values, robot.lower), robot.upper)
-    return inside
+    return np.minimum(np.maximum(values, robot.lower), robot.upper)
 
 
 def _part(kind: str, name: str, parts: Mapping[str, Any]) -> Any:
@@ -99,8 +98,7 @@ def way_of(lag: Floats, step: float) -> Floats:
         lag: time constants [s], shape (J,).
         step: of the period [s].
     """
-    way: Floats = -np.expm1(-step / lag) / step
-    return way
+    return -np.expm1(-step / lag) / step
 
 
 def servo_lag(plant: Plant, default: float) -> Floats:

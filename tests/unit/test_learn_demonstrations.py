@@ -15,9 +15,8 @@ import pytest
 
 from seals.errors import LogError, MissingExtra, SealsError
 from seals.learn.demonstrations.episode import Demonstrations, Episode, Origin, Who
-from seals.learn.demonstrations.exchange import write_hdf5
+from seals.learn.demonstrations.exchange import write_hdf5, write_minari
 from seals.learn.demonstrations.folder import FILE, read, write
-from seals.learn.demonstrations.minari import write_minari
 from seals.learn.metadata import config_hash
 
 safetensors = pytest.importorskip("safetensors.numpy", reason="the extra learn is not installed")

@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from seals.arrays import Floats
 from seals.control import Reference, RobotState
 from seals.field_roles import roles
 from seals.plugins.guides.behaviour.over_ground import Behaviour, apart, heading_for, place_of
@@ -54,7 +53,12 @@ class Seek(Behaviour):
 
     def aim(self, situation: RobotState, memory: SeekState) -> tuple[Reference, SeekState]:
         """Return the velocity towards the target."""
-        far, way = apart(situation, self._goal(situation))
+        far, way = apart(
+            situation,
+            place_of(situation, self.target, where="seek.target")
+            if self.target
+            else np.array([*self.place, 0.0]),
+        )
         if far <= self.near:
             return Reference(yaw=memory.yaw), memory._replace(there=True)
         speed = self.speed * min(1.0, max(far / self.slow, 0.3))
@@ -67,8 +71,3 @@ class Seek(Behaviour):
     def stage(self, memory: SeekState) -> str:
         """Return the present activity in a word."""
         return "there" if memory.there else "seeking"
-
-    def _goal(self, situation: RobotState) -> Floats:
-        if self.target:
-            return place_of(situation, self.target, where="seek.target")
-        return np.array([*self.place, 0.0])

@@ -98,5 +98,4 @@ def times_of(start: float, end: float, *, fps: float, speed: float) -> Floats:
             f"start={start:g} s is after the end at {end:g} s.\nAllowed: up to {end:g} s."
         )
     count = math.floor((end - start) * fps / speed + 1e-6) + 1
-    times: Floats = start + np.arange(count, dtype=np.float64) * (speed / fps)
-    return times
+    return start + np.arange(count, dtype=np.float64) * (speed / fps)
