@@ -102,14 +102,14 @@ def baselines(folder: Path) -> dict[str, dict[str, Any]]:
     from seals.experiments.naming_benchmark.answers import (
         METHODS,
         THRESHOLDS,
-        question,
+        Question,
         sparse,
         stlsq_of_pysindy,
     )
     from seals.logs.native import read_native
     from seals.sysid.predictors.problem import prepare
 
-    asked = question(prepare(read_native(folder)))
+    asked = Question.of(prepare(read_native(folder)))
     answers = {}
     for method, law in METHODS.items():
         begin = time.perf_counter()

@@ -27,8 +27,7 @@ _MODEL = (
 )
 _MANOEUVRE = (
     "kind: manoeuvre\nname: up and down\nwords: w\neffects: [payload]\nstep: 0.01\ntilt: 0.4\n"
-    "gains: {place: 5, speed: 3.6, sum: 1.2, most: 2, turn: [1, 1, 1], spin: [1, 1, 1], "
-    "turn_sum: 1}\nruns:\n- {spacing: 0.1, x: [0, 0, 0, 0], y: [0, 0, 0, 0], z: [0, 1, 2, 3], "
+    "runs:\n- {spacing: 0.1, x: [0, 0, 0, 0], y: [0, 0, 0, 0], z: [0, 1, 2, 3], "
     "yaw: [0, 0, 0, 0], joints: [], voltage: 16}\nmeta: {vehicle: {name: a, mass: 1.5}}\n"
 )
 _ANSWER = {

@@ -72,8 +72,7 @@ def _of_tensors(name: str) -> Callable[[], Target]:
 
 def _mapped() -> Target:
     """Demonstrations of the former format, with metadata that declares something else."""
-    from seals.learn.demonstrations.folder import read
-    from seals.learn.demonstrations.memory_mapped import SUFFIX
+    from seals.learn.demonstrations.folder import SUFFIX, read
 
     target = STORED["demo_card"]()
     tree = json.loads(target.whole)

@@ -54,7 +54,7 @@ DESCRIPTIONS: dict[str, Guard] = {
     ),
     "confidence of a model": Guard(
         "seals.config.overlay",
-        '    _mapping(provenance.get("confidence"), f"{where}: provenance.confidence")\n',
+        '    _section(provenance.get("confidence"), f"{where} provenance.confidence")\n',
         "",
         _SHEETS,
         "confidence",
@@ -87,12 +87,16 @@ DESCRIPTIONS: dict[str, Guard] = {
         "seals.file_names", "        or not text.isprintable()\n", "", TERMINAL, "name_of_a_run"
     ),
     "motors are a mapping": Guard(
-        _MOTORS, "if not isinstance(entry, Mapping | None):", "if False:", ODD, "motor_curves"
+        _MOTORS,
+        'read(dict[str, Any] | None, entry, where="motors", error=LogError) or {}',
+        "entry or {}",
+        ODD,
+        "motor_curves",
     ),
     "numbers of motors": Guard(
         _MOTORS,
-        "if (numbers.ndim != depth and not empty) or not np.isfinite(numbers).all():",
-        "if False:",
+        "points: Sequence[tuple[float, float]] = ()",
+        "points: Any = ()",
         ODD,
         "motor_curves",
     ),
@@ -162,7 +166,7 @@ DESCRIPTIONS: dict[str, Guard] = {
         "processes_of",
     ),
     "layers of a network": Guard(
-        "seals.learn.networks", "    refuse_widths(hidden)\n", "", COUNTS, "layers_of", "torchrl"
+        "seals.learn.networks", "    _refuse_widths(hidden)\n", "", COUNTS, "layers_of", "torchrl"
     ),
     "size of a basin": Guard(
         "seals.plugins.fluids.tank.simulation",
@@ -250,14 +254,10 @@ DESCRIPTIONS: dict[str, Guard] = {
         "odd_answer",
     ),
     "links of a model": Guard(
-        _MODEL, "if not isinstance(links, list | None):", "if False:", ODD, "odd_model"
+        _MODEL, "links: tuple[str, ...] | None = None", "links: Any = None", ODD, "odd_model"
     ),
     "speeds of a model": Guard(
-        _MODEL,
-        "if not isinstance(raw, Sequence | None) or isinstance(raw, str):",
-        "if False:",
-        ODD,
-        "odd_model",
+        _MODEL, "speeds: tuple[float, ...] = ()", "speeds: Any = ()", ODD, "odd_model"
     ),
     "file of a model": Guard(
         "seals.sysid.validation.application",

@@ -50,7 +50,7 @@ BULK: dict[str, Guard] = {
     ),
     "kinds in a planned manoeuvre": Guard(
         "seals.sysid.experiment_design.experiment",
-        '        check_form(content, {"gains?": {}, "meta?": {}, "runs?": [{}]}, "")\n',
+        '        check_form(content, {"meta?": {}, "runs?": [{}]}, "")\n',
         "",
         NUMBERS,
         "of_their_form",

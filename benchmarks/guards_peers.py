@@ -107,7 +107,9 @@ NETWORK: dict[str, Guard] = {
         "seals.plugins.sensors.sonar", "if tables > MOST_RAYS:", "if False:", COUNTS, "is_counted"
     ),
     "rays of a lidar": Guard(
-        "seals.plugins.sensors.lidar", "if self.points * self.rings > MOST_RAYS:", "if False:",
+        "seals.plugins.sensors.lidar",
+        "if self.points * self.rings > MOST_RAYS or self.sectors > self.points:",
+        "if False:",
         COUNTS, "is_counted",
     ),
 }  # fmt: skip

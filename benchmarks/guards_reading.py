@@ -110,7 +110,12 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         "xacro",
     ),
     "bounds of macros": Guard(
-        _CHILD, "resource.setrlimit(what, (most, most))", "pass", MACROS, "is_bounded", "xacro"
+        "seals.isolated_reading",
+        "resource.setrlimit(what, (min(soft, most), most))",
+        "pass",
+        MACROS,
+        "is_bounded",
+        "xacro",
     ),
     "answer of macros": Guard(
         "seals.robot.macros",
@@ -211,7 +216,7 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
     ),
     "names of parts": Guard(
         "seals.robot.robot_file",
-        "not _NAME.fullmatch(str(name))",
+        "not _NAME.fullmatch(name)",
         "False",
         CLASSES,
         "stays_in_itself",

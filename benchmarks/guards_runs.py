@@ -108,8 +108,8 @@ RUN_FOLDERS: dict[str, Guard] = {
     ),
     "notes of a run that is repeated": Guard(
         "seals.run.replay_config",
-        "facts = read_json(path)",
-        "import json; facts = json.loads(path.read_text())",
+        'read_file(_Facts, path, remedy="Restore it, or remove it.", extra=True)',
+        "_Facts(**__import__('json').loads(path.read_text()))",
         STRANGE,
         "strange_notes and (deep or huge)",
     ),

@@ -25,7 +25,7 @@ SIGHT: dict[str, Guard] = {
         "only_a_detector",
         "torchrl",
     ),
-    "form of pictures": Guard(_PICTURES, "        _check(found)\n", "", WORDS, "are_none"),
+    "form of pictures": Guard(_PICTURES, "        found.check()\n", "", WORDS, "are_none"),
     "size of pictures": Guard(
         _PICTURES, "if unpacked > _MOST_BYTES:", "if False:", WORDS, "that_swell"
     ),
@@ -50,8 +50,8 @@ SIGHT: dict[str, Guard] = {
     ),
     "numbers of a detector": Guard(
         "seals.plugins.tasks.sighting.detector",
-        "if not low <= value <= high:",
-        "if False:",
+        "pixel: Annotated[float, Within(1e-3, 100.0)]",
+        "pixel: Any",
         SEEN,
         "senseless_metadata",
         "torchrl",

@@ -35,8 +35,8 @@ from seals import registry  # noqa: E402
 from seals.effects.binding import bind_effects  # noqa: E402
 from seals.testing import check_effect  # noqa: E402
 from seals.testing.calling import call_hook  # noqa: E402
+from seals.testing.effect import material_effect  # noqa: E402
 from seals.testing.instants import leaves, random_instant  # noqa: E402
-from seals.testing.material import material_effect  # noqa: E402
 
 KINDS = ("effect", "actuator")
 VALUES: dict[str, dict[str, Any]] = {

@@ -24,7 +24,7 @@ import numpy as np
 
 from seals.experiments.water_validation import dam_breaks, entry, hydrostatics, tow
 from seals.experiments.water_validation.case import Grade
-from seals.experiments.water_validation.richardson import extrapolate
+from seals.experiments.water_validation.richardson import Extrapolated
 from seals.plugins.fluids.coupling import Device, Method
 from seals.plugins.fluids.solvers.pbf.choices import Kernel
 from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
@@ -96,7 +96,7 @@ def dam_figures(speed: float, across: float, grade: Grade, more: Sequence[str]) 
     found = dam_breaks.collapse(
         a, 2.0 * a, 8.0 * a, a / across, 2.5 * unit, grade, physics_of(more)
     )
-    line, moved = dam_breaks.front_errors(found, a, unit)
+    line, moved = found.front_errors(a, unit)
     return {"front": line.error, "front_moved": moved.error, "particles": found.particles}
 
 
@@ -226,7 +226,7 @@ def _section(
         cells = [f"{part[a]:.3g}" if a in part else "" for a in across]
         at, order, off = "", "", ""
         if len(part) >= 3:
-            e = extrapolate([1.0 / a for a in part], list(part.values()))
+            e = Extrapolated.of([1.0 / a for a in part], list(part.values()))
             at, order = f"{e.value:.3g} ± {e.band:.2g}", f"{e.order:.2g}" if e.clear else "unclear"
             off = f"{e.value / known - 1.0:+.0%}" if known else ""
         cells = [solver, f"{speed:g}" if speed else "", *cells, at, order, f"{known:.3g}", off]

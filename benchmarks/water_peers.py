@@ -167,7 +167,7 @@ def errors(case: str, found: Course, width: float) -> dict[str, float]:
     """Return the errors against the measurement [1]."""
     if case == "martin_moyce":
         unit = math.sqrt(width / dam_breaks.GRAVITY)
-        lines = dam_breaks.front_errors(found, width, unit)
+        lines = found.front_errors(width, unit)
         high = np.interp(np.array(dam_breaks.HEIGHT_T) * unit, found.time, found.height)
         off = abs(high / (2.0 * width) - np.array(dam_breaks.HEIGHT_H)).mean()
         return {line.what: round(line.error, 4) for line in lines} | {"height": round(off, 4)}

@@ -63,8 +63,18 @@ def _single(out: Path, words: list[str], judge: Judge) -> int:
     settings = build_run(compose(words))
     record = run_into(out, settings, overrides=words)
     outcome = judge(record)
-    draw(out, record, settings)
-    write_table(out / "table.md", record, outcome)
+    _draw(out, record, settings)
+    # write the stages and the outcome as a table in Markdown
+    starts = [*record.stages.starts, (float(record.log.time[-1]), "")]
+    rows = [
+        (name, f"{time:.2f}", f"{after - time:.2f}")
+        for (time, name), (after, _) in itertools.pairwise(starts)
+    ]
+    rows += [(key, f"{value:.4g}", "") for key, value in (outcome.measures or {}).items()]
+    rows.append(("outcome", "done" if outcome.success else f"failed: {outcome.reason}", ""))
+    (out / "table.md").write_text(
+        markdown(("stage", "start [s]", "time [s]"), rows), encoding="utf-8"
+    )
     word = "done" if outcome.success else f"failed: {outcome.reason}"
     print(f"{settings.name}: {word} after {outcome.seconds:.1f} s; {out / 'stages.png'}")
     return 0 if outcome.success else 1
@@ -104,16 +114,24 @@ def object_place(log: Log, thing: str) -> Floats:
 def upright(log: Log) -> Floats:
     """Return the cosine of the lean of the body, shape (rows,)."""
     x, y = log.columns["orientation_x"], log.columns["orientation_y"]
-    found: Floats = 1.0 - 2.0 * (x * x + y * y)
-    return found
+    return 1.0 - 2.0 * (x * x + y * y)
 
 
-def draw(folder: Path, record: Record, settings: RunSettings) -> None:
+def _draw(folder: Path, record: Record, settings: RunSettings) -> None:
     """Write figure, ledger plot and a sheet of pictures into the folder of a run."""
     log, thing = record.log, next(iter(settings.objects))
-    marks = stage_marks(record.stages.starts, float(log.time[-1]))
+    marks = _stage_marks(record.stages.starts, float(log.time[-1]))
+    # the heights of robot and object over time
+    e = settings.environment
+    levels = {"water": e.water_level, "bottom": e.tank_bottom, "land": e.ground_level}
+    at = tuple(Mark(at=z, label=word, level=True) for word, z in levels.items() if z is not None)
+    curves = {"robot": log.columns["position_z"], thing: object_place(log, thing)[:, 2]}
     write_picture(
-        folder / "figure.png", [heights(log, settings, thing, marks), *forces(log, marks)]
+        folder / "figure.png",
+        [
+            lines("Heights", "height [m]", log.time, curves, marks=(*marks, *at)),
+            *_forces(log, marks),
+        ],
     )
     write_picture(
         folder / "ledger.png",
@@ -127,7 +145,7 @@ def draw(folder: Path, record: Record, settings: RunSettings) -> None:
     write_sheet(folder / "stages.png", dict(zip(times, pictures, strict=True)))
 
 
-def stage_marks(starts: Sequence[tuple[float, str]], end: float) -> tuple[Mark, ...]:
+def _stage_marks(starts: Sequence[tuple[float, str]], end: float) -> tuple[Mark, ...]:
     """Return a mark at the start of every stage; those too close to the last label have none."""
     marks, free = [], 0.0
     for time, name in starts:
@@ -137,16 +155,7 @@ def stage_marks(starts: Sequence[tuple[float, str]], end: float) -> tuple[Mark, 
     return tuple(marks)
 
 
-def heights(log: Log, settings: RunSettings, thing: str, marks: tuple[Mark, ...]) -> Chart:
-    """Return the heights of robot and object over time."""
-    e = settings.environment
-    levels = {"water": e.water_level, "bottom": e.tank_bottom, "land": e.ground_level}
-    at = tuple(Mark(at=z, label=word, level=True) for word, z in levels.items() if z is not None)
-    curves = {"robot": log.columns["position_z"], thing: object_place(log, thing)[:, 2]}
-    return lines("Heights", "height [m]", log.time, curves, marks=(*marks, *at))
-
-
-def forces(log: Log, marks: tuple[Mark, ...]) -> list[Chart]:
+def _forces(log: Log, marks: tuple[Mark, ...]) -> list[Chart]:
     """Return the forces that the pads read."""
     pads = sorted(name for name in log.columns if name.endswith("_pressing"))
     if not pads:
@@ -172,15 +181,3 @@ def vertical(ledger: Ledger, link: int, title: str) -> Chart:
     acting = [k for k in range(len(ledger.effects)) if np.any(table[:, k] != 0.0)]
     series = tuple(Series(name=ledger.effects[k], x=ledger.time, y=table[:, k]) for k in acting)
     return Chart(title=f"Forces along z: {title}", y_label="force [N]", series=series, stacked=True)
-
-
-def write_table(path: Path, record: Record, outcome: Outcome) -> None:
-    """Write the stages and the outcome as a table in Markdown."""
-    starts = [*record.stages.starts, (float(record.log.time[-1]), "")]
-    rows = [
-        (name, f"{time:.2f}", f"{after - time:.2f}")
-        for (time, name), (after, _) in itertools.pairwise(starts)
-    ]
-    rows += [(key, f"{value:.4g}", "") for key, value in (outcome.measures or {}).items()]
-    rows.append(("outcome", "done" if outcome.success else f"failed: {outcome.reason}", ""))
-    path.write_text(markdown(("stage", "start [s]", "time [s]"), rows), encoding="utf-8")

@@ -19,7 +19,7 @@ from seals.report.pictures import figure_class
 from seals.run.settings import RunSettings
 from seals.run.sight import surface_of
 from seals.view.films.application import without_walls
-from seals.view.films.viewpoint import looking
+from seals.view.films.viewpoint import Viewpoint
 from seals.view.replay import Replay, tracks_of
 from seals.view.stage import build_stage
 
@@ -86,23 +86,18 @@ def draw_frames(
     try:
         for time in times:
             shown["time"] = float(time)
-            target = _target(replay, float(time))
-            camera = looking(target + view.offset, target)
+            # the middle between the robot and its nearest object, if near [m], shape (3,)
+            row = int(np.searchsorted(replay.time, float(time)).clip(0, len(replay.time) - 1))
+            here, *others = (track.position[row] for track in replay.tracks.values())
+            near = min(others, key=lambda place: float(np.linalg.norm(place - here)), default=here)
+            target: Floats = here if np.linalg.norm(near - here) > FAR else 0.5 * (here + near)
+            camera = Viewpoint.looking(target + view.offset, target)
             pictures.append(
                 to_bytes(watch.see((camera.origin, camera.axes), lens, time, random).colour)
             )
         return pictures
     finally:
         watch.close()
-
-
-def _target(replay: Replay, time: float) -> Floats:
-    """Return the middle between the robot and its nearest object, if near [m], shape (3,)."""
-    row = int(np.searchsorted(replay.time, time).clip(0, len(replay.time) - 1))
-    here, *others = (track.position[row] for track in replay.tracks.values())
-    near = min(others, key=lambda place: float(np.linalg.norm(place - here)), default=here)
-    target: Floats = here if np.linalg.norm(near - here) > FAR else 0.5 * (here + near)
-    return target
 
 
 def write_sheet(path: Path, pictures: Mapping[str, Any], *, columns: int = 4) -> Path:

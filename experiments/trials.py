@@ -58,13 +58,13 @@ def run_trials(
         if kept is not None and kept["code"] == code:
             continue
         outcome = one(words)
-        rows[str(seed)] = row_of(seed, outcome, code)
+        rows[str(seed)] = _row_of(seed, outcome, code)
         write_rows(path, [rows[key] for key in sorted(rows, key=int)])
-        print(line_of(rows[str(seed)]), flush=True)
+        print(_line_of(rows[str(seed)]), flush=True)
     return [rows[str(seed)] for seed in seeds]
 
 
-def row_of(seed: int, outcome: Outcome, code: str) -> dict[str, str]:
+def _row_of(seed: int, outcome: Outcome, code: str) -> dict[str, str]:
     """Return one row of the table."""
     row: dict[str, Any] = {
         "seed": seed,
@@ -96,7 +96,7 @@ def write_rows(path: Path, rows: Sequence[Mapping[str, str]]) -> None:
         writer.writerows(rows)
 
 
-def line_of(row: Mapping[str, str]) -> str:
+def _line_of(row: Mapping[str, str]) -> str:
     """Return one row as a line for the terminal."""
     word = "done" if row["success"] == "1" else f"failed: {row['reason']}"
     return f"seed {row['seed']:>3}: {word} ({row['seconds']} s, tries {row['tries']})"

@@ -1,11 +1,12 @@
-"""Reading of an untrusted file in a child process, which contains crashes and hangs of a library.
+"""The one sandbox: a child process with limits, in which an untrusted file is read.
 
     python isolated_reading.py MODULE:FUNCTION FILE SECONDS BYTES CONTENT
 
 Libraries in C for rich formats (HDF5, MATLAB) can crash or loop without end on a damaged file, and
 not each time: what they do depends on what lies in the memory beside it. So they never see the file
 in the process of the user, which takes the content from a file of arrays and JSON
-(`seals.state_file`).
+(`seals.state_file`). Macros of robots run in a program of their own (`seals.robot.macros_child`)
+with the same limits, see `run_bounded` and `bound`.
 """
 
 from __future__ import annotations
@@ -17,11 +18,14 @@ if __name__ == "__main__" and sys.path and not getattr(sys.flags, "safe_path", F
     del sys.path[0]
 
 import contextlib
+import functools
 import importlib
+import mmap
 import os
 import signal
 import subprocess
 import tempfile
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -52,7 +56,7 @@ def read_isolated(reader: str, path: str | Path) -> Any:
         SealsError: as the reader raised it.
         LogError: the process crashed, took too long or too much memory, or its library raised.
     """
-    from seals.child_process import command, environment
+    from seals.child_process import environment
     from seals.state_file import StateError, read_state
 
     size = Path(path).stat().st_size
@@ -60,22 +64,18 @@ def read_isolated(reader: str, path: str | Path) -> Any:
     with tempfile.TemporaryDirectory(prefix="seals-") as private:
         content = Path(private, "content")
         words = (reader, str(Path(path).resolve()), str(seconds), str(memory), str(content))
-        try:
-            done = subprocess.run(
-                command(__file__, *words),
-                env={**environment(), **_NO_FILTERS},
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.DEVNULL,
-                timeout=PATIENCE * seconds,
-                check=False,
-            )
-        except subprocess.TimeoutExpired as cause:
-            raise _refused(path, f"it takes longer than {PATIENCE * seconds:g} s") from cause
+        done = run_bounded(
+            __file__,
+            words,
+            env={**environment(), **_NO_FILTERS},
+            patience=PATIENCE * seconds,
+            refused=functools.partial(_refused, path),
+        )
         if done.returncode == _NO_MEMORY:
             raise _refused(path, "it unpacks to more memory than a file of its size may take")
         if done.returncode:
-            raise _refused(path, _ended(done.returncode, seconds))
+            crash = f"its library crashes on it (code {done.returncode})"
+            raise _refused(path, out_of_time(done.returncode, seconds) or crash)
         try:
             found = read_state(content, _KIND, most=MOST_BYTES)
         except StateError as cause:
@@ -95,11 +95,43 @@ def _raise(path: str | Path, name: str, message: str) -> NoReturn:
     raise _refused(path, f"its library says {name}: {message}")
 
 
-def _ended(code: int, seconds: int) -> str:
-    """Describe in words how a process ended."""
-    if -code in (getattr(signal, "SIGXCPU", 0), signal.SIGKILL if os.name == "posix" else 0):
-        return f"it takes longer than {seconds} s of computing"
-    return f"its library crashes on it (code {code})"
+def run_bounded(
+    program: str | Path,
+    words: Sequence[str],
+    *,
+    env: Mapping[str, str],
+    patience: float,
+    refused: Callable[[str], Exception],
+) -> subprocess.CompletedProcess[bytes]:
+    """Run a program that bounds itself (`bound`), and return how it ended and what it printed.
+
+    Args:
+        program: file of Python.
+        words: its arguments.
+        env: its environment.
+        patience: time on the clock at which it is ended [s].
+        refused: makes the error of a program that took longer, of a reason in words.
+    """
+    from seals.child_process import command
+
+    try:
+        return subprocess.run(
+            command(program, *words),
+            env=dict(env),
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            timeout=patience,
+            check=False,
+        )
+    except subprocess.TimeoutExpired as cause:
+        raise refused(f"it takes longer than {patience:g} s") from cause
+
+
+def out_of_time(code: int, seconds: int) -> str:
+    """Describe the end of a process by its limit of time; empty where it ended otherwise."""
+    limit = (getattr(signal, "SIGXCPU", 0), signal.SIGKILL if os.name == "posix" else 0)
+    return f"it takes longer than {seconds} s of computing" if -code in limit else ""
 
 
 def _refused(path: str | Path, why: str) -> Exception:
@@ -108,25 +140,34 @@ def _refused(path: str | Path, why: str) -> Exception:
     return LogError(f"'{path}' cannot be read: {why}.\nThe file is damaged: take a sound copy.")
 
 
-def _bound(seconds: int, memory: int) -> None:
-    """Limit time and memory, and forbid writing while the library reads; POSIX only."""
+def bound(seconds: int, memory: int, *, written: int = 0) -> None:
+    """Limit this process, and forbid writing; POSIX only.
+
+    Args:
+        seconds: of computing [s].
+        memory: in all [byte].
+        written: largest file that it may allow itself to write later [byte].
+    """
     try:
         import resource
     except ImportError:
         return
-    used = Path("/proc/self/statm")
-    pages = int(used.read_text().split()[0]) if used.exists() else 0
-    memory += pages * resource.getpagesize()
     for what, soft, hard in (
         (resource.RLIMIT_AS, memory, memory),
         (resource.RLIMIT_CPU, seconds, seconds),
-        (resource.RLIMIT_FSIZE, 0, MOST_BYTES),
+        (resource.RLIMIT_FSIZE, 0, written),
         (resource.RLIMIT_CORE, 0, 0),
     ):
         allowed = resource.getrlimit(what)[1]
         most = hard if allowed == resource.RLIM_INFINITY else min(hard, allowed)
         with contextlib.suppress(ValueError, OSError):
             resource.setrlimit(what, (min(soft, most), most))
+
+
+def _memory_in_use() -> int:
+    """Return the size of this process [byte]; zero where the system does not tell."""
+    used = Path("/proc/self/statm")
+    return int(used.read_text().split()[0]) * mmap.PAGESIZE if used.exists() else 0
 
 
 def _allow_writing() -> None:
@@ -146,7 +187,7 @@ def main(reader: str, path: str, seconds: str, memory: str, content: str) -> Non
     read = getattr(importlib.import_module(module), name)
     from seals.state_file import write_state
 
-    _bound(int(seconds), int(memory))
+    bound(int(seconds), int(memory) + _memory_in_use(), written=MOST_BYTES)
     try:
         found = {"content": read(Path(path))}
     except MemoryError:

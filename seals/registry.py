@@ -316,16 +316,12 @@ def _folder_summary(plugin: Plugin) -> str:
     folder = plugin.folder()
     if plugin.kind == "conf":
         return str(folder)
-    import yaml
-
-    from seals.untrusted_io import read_plain_yaml
+    from seals.untrusted_io import read_file
 
     try:
-        content = read_plain_yaml(folder / "robot.yaml")
-    except (OSError, ValueError, SealsError, yaml.YAMLError) as cause:
+        content = read_file(dict[str, Any], folder / "robot.yaml", error=RobotError)
+    except SealsError as cause:
         raise plugin.broken(cause) from cause
-    if not isinstance(content, Mapping):
-        raise plugin.broken(RobotError(f"{folder / 'robot.yaml'} is not a mapping."))
     return str(content.get("summary") or "")
 
 

@@ -1,19 +1,27 @@
-"""Typed parameters: dataclass fields with unit, bounds, tolerance and source.
+"""Typed parameters, and the one reader of plain data.
 
-The command line's help, the documentation table, the range check and parameter identification all
-read the metadata written here.
+Dataclass fields have unit, bounds, tolerance and source: the command line's help, the documentation
+table, the range check and parameter identification all read the metadata written here. A dataclass
+is also the format of a file: `read` builds it from plain data, `plain` makes plain data of it.
 """
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
+import enum
 import functools
 import math
-from collections.abc import Iterator, Mapping
+import types
+import typing
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, cast
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar, cast
 
-from seals.errors import ConfigError
+from seals.errors import ConfigError, SealsError, printable, refuse_unlisted, suggestion
+
+T = TypeVar("T")
 
 _KEY = "seals.parameter"
 _LENGTH = "seals.length"
@@ -306,3 +314,258 @@ def _items(thing: object, where: str) -> Iterator[tuple[str, object]]:
 def _metadata(default: float, unit: str, **physics: Any) -> dict[str, Any]:
     field = cast("dataclasses.Field[float]", param(default, unit, fit=False, **physics))
     return dict(field.metadata)
+
+
+class Within(NamedTuple):
+    """Bounds of an annotated number, or of the entries of an annotated list or mapping.
+
+    Args:
+        low: lowest value, or fewest entries.
+        high: highest value, or most entries.
+    """
+
+    low: float
+    high: float
+
+
+_WORDS: dict[Any, tuple[str, str]] = {
+    bool: ("true or false", "truth values"),
+    int: ("a whole number", "whole numbers"),
+    float: ("a finite number", "finite numbers"),
+    str: ("text", "texts"),
+    type(None): ("nothing", "nothing"),
+    list: ("a list", "lists"),
+}
+_MAPPING = ("a mapping of names to values", "mappings of names to values")
+
+
+@typing.overload
+def read(
+    kind: type[T], raw: Any, *, where: str, error: type[SealsError] = ..., extra: bool = ...
+) -> T: ...
+@typing.overload
+def read(
+    kind: Any, raw: Any, *, where: str, error: type[SealsError] = ..., extra: bool = ...
+) -> Any: ...
+def read(
+    kind: Any,
+    raw: Any,
+    *,
+    where: str,
+    error: type[SealsError] = ConfigError,
+    extra: bool = False,
+) -> Any:
+    """Build a typed value from plain data, as YAML, JSON and configurations hold them.
+
+    Whole numbers become floats where the annotation says so, and text that is a number, too
+    (YAML takes ``1e-3`` for text). In a dataclass or NamedTuple, null counts as left out where a
+    field has a default and does not take None; values are checked by `check_fields`.
+
+    Args:
+        kind: annotation: scalars, None, ``Any``, unions, ``Literal``, enumerations by their names,
+            lists, tuples, mappings, dataclasses, NamedTuples, nested in any way, and
+            ``Annotated[..., Within(low, high)]``. Any other takes every value.
+        raw: plain data; instances of ``kind`` stay as they are.
+        where: full key, named in every refusal; the name of a file ends in a colon.
+        error: class of the refusals.
+        extra: whether keys that a dataclass does not know are passed over.
+
+    Raises:
+        SealsError: ``error``, which says what was given, and what is allowed.
+
+    Example:
+        >>> read(dict[str, float], {"mass": 2}, where="body")
+        {'mass': 2.0}
+        >>> read(list[float], [1.0, "far"], where="body.position")
+        Traceback (most recent call last):
+        seals.errors.ConfigError: body.position[1]=far is not allowed.
+        Allowed: a finite number
+    """
+    try:
+        return _read(kind, raw, where, extra)
+    except ConfigError as cause:
+        if error is ConfigError:
+            raise
+        raise error(str(cause)) from cause
+
+
+def _read(kind: Any, raw: Any, where: str, extra: bool) -> Any:
+    base, inner = typing.get_origin(kind) or kind, typing.get_args(kind)
+    found = raw
+    if base is typing.Annotated:
+        found = _bounded(_read(inner[0], raw, where, extra), inner[1], where)
+    elif base in (typing.Union, types.UnionType):
+        found = _one_of(inner, raw, where, extra)
+    elif base is typing.Literal:
+        refuse_unlisted(
+            str(raw), [str(one) for one in inner], f"{_given(where, raw)} is not allowed"
+        )
+    elif base in (bool, int, float, str, type(None)):
+        found = _scalar(base, raw, where)
+    elif not isinstance(base, type):
+        pass
+    elif dataclasses.is_dataclass(base) or hasattr(base, "_fields"):
+        found = raw if isinstance(raw, base) else _record(base, raw, where, extra)
+    elif issubclass(base, enum.Enum) and not isinstance(raw, base):
+        refuse_unlisted(str(raw), base.__members__, f"{_given(where, raw)} is not allowed")
+        found = base[str(raw)]
+    elif issubclass(base, Mapping):
+        found = _mapping(inner, raw, where, extra)
+    elif issubclass(base, Sequence) or base is Collection:
+        found = _sequence(kind, raw, where, extra)
+    return found
+
+
+def _mapping(inner: Sequence[Any], raw: Any, where: str, extra: bool) -> dict[Any, Any]:
+    key, value = inner or (Any, Any)
+    if not isinstance(raw, Mapping):
+        raise _refusal(where, raw, _MAPPING[0])
+    given = {str(k) if key is str else k: v for k, v in raw.items()}
+    return {k: _read(value, v, _at(where, k), extra) for k, v in given.items()}
+
+
+def _scalar(kind: type, raw: Any, where: str) -> Any:
+    value = raw
+    taken = {float: int | str, int: str}.get(kind)
+    if taken is not None and isinstance(raw, taken) and not isinstance(raw, bool):
+        # a whole number may be longer than a float
+        with contextlib.suppress(ValueError, OverflowError):
+            value = kind(raw)
+    fits = isinstance(value, kind) and (kind is bool or not isinstance(value, bool))
+    if not fits or (kind is float and not math.isfinite(value)):
+        raise _refusal(where, raw, _words(kind))
+    return value
+
+
+def _bounded(value: Any, span: Within, where: str) -> Any:
+    many = isinstance(value, list | tuple | dict)
+    size = len(value) if many else value
+    if value is None or span.low <= size <= span.high:
+        return value
+    low, high = (f"{end:,}" if isinstance(end, int) else f"{end:g}" for end in span)
+    if many:
+        raise ConfigError(
+            f"{where.rstrip(':')} has {size:,} entries.\nAllowed: from {low} to {high}"
+        )
+    raise _refusal(where, value, f"from {low} to {high}")
+
+
+def _one_of(kinds: Sequence[Any], raw: Any, where: str, extra: bool) -> Any:
+    refusals = []
+    for kind in sorted(kinds, key=lambda kind: kind is not type(raw)):
+        try:
+            return _read(kind, raw, where, extra)
+        except ConfigError as cause:
+            refusals += [] if kind is type(None) else [cause]
+    if len(refusals) == 1:
+        raise refusals[0]
+    raise _refusal(where, raw, " or ".join(dict.fromkeys(map(_words, kinds))))
+
+
+def _sequence(kind: Any, raw: Any, where: str, extra: bool) -> Any:
+    base, inner = typing.get_origin(kind) or kind, typing.get_args(kind)
+    if not isinstance(raw, list | tuple):
+        raise _refusal(where, raw, _words(kind))
+    free = base is not tuple or len(inner) < 1 or inner[-1] is Ellipsis
+    if not free and len(raw) != len(inner):
+        raise ConfigError(
+            f"{_given(where, raw)} has {len(raw)} entries.\nAllowed: {len(inner)} entries."
+        )
+    kinds = [inner[0] if inner else Any] * len(raw) if free else inner
+    found = [
+        _read(kind, row, f"{where.rstrip(':')}[{k}]", extra)
+        for k, (kind, row) in enumerate(zip(kinds, raw, strict=True))
+    ]
+    return tuple(found) if base is tuple else found
+
+
+def _record(cls: Any, raw: Any, where: str, extra: bool) -> Any:
+    hints, needed = _form(cls)
+    given = _mapping((str, Any), raw, where, extra)
+    place = where.rstrip(":")
+    for key in () if extra else given:
+        refuse_unlisted(key, hints, f"{place}: '{key}' is not known here")
+    values = {}
+    for name, hint in hints.items():
+        value = given.get(name)
+        empty = value is None and hint is not Any and type(None) not in typing.get_args(hint)
+        if name not in needed and (name not in given or empty):
+            continue
+        if name not in given:
+            near = suggestion(name, given, label="Given")
+            raise ConfigError(f"{place} has no '{name}'.\n{near}")
+        values[name] = _read(hint, value, _at(where, name), extra)
+    if dataclasses.is_dataclass(cls):
+        check_fields(cast(Any, cls), values, where=where)
+    try:
+        return cls(**values)
+    except SealsError:
+        raise
+    except (TypeError, ValueError) as cause:
+        raise ConfigError(f"{place} cannot be built: {cause}.\n{suggestion('', hints)}") from cause
+
+
+@functools.cache
+def _form(cls: Any) -> tuple[Mapping[str, Any], frozenset[str]]:
+    """Return the annotations of the fields that a constructor takes, and which ones it needs."""
+    hints = typing.get_type_hints(cls, include_extras=True)
+    if not dataclasses.is_dataclass(cls):
+        names = cls._fields
+        return {n: hints[n] for n in names}, frozenset(names) - set(cls._field_defaults)
+    fields = [field for field in dataclasses.fields(cls) if field.init]
+    missing = dataclasses.MISSING
+    needed = [f.name for f in fields if f.default is missing and f.default_factory is missing]
+    return {field.name: hints[field.name] for field in fields}, frozenset(needed)
+
+
+def _words(kind: Any, many: bool = False) -> str:
+    """Return what an annotation allows, in words."""
+    base, inner = typing.get_origin(kind) or kind, typing.get_args(kind)
+    if isinstance(base, type) and issubclass(base, Sequence) and inner:
+        fixed = base is tuple and inner[-1] is not Ellipsis
+        lists = "lists of " if many else "" if fixed else "a list of "
+        return f"{lists}{f'{len(inner)} ' if fixed else ''}{_words(inner[0], True)}"
+    return _WORDS.get(base, _MAPPING)[many]
+
+
+def _at(where: str, name: Any) -> str:
+    return f"{where}{' ' if where.endswith(':') else '.'}{name}" if where else str(name)
+
+
+def _given(where: str, raw: Any) -> str:
+    sign = "" if not where else " " if where.endswith(":") else "="
+    return f"{where}{sign}{printable(f'{raw!s:.60}')}"
+
+
+def _refusal(where: str, raw: Any, allowed: str) -> ConfigError:
+    return ConfigError(f"{_given(where, raw)} is not allowed.\nAllowed: {allowed}")
+
+
+def plain(value: Any) -> Any:
+    """Return plain data of a value: `read` backwards, for YAML and JSON.
+
+    Dataclasses and NamedTuples become mappings, enumerations their names, paths text; sets, tuples
+    and arrays become lists, NumPy scalars numbers.
+
+    Example:
+        >>> import numpy as np
+        >>> plain({"mass": np.float64(1.5), "axis": np.array([0, 1]), "file": Path("a")})
+        {'mass': 1.5, 'axis': [0, 1], 'file': 'a'}
+        >>> plain(Within(0, 1))
+        {'low': 0, 'high': 1}
+    """
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        value = vars_of(value)
+    elif hasattr(value, "_asdict"):
+        value = value._asdict()
+    elif hasattr(value, "tolist"):
+        value = value.tolist()
+    elif isinstance(value, set | frozenset):
+        value = sorted(plain(child) for child in value)
+    if isinstance(value, Mapping):
+        return {str(key): plain(child) for key, child in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(child) for child in value]
+    if isinstance(value, enum.Enum):
+        return value.name
+    return str(value) if isinstance(value, Path) else value

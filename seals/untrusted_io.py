@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-from seals.errors import ConfigError, LogError
+from seals.errors import ConfigError, LogError, SealsError
+from seals.schema import read
 
 MOST_BYTES = 1 << 28
 """Largest file, packed or unpacked, that is read whole [byte]."""
@@ -231,6 +232,38 @@ def read_plain_yaml(path: Path) -> Any:
         LogError: it is not an ordinary file, or too large.
     """
     return plain_yaml(_content(path, _MOST_META_BYTES).decode("utf-8"))
+
+
+def read_file(
+    kind: Any,
+    path: str | Path,
+    *,
+    remedy: str = "It must be YAML text in UTF-8.",
+    error: type[SealsError] = ConfigError,
+    extra: bool = False,
+) -> Any:
+    """Read a YAML or JSON file of ours within limits, as a typed value.
+
+    Args:
+        kind: annotation, error and extra: see `seals.schema.read`.
+        path: the file; JSON by its suffix, else YAML.
+        remedy: what to do about a file that cannot be read: the second line of that refusal.
+        error: class of the refusals.
+        extra: whether keys that a record does not know are passed over.
+
+    Raises:
+        SealsError: ``error``: it cannot be read, or holds something else.
+    """
+    import yaml
+
+    try:
+        raw = read_json(path) if Path(path).suffix == ".json" else read_plain_yaml(Path(path))
+    except LogError as cause:
+        raise error(str(cause).partition("\n")[0] + f"\n{remedy}") from cause
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as cause:
+        text = " ".join(str(cause).split())
+        raise error(f"{path} cannot be read: {text}.\n{remedy}") from cause
+    return read(kind, raw, where=f"{path}:", error=error, extra=extra)
 
 
 def plain_yaml(text: str) -> Any:

@@ -77,10 +77,10 @@ def prepared(case: Path, place: Path) -> Any:
 
 def methods(problem: Any) -> dict[str, tuple[str, ...]]:
     """Return the names that every method declares."""
-    from seals.experiments.naming_benchmark.answers import METHODS, question
+    from seals.experiments.naming_benchmark.answers import METHODS, Question
     from seals.experiments.naming_benchmark.rivals import REGRESSIONS, installed
 
-    asked = question(problem)
+    asked = Question.of(problem)
     found = {name: law(asked) for name, law in METHODS.items()}
     return found | {name: REGRESSIONS[name](asked.table) for name in installed()}
 

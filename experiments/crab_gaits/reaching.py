@@ -55,13 +55,13 @@ def reach(name: str, out: Path, *, seeds: int, more: Sequence[str] = (), case: s
 
     title = f"{name}, {case}" if case else name
     table = out / f"reach_{name}{f'_{case}' if case else ''}.csv"
-    rows = run_trials(table, range(seeds), words, reached)
+    rows = run_trials(table, range(seeds), words, _reached)
     times = [float(row["seconds"]) for row in rows if row["success"] == "1"]
     mean = f", in {np.mean(times):.2f} s on average" if times else ""
     return f"{title}: {summary(rows)}{mean}"
 
 
-def reached(words: Sequence[str]) -> Outcome:
+def _reached(words: Sequence[str]) -> Outcome:
     """Walk to one target: done when the guide says so before the time is over."""
     settings = build_run(compose(list(words)))
     world = build_world(settings)

@@ -79,44 +79,23 @@ def tune(name: str, out: Path, *, budget: int, seed: int) -> dict[str, float]:
         strategy.tell(shares, prices)
         write_rows(out / "tuning.csv", rows)
         print(f"{len(rows)} walks, best price {strategy.result.fbest:.4f}", flush=True)
-    best = values_of(strategy.result.xbest, animal)
+    best = _values_of(strategy.result.xbest, animal)
     found = {"gait": name, "price": float(strategy.result.fbest), "seed": seed, "values": best}
     with atomic_path(out / "best.json") as beside:
         Path(beside).write_text(json.dumps(found, indent=1), encoding="utf-8")
     return best
 
 
-def words_of(values: dict[str, float], animal: str) -> list[str]:
-    """Return the overrides that set the parameters of the generator."""
-    words = [f"controller.{key}={value:.5f}" for key, value in values.items()]
-    highest = f"controller.highest={values['lowest']:.5f}"
-    return ["controller=cpg", f"controller.facing={FACING[animal]}", *words, highest]
-
-
-def values_of(shares: Sequence[float], animal: str) -> dict[str, float]:
+def _values_of(shares: Sequence[float], animal: str) -> dict[str, float]:
     """Return parameters from shares of their ranges.
 
     Example:
-        >>> values_of([0.0] * 8, "crab")["lowest"]
+        >>> _values_of([0.0] * 8, "crab")["lowest"]
         1.0
     """
     ranges = RANGES[animal]
     pairs = zip(ranges.items(), np.clip(shares, 0.0, 1.0).tolist(), strict=True)
     return {key: low + share * (high - low) for (key, (low, high)), share in pairs}
-
-
-def price_of(speed: float, wanted: float, cost: float, upright: float) -> float:
-    """Return the cost of a walk: transport, missing speed, and tilt.
-
-    Args:
-        speed: reached [m/s].
-        wanted: [m/s].
-        cost: of transport [1].
-        upright: smallest cosine of the tilt [1].
-    """
-    missing = max(0.0, 1.0 - speed / wanted)
-    # a walk that goes nowhere has a cost beyond all bounds
-    return min(cost, 20.0) + SLOW * missing + 10.0 * max(0.0, 0.98 - upright)
 
 
 def _tried(
@@ -125,17 +104,24 @@ def _tried(
     """Walk once and note it."""
     from seals.config.compose import compose
 
-    values = values_of(share, animal)
+    values = _values_of(share, animal)
     price, speed, cost = WORST, 0.0, math.inf
     try:
-        walk = walked([*base, *words_of(values, animal)])
+        # the overrides that set the parameters of the generator
+        words = [f"controller.{key}={value:.5f}" for key, value in values.items()]
+        highest = f"controller.highest={values['lowest']:.5f}"
+        walk = walked(
+            [*base, *["controller=cpg", f"controller.facing={FACING[animal]}", *words, highest]]
+        )
     except PhysicsError as error:
         # legs that are thrown about faster than the engine follows
         print(f"left out: {error}".partition("\n")[0], flush=True)
     else:
         speed, cost = walk.speed, walk.cost
         wanted = float(compose(list(base)).guide.speed)
-        price = min(price_of(speed, wanted, cost, walk.upright), WORST)
+        # the cost of a walk: transport, missing speed, and tilt
+        missing = max(0.0, 1.0 - speed / wanted)
+        price = min(min(cost, 20.0) + SLOW * missing + 10.0 * max(0.0, 0.98 - walk.upright), WORST)
     row = {**values, "speed": speed, "cost": cost, "price": price}
     rows.append({"seed": f"{len(rows)}", **{key: f"{value:.5g}" for key, value in row.items()}})
     return price

@@ -77,7 +77,7 @@ def walked(
         slope: of the ground, rising to the east [rad].
         step: time step in place of that of the run [s]; 0 to leave it.
     """
-    words = [*overrides, *(drawn(seed, slope) if seed is not None else ())]
+    words = [*overrides, *(_drawn(seed, slope) if seed is not None else ())]
     words += [f"time.step={step}"] if step else []
     settings = build_run(compose(words))
     world = build_world(settings)
@@ -87,7 +87,7 @@ def walked(
         world.close()
 
 
-def drawn(seed: int, slope: float) -> list[str]:
+def _drawn(seed: int, slope: float) -> list[str]:
     """Return heading, direction and pause of a seed; on a slope it begins in the slope's plane."""
     rng = np.random.default_rng(seed)
     yaw, way, pause = rng.uniform(-math.pi, math.pi), rng.uniform(-math.pi, math.pi), rng.uniform()

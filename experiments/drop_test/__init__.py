@@ -83,9 +83,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     record = run_into(out, settings, overrides=words)
     bottom = settings.environment.tank_bottom or 0.0
     floor = pressed(record.log)
-    found = measures(record.log) | landing(record.log, floor)
+    found = _measures(record.log) | landing(record.log, floor)
     if record.fluid:
-        found |= entry(record.log, record.ledger.of("particles")) | books(record.fluid)
+        found |= entry(record.log, record.ledger.of("particles")) | _books(record.fluid)
     show_table(out, figure_table(found))
     marks = (Mark(at=0.0, label="water", level=True), Mark(at=bottom, label="bottom", level=True))
     log = record.log
@@ -109,7 +109,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
-def measures(log: Log) -> dict[str, float]:
+def _measures(log: Log) -> dict[str, float]:
     """Return the figures of a drop by name, unit in the name."""
     z = log.columns["position_z"]
     speed = np.gradient(z, log.time)
@@ -144,8 +144,7 @@ def held(readings: Floats) -> Floats:
         [0.0, 2.0, 2.0, 3.0]
     """
     last = np.maximum.accumulate(np.where(np.isfinite(readings), np.arange(len(readings)), -1))
-    out: Floats = np.where(last >= 0, readings[last], 0.0)
-    return out
+    return np.where(last >= 0, readings[last], 0.0)
 
 
 def landing(log: Log, floor: Floats) -> dict[str, float]:
@@ -201,7 +200,7 @@ def entry(log: Log, pushed: Floats) -> dict[str, float]:
     }
 
 
-def books(figures: Mapping[str, Floats]) -> dict[str, float]:
+def _books(figures: Mapping[str, Floats]) -> dict[str, float]:
     """Return particle count, largest mean compression and largest gap of the momentum balance."""
     names = {
         "particles": "particles [1]",

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from seals.errors import ConfigError, suggestion
 from seals.experiments.command import CommandParser, show_table, whole
-from seals.experiments.five_seeds.episode_tables import OWN, gather, shipped, write
+from seals.experiments.five_seeds.episode_tables import OWN, gather, shipped
 from seals.experiments.five_seeds.outcome import table_of, write_curves
 from seals.experiments.five_seeds.recipes import RECIPES, Recipe
 from seals.experiments.five_seeds.shipping import ship
@@ -58,7 +58,7 @@ def main(words: Sequence[str] | None = None) -> int:
         return 1
     folders = [job.folder for job in jobs]
     tables = gather(folders, recipe.elsewhere)
-    write(tables, out, given.recipe)
+    tables.write(out, given.recipe)
     show_table(out, table_of(tables, list(recipe.elsewhere), enough=recipe.enough))
     print(write_curves(tables, out / "seeds.png"))
     if given.ship:
@@ -121,11 +121,11 @@ def demonstrated(out: Path, recipe: Recipe, more: Sequence[str]) -> tuple[str, .
     if not folder.exists():
         run_verb("record", *world, f"episodes={recipe.shown}", f"out={folder}")
     for number in range(1, recipe.rounds + 1):
-        folder = labelled(folder, number, recipe, world)
+        folder = _labelled(folder, number, recipe, world)
     return (f"demonstrations={folder}",)
 
 
-def labelled(shown: Path, number: int, recipe: Recipe, world: Sequence[str]) -> Path:
+def _labelled(shown: Path, number: int, recipe: Recipe, world: Sequence[str]) -> Path:
     """Label the states that a cloned policy visits with the expert's actions, once (DAgger).
 
     Args:

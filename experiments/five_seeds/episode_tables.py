@@ -39,6 +39,13 @@ class Tables(NamedTuple):
     episodes: dict[str, Floats]
     looks: dict[str, Floats]
 
+    def write(self, folder: Path, name: str) -> list[Path]:
+        """Write both tables as Parquet, in single precision but for the starts."""
+        paths = _paths(folder, name)
+        for path, columns in zip(paths, self, strict=True):
+            write_table(path, {k: _small(k, values) for k, values in columns.items()})
+        return paths
+
 
 def gather(folders: Sequence[Path], worlds: Iterable[str]) -> Tables:
     """Read the judged episodes and the looks of trainings.
@@ -66,14 +73,6 @@ def gather(folders: Sequence[Path], worlds: Iterable[str]) -> Tables:
     if not episodes:
         raise SealsError("nothing was judged.\nRun the recipe first, to its end.")
     return Tables(_columns(episodes), _columns(looks))
-
-
-def write(tables: Tables, folder: Path, name: str) -> list[Path]:
-    """Write both tables as Parquet, in single precision but for the starts; return the files."""
-    paths = _paths(folder, name)
-    for path, columns in zip(paths, tables, strict=True):
-        write_table(path, {k: _small(k, values) for k, values in columns.items()})
-    return paths
 
 
 def shipped(name: str) -> Tables:

@@ -17,7 +17,7 @@ from seals.learn.statistics.interval import wilson
 from seals.report import Chart, Series, write_picture
 
 
-class Judged(NamedTuple):
+class _Judged(NamedTuple):
     """One policy in one world.
 
     Args:
@@ -39,7 +39,7 @@ class Judged(NamedTuple):
         return f"{won} of {self.episodes} ({100.0 * low:.0f} to {100.0 * high:.0f} %)"
 
 
-def outcome(tables: Tables) -> list[dict[int, Judged]]:
+def _outcome(tables: Tables) -> list[dict[int, _Judged]]:
     """Return what each policy did by the number of the world, seeds first."""
     numbers = tables.episodes["policy"]
     found = []
@@ -49,12 +49,12 @@ def outcome(tables: Tables) -> list[dict[int, Judged]]:
     return found
 
 
-def _judged(number: int, rows: dict[str, Floats], world: float) -> Judged:
+def _judged(number: int, rows: dict[str, Floats], world: float) -> _Judged:
     names = {value: name for name, value in BESIDE.items()}
     here = {k: values[rows["world"] == world] for k, values in rows.items()}
     shares = [k for k in here if k.startswith(SHARE) and np.isfinite(here[k]).all()]
     medians = {k: here[k][np.isfinite(here[k])] for k in FURTHER if k in here}
-    return Judged(
+    return _Judged(
         names.get(number, f"seed {number}"),
         {name: int(here[name].sum()) for name in shares},
         {k: float(np.median(x)) if len(x) else np.nan for k, x in medians.items()},
@@ -70,7 +70,7 @@ def table_of(tables: Tables, worlds: Sequence[str], *, enough: float) -> str:
         worlds: names of the other worlds.
         enough: share of its held-out starts that a seed is asked for [1].
     """
-    found = outcome(tables)
+    found = _outcome(tables)
     head, columns = ["policy"], [[one[min(one)].policy for one in found]]
     for number, world in enumerate(("", *worlds)):
         here = [one.get(number) for one in found]

@@ -33,16 +33,16 @@ def ship(folders: Sequence[Path], target: Path, *, command: str) -> Path:
         ConfigError: one of them has no curve, judgement or policy, or the target holds none.
     """
     refuse_other(target, form=FORM, key="policy")
-    best = max(folders, key=lambda folder: _last(curve_of(folder)))
+    best = max(folders, key=lambda folder: _last(_curve_of(folder)))
     metadata = read_policy_metadata(best / "policy")
     with atomic_folder(target, replace=True) as beside:
         (beside / WEIGHTS).write_bytes((best / "policy" / WEIGHTS).read_bytes())
-        told = {"command": command, "chosen_of": len(folders), "curve": curve_of(best)}
-        write_json(beside / CARD, {**metadata, **told, "held_out": judged_of(best)})
+        told = {"command": command, "chosen_of": len(folders), "curve": _curve_of(best)}
+        write_json(beside / CARD, {**metadata, **told, "held_out": _judged_of(best)})
     return target
 
 
-def curve_of(folder: Path) -> list[dict[str, float]]:
+def _curve_of(folder: Path) -> list[dict[str, float]]:
     """Return the scores of a training at its validation starts, over its steps.
 
     Raises:
@@ -55,7 +55,7 @@ def curve_of(folder: Path) -> list[dict[str, float]]:
         return [{name: float(row[name]) for name in LOOKED} for row in csv.DictReader(file)]
 
 
-def judged_of(folder: Path) -> dict[str, Any]:
+def _judged_of(folder: Path) -> dict[str, Any]:
     """Return the scores of the policy of a training from its held-out starts.
 
     Raises:

@@ -60,13 +60,39 @@ class Balance(NamedTuple):
     chemical: float
     resistance: float
 
+    def figures(self) -> dict[str, float]:
+        """Return the balance by name, unit in the name."""
+        voltage, current, _ = self.battery.T
+        asked = _over(self.rotors + self.electronics, self.time)
+        given = _over(voltage * current, self.time)
+        heat = _over(self.resistance * current**2, self.time)
+        done = sum(_over(power, self.time) for power in self.work.values())
+        gained = float(self.mechanical[-1] - self.mechanical[0])
+        moved = _over(np.abs(self.work["rotors"]), self.time)
+        return {
+            "rotors [J]": _over(self.rotors, self.time),
+            "of it at the shafts [J]": _over(self.shaft, self.time),
+            "electronics [J]": self.electronics * float(self.time[-1]),
+            "battery, at its terminals [J]": given,
+            "battery, heat inside [J]": heat,
+            "battery, charge that is gone [J]": self.chemical,
+            "work of the rotors on the robot [J]": _over(self.work["rotors"], self.time),
+            "work of all effects on the robot, weight aside [J]": done,
+            "gain of kinetic and potential energy [J]": gained,
+            "terminals against what was asked for [%]": 100.0 * (given / asked - 1.0),
+            "charge against terminals and heat [%]": 100.0 * (self.chemical / (given + heat) - 1.0),
+            "work against gain, by the energy that the rotors moved [%]": 100.0
+            * (done - gained)
+            / moved,
+        }
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the experiment from the command line."""
     given = parser_of("flight_energy").parse_args(arguments)
     out = folder_of(given, "flight_energy")
     balance = fly(build_run(compose([*OVERRIDES, *given.overrides])))
-    show_table(out, figure_table(figures(balance)))
+    show_table(out, figure_table(balance.figures()))
     draw(out / "figure.png", balance)
     return 0
 
@@ -137,33 +163,6 @@ def _chemical(actor: Actor, left: float) -> float:
     memory = np.concatenate([taken, taken * 0.0], axis=1)
     voltage = b.hooks.state(memory, b.params)[0][:, 0]
     return float(np.trapezoid(voltage, charge) * float(cells.capacity))
-
-
-def figures(b: Balance) -> dict[str, float]:
-    """Return the balance by name, unit in the name."""
-    voltage, current, _ = b.battery.T
-    asked = _over(b.rotors + b.electronics, b.time)
-    given = _over(voltage * current, b.time)
-    heat = _over(b.resistance * current**2, b.time)
-    done = sum(_over(power, b.time) for power in b.work.values())
-    gained = float(b.mechanical[-1] - b.mechanical[0])
-    moved = _over(np.abs(b.work["rotors"]), b.time)
-    return {
-        "rotors [J]": _over(b.rotors, b.time),
-        "of it at the shafts [J]": _over(b.shaft, b.time),
-        "electronics [J]": b.electronics * float(b.time[-1]),
-        "battery, at its terminals [J]": given,
-        "battery, heat inside [J]": heat,
-        "battery, charge that is gone [J]": b.chemical,
-        "work of the rotors on the robot [J]": _over(b.work["rotors"], b.time),
-        "work of all effects on the robot, weight aside [J]": done,
-        "gain of kinetic and potential energy [J]": gained,
-        "terminals against what was asked for [%]": 100.0 * (given / asked - 1.0),
-        "charge against terminals and heat [%]": 100.0 * (b.chemical / (given + heat) - 1.0),
-        "work against gain, by the energy that the rotors moved [%]": 100.0
-        * (done - gained)
-        / moved,
-    }
 
 
 def _over(power: Floats, time: Floats) -> float:

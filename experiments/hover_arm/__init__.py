@@ -35,33 +35,46 @@ def main(arguments: Sequence[str] | None = None) -> int:
     records = flown(out, "hover_arm", {n: [*words, *overrides] for n, words in CASES.items()})
     logs = {name: record.log for name, record in records.items()}
     found = {name: largest(log) for name, log in logs.items()}
-    show_table(out, table(found))
-    place = start_of(logs["sweep"])
-    charts = [deviations(later(log), place, titled(name)) for name, log in logs.items()]
-    write_picture(out / "figure.png", [*charts, joints(logs["sweep"])])
+    # the deviations as a table in Markdown
+    rows = [[name, *(f"{1e3 * x:.2f}" for x in values)] for name, values in found.items()]
+    rows += [
+        [word, *(f"{1e3 * x:g}" for x in b)] for word, b in (("bound", WITHIN), ("paper", PAPER))
+    ]
+    show_table(out, markdown(["case", *(f"largest deviation {axis} [mm]" for axis in AXES)], rows))
+    place = _start_of(logs["sweep"])
+    charts = [deviations(_later(log), place, _titled(name)) for name, log in logs.items()]
+    # the motion of the arm
+    shown = _later(logs["sweep"])
+    angle = shown.channel("joint_position")
+    names = ("shoulder", "elbow", "wrist")
+    series = tuple(Series(name=n, x=shown.time, y=angle[:, k]) for k, n in enumerate(names))
+    write_picture(
+        out / "figure.png",
+        [*charts, Chart(title="Arm, sweep", y_label="angle [rad]", series=series)],
+    )
     ledger = records["sweep"].ledger
     picture = [forces(ledger, 2, "Forces along z of the body"), forces(ledger, 4, "Pitch torques")]
     write_picture(out / "ledger.png", picture)
-    return 0 if kept(found) else 1
+    return 0 if _kept(found) else 1
 
 
-def titled(case: str) -> str:
+def _titled(case: str) -> str:
     """Return a case in words.
 
     Example:
-        >>> titled("sweep_without")
+        >>> _titled("sweep_without")
         'sweep, fixed centre of gravity'
     """
     return case.replace("_without", ", fixed centre of gravity")
 
 
-def start_of(log: Log) -> Floats:
+def _start_of(log: Log) -> Floats:
     """Return the wanted position of the hover, that of its start [m], shape (3,)."""
     place: Floats = log.channel("position")[0]
     return place
 
 
-def later(log: Log) -> Log:
+def _later(log: Log) -> Log:
     """Return the log after settling."""
     rows = log.time >= SETTLED
     columns = {name: values[rows] for name, values in log.columns.items()}
@@ -70,33 +83,15 @@ def later(log: Log) -> Log:
 
 def largest(log: Log) -> Floats:
     """Return the largest deviation along x, y and z after settling [m], shape (3,)."""
-    away = later(log).channel("position") - start_of(log)
+    away = _later(log).channel("position") - _start_of(log)
     found: Floats = np.abs(away).max(axis=0)
     return found
 
 
-def kept(found: dict[str, Any]) -> bool:
+def _kept(found: dict[str, Any]) -> bool:
     """Return whether the bounds are kept and the live centre of gravity improves threefold."""
     for motion in ("sweep", "random"):
         aware, unaware = found[motion], found[f"{motion}_without"]
         if np.any(aware > WITHIN) or np.linalg.norm(unaware) < 3.0 * np.linalg.norm(aware):
             return False
     return True
-
-
-def table(found: dict[str, Any]) -> str:
-    """Return the deviations as a table in Markdown."""
-    rows = [[name, *(f"{1e3 * x:.2f}" for x in values)] for name, values in found.items()]
-    rows += [
-        [word, *(f"{1e3 * x:g}" for x in b)] for word, b in (("bound", WITHIN), ("paper", PAPER))
-    ]
-    return markdown(["case", *(f"largest deviation {axis} [mm]" for axis in AXES)], rows)
-
-
-def joints(log: Log) -> Chart:
-    """Return the motion of the arm."""
-    shown = later(log)
-    angle = shown.channel("joint_position")
-    names = ("shoulder", "elbow", "wrist")
-    series = tuple(Series(name=n, x=shown.time, y=angle[:, k]) for k, n in enumerate(names))
-    return Chart(title="Arm, sweep", y_label="angle [rad]", series=series)

@@ -29,7 +29,7 @@ COMMON = (
 """Of every arm that practises; gamma and learning rate were chosen for SAC, on other seeds."""
 
 
-class Arm(NamedTuple):
+class _Arm(NamedTuple):
     """One arm.
 
     Args:
@@ -48,15 +48,15 @@ class Arm(NamedTuple):
 _SACFD = ("learner=sacfd", "learner.steps=3")
 _PRE = (f"learner.pretrain={PRETRAIN}",)
 ARMS = {
-    "sac": Arm(("learner=sac",), shown=False),
-    "sac_demonstrations": Arm(("learner=sac", "learner.demonstrations=buffer")),
-    "sacfd": Arm((*_SACFD, *_PRE), pretrain=PRETRAIN),
-    "rlpd": Arm(("learner=rlpd", "learner.critics=2")),
-    "bc": Arm(("learner=bc",)),
-    "sacfd_no_priorities": Arm((*_SACFD, *_PRE, "learner.alpha=0.0"), 5, PRETRAIN),
-    "sacfd_one_step": Arm(("learner=sacfd", "learner.steps=1", *_PRE), 5, PRETRAIN),
-    "sacfd_no_pretraining": Arm((*_SACFD, "learner.pretrain=0"), 5),
-    "sacfd_shuffled": Arm((*_SACFD, *_PRE, "shuffled=true"), 5, PRETRAIN),
+    "sac": _Arm(("learner=sac",), shown=False),
+    "sac_demonstrations": _Arm(("learner=sac", "learner.demonstrations=buffer")),
+    "sacfd": _Arm((*_SACFD, *_PRE), pretrain=PRETRAIN),
+    "rlpd": _Arm(("learner=rlpd", "learner.critics=2")),
+    "bc": _Arm(("learner=bc",)),
+    "sacfd_no_priorities": _Arm((*_SACFD, *_PRE, "learner.alpha=0.0"), 5, PRETRAIN),
+    "sacfd_one_step": _Arm(("learner=sacfd", "learner.steps=1", *_PRE), 5, PRETRAIN),
+    "sacfd_no_pretraining": _Arm((*_SACFD, "learner.pretrain=0"), 5),
+    "sacfd_shuffled": _Arm((*_SACFD, *_PRE, "shuffled=true"), 5, PRETRAIN),
 }
 """All arms by name; the last is the negative control, whose demonstrations have wrong actions."""
 

@@ -101,7 +101,12 @@ def run_all(jobs: Sequence[Training], *, at_once: int, limit: float) -> int:
             time.sleep(0.5)
             ended = [pair for pair in running if pair[1].poll() is not None]
             for job, process in ended:
-                _tell_failure(job, process)
+                if process.returncode:
+                    print(
+                        f"{job.folder} ended with exit code {process.returncode}; see "
+                        f"{job.folder}/log.txt",
+                        file=sys.stderr,
+                    )
             running[:] = [pair for pair in running if pair not in ended]
             done += len(ended)
     return sum(_state(job.folder) != "done" for job in jobs)
@@ -156,14 +161,6 @@ def _stop(processes: Sequence[subprocess.Popen[bytes]]) -> None:
             process.wait(PATIENCE)
         except subprocess.TimeoutExpired:
             process.kill()
-
-
-def _tell_failure(job: Training, process: subprocess.Popen[bytes]) -> None:
-    if process.returncode:
-        print(
-            f"{job.folder} ended with exit code {process.returncode}; see {job.folder}/log.txt",
-            file=sys.stderr,
-        )
 
 
 def _state(folder: Path) -> str:

@@ -59,39 +59,35 @@ class Regression:
     freedom: Mapping[tuple[str, str], int]
     curved: Mapping[str, Mapping[str, float]]
 
-
-def regression(problem: Problem) -> Regression:
-    """Set up the regression of one log."""
-    plant, trajectory = problem.plant, problem.fitter.trajectory
-    candidates = [c for c in plant.candidate_set.candidates if c.name not in _CURVED]
-    keys = candidate_keys(candidates)
-    responses = columns_along(plant, trajectory, {}, keys, problem.fitter.dynamics)
-    nominal = predict(plant, trajectory, {})
-    target = -_stacked(problem, nominal.defect, nominal.reading - _measured(problem))
-    table = [_stacked(problem, responses.push[:, :, i], responses.reading[:, :, i])
-             for i in range(len(keys))]  # fmt: skip
-    groups = {(c.name, c.label): tuple(keys.index(k) for k in c.all_keys) for c in candidates}
-    freedom = {name: len(columns) for name, columns in groups.items()}
-    curved = _curved(problem)
-    for name, start in curved.items():
-        found: Prediction = predict(plant, trajectory, start)
-        groups[name, name] = (len(table),)
-        freedom[name, name] = len(start)
-        change = found.defect - nominal.defect
-        table.append(_stacked(problem, change, found.reading - nominal.reading))
-    residual, columns = _whitened(target, np.stack(table, axis=1))
-    return Regression(
-        residual=residual, columns=columns, groups=groups, freedom=freedom, curved=curved
-    )
-
-
-def _measured(problem: Problem) -> Floats:
-    """Readings of the inertial sensors, not a number where there is none, shape (T, 6)."""
-    seen, rows = problem.samples.channels, problem.samples.rows
-    none = np.full((rows, 3), np.nan)
-    parts = [seen.get(name, none) for name in ("angular_velocity", "specific_force")]
-    both: Floats = np.concatenate(parts, axis=1)
-    return both
+    @classmethod
+    def of(cls, problem: Problem) -> Regression:
+        """Set up the regression of one log."""
+        plant, trajectory = problem.plant, problem.fitter.trajectory
+        candidates = [c for c in plant.candidate_set.candidates if c.name not in _CURVED]
+        keys = candidate_keys(candidates)
+        responses = columns_along(plant, trajectory, {}, keys, problem.fitter.dynamics)
+        nominal = predict(plant, trajectory, {})
+        # readings of the inertial sensors, not a number where there is none, shape (T, 6)
+        seen, rows = problem.samples.channels, problem.samples.rows
+        none = np.full((rows, 3), np.nan)
+        parts = [seen.get(name, none) for name in ("angular_velocity", "specific_force")]
+        both: Floats = np.concatenate(parts, axis=1)
+        target = -_stacked(problem, nominal.defect, nominal.reading - both)
+        table = [_stacked(problem, responses.push[:, :, i], responses.reading[:, :, i])
+                 for i in range(len(keys))]  # fmt: skip
+        groups = {(c.name, c.label): tuple(keys.index(k) for k in c.all_keys) for c in candidates}
+        freedom = {name: len(columns) for name, columns in groups.items()}
+        curved = _curved(problem)
+        for name, start in curved.items():
+            found: Prediction = predict(plant, trajectory, start)
+            groups[name, name] = (len(table),)
+            freedom[name, name] = len(start)
+            change = found.defect - nominal.defect
+            table.append(_stacked(problem, change, found.reading - nominal.reading))
+        residual, columns = _whitened(target, np.stack(table, axis=1))
+        return cls(
+            residual=residual, columns=columns, groups=groups, freedom=freedom, curved=curved
+        )
 
 
 def _stacked(problem: Problem, defect: Floats, reading: Floats) -> Floats:
@@ -164,8 +160,7 @@ def stlsq_of_pysindy(unit: Floats, residual: Floats, least: float) -> Kept:
     """The same by pysindy, as a check."""
     found = importlib.import_module("pysindy.optimizers")
     fit = found.STLSQ(threshold=least, alpha=RIDGE, unbias=False).fit(unit, residual[:, None])
-    kept: Kept = np.flatnonzero(fit.coef_[0])
-    return kept
+    return np.flatnonzero(fit.coef_[0])
 
 
 def sparse(
@@ -309,10 +304,10 @@ class Question:
     plain: Fitter
     tolerant: Fitter
 
-
-def question(problem: Problem) -> Question:
-    """Prepare a log for the methods."""
-    return Question(table=regression(problem), plain=plain(problem), tolerant=problem.fitter)
+    @classmethod
+    def of(cls, problem: Problem) -> Question:
+        """Prepare a log for the methods."""
+        return cls(table=Regression.of(problem), plain=plain(problem), tolerant=problem.fitter)
 
 
 METHODS: Mapping[str, Callable[[Question], Names]] = {

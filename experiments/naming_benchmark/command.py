@@ -13,14 +13,14 @@ from typing import Any
 
 from seals.errors import ConfigError, suggestion
 from seals.experiments.naming_benchmark import rivals
-from seals.experiments.naming_benchmark.answers import question
-from seals.experiments.naming_benchmark.page import into_page
+from seals.experiments.naming_benchmark.answers import Question
 from seals.experiments.naming_benchmark.regions import found_regions
 from seals.experiments.naming_benchmark.score import score, table
 from seals.experiments.naming_benchmark.told import read_answer, read_truth
 from seals.logs.native import read_native
 from seals.sysid.diagnosis import diagnose
 from seals.sysid.predictors.problem import prepare
+from seals.untrusted_io import read_text
 
 LOGS = Path(__file__).with_name("logs")
 KEYS = ("out", "logs", "methods", "mujoco", "page")
@@ -128,13 +128,19 @@ def _answer(
             elif method == rivals.MUJOCO:
                 told = rivals.by_mujoco(log, python)
             else:
-                names = rivals.REGRESSIONS[method](question(problem).table)
+                names = rivals.REGRESSIONS[method](Question.of(problem).table)
                 told = {"verdict": "named" if names else "nothing_missing"}
                 told["effects"] = [{"name": name} for name in names]
             if told is None:
                 continue
             told.setdefault("seconds", _processor() - begin)
-            told["regions"] = found_regions(problem, folder, _names(told))
+            told["regions"] = found_regions(
+                problem,
+                folder,
+                [effect["name"] for effect in told["effects"]]
+                if told["verdict"] == "named"
+                else [],
+            )
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(json.dumps(told, indent=1), encoding="utf-8")
     print(f"{folder.name}: {', '.join((*missing, *strange))}", flush=True)
@@ -145,5 +151,18 @@ def _processor() -> float:
     return sum(os.times()[:4])
 
 
-def _names(told: dict[str, Any]) -> list[str]:
-    return [effect["name"] for effect in told["effects"]] if told["verdict"] == "named" else []
+BEGIN, END = "<!-- benchmark: begin -->", "<!-- benchmark: end -->"
+
+
+def into_page(page: Path, text: str) -> None:
+    """Put the table between the marks of a page.
+
+    Raises:
+        ConfigError: the page has no such marks.
+    """
+    old = read_text(page)
+    before, begin, rest = old.partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not begin or not end:
+        raise ConfigError(f"page={page} has no {BEGIN} and {END}.\nPut both on lines of their own.")
+    page.write_text(f"{before}{BEGIN}\n\n{text}\n\n{END}{after}", encoding="utf-8")

@@ -104,8 +104,7 @@ class Flight:
 
     def channel(self, stem: str, ends: str) -> Floats:
         """Columns of a channel."""
-        found: Floats = np.column_stack([self.columns[f"{stem}_{e}"] for e in ends])
-        return found
+        return np.column_stack([self.columns[f"{stem}_{e}"] for e in ends])
 
     def _speeds(self, truth: Mapping[str, Any]) -> Floats:
         """Commanded speeds [rad/s]."""
@@ -185,7 +184,7 @@ def parameters(flight: Flight) -> Any:
     return found
 
 
-def windows(flight: Flight) -> tuple[Floats, list[int]]:
+def _windows(flight: Flight) -> tuple[Floats, list[int]]:
     """Return start states (time, place, attitude, velocities, thrusts) and their rows."""
     from scipy.signal import savgol_filter
 
@@ -208,7 +207,7 @@ def windows(flight: Flight) -> tuple[Floats, list[int]]:
     return np.array(states), rows
 
 
-class Residual:
+class _Residual:
     """Residuals of all windows, as `mujoco.sysid.optimize` takes them."""
 
     def __init__(self, flight: Flight) -> None:
@@ -216,7 +215,7 @@ class Residual:
         mujoco: Any = importlib.import_module("mujoco")
 
         self.flight, self.spec = flight, mujoco.MjSpec.from_string(flight.xml())
-        self.starts, self.rows = windows(flight)
+        self.starts, self.rows = _windows(flight)
         self.orders: dict[float, Floats] = {}
         self.count = round(WINDOW / flight.step)
         stems = {"position": "xyz", "orientation": "wxyz"}
@@ -236,7 +235,7 @@ class Residual:
         rollout: Any = importlib.import_module("mujoco.rollout")
 
         params.update_from_vector(x)
-        value = {name: np.asarray(params[name].value, float) for name in names(params)}
+        value = {name: np.asarray(params[name].value, float) for name in _names(params)}
         spec, flight = self.spec.copy(), self.flight
         body = spec.body("base")
         body.mass, body.ipos = float(value["payload"][0]), value["centre_of_gravity"]
@@ -298,7 +297,7 @@ class Residual:
         return np.concatenate([(part / noise[name]).ravel() for name, part in parts.items()])
 
 
-def names(params: Any) -> list[str]:
+def _names(params: Any) -> list[str]:
     """Names of a `ParameterDict`."""
     return list(params.keys())
 
@@ -310,11 +309,11 @@ def attitude_error(a: Floats, b: Floats) -> Floats:
     return out
 
 
-def declared(flight: Flight) -> tuple[str, ...]:
+def _declared(flight: Flight) -> tuple[str, ...]:
     """Fit all parameters and return the effects of those that left their stated value."""
     sysid: Any = importlib.import_module("mujoco.sysid")
 
-    begin, residual = parameters(flight), Residual(flight)
+    begin, residual = parameters(flight), _Residual(flight)
     stated = begin.as_vector().copy()
     with contextlib.redirect_stdout(io.StringIO()):
         found, result = sysid.optimize(begin, residual, verbose=False, max_iters=MOST, eps=1e-4)
@@ -322,7 +321,7 @@ def declared(flight: Flight) -> tuple[str, ...]:
     _, half = sysid.calculate_intervals(left, np.asarray(result.jac), alpha=LEVEL / len(stated))
     moved = np.abs(found.as_vector() - stated) > half
     effects, first = [], 0
-    for name in names(begin):
+    for name in _names(begin):
         size = begin[name].size
         which = moved[first : first + size]
         if which.any():
@@ -347,7 +346,7 @@ def main() -> None:
     parser.add_argument("--log", type=Path)
     asked = parser.parse_args()
     if asked.log is not None:
-        print(json.dumps(answer(declared(Flight.of_log(asked.log)))))
+        print(json.dumps(answer(_declared(Flight.of_log(asked.log)))))
         return
     if asked.set is None or asked.out is None:
         parser.error("give SET and OUT, or --log FOLDER")
@@ -355,7 +354,7 @@ def main() -> None:
         case, begin = path.parent, time.perf_counter()
         if asked.only and case.name not in asked.only:
             continue
-        effects = declared(Flight.of_case(case))
+        effects = _declared(Flight.of_case(case))
         place = asked.out / case.name
         place.mkdir(parents=True, exist_ok=True)
         (place / "diagnosis.json").write_text(json.dumps(answer(effects)), encoding="utf-8")

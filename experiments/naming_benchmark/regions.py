@@ -16,7 +16,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.predictors.linear_screen import candidate_keys
 from seals.sysid.predictors.problem import Problem
 
@@ -37,6 +36,26 @@ class Shown(NamedTuple):
 
     time: Floats
     size: Floats
+
+    def regions(self, begin: float, names: Sequence[str]) -> Regions:
+        """Return the regions in which an effect is.
+
+        Args:
+            begin: of the first second [s].
+            names: phase of every second.
+        """
+        at = np.clip(((self.time - begin) / BIN).astype(int), 0, len(names) - 1)
+        square = self.size**2
+        by_time, by_phase = set(), set()
+        for second in np.unique(at):
+            level = np.sqrt(square[at == second].mean(axis=0))
+            by_time |= {f"{second} s {a}" for a, x in zip(AXES, level, strict=True) if x >= LEAST}
+        given = np.array(names)[at]
+        for phase in sorted(set(names)):
+            if (given == phase).any():
+                level = np.sqrt(square[given == phase].mean(axis=0))
+                by_phase |= {f"{phase} {a}" for a, x in zip(AXES, level, strict=True) if x >= LEAST}
+        return Regions(frozenset(by_time), frozenset(by_phase))
 
 
 class Regions(NamedTuple):
@@ -74,7 +93,18 @@ def declared(problem: Problem, names: Sequence[str]) -> Shown:
     if not keys:
         return Shown(time, np.zeros((windows.count, len(AXES))))
     columns, misfit = fitter.whitened(keys, {}), fitter.misfit({})
-    about = _about(problem, chosen, np.linalg.norm(columns.outputs, axis=(0, 1)))
+    # where the responses are taken: about zero, but for what has none there. The place of a
+    # payload moves nothing while its mass is zero: its mass is then of usual size
+    length = np.linalg.norm(columns.outputs, axis=(0, 1))
+    alive = dict(zip(candidate_keys(chosen), length > 1e-9 * length.max(initial=0.0), strict=True))
+    parameters = problem.plant.candidate_set.parameters
+    about = {
+        key: parameters[key].scale
+        for one in chosen
+        if not all(alive[k] for k in one.all_keys)
+        for key in one.all_keys
+        if alive[key]
+    }
     if about:
         columns = fitter.whitened(keys, about)
     normal = columns.product(columns).sum(axis=0) + np.diag(fitter.precision(keys, keys))
@@ -93,28 +123,7 @@ def declared(problem: Problem, names: Sequence[str]) -> Shown:
     return Shown(time, size)
 
 
-def _about(problem: Problem, chosen: Sequence[Candidate], length: Floats) -> dict[str, float]:
-    """Return where the responses are taken: about zero, but for what has none there.
-
-    The place of a payload moves nothing while its mass is zero: its mass is then of usual size.
-
-    Args:
-        problem: the log made ready.
-        chosen: candidates.
-        length: of the responses of all their keys about zero.
-    """
-    alive = dict(zip(candidate_keys(chosen), length > 1e-9 * length.max(initial=0.0), strict=True))
-    parameters = problem.plant.candidate_set.parameters
-    return {
-        key: parameters[key].scale
-        for one in chosen
-        if not all(alive[k] for k in one.all_keys)
-        for key in one.all_keys
-        if alive[key]
-    }
-
-
-def phases(problem: Problem, begin: float, count: int) -> list[str]:
+def _phases(problem: Problem, begin: float, count: int) -> list[str]:
     """Name the phase of every second: its medium, and calm or lively by the rate of turn.
 
     Args:
@@ -133,34 +142,12 @@ def phases(problem: Problem, begin: float, count: int) -> list[str]:
     return [f"{m} {'lively' if fast else 'calm'}" for m, fast in zip(medium, lively, strict=True)]
 
 
-def regions_of(shown: Shown, begin: float, names: Sequence[str]) -> Regions:
-    """Return the regions in which an effect is.
-
-    Args:
-        shown: by window.
-        begin: of the first second [s].
-        names: phase of every second.
-    """
-    at = np.clip(((shown.time - begin) / BIN).astype(int), 0, len(names) - 1)
-    square = shown.size**2
-    by_time, by_phase = set(), set()
-    for second in np.unique(at):
-        level = np.sqrt(square[at == second].mean(axis=0))
-        by_time |= {f"{second} s {a}" for a, x in zip(AXES, level, strict=True) if x >= LEAST}
-    given = np.array(names)[at]
-    for phase in sorted(set(names)):
-        if (given == phase).any():
-            level = np.sqrt(square[given == phase].mean(axis=0))
-            by_phase |= {f"{phase} {a}" for a, x in zip(AXES, level, strict=True) if x >= LEAST}
-    return Regions(frozenset(by_time), frozenset(by_phase))
-
-
 def found_regions(problem: Problem, folder: Path, names: Sequence[str]) -> dict[str, Any]:
     """Return the true and the declared regions of a log as lists, for an answer's file."""
     truth = true_regions(folder)
     begin = float(truth.time[0]) - 0.25
-    told = phases(problem, begin, int(np.ceil((truth.time[-1] - begin) / BIN)))
-    pair = regions_of(truth, begin, told), regions_of(declared(problem, names), begin, told)
+    told = _phases(problem, begin, int(np.ceil((truth.time[-1] - begin) / BIN)))
+    pair = truth.regions(begin, told), declared(problem, names).regions(begin, told)
     return {
         "true": {kind: sorted(getattr(pair[0], kind)) for kind in Regions._fields},
         "declared": {kind: sorted(getattr(pair[1], kind)) for kind in Regions._fields},

@@ -46,8 +46,7 @@ def beside(want: set[str]) -> set[str]:
 
 def read_truth(folder: Path) -> dict[str, Any]:
     """Read what is hidden in one of the public logs."""
-    found: dict[str, Any] = read_yaml(folder / "truth.yaml")
-    return found
+    return read_yaml(folder / "truth.yaml")
 
 
 def read_answer(path: Path) -> dict[str, Any]:

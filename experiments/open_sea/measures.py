@@ -24,6 +24,14 @@ class Measured(NamedTuple):
 
     figures: dict[str, tuple[float, float]]
 
+    def table(self) -> str:
+        """Return the figures as a table in Markdown."""
+        rows = [
+            (name, f"{value:.4g}", "" if np.isnan(bound) else f"{bound:.4g}")
+            for name, (value, bound) in self.figures.items()
+        ]
+        return markdown(("figure", "value", "bound"), rows)
+
 
 def measures(alone: Tow, ball: Tow) -> Measured:
     """Return the metrics of the tow.
@@ -82,7 +90,15 @@ def _cost(name: str, tow: Tow) -> dict[str, tuple[float, float]]:
 
 def _forces(tow: Tow) -> dict[str, tuple[float, float]]:
     late = _late(tow)
-    size = _wave_force(tow, late)
+    # mean size of the force at the frequency of encounter, largest axis [N]. Not a number where
+    # fewer than two waves were met
+    if not np.isfinite(tow.encounter):
+        size = NONE
+    else:
+        angle = tow.encounter * tow.time[late]
+        basis = np.stack([np.ones_like(angle), np.cos(angle), np.sin(angle)], axis=1)
+        found = np.linalg.lstsq(basis, tow.force[late], rcond=None)[0]
+        size = float(2.0 / np.pi * np.hypot(found[1], found[2]).max())
     share, jumps, twins = size / 100.0, _jumps(tow, late), tow.twins
     calm = np.diff(tow.force, axis=0)[late[1:] & ~tow.shifted[1:].astype(bool)]
     error = jumps.std(axis=0) / np.sqrt(len(jumps))
@@ -114,19 +130,6 @@ def _rms(x: Floats) -> float:
     return float(np.sqrt((x**2).mean()))
 
 
-def _wave_force(tow: Tow, late: Any) -> float:
-    """Mean size of the force at the frequency of encounter, largest axis [N].
-
-    Not a number where fewer than two waves were met.
-    """
-    if not np.isfinite(tow.encounter):
-        return NONE
-    angle = tow.encounter * tow.time[late]
-    basis = np.stack([np.ones_like(angle), np.cos(angle), np.sin(angle)], axis=1)
-    found = np.linalg.lstsq(basis, tow.force[late], rcond=None)[0]
-    return float(2.0 / np.pi * np.hypot(found[1], found[2]).max())
-
-
 def _jumps(tow: Tow, late: Floats) -> Floats:
     """Mean force after each shift less that before it [N], shape (n, 3)."""
     rows = np.flatnonzero(tow.shifted.astype(bool) & late)
@@ -135,12 +138,3 @@ def _jumps(tow: Tow, late: Floats) -> Floats:
         tow.force[k : k + BLINK].mean(axis=0) - tow.force[k - BLINK : k].mean(axis=0) for k in rows
     ]
     return np.array(out).reshape(-1, 3)
-
-
-def table(found: Measured) -> str:
-    """Return the figures as a table in Markdown."""
-    rows = [
-        (name, f"{value:.4g}", "" if np.isnan(bound) else f"{bound:.4g}")
-        for name, (value, bound) in found.figures.items()
-    ]
-    return markdown(("figure", "value", "bound"), rows)

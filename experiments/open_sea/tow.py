@@ -84,7 +84,7 @@ class Tow(NamedTuple):
     step: float
 
 
-class Way(NamedTuple):
+class _Way(NamedTuple):
     """Straight path with a smooth start.
 
     Args:
@@ -136,7 +136,7 @@ def towed(settings: RunSettings, *, way: float, speed: float, radius: float) -> 
     ball = Piece("sphere", (radius,), np.zeros(3), np.eye(3))
     body = FluidBody("robot/ball", (ball,) if radius else ())
     fluid.open(Surrounding(settings.environment, settings.wave, (), settings.time.step), [body])
-    course = Way(speed, DIP * radius)
+    course = _Way(speed, DIP * radius)
     fluid.initialise(course.at(0.0))
     rows, twins = _followed(fluid, course, settings.time.step, way, ball=radius > 0.0)
     columns: Any = [np.array(column) for column in zip(*rows, strict=True)]
@@ -165,7 +165,7 @@ def towed(settings: RunSettings, *, way: float, speed: float, radius: float) -> 
 
 
 def _followed(
-    fluid: FluidWindow, course: Way, step: float, way: float, *, ball: bool
+    fluid: FluidWindow, course: _Way, step: float, way: float, *, ball: bool
 ) -> tuple[list[tuple[object, ...]], list[Floats]]:
     """Record every step; repeat a few steps with and without a shift of the domain."""
     rows: list[tuple[object, ...]] = []
@@ -176,15 +176,15 @@ def _followed(
     for k in range(steps):
         time = k * step
         state = course.at(time)
-        if ball and len(twins) < TWINS and k >= due[len(twins)] and moves(fluid, state, time):
-            twins.append(twin(fluid, course, time, step))
+        if ball and len(twins) < TWINS and k >= due[len(twins)] and _moves(fluid, state, time):
+            twins.append(_twin(fluid, course, time, step))
         shifts, begin = domain.shifts, clock.process_time()
         force = fluid.exchange(state, time, step)[0, :3] / step
         cost = clock.process_time() - begin
         balance = fluid.momentum_balance()
         assert balance is not None
         gap = float(np.abs(balance.gap).max()) / max(balance.gross, 1e-12)
-        points = line_of(fluid, time + step)
+        points = _line_of(fluid, time + step)
         rows.append(
             (
                 time + step,
@@ -204,7 +204,7 @@ def _followed(
     return rows, twins
 
 
-def _encounter(outer: OuterSea, course: Way, end: float) -> float:
+def _encounter(outer: OuterSea, course: _Way, end: float) -> float:
     """Return the encounter frequency of the waves from upward zero crossings [rad/s]."""
     time = np.arange(START, end, 0.01)
     level = [outer.elevation(course.at(t).position, t)[0] - outer.level for t in time]
@@ -214,7 +214,7 @@ def _encounter(outer: OuterSea, course: Way, end: float) -> float:
     return float(2.0 * math.pi * (len(ups) - 1) / (ups[-1] - ups[0]))
 
 
-def line_of(fluid: FluidWindow, time: float) -> Floats:
+def _line_of(fluid: FluidWindow, time: float) -> Floats:
     """Points along the window beside the ball, inside of the ring [m], shape (POINTS, 3)."""
     domain = fluid.simulation
     box, rim = domain.box, (domain.box.ring + 1) * domain.box.spacing
@@ -226,14 +226,14 @@ def line_of(fluid: FluidWindow, time: float) -> Floats:
     return places
 
 
-def moves(fluid: FluidWindow, state: BodyStates, time: float) -> bool:
+def _moves(fluid: FluidWindow, state: BodyStates, time: float) -> bool:
     """Return whether the domain shifts in the next step."""
     domain = fluid.simulation
     rest = domain.outer.rest(state.position[:1], time)[0]
     return bool(domain.box.cells_to(rest) != (0, 0))
 
 
-def twin(fluid: FluidWindow, course: Way, time: float, step: float) -> Floats:
+def _twin(fluid: FluidWindow, course: _Way, time: float, step: float) -> Floats:
     """Return the force change by a shift, from the same fluid state [N], (APART, 3)."""
     kept, domain = fluid.snapshot(), fluid.simulation
     forces = []
@@ -247,5 +247,4 @@ def twin(fluid: FluidWindow, course: Way, time: float, step: float) -> Floats:
         ]
         forces.append(np.array(found))
         fluid.restore(kept)
-    out: Floats = forces[0] - forces[1]
-    return out
+    return forces[0] - forces[1]

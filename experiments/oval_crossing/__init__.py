@@ -58,8 +58,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     records = flown(out, "oval_crossing", {n: [*w, *overrides] for n, w in CASES.items()})
     guide = build_run(compose(["experiment=oval_crossing", *overrides])).guide
     found = {name: score(record.log, guide) for name, record in records.items()}
-    show_table(out, table(found))
-    write_picture(out / "figure.png", figures(records, guide))
+    show_table(out, _table(found))
+    write_picture(out / "figure.png", _figures(records, guide))
     ledger = records["true_model"].ledger
     write_picture(out / "ledger.png", [forces(ledger, 2, "Forces along z of the body, all laps")])
     good = all(s.rms <= WITHIN and s.laps >= guide.laps for s in found.values())
@@ -80,16 +80,22 @@ def score(log: Log, guide: Any) -> Score:
     flown_until = float(lost[0]) if lost.size else float(log.time[-1])
     # a soft start covers half a lap's pace: the last lap ends one soft start early
     laps = int((flown_until - guide.start_time + 1e-6) / guide.period)
+    # largest change of the vertical acceleration within 0.1 s while it pierces the surface
+    rise, step = _upward(log), float(np.median(np.diff(log.time)))
+    span = max(1, round(0.1 / step))
+    change = np.abs(rise[span:] - rise[:-span])
+    near = np.abs(log.channel("position")[span:, 2]) < 0.15
+    near &= log.time[span:] > SETTLED
     return Score(
         rms=float(np.sqrt(np.mean(far[counts] ** 2))),
         largest=float(far[counts].max()),
         axes=np.sqrt(np.mean(away[counts] ** 2, axis=0)),
         laps=min(laps, guide.laps),
-        jump=_jump(log),
+        jump=float(change[near].max(initial=0.0)),
     )
 
 
-def table(found: dict[str, Score]) -> str:
+def _table(found: dict[str, Score]) -> str:
     """Return the scores as a table in Markdown."""
     head = [
         "case",
@@ -107,7 +113,7 @@ def table(found: dict[str, Score]) -> str:
     return markdown(head, [*rows, ["bound", f"{1e3 * WITHIN:g}", "", "", "", "", "20", ""]])
 
 
-def figures(records: dict[str, Record], guide: Any) -> list[Chart]:
+def _figures(records: dict[str, Record], guide: Any) -> list[Chart]:
     """Return the path from the side, deviations, and the acceleration through one lap."""
     log = records["true_model"].log
     wanted = course(log, guide)
@@ -150,15 +156,4 @@ def _upward(log: Log) -> Floats:
     """Vertical acceleration of the body's origin from its velocity, smoothed over 20 ms."""
     speed = np.gradient(log.channel("position")[:, 2], log.time)
     rise = np.gradient(speed, log.time)
-    found: Floats = np.convolve(rise, np.ones(5) / 5.0, mode="same")
-    return found
-
-
-def _jump(log: Log) -> float:
-    """Largest change of the vertical acceleration within 0.1 s while it pierces the surface."""
-    rise, step = _upward(log), float(np.median(np.diff(log.time)))
-    span = max(1, round(0.1 / step))
-    change = np.abs(rise[span:] - rise[:-span])
-    near = np.abs(log.channel("position")[span:, 2]) < 0.15
-    near &= log.time[span:] > SETTLED
-    return float(change[near].max(initial=0.0))
+    return np.convolve(rise, np.ones(5) / 5.0, mode="same")

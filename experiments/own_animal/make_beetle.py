@@ -19,7 +19,8 @@ WORDS = ("yaw", "swing", "knee")
 def beetle() -> str:
     """Return the URDF as text."""
     body = f'<geometry><box size="{_row(BODY)}"/></geometry>'
-    links, joints = [_link("thorax", BODY_MASS, _box(), "0 0 0", (body, body))], []
+    a, b, c = (BODY_MASS * edge**2 / 12.0 for edge in BODY)
+    links, joints = [_link("thorax", BODY_MASS, (b + c, a + c, a + b), "0 0 0", (body, body))], []
     for side, sign in (("l", 1.0), ("r", -1.0)):
         for k, x in enumerate((0.07, 0.0, -0.07)):
             yaw = sign * (0.5 * math.pi - (0.5, 0.0, -0.5)[k])
@@ -77,11 +78,6 @@ def _link(
         f'<inertia ixx="{x:.3e}" ixy="0" ixz="0" iyy="{y:.3e}" iyz="0" izz="{z:.3e}"/></inertial>'
         f"<visual>{shapes[0]}</visual><collision>{shapes[1]}</collision></link>"
     )
-
-
-def _box() -> tuple[float, float, float]:
-    a, b, c = (BODY_MASS * edge**2 / 12.0 for edge in BODY)
-    return b + c, a + c, a + b
 
 
 def _row(values: tuple[float, ...]) -> str:

@@ -12,7 +12,7 @@ from seals.experiments.wave_impact import OVERRIDES, PHASES
 from seals.logs.native import TABLES
 
 
-class Film(NamedTuple):
+class _Film(NamedTuple):
     """A run and the film of it.
 
     Args:
@@ -25,7 +25,7 @@ class Film(NamedTuple):
 
 
 FILMS = {
-    "dive": Film(
+    "dive": _Film(
         run=(
             "robot=aam",
             "water=window",
@@ -53,7 +53,7 @@ FILMS = {
             "look_at=[0.25,0.0,0.03]",
         ),
     ),
-    "strike": Film(
+    "strike": _Film(
         run=(*OVERRIDES, f"fluid.maker.start={PHASES['crest']}", "surface=0.01"),
         render=(
             "ripples=2.5",
@@ -63,7 +63,7 @@ FILMS = {
             "speed=0.25",
         ),
     ),
-    "grasp": Film(
+    "grasp": _Film(
         run=("experiment=grasp_lift",),
         render=(
             "ripples=2.5",
@@ -75,7 +75,7 @@ FILMS = {
             "end=20.0",
         ),
     ),
-    "target": Film(
+    "target": _Film(
         run=(
             "robot=aam",
             "water=fossen",
@@ -129,13 +129,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if name not in FILMS:
             parser.error(f"there is no film '{name}'. Films: {', '.join(FILMS)}")
         render = [f"renderer={given.renderer}", *words]
-        code = make(name, Path(given.out) / name, render, run=given.run)
+        code = _make(name, Path(given.out) / name, render, run=given.run)
         if code:
             return code
     return 0
 
 
-def make(name: str, folder: Path, words: Sequence[str], *, run: Sequence[str] = ()) -> int:
+def _make(name: str, folder: Path, words: Sequence[str], *, run: Sequence[str] = ()) -> int:
     """Simulate the run of a film unless it exists, and render the missing frames.
 
     Args:

@@ -55,7 +55,7 @@ def main(words: Sequence[str] | None = None) -> int:
     if given.stage == "fly":
         return fly(task, out)
     if given.stage == "tell":
-        show_table(out, tell(table_of(out, given.task), out))
+        show_table(out, tell(_table_of(out, given.task), out))
         return 0
     jobs = trainings(
         out, task, answers.resolve(), seeds=given.seeds, device=given.device, more=tuple(given.more)
@@ -69,7 +69,7 @@ def main(words: Sequence[str] | None = None) -> int:
     return 1 if left else 0
 
 
-def table_of(out: Path, name: str) -> dict[str, Floats]:
+def _table_of(out: Path, name: str) -> dict[str, Floats]:
     """Return the evaluated episodes of a folder, or those that ship with SEALS if it has none.
 
     Args:

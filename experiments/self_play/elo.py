@@ -126,7 +126,7 @@ def rated(games: Games, *, seed: int = 0) -> dict[str, Ratings]:
     return found
 
 
-def names_of(count: int) -> list[str]:
+def _names_of(count: int) -> list[str]:
     """Return the names of the script and of the policies after each turn."""
     return ["script", *(f"turn {k}" for k in range(1, count))]
 
@@ -138,7 +138,7 @@ def elo_table(games: Games) -> str:
         [f"{e:.0f} ({a:.0f} to {b:.0f})" for e, a, b in zip(r.elo, r.low, r.high, strict=True)]
         for r in found.values()
     ]
-    names = names_of(len(columns[0]))
+    names = _names_of(len(columns[0]))
     rows = [list(row) for row in zip(names, *columns, strict=True)]
     return markdown(("policy", "hunter: Elo (95 %)", "prey: Elo (95 %)"), rows)
 
@@ -147,13 +147,13 @@ def cross_table(games: Games) -> str:
     """Return how many of its games each hunter won against each prey, in Markdown."""
     hunters, prey = (int(games[name].max()) + 1 for name in (HUNTER, PREY))
     rows = []
-    for h, name in enumerate(names_of(hunters)):
+    for h, name in enumerate(_names_of(hunters)):
         cells = []
         for p in range(prey):
             chosen = games["caught"][(games[HUNTER] == h) & (games[PREY] == p)]
             cells.append(f"{int(chosen.sum())} of {len(chosen)}")
         rows.append([name, *cells])
-    return markdown(("hunter, against prey", *names_of(prey)), rows)
+    return markdown(("hunter, against prey", *_names_of(prey)), rows)
 
 
 def full_table(games: Games) -> str:

@@ -96,7 +96,7 @@ class Player:
         Args:
             turns: that count; 0 for the script alone.
         """
-        learned = [load_policy(self.folder / f"{POLICY}_{k * self.turn}") for k in turns_of(turns)]
+        learned = [load_policy(self.folder / f"{POLICY}_{k * self.turn}") for k in _turns_of(turns)]
         return [self.script, *learned]
 
     def play(self, number: int, opponents: Sequence[Policy]) -> None:
@@ -118,7 +118,7 @@ class Player:
         self.training.write()
 
 
-def turns_of(turns: int) -> range:
+def _turns_of(turns: int) -> range:
     """Return the turns after which a policy was kept, the untrained one of turn 0 apart."""
     return range(1, turns + 1)
 
@@ -142,7 +142,7 @@ def play(folder: Path, *, turns: int, steps: int, seed: int) -> dict[str, Player
 def _played(folder: Path, *, turns: int, steps: int, seed: int) -> dict[str, Player]:
     players = {role: Player(role, folder / role, seed=seed, turn=steps) for role in ROLES}
     hunter, prey = players[HUNTER], players[PREY]
-    for number in turns_of(turns):
+    for number in _turns_of(turns):
         hunter.play(number, prey.policies(number - 1))
         prey.play(number, hunter.policies(number))
         print(f"turn {number} of {turns} is over", flush=True)

@@ -36,38 +36,32 @@ def main(arguments: Sequence[str] | None = None) -> int:
     settings = build_run(compose([*OVERRIDES, *given.overrides]))
     rows = soaked(out, settings, given.steps, given.overrides)
     found = figures(rows)
-    show_table(out, table(found))
-    draw(out / "figure.png", rows)
+    show_table(out, _table(found))
+    _draw(out / "figure.png", rows)
     return 0 if kept(found) else 1
 
 
 def figures(rows: Sequence[dict[str, float]]) -> dict[str, float]:
     """Return the figures of the run by name, unit in the name."""
     last = rows[-1]
-    return {
-        "steps": last["step"],
-        "time [s]": last["time_s"],
-        "crossings of the surface": last["crossings"],
-        "rows that are not finite": sum(1.0 - row["finite"] for row in rows),
-        "growth of memory after the start [%]": 100.0 * growth(rows),
-        "energy moved [kJ]": 1e-3 * last["moved_J"],
-        "gap of the books [J]": last["gap_J"],
-        "gap of the books, by the energy moved [%]": 100.0 * last["gap_J"] / last["moved_J"],
-        "wall time of the last process [s]": last["wall_s"],
-    }
-
-
-def growth(rows: Sequence[dict[str, float]]) -> float:
-    """Return the largest growth of memory in one process, from its warm state to its end [1].
-
-    A process that ended before it was warm counts from its first row.
-    """
+    # the largest growth of memory in one process, from its warm state to its end [1]. A process
+    # that ended before it was warm counts from its first row
     shares = [0.0]
     for process in sorted({row["process"] for row in rows}):
         own = [row for row in rows if row["process"] == process]
         warm = [row for row in own if row["step"] - own[0]["step"] >= WARM] or own
         shares.append(warm[-1]["rss_MB"] / warm[0]["rss_MB"] - 1.0)
-    return max(shares)
+    return {
+        "steps": last["step"],
+        "time [s]": last["time_s"],
+        "crossings of the surface": last["crossings"],
+        "rows that are not finite": sum(1.0 - row["finite"] for row in rows),
+        "growth of memory after the start [%]": 100.0 * max(shares),
+        "energy moved [kJ]": 1e-3 * last["moved_J"],
+        "gap of the books [J]": last["gap_J"],
+        "gap of the books, by the energy moved [%]": 100.0 * last["gap_J"] / last["moved_J"],
+        "wall time of the last process [s]": last["wall_s"],
+    }
 
 
 def kept(found: dict[str, float]) -> bool:
@@ -79,7 +73,7 @@ def kept(found: dict[str, float]) -> bool:
     )
 
 
-def table(found: dict[str, float]) -> str:
+def _table(found: dict[str, float]) -> str:
     """Return the figures as a table in Markdown."""
     bounds = {
         "rows that are not finite": "0",
@@ -90,7 +84,7 @@ def table(found: dict[str, float]) -> str:
     return markdown(("figure", "value", "bound"), rows)
 
 
-def draw(path: Path, rows: Sequence[dict[str, float]]) -> None:
+def _draw(path: Path, rows: Sequence[dict[str, float]]) -> None:
     """Draw height, gap of the energy balance and memory over the steps."""
     steps = np.array([row["step"] for row in rows])
     gap = np.array([100.0 * row["gap_J"] / row["moved_J"] for row in rows])

@@ -42,26 +42,26 @@ class Wish(NamedTuple):
     joints: dict[str, Floats]
     grip: dict[str, float]
 
+    @classmethod
+    def drawn(cls, robot: RobotModel, seed: int, number: int) -> Wish:
+        """Return the reference of a stretch, determined by its seed and its number.
 
-def wish(robot: RobotModel, seed: int, number: int) -> Wish:
-    """Return the reference of a stretch, determined by its seed and its number.
-
-    Args:
-        robot: whose arms are moved, within the middle half of the range of each joint.
-        seed: of all commands.
-        number: of the stretch.
-    """
-    rng = np.random.default_rng([seed, number])
-    place = rng.uniform(-REACH, REACH)
-    yaw = float(rng.uniform(-np.pi, np.pi))
-    joints = {}
-    for name, arm in robot.arms.items():
-        columns = list(arm.joints)
-        low, high = robot.lower[columns], robot.upper[columns]
-        middle, half = 0.5 * (low + high), 0.25 * (high - low)
-        joints[name] = rng.uniform(middle - half, middle + half)
-    grip = {name: float(rng.uniform()) for name in robot.grippers}
-    return Wish(place, yaw, joints, grip)
+        Args:
+            robot: whose arms are moved, within the middle half of the range of each joint.
+            seed: of all commands.
+            number: of the stretch.
+        """
+        rng = np.random.default_rng([seed, number])
+        place = rng.uniform(-REACH, REACH)
+        yaw = float(rng.uniform(-np.pi, np.pi))
+        joints = {}
+        for name, arm in robot.arms.items():
+            columns = list(arm.joints)
+            low, high = robot.lower[columns], robot.upper[columns]
+            middle, half = 0.5 * (low + high), 0.25 * (high - low)
+            joints[name] = rng.uniform(middle - half, middle + half)
+        grip = {name: float(rng.uniform()) for name in robot.grippers}
+        return cls(place, yaw, joints, grip)
 
 
 def tell(actor: Actor, wanted: Wish) -> None:

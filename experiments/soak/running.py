@@ -14,7 +14,7 @@ import numpy as np
 
 from seals.errors import ConfigError
 from seals.experiments.soak.energy import Books
-from seals.experiments.soak.flight import LENGTH, tell, wish
+from seals.experiments.soak.flight import LENGTH, Wish, tell
 from seals.run import build_world
 from seals.run.assembly import ROBOT
 from seals.run.checkpoint import (
@@ -87,7 +87,12 @@ class _Soak:
         self.done, self.crossings, self.wet = 0, 0, False
         if has_checkpoint(out):
             kept = take_up(checkpoint_of(out), world)
-            _refuse_other(out, kept.get("words", self.words), self.words)
+            before = kept.get("words", self.words)
+            if list(before) != list(self.words):
+                raise ConfigError(
+                    f"{out} holds a soak that began with: {' '.join(before) or 'no words'}.\n"
+                    "Give the very same ones to go on with it, or another folder: --out FOLDER"
+                )
             self.done, self.crossings, self.wet = kept["steps"], kept["crossings"], kept["wet"]
             self.books.take_up(kept["books"])
         self.begun, self.start, self._kept = self.done, time.perf_counter(), time.perf_counter()
@@ -105,37 +110,36 @@ class _Soak:
         while self.done < steps:
             if self.done % ASK == 0:
                 number = self.done // length
-                tell(self.actor, wish(self.actor.robot, self.settings.seed, number))
+                tell(self.actor, Wish.drawn(self.actor.robot, self.settings.seed, number))
             self.world.step()
             self.done += 1
             wet = float(self.actor.body.read().position[2]) < 0.0
             self.crossings += wet != self.wet
             self.wet = wet
             if self.done % EVERY == 0 or self.done == steps:
-                row = self._row()
+                totals, at = self.books.totals, self.actor.body.read()
+                state = np.concatenate([np.ravel(part) for part in at])
+                # the resident memory of this process [bytes]
+                pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
+                row = {
+                    "step": self.done,
+                    "time_s": round(self.world.time, 6),
+                    "height_m": round(float(at.position[2]), 4),
+                    "submersion": int(self.wet),
+                    "crossings": self.crossings,
+                    "finite": int(bool(np.isfinite(state).all() and np.isfinite(totals.moved))),
+                    "gap_J": round(totals.gap * totals.moved, 6),
+                    "moved_J": round(totals.moved, 3),
+                    "rss_MB": round((pages * os.sysconf("SC_PAGE_SIZE")) / 1e6, 3),
+                    "wall_s": round(time.perf_counter() - self.start, 2),
+                    "process": self.process,
+                }
                 with (self.out / TABLE).open("a", newline="", encoding="utf-8") as file:
                     csv.DictWriter(file, COLUMNS).writerow(row)
                 # the ledger of a million steps would be gigabytes
                 self.actor.ledger.rewind(0)
                 self._keep()
                 yield row
-
-    def _row(self) -> dict[str, float]:
-        totals, at = self.books.totals, self.actor.body.read()
-        state = np.concatenate([np.ravel(part) for part in at])
-        return {
-            "step": self.done,
-            "time_s": round(self.world.time, 6),
-            "height_m": round(float(at.position[2]), 4),
-            "submersion": int(self.wet),
-            "crossings": self.crossings,
-            "finite": int(bool(np.isfinite(state).all() and np.isfinite(totals.moved))),
-            "gap_J": round(totals.gap * totals.moved, 6),
-            "moved_J": round(totals.moved, 3),
-            "rss_MB": round(resident() / 1e6, 3),
-            "wall_s": round(time.perf_counter() - self.start, 2),
-            "process": self.process,
-        }
 
     def _keep(self) -> None:
         now = time.perf_counter()
@@ -145,20 +149,6 @@ class _Soak:
         kept |= {"words": self.words, "books": self.books.keep()}
         write_checkpoint(self.out / FOLDER, self.world, kept)
         self._kept = now
-
-
-def _refuse_other(out: Path, before: Sequence[str], words: Sequence[str]) -> None:
-    if list(before) != list(words):
-        raise ConfigError(
-            f"{out} holds a soak that began with: {' '.join(before) or 'no words'}.\n"
-            "Give the very same ones to go on with it, or another folder: --out FOLDER"
-        )
-
-
-def resident() -> int:
-    """Return the resident memory of this process [bytes]."""
-    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE")
 
 
 def read_rows(path: Path) -> list[dict[str, float]]:

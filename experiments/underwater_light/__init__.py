@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
-from seals.experiments.command import folder_of, parser_of, show_table
+from seals.experiments.command import folder_of, markdown, parser_of, show_table
 from seals.experiments.underwater_light.sheet import draw
-from seals.experiments.underwater_light.table import table
+from seals.rendering.optics import WATERS, Optics
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -19,3 +20,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
     draw(out / f"figure.{given.format}")
     show_table(out, table())
     return 0
+
+
+HEAD = (
+    "water type",
+    *(f"{what} {colour} [1/m]" for what in ("β_D", "β_B", "K_d") for colour in ("R", "G", "B")),
+    "a tenth is left after R, G, B [m]",
+)
+
+
+def table() -> str:
+    """Return the coefficients of all waters and the lengths over which nine tenths are lost."""
+    rows = []
+    for name in WATERS:
+        medium = Optics(water_type=name).medium
+        assert medium is not None  # every water in the table has one
+        values = (*medium.direct, *medium.veiling, *medium.diffuse)
+        reach = ", ".join(f"{math.log(10.0) / beta:.1f}" for beta in medium.direct)
+        rows.append([name, *(f"{value:.3g}" for value in values), reach])
+    return markdown(HEAD, rows)

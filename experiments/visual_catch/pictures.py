@@ -68,6 +68,32 @@ class Pictures(NamedTuple):
     water: NDArray[np.int8]
     focus: Floats
 
+    def check(self) -> None:
+        """Refuse arrays whose kinds, shapes or values are not those of pictures.
+
+        Raises:
+            ValueError: one of them is not.
+        """
+        count, *size = self.depth.shape
+        shapes = {"colour": (count, *size, 3), "depth": (count, *size), "place": (count, 3)}
+        for name, values in self._asdict().items():
+            kind = np.dtype(_KINDS[name])
+            if values.dtype.kind != kind.kind or values.dtype.itemsize > kind.itemsize:
+                raise ValueError(f"{name} is of type {values.dtype}, not {kind}")
+            if values.shape != shapes.get(name, (count,)):
+                raise ValueError(f"{name} is of shape {values.shape}")
+            if not np.isfinite(values).all():
+                raise ValueError(f"{name} is not finite")
+        if len(size) != 2 or min(size) < STRIDE or size[0] % STRIDE or size[1] % STRIDE:
+            raise ValueError(f"pictures of {size} pixels, whose edges are no multiples of {STRIDE}")
+        bounds = {"label": (UNSURE, PRESENT), "water": (0, len(WATERS) - 1)}
+        for name, (low, high) in bounds.items():
+            values = getattr(self, name)
+            if len(values) and not low <= values.min() <= values.max() <= high:
+                raise ValueError(f"{name} is not from {low} to {high}")
+        if not (self.focus > 0.0).all():
+            raise ValueError("focus is not above 0")
+
 
 def record(folder: Path, *, flights: int, processes: int, held_out: bool, limit: float) -> int:
     """Fly, and write one file a flight; return the number of pictures.
@@ -109,13 +135,13 @@ def _flown(job: tuple[Path, int, float]) -> int:
         return 0
     torch.set_num_threads(1)
     rng = np.random.default_rng((seed, 28))
-    found = flight(seed, words_of(rng), sway=SWAY * (seed % 2), rng=rng)
+    found = _flight(seed, _words_of(rng), sway=SWAY * (seed % 2), rng=rng)
     with atomic_path(path) as beside:
         np.savez(beside, **found._asdict())
     return len(found.label)
 
 
-def words_of(rng: np.random.Generator) -> list[str]:
+def _words_of(rng: np.random.Generator) -> list[str]:
     """Return the words of a random world: prey, posture, water, sun, ripples, floor."""
     env = ("catch_seen", "catch_seen_fleeing")[int(rng.integers(2))]
     return [
@@ -132,7 +158,7 @@ def words_of(rng: np.random.Generator) -> list[str]:
     ]
 
 
-def flight(seed: int, words: Sequence[str], *, sway: float, rng: np.random.Generator) -> Pictures:
+def _flight(seed: int, words: Sequence[str], *, sway: float, rng: np.random.Generator) -> Pictures:
     """Return the pictures of one flight.
 
     Args:
@@ -227,7 +253,7 @@ def _read(path: Path) -> Pictures:
             raise ValueError(f"{unpacked} bytes are unpacked, allowed are {_MOST_BYTES}")
         with np.load(path, allow_pickle=False) as kept:
             found = Pictures(*(kept[name] for name in Pictures._fields))
-        _check(found)
+        found.check()
     except (OSError, ValueError, KeyError, EOFError, MemoryError, SealsError, *_DAMAGED) as error:
         words = str(error).partition("\n")[0].rstrip(".")
         raise ConfigError(
@@ -235,33 +261,6 @@ def _read(path: Path) -> Pictures:
             "Remove it, or record its folder again."
         ) from None
     return found
-
-
-def _check(found: Pictures) -> None:
-    """Refuse arrays whose kinds, shapes or values are not those of pictures.
-
-    Raises:
-        ValueError: one of them is not.
-    """
-    count, *size = found.depth.shape
-    shapes = {"colour": (count, *size, 3), "depth": (count, *size), "place": (count, 3)}
-    for name, values in found._asdict().items():
-        kind = np.dtype(_KINDS[name])
-        if values.dtype.kind != kind.kind or values.dtype.itemsize > kind.itemsize:
-            raise ValueError(f"{name} is of type {values.dtype}, not {kind}")
-        if values.shape != shapes.get(name, (count,)):
-            raise ValueError(f"{name} is of shape {values.shape}")
-        if not np.isfinite(values).all():
-            raise ValueError(f"{name} is not finite")
-    if len(size) != 2 or min(size) < STRIDE or size[0] % STRIDE or size[1] % STRIDE:
-        raise ValueError(f"pictures of {size} pixels, whose edges are no multiples of {STRIDE}")
-    bounds = {"label": (UNSURE, PRESENT), "water": (0, len(WATERS) - 1)}
-    for name, (low, high) in bounds.items():
-        values = getattr(found, name)
-        if len(values) and not low <= values.min() <= values.max() <= high:
-            raise ValueError(f"{name} is not from {low} to {high}")
-    if not (found.focus > 0.0).all():
-        raise ValueError("focus is not above 0")
 
 
 def metres(depth: Any) -> Any:

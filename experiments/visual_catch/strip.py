@@ -27,7 +27,7 @@ RING = 12
 """Radius of the ring about the place [pixel of the film]."""
 
 
-class Glance(NamedTuple):
+class _Glance(NamedTuple):
     """What is seen at one instant.
 
     Args:
@@ -40,6 +40,17 @@ class Glance(NamedTuple):
     time: float
     pictures: Mapping[str, NDArray[np.uint8]]
     spots: Mapping[str, Floats | None]
+
+    @classmethod
+    def of(cls, environment: Any, world: Any) -> _Glance:
+        pictures, spots, told = {}, {}, environment.perceived
+        for name, camera in world.actor.sensor_suite.cameras.items():
+            shot = shot_of(camera)
+            pictures[name] = to_bytes(np.asarray(shot.picture.colour))
+            away = shot.axes.T @ (told.target[0] - shot.position)
+            seen = told.facts["seen"][0, 0] > 0.5 and away[2] > shot.lens.near
+            spots[name] = np.asarray(shot.lens.project(away)) if seen else None
+        return cls(float(environment.now.time[0, 0]), pictures, spots)
 
 
 def show(words: Sequence[str], path: Path) -> str:
@@ -65,7 +76,7 @@ def show(words: Sequence[str], path: Path) -> str:
         while not over:
             turn = environment.step(environment.scripted_policy())
             over = bool(turn.terminated[0] | turn.truncated[0])
-            glances.append(_glance(environment, world))
+            glances.append(_Glance.of(environment, world))
     finally:
         environment.close()
     _draw(glances, path)
@@ -94,18 +105,7 @@ def _seeing(environment: Any) -> Any:
     return world
 
 
-def _glance(environment: Any, world: Any) -> Glance:
-    pictures, spots, told = {}, {}, environment.perceived
-    for name, camera in world.actor.sensor_suite.cameras.items():
-        shot = shot_of(camera)
-        pictures[name] = to_bytes(np.asarray(shot.picture.colour))
-        away = shot.axes.T @ (told.target[0] - shot.position)
-        seen = told.facts["seen"][0, 0] > 0.5 and away[2] > shot.lens.near
-        spots[name] = np.asarray(shot.lens.project(away)) if seen else None
-    return Glance(float(environment.now.time[0, 0]), pictures, spots)
-
-
-def _draw(glances: Sequence[Glance], path: Path) -> None:
+def _draw(glances: Sequence[_Glance], path: Path) -> None:
     """Draw the pictures of evenly spaced instants, one row a camera, with rings at the places."""
     chosen = [glances[int(k)] for k in np.linspace(0, len(glances) - 1, INSTANTS)]
     names = list(chosen[0].pictures)
@@ -125,7 +125,7 @@ def _draw(glances: Sequence[Glance], path: Path) -> None:
     figure.savefig(path)
 
 
-def _film(glances: Sequence[Glance], path: Path) -> None:
+def _film(glances: Sequence[_Glance], path: Path) -> None:
     """Write an animated picture of both cameras side by side, as fast as it was."""
     from PIL import Image, ImageDraw
 

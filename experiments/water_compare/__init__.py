@@ -40,7 +40,7 @@ WATERS = {
 """What makes each run's water."""
 
 
-class Both(NamedTuple):
+class _Both(NamedTuple):
     """The two runs on one clock.
 
     Args:
@@ -55,6 +55,30 @@ class Both(NamedTuple):
     particles: Log
     pushed: Floats
 
+    def differences(self) -> dict[str, tuple[float, float]]:
+        """Return quantities of both runs by name, unit in the name: fossen, particles."""
+        out: dict[str, tuple[float, float]] = {}
+        rows = len(self.time)
+
+        def note(name: str, measure: object) -> None:
+            pair = [float(measure(log)) for log in (self.fossen, self.particles)]  # type: ignore[operator]
+            out[name] = (pair[0], pair[1])
+
+        z = "position_z"
+        note("lowest point [m]", lambda log: log.columns[z][:rows].min())
+        note(
+            "time of the lowest point [s]", lambda log: self.time[np.argmin(log.columns[z][:rows])]
+        )
+        note("height at the end [m]", lambda log: log.columns[z][:rows][-50:].mean())
+        note("largest felt force [m/s^2]", lambda log: _felt(log)[:rows].max())
+        note("speed one tenth of a second after the peak [m/s]", lambda log: _after(log, rows))
+        apart = self.fossen.columns[z][:rows] - self.particles.columns[z][:rows]
+        out["difference in height, rms and largest [m]"] = (
+            float(np.sqrt(np.mean(apart**2))),
+            float(np.abs(apart).max()),
+        )
+        return out
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the experiment from the command line."""
@@ -62,9 +86,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = parser_of("water_compare", overrides).parse_args(arguments)
     out = folder_of(given, "water_compare")
     records = {name: _run(out / name, name, given.overrides) for name in WATERS}
-    both = together(records)
-    show_table(out, table(differences(both)))
-    draw(out / "figure.png", both)
+    # both runs, cut to the shorter one
+    rows = min(len(record.log.time) for record in records.values())
+    push = np.zeros(rows)
+    wrench = records["particles"].ledger.of("particles")[: rows - 1, :, 2].sum(axis=1)
+    push[: len(wrench)] = wrench
+    fossen, particles = records["fossen"].log, records["particles"].log
+    both = _Both(fossen.time[:rows], fossen, particles, push)
+    show_table(out, _table(both.differences()))
+    _draw(out / "figure.png", both)
     return 0
 
 
@@ -72,39 +102,6 @@ def _run(folder: Path, water: str, overrides: Sequence[str]) -> Record:
     own = [w for w in overrides if water == "particles" or not w.lstrip("+").startswith("fluid.")]
     words = [*SCENARIO, *WATERS[water], f"name=water_{water}", *own]
     return run_into(folder, build_run(compose(words)), overrides=words)
-
-
-def together(records: Mapping[str, Record]) -> Both:
-    """Return both runs, cut to the shorter one."""
-    rows = min(len(record.log.time) for record in records.values())
-    push = np.zeros(rows)
-    wrench = records["particles"].ledger.of("particles")[: rows - 1, :, 2].sum(axis=1)
-    push[: len(wrench)] = wrench
-    fossen, particles = records["fossen"].log, records["particles"].log
-    return Both(fossen.time[:rows], fossen, particles, push)
-
-
-def differences(both: Both) -> dict[str, tuple[float, float]]:
-    """Return quantities of both runs by name, unit in the name: fossen, particles."""
-    out: dict[str, tuple[float, float]] = {}
-    rows = len(both.time)
-
-    def note(name: str, measure: object) -> None:
-        pair = [float(measure(log)) for log in (both.fossen, both.particles)]  # type: ignore[operator]
-        out[name] = (pair[0], pair[1])
-
-    z = "position_z"
-    note("lowest point [m]", lambda log: log.columns[z][:rows].min())
-    note("time of the lowest point [s]", lambda log: both.time[np.argmin(log.columns[z][:rows])])
-    note("height at the end [m]", lambda log: log.columns[z][:rows][-50:].mean())
-    note("largest felt force [m/s^2]", lambda log: _felt(log)[:rows].max())
-    note("speed one tenth of a second after the peak [m/s]", lambda log: _after(log, rows))
-    apart = both.fossen.columns[z][:rows] - both.particles.columns[z][:rows]
-    out["difference in height, rms and largest [m]"] = (
-        float(np.sqrt(np.mean(apart**2))),
-        float(np.abs(apart).max()),
-    )
-    return out
 
 
 def _felt(log: Log) -> Floats:
@@ -120,7 +117,7 @@ def _after(log: Log, rows: int) -> float:
     return float((z[at + 1] - z[at - 1]) / (2.0 * step))
 
 
-def draw(path: Path, both: Both) -> None:
+def _draw(path: Path, both: _Both) -> None:
     """Draw heights, specific forces, and their difference."""
     rows = len(both.time)
     runs = {"fossen": both.fossen, "particles": both.particles}
@@ -138,7 +135,7 @@ def draw(path: Path, both: Both) -> None:
     )
 
 
-def table(found: Mapping[str, tuple[float, float]]) -> str:
+def _table(found: Mapping[str, tuple[float, float]]) -> str:
     """Return the figures as a table in Markdown."""
     rows = [(name, f"{a:.4g}", f"{b:.4g}") for name, (a, b) in found.items()]
     return markdown(("figure", "fossen", "particles"), rows)

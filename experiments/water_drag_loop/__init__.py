@@ -45,7 +45,7 @@ HALF = 0.5
 POWERS = {"linear_drag": 1.0, "quadratic_drag": 2.0}
 
 
-class Judged(NamedTuple):
+class _Judged(NamedTuple):
     """One held-out tow, with and without the correction.
 
     Args:
@@ -144,16 +144,20 @@ def overrides_of(term: dict[str, float]) -> list[str]:
     return words
 
 
-def _judged(steps: Steps, tank: Tank, more: Sequence[str], term: dict[str, float]) -> Judged:
+def _judged(steps: Steps, tank: Tank, more: Sequence[str], term: dict[str, float]) -> _Judged:
     until = steps[-1][0]
     bare = towed_in_particles(steps, tank, until=until, more=more, label="unseen tow")
     words = [*more, *overrides_of(term)]
     helped = towed_in_particles(steps, tank, until=until, more=words, label="with the term")
-    return Judged(steps, towed(steps, until=until, row=0.004), bare, helped)
+    return _Judged(steps, towed(steps, until=until, row=0.004), bare, helped)
 
 
 def _write(
-    out: Path, nominal: Nominal, judged: list[Judged], term: dict[str, float], codes: dict[str, int]
+    out: Path,
+    nominal: Nominal,
+    judged: list[_Judged],
+    term: dict[str, float],
+    codes: dict[str, int],
 ) -> None:
     """Write figures and table."""
     answer = json.loads((out / "answer" / "diagnosis.json").read_text(encoding="utf-8"))
@@ -181,7 +185,7 @@ def _write(
     show_table(out, figure_table(found))
 
 
-def _draw(path: Path, judged: list[Judged]) -> None:
+def _draw(path: Path, judged: list[_Judged]) -> None:
     """Draw the unseen tows."""
     charts = []
     for j in judged:
@@ -204,5 +208,4 @@ def _draw(path: Path, judged: list[Judged]) -> None:
 def _smooth(values: Floats) -> Floats:
     """Mean over five rows, for the eye."""
     wide = np.concatenate([values[:1].repeat(2), values, values[-1:].repeat(2)])
-    out: Floats = np.convolve(wide, np.full(5, 0.2), mode="valid")
-    return out
+    return np.convolve(wide, np.full(5, 0.2), mode="valid")

@@ -47,6 +47,89 @@ class Nominal(NamedTuple):
     quadratic: float
     left: float
 
+    def meta(self) -> dict[str, Any]:
+        """Vehicle, nominal model, sensors and what is known of them."""
+        n = self
+        axes = ("x", "y", "z")
+        moment = [[MOMENT if i == j else 0.0 for j in range(3)] for i in range(3)]
+        sphere = {"type": "sphere", "position": [0.0] * 3, "rpy": [0.0] * 3, "size": [RADIUS]}
+        thruster = {"position": [0.0] * 3, "axis": [1.0, 0.0, 0.0], "time_constant": LAG}
+        added = {f"mass_{a}": n.added for a in axes} | {f"inertia_{a}": 0.0 for a in axes}
+        entries: list[dict[str, Any]] = [
+            {"name": "gravity"},
+            {"name": "thruster_force", "law": "F = cmd with first-order lag"},
+            {"name": "buoyancy", "medium": "water"},
+            {"name": "quadratic_drag", "medium": "water",
+             "parameters": {f"coefficient_{a}": n.quadratic for a in axes}},
+            {"name": "added_mass", "medium": "water", "parameters": added},
+        ]  # fmt: skip
+        # how well the statements of the log are known
+        each = "relative, each axis and each coefficient (linear and quadratic) by itself"
+        table = {
+            "mass": (0.002, "relative"),
+            "inertia": (0.03, "relative, each axis"),
+            "thrust_coefficient": (0.003, "relative, common to all actuators"),
+            "thrust_coefficient_each": (0.002, "relative, each actuator"),
+            "thruster_time_constant": (0.002, "s"),
+            "centre_of_gravity": (0.0006, "m, each axis"),
+            "displaced_volume": (0.0002, "relative"),
+            "centre_of_buoyancy": (0.001, "m, each axis"),
+            "drag_coefficient": (0.08, each),
+            "angular_drag_coefficient": (0.15, each),
+            # what particle water shows of it depends on how the sphere is towed
+            "added_mass": (0.4, "relative, each axis"),
+            "command_delay": (0.0005, "s"),
+            "accelerometer_bias": (0.03, "m/s^2, each axis"),
+            "accelerometer_scale": (0.003, "relative, each axis"),
+            "gyroscope_bias": (0.003, "rad/s, each axis"),
+            "sensor_misalignment": (0.003, "rad, each axis"),
+            "sensor_delay": (0.0005, "s"),
+        }
+        return {
+            "vehicle": {
+                "name": "towed_sphere",
+                "mass": MASS,
+                "inertia": moment,
+                "centre_of_gravity": [0.0] * 3,
+                "rotors": [],
+                "thrusters": [{**thruster, "max_force": 900.0}],
+                "hull": {
+                    "primitives": [sphere],
+                    "displaced_volume": VOLUME,
+                    "centre_of_buoyancy": [0.0] * 3,
+                    "plan_area": float(np.pi * RADIUS**2),
+                },
+                "arm": None,
+                "battery": {"full_voltage": None},
+            },
+            "environment": {
+                "gravity": [0.0, 0.0, -9.81],
+                "water_level": 0.0,
+                "tank_bottom": -100.0,
+                "ground_level": None,
+                "air_density": 1.2,
+                "water_density": DENSITY,
+            },
+            "baseline": entries,
+            "sensors": {
+                "imu": {"position": [0.0] * 3, "orientation": [1.0, 0.0, 0.0, 0.0]},
+                "channels": {
+                    name: {"sigma": sigma, "rate": 100, "unit": unit}
+                    for name, (sigma, unit) in NOISE.items()
+                },
+            },
+            "tolerance": {
+                name: {"sigma": sigma, "meaning": text} for name, (sigma, text) in table.items()
+            },
+            "disturbance": {
+                "kind": "unmodelled swirl, zero mean, coloured",
+                "force_sigma": 0.02,
+                "torque_sigma": 0.0005,
+                "correlation_time": 0.35,
+                "accuracy": "within a factor of two",
+            },
+        }
+
 
 def nominal_of(courses: list[Course]) -> Nominal:
     """Return added mass and drag of tows in particle water, by the balance of impulses.
@@ -91,8 +174,7 @@ def write_measurement(folder: Path, course: Course, nominal: Nominal, *, seed: i
     rng, rows = np.random.default_rng(seed), len(course.time)
 
     def noise(channel: str) -> Floats:
-        drawn: Floats = NOISE[channel][0] * rng.standard_normal((rows, 3))
-        return drawn
+        return NOISE[channel][0] * rng.standard_normal((rows, 3))
 
     place, force = noise("position"), noise("specific_force")
     place[:, 0] += course.position
@@ -106,91 +188,5 @@ def write_measurement(folder: Path, course: Course, nominal: Nominal, *, seed: i
     columns |= {f"specific_force_{a}": force[:, k] for k, a in enumerate("xyz")}
     columns |= {"orientation_w": np.sqrt(1.0 - 0.25 * np.sum(turn**2, axis=1))}
     columns |= {f"orientation_{a}": 0.5 * turn[:, k] for k, a in enumerate("xyz")}
-    log = Log(name=folder.name, columns=columns, meta=_meta(nominal), source="textbook law")
+    log = Log(name=folder.name, columns=columns, meta=nominal.meta(), source="textbook law")
     return write_native(log, folder, replace=True)
-
-
-def _meta(nominal: Nominal) -> dict[str, Any]:
-    """Vehicle, nominal model, sensors and what is known of them."""
-    n = nominal
-    axes = ("x", "y", "z")
-    moment = [[MOMENT if i == j else 0.0 for j in range(3)] for i in range(3)]
-    sphere = {"type": "sphere", "position": [0.0] * 3, "rpy": [0.0] * 3, "size": [RADIUS]}
-    thruster = {"position": [0.0] * 3, "axis": [1.0, 0.0, 0.0], "time_constant": LAG}
-    added = {f"mass_{a}": n.added for a in axes} | {f"inertia_{a}": 0.0 for a in axes}
-    entries: list[dict[str, Any]] = [
-        {"name": "gravity"},
-        {"name": "thruster_force", "law": "F = cmd with first-order lag"},
-        {"name": "buoyancy", "medium": "water"},
-        {"name": "quadratic_drag", "medium": "water",
-         "parameters": {f"coefficient_{a}": n.quadratic for a in axes}},
-        {"name": "added_mass", "medium": "water", "parameters": added},
-    ]  # fmt: skip
-    return {
-        "vehicle": {
-            "name": "towed_sphere",
-            "mass": MASS,
-            "inertia": moment,
-            "centre_of_gravity": [0.0] * 3,
-            "rotors": [],
-            "thrusters": [{**thruster, "max_force": 900.0}],
-            "hull": {
-                "primitives": [sphere],
-                "displaced_volume": VOLUME,
-                "centre_of_buoyancy": [0.0] * 3,
-                "plan_area": float(np.pi * RADIUS**2),
-            },
-            "arm": None,
-            "battery": {"full_voltage": None},
-        },
-        "environment": {
-            "gravity": [0.0, 0.0, -9.81],
-            "water_level": 0.0,
-            "tank_bottom": -100.0,
-            "ground_level": None,
-            "air_density": 1.2,
-            "water_density": DENSITY,
-        },
-        "baseline": entries,
-        "sensors": {
-            "imu": {"position": [0.0] * 3, "orientation": [1.0, 0.0, 0.0, 0.0]},
-            "channels": {
-                name: {"sigma": sigma, "rate": 100, "unit": unit}
-                for name, (sigma, unit) in NOISE.items()
-            },
-        },
-        "tolerance": _tolerance(),
-        "disturbance": {
-            "kind": "unmodelled swirl, zero mean, coloured",
-            "force_sigma": 0.02,
-            "torque_sigma": 0.0005,
-            "correlation_time": 0.35,
-            "accuracy": "within a factor of two",
-        },
-    }
-
-
-def _tolerance() -> dict[str, Any]:
-    """How well the statements of the log are known."""
-    each = "relative, each axis and each coefficient (linear and quadratic) by itself"
-    table = {
-        "mass": (0.002, "relative"),
-        "inertia": (0.03, "relative, each axis"),
-        "thrust_coefficient": (0.003, "relative, common to all actuators"),
-        "thrust_coefficient_each": (0.002, "relative, each actuator"),
-        "thruster_time_constant": (0.002, "s"),
-        "centre_of_gravity": (0.0006, "m, each axis"),
-        "displaced_volume": (0.0002, "relative"),
-        "centre_of_buoyancy": (0.001, "m, each axis"),
-        "drag_coefficient": (0.08, each),
-        "angular_drag_coefficient": (0.15, each),
-        # what particle water shows of it depends on how the sphere is towed
-        "added_mass": (0.4, "relative, each axis"),
-        "command_delay": (0.0005, "s"),
-        "accelerometer_bias": (0.03, "m/s^2, each axis"),
-        "accelerometer_scale": (0.003, "relative, each axis"),
-        "gyroscope_bias": (0.003, "rad/s, each axis"),
-        "sensor_misalignment": (0.003, "rad, each axis"),
-        "sensor_delay": (0.0005, "s"),
-    }
-    return {name: {"sigma": sigma, "meaning": text} for name, (sigma, text) in table.items()}

@@ -85,7 +85,12 @@ def towed(steps: Steps, *, until: float, row: float = 0.01) -> Course:
         command = commanded(steps, k * fine)
         if k % round(row / fine) == 0:
             rows.append((k * fine, command, *state[:2], _rates(state, command)[1]))
-        state = _advanced(state, command, fine)
+        a = _rates(state, command)
+        b = _rates(state + 0.5 * fine * a, command)
+        c = _rates(state + 0.5 * fine * b, command)
+        d = _rates(state + fine * c, command)
+        out: Floats = state + fine / 6.0 * (a + 2.0 * b + 2.0 * c + d)
+        state = out
     return Course(*np.array(rows).T)
 
 
@@ -94,12 +99,3 @@ def _rates(state: Floats, command: float) -> Floats:
     _, v, force = state
     drag = QUADRATIC * v * abs(v)
     return np.array([v, (force - drag) / (MASS * (1.0 + ADDED)), (command - force) / LAG])
-
-
-def _advanced(state: Floats, command: float, step: float) -> Floats:
-    a = _rates(state, command)
-    b = _rates(state + 0.5 * step * a, command)
-    c = _rates(state + 0.5 * step * b, command)
-    d = _rates(state + step * c, command)
-    out: Floats = state + step / 6.0 * (a + 2.0 * b + 2.0 * c + d)
-    return out

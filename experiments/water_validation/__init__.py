@@ -57,7 +57,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     grade = Grade(not given.full, device, given.threads, method, given.across)
     checked_folder(given.out)
     results = []
-    for case in chosen(given.cases, full=given.full):
+    for case in _chosen(given.cases, full=given.full):
         print(f"{case.title} ...", flush=True)
         begun = time.perf_counter()
         try:
@@ -74,7 +74,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0 if all(result.passed for result in results) else 1
 
 
-def chosen(names: Sequence[str], *, full: bool) -> list[Case]:
+def _chosen(names: Sequence[str], *, full: bool) -> list[Case]:
     """Return the cases to run.
 
     Raises:

@@ -25,7 +25,7 @@ BAR = {10: 0.05, 20: 0.025}
 """Allowed error of the draught, of the body's height, by spacings across it."""
 
 
-def draught_of(shape: Shape, ratio: float) -> float:
+def _draught_of(shape: Shape, ratio: float) -> float:
     """Return the draught of a body by Archimedes [m]."""
     if shape.kind != "sphere":
         return ratio * shape.height
@@ -34,12 +34,7 @@ def draught_of(shape: Shape, ratio: float) -> float:
     return float(brentq(cap, 0.0, 2.0 * r))
 
 
-def raised(shape: Shape, ratio: float) -> float:
-    """Return how much the body lifts the mean level of its tank [m]."""
-    return ratio * shape.volume / (TANK[0] * TANK[1])
-
-
-def float_on(
+def _float_on(
     shape: Shape, ratio: float, across: int, until: float, grade: Grade
 ) -> tuple[Drift, float]:
     """Return the drift of a body and its draught over the last third [m].
@@ -47,7 +42,7 @@ def float_on(
     The body is let go a twentieth of its height above its rest. At the start the water that it
     displaces is not there: the level stands for what the particles themselves fill.
     """
-    rest = 0.5 * shape.height - draught_of(shape, ratio)
+    rest = 0.5 * shape.height - _draught_of(shape, ratio)
     found = drift(
         shape,
         ratio * 1000.0 * shape.volume,
@@ -64,7 +59,7 @@ def float_on(
     return found, float(0.5 * shape.height - (found.height[last].mean() - level))
 
 
-def afloat(name: str, grade: Grade) -> Outcome:
+def _afloat(name: str, grade: Grade) -> Outcome:
     """Let a body of one shape float."""
     lines, series, gaps = [], [], []
     chosen = (10,) if grade.quick else (10, 20)
@@ -72,8 +67,8 @@ def afloat(name: str, grade: Grade) -> Outcome:
     shape, count, spacing = SHAPES[name], 0, 0.0
     for across in chosen:
         for ratio in ratios:
-            found, draught = float_on(shape, ratio, across, 1.6 if grade.quick else 2.4, grade)
-            exact = draught_of(shape, ratio)
+            found, draught = _float_on(shape, ratio, across, 1.6 if grade.quick else 2.4, grade)
+            exact = _draught_of(shape, ratio)
             error = abs(draught - exact) / shape.height
             what = f"ratio {ratio:g}, {across} spacings: draught [m], error of the body's height"
             lines.append(Line(what, draught, exact, error, BAR[across]))
@@ -95,8 +90,8 @@ def afloat(name: str, grade: Grade) -> Outcome:
 def light(grade: Grade) -> Outcome:
     """Let a ball of a tenth of the water's density swim for ten seconds."""
     shape, across, until = SHAPES["sphere"], 10, 10.0
-    found, draught = float_on(shape, LIGHT, across, until, grade)
-    exact = draught_of(shape, LIGHT)
+    found, draught = _float_on(shape, LIGHT, across, until, grade)
+    exact = _draught_of(shape, LIGHT)
     late = found.time > 0.5 * until
     speed = np.abs(np.diff(found.height) / np.diff(found.time))[late[1:]]
     fastest = float(speed.max())
@@ -144,7 +139,7 @@ def sinking(grade: Grade) -> Outcome:
             wrong = max(0.0, moved * np.sign(ratio - 1.0)) / shape.height
             what = f"ratio {ratio:g}: way to the wrong side [m]"
             lines.append(Line(what, float(wrong), 0.0, float(wrong), 0.0))
-            with_drag = risen(ratio, shape.size[0], LASTS)
+            with_drag = _risen(ratio, shape.size[0], LASTS)
             what = f"ratio {ratio:g}: rise in {LASTS:g} s [m], against a drag coefficient of {DRAG}"
             lines.append(relative(what, moved, with_drag, None))
         series.append(Series(name=f"ratio {ratio:g}", x=found.time, y=found.height))
@@ -160,14 +155,14 @@ def sinking(grade: Grade) -> Outcome:
     return Outcome(lines, [chart], count, spacing, across, "Archimedes", remark)
 
 
-def risen(ratio: float, radius: float, until: float) -> float:
+def _risen(ratio: float, radius: float, until: float) -> float:
     """Return the rise of a sphere in open water with added mass and a constant drag [m].
 
     Equation:
         (ratio + 1/2) V v' = (1 - ratio) V g - DRAG A v |v| / 2.
 
     Example:
-        >>> risen(1.0, 0.1, 1.0)
+        >>> _risen(1.0, 0.1, 1.0)
         0.0
     """
     steps = 2000
@@ -181,7 +176,7 @@ def risen(ratio: float, radius: float, until: float) -> float:
 
 CASES = (
     *(
-        Case(f"afloat_{name}", f"Archimedes: a {name} afloat", partial(afloat, name))
+        Case(f"afloat_{name}", f"Archimedes: a {name} afloat", partial(_afloat, name))
         for name in SHAPES
     ),
     Case("sinking", "Lighter, equal and heavier than water", sinking),

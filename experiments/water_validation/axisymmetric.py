@@ -31,7 +31,7 @@ FACE, LEVEL = (0.0, 0.5), (0.5, 0.0)
 Mask = NDArray[np.bool_]
 
 
-class Grid(NamedTuple):
+class _Grid(NamedTuple):
     """Cells of a half plane through the axis; lengths in radii of the body.
 
     Args:
@@ -54,16 +54,66 @@ class Grid(NamedTuple):
     inside: Floats
     places: Floats
 
+    def cells(self, places: Floats, offset: tuple[float, float]) -> Floats:
+        """Return places in cells, counted from the first node of a field."""
+        return (places - (0.0, self.low)) / self.size - offset
 
-def distance(slope: float | None, r: Floats, z: Floats) -> Floats:
+    def projected(self, surface: Floats, u: Floats, w: Floats) -> tuple[Floats, Floats, float]:
+        """Return the velocities without divergence, and the impulse on the body.
+
+        Equation: div (a grad p) = div (a u), a the open areas of the sides (Batty et al. 2007); the
+        impulse is the sum of p over the closed area of each cell, seen along z.
+        """
+        area_r, area_z = self.sides * self.open_r, self.middles * self.open_z
+        whole = area_r[1:] + area_r[:-1] + area_z[:, 1:] + area_z[:, :-1]
+        wet = (surface < 0.0) & (whole > 1e-8)
+        sides = (
+            _Sides.of(surface, wet, area_r[1:-1], 0),
+            _Sides.of(surface, wet, area_z[:, 1:-1], 1),
+        )
+        flow = np.diff(area_r * u, axis=0) + np.diff(area_z * w, axis=1)
+        p = _pressure(sides, wet, flow)
+        u, known_u = _pushed(u, p, sides[0], 0)
+        w, known_w = _pushed(w, p, sides[1], 1)
+        known_u[[0, -1]], known_w[:, 0] = True, True
+        closed = self.middles * (self.open_z[:, :-1] - self.open_z[:, 1:])
+        impulse = 2.0 * math.pi * self.size**2 * float((p * closed).sum())
+        return _extended(u, known_u), _extended(w, known_w), impulse
+
+    def fields(self, places: Floats, velocity: Floats) -> tuple[Floats, Floats]:
+        """Return the velocities at the sides of the cells, by those of the particles."""
+        nr, nz = self.inside.shape
+        u, known_u = _spread(self.cells(places, FACE), velocity[:, 0], (nr + 1, nz))
+        w, known_w = _spread(self.cells(places, LEVEL), velocity[:, 1], (nr, nz + 1))
+        u[[0, -1]], w[:, 0] = 0.0, 1.0
+        known_u[[0, -1]], known_w[:, 0] = True, True
+        return _extended(u, known_u), _extended(w, known_w)
+
+    def sampled(self, fields: tuple[Floats, Floats], places: Floats) -> Floats:
+        """Return the velocities of the grid at some places, linear between the sides."""
+        both = zip(fields, (FACE, LEVEL), strict=True)
+        found = [
+            map_coordinates(field, self.cells(places, offset).T, order=1, mode="nearest")
+            for field, offset in both
+        ]
+        return np.stack(found, -1)
+
+    def lattice(self, rows: int) -> Floats:
+        """Return places of four particles in each cell of the lowest rows, shape (count, 2)."""
+        half = (np.arange(2) + 0.5) / 2.0
+        r = ((np.arange(len(self.middles))[:, None] + half) * self.size).ravel()
+        z = self.low + ((np.arange(rows)[:, None] + half) * self.size).ravel()
+        return np.stack(np.meshgrid(r, z, indexing="ij"), -1).reshape(-1, 2)
+
+
+def _distance(slope: float | None, r: Floats, z: Floats) -> Floats:
     """Return the distance from a sphere (no slope) or a cylinder with a cone below, both R = 1."""
     if slope is None:
-        found: Floats = np.hypot(r, z - 1.0) - 1.0
-        return found
+        return np.hypot(r, z - 1.0) - 1.0
     return np.maximum((r * slope - z) / math.hypot(1.0, slope), r - 1.0)
 
 
-def _grid(slope: float | None, cells: int) -> Grid:
+def _grid(slope: float | None, cells: int) -> _Grid:
     """Return the grid with the open shares of its sides, by 16 points on each."""
     size, low = 1.0 / cells, -DEEP
     nr, nz = round(WIDE * cells), round((DEEP + ABOVE) * cells)
@@ -74,20 +124,15 @@ def _grid(slope: float | None, cells: int) -> Grid:
     out = (np.arange(nr)[:, None] + part) * size
     shape_r, shape_z = (nr + 1, nz, 16), (nr, nz + 1, 16)
     over = np.broadcast_to(along[None], shape_r)
-    open_r = (distance(slope, np.broadcast_to(r[:, None, None], shape_r), over) > 0.0).mean(-1)
+    open_r = (_distance(slope, np.broadcast_to(r[:, None, None], shape_r), over) > 0.0).mean(-1)
     open_r[-1] = 0.0
     rings = np.broadcast_to(out[:, None], shape_z)
-    free = distance(slope, rings, np.broadcast_to(z[:, None], shape_z)) > 0.0
+    free = _distance(slope, rings, np.broadcast_to(z[:, None], shape_z)) > 0.0
     open_z = (free * rings).sum(-1) / rings.sum(-1)
     middles = r[:-1] + 0.5 * size
     places = np.stack(np.meshgrid(middles, z[:-1] + 0.5 * size, indexing="ij"), -1)
-    inside = distance(slope, places[..., 0], places[..., 1])
-    return Grid(size, low, middles[:, None], r[:, None], open_r, open_z, inside, places)
-
-
-def _cells(grid: Grid, places: Floats, offset: tuple[float, float]) -> Floats:
-    """Return places in cells, counted from the first node of a field."""
-    return (places - (0.0, grid.low)) / grid.size - offset
+    inside = _distance(slope, places[..., 0], places[..., 1])
+    return _Grid(size, low, middles[:, None], r[:, None], open_r, open_z, inside, places)
 
 
 def _spread(cells: Floats, values: Floats, shape: tuple[int, int]) -> tuple[Floats, Mask]:
@@ -115,16 +160,6 @@ def _extended(field: Floats, known: Mask) -> Floats:
     return found
 
 
-def _surface(grid: Grid, places: Floats) -> Floats:
-    """Return the distance of the cells' middles from the water, below zero in it [cells]."""
-    far = 3.0 * grid.size
-    near, _ = cKDTree(places).query(grid.places.reshape(-1, 2), distance_upper_bound=far)
-    found = np.minimum(near, far).reshape(grid.inside.shape) / grid.size - 0.5
-    # the face of the body is no surface of the water
-    beside = (grid.inside < BESIDE * grid.size) & (found < 0.8)
-    return np.where(beside, np.minimum(found, -0.3), found)
-
-
 class _Sides(NamedTuple):
     """Sides between neighbours along one axis.
 
@@ -146,18 +181,18 @@ class _Sides(NamedTuple):
     back: Mask
     way: Floats
 
-
-def _sides(surface: Floats, wet: Mask, area: Floats, axis: int) -> _Sides:
-    """Return the sides along an axis; the surface may lie within a cell (Gibou et al. 2002)."""
-    low = (slice(None, -1), slice(None)) if axis == 0 else (slice(None), slice(None, -1))
-    high = (slice(1, None), slice(None)) if axis == 0 else (slice(None), slice(1, None))
-    both = wet[low] & wet[high] & (area > 0.0)
-    out, back = wet[low] & ~wet[high], wet[high] & ~wet[low]
-    own = np.where(out, surface[low], surface[high])
-    other = np.where(out, surface[high], surface[low])
-    ends = (out | back) & (own < other)
-    part = np.clip(own / np.where(ends, own - other, 1.0), LEAST, 1.0)
-    return _Sides(low, high, area, both, out, back, np.where(ends, part, 1.0))
+    @classmethod
+    def of(cls, surface: Floats, wet: Mask, area: Floats, axis: int) -> _Sides:
+        """Return the sides along an axis; the surface may lie within a cell (Gibou et al. 2002)."""
+        low = (slice(None, -1), slice(None)) if axis == 0 else (slice(None), slice(None, -1))
+        high = (slice(1, None), slice(None)) if axis == 0 else (slice(None), slice(1, None))
+        both = wet[low] & wet[high] & (area > 0.0)
+        out, back = wet[low] & ~wet[high], wet[high] & ~wet[low]
+        own = np.where(out, surface[low], surface[high])
+        other = np.where(out, surface[high], surface[low])
+        ends = (out | back) & (own < other)
+        part = np.clip(own / np.where(ends, own - other, 1.0), LEAST, 1.0)
+        return cls(low, high, area, both, out, back, np.where(ends, part, 1.0))
 
 
 def _pressure(sides: tuple[_Sides, _Sides], wet: Mask, flow: Floats) -> Floats:
@@ -204,71 +239,19 @@ def _pushed(field: Floats, p: Floats, side: _Sides, axis: int) -> tuple[Floats, 
     return after, known
 
 
-def _projected(grid: Grid, surface: Floats, u: Floats, w: Floats) -> tuple[Floats, Floats, float]:
-    """Return the velocities without divergence, and the impulse on the body.
-
-    Equation: div (a grad p) = div (a u), a the open areas of the sides (Batty et al. 2007); the
-    impulse is the sum of p over the closed area of each cell, seen along z.
-    """
-    area_r, area_z = grid.sides * grid.open_r, grid.middles * grid.open_z
-    whole = area_r[1:] + area_r[:-1] + area_z[:, 1:] + area_z[:, :-1]
-    wet = (surface < 0.0) & (whole > 1e-8)
-    sides = (
-        _sides(surface, wet, area_r[1:-1], 0),
-        _sides(surface, wet, area_z[:, 1:-1], 1),
-    )
-    flow = np.diff(area_r * u, axis=0) + np.diff(area_z * w, axis=1)
-    p = _pressure(sides, wet, flow)
-    u, known_u = _pushed(u, p, sides[0], 0)
-    w, known_w = _pushed(w, p, sides[1], 1)
-    known_u[[0, -1]], known_w[:, 0] = True, True
-    closed = grid.middles * (grid.open_z[:, :-1] - grid.open_z[:, 1:])
-    impulse = 2.0 * math.pi * grid.size**2 * float((p * closed).sum())
-    return _extended(u, known_u), _extended(w, known_w), impulse
-
-
-def _fields(grid: Grid, places: Floats, velocity: Floats) -> tuple[Floats, Floats]:
-    """Return the velocities at the sides of the cells, by those of the particles."""
-    nr, nz = grid.inside.shape
-    u, known_u = _spread(_cells(grid, places, FACE), velocity[:, 0], (nr + 1, nz))
-    w, known_w = _spread(_cells(grid, places, LEVEL), velocity[:, 1], (nr, nz + 1))
-    u[[0, -1]], w[:, 0] = 0.0, 1.0
-    known_u[[0, -1]], known_w[:, 0] = True, True
-    return _extended(u, known_u), _extended(w, known_w)
-
-
-def _sampled(grid: Grid, fields: tuple[Floats, Floats], places: Floats) -> Floats:
-    """Return the velocities of the grid at some places, linear between the sides."""
-    both = zip(fields, (FACE, LEVEL), strict=True)
-    found = [
-        map_coordinates(field, _cells(grid, places, offset).T, order=1, mode="nearest")
-        for field, offset in both
-    ]
-    return np.stack(found, -1)
-
-
 def _outside(slope: float | None, places: Floats) -> Floats:
     """Return places with those in the body at its face, and none beyond axis or wall."""
     found = np.stack((np.minimum(np.abs(places[:, 0]), WIDE - 1e-9), places[:, 1]), -1)
     r, z = found.T
-    depth = -np.asarray(distance(slope, r, z))
+    depth = -np.asarray(_distance(slope, r, z))
     small = 1e-4
     ahead = [
-        distance(slope, r + small * a, z + small * (1.0 - a))
-        - distance(slope, r - small * a, z - small * (1.0 - a))
+        _distance(slope, r + small * a, z + small * (1.0 - a))
+        - _distance(slope, r - small * a, z - small * (1.0 - a))
         for a in (1.0, 0.0)
     ]
     way = 1.01 * np.maximum(depth, 0.0) / (2.0 * small)
-    moved: Floats = found + way[:, None] * np.stack(ahead, -1)
-    return moved
-
-
-def _lattice(grid: Grid, rows: int) -> Floats:
-    """Return places of four particles in each cell of the lowest rows, shape (count, 2)."""
-    half = (np.arange(2) + 0.5) / 2.0
-    r = ((np.arange(len(grid.middles))[:, None] + half) * grid.size).ravel()
-    z = grid.low + ((np.arange(rows)[:, None] + half) * grid.size).ravel()
-    return np.stack(np.meshgrid(r, z, indexing="ij"), -1).reshape(-1, 2)
+    return found + way[:, None] * np.stack(ahead, -1)
 
 
 def enter(slope: float | None, cells: int, *, deepest: float) -> tuple[Floats, Floats]:
@@ -286,22 +269,28 @@ def enter(slope: float | None, cells: int, *, deepest: float) -> tuple[Floats, F
         Depth [radii] and impulse [rho R^3 V], shape (steps,) each.
     """
     grid = _grid(slope, cells)
-    places, new_row = _lattice(grid, round(DEEP * cells)), _lattice(grid, 1)
+    places, new_row = grid.lattice(round(DEEP * cells)), grid.lattice(1)
     velocity, upward = np.tile([0.0, 1.0], (len(places), 1)), np.array([0.0, 1.0])
     depth, impulse, rise, rows = 0.0, 0.0, 0.0, []
     top = grid.low + (grid.inside.shape[1] - 1) * grid.size
     while depth < deepest:
         fastest = float(np.quantile(np.hypot(*velocity.T), 0.9995))
         step = COURANT * grid.size / max(1.0, fastest)
-        before = _fields(grid, places, velocity)
-        *after, pushed = _projected(grid, _surface(grid, places), *before)
+        before = grid.fields(places, velocity)
+        # the distance of the cells' middles from the water, below zero in it [cells]
+        far = 3.0 * grid.size
+        near, _ = cKDTree(places).query(grid.places.reshape(-1, 2), distance_upper_bound=far)
+        found = np.minimum(near, far).reshape(grid.inside.shape) / grid.size - 0.5
+        # the face of the body is no surface of the water
+        beside = (grid.inside < BESIDE * grid.size) & (found < 0.8)
+        *after, pushed = grid.projected(np.where(beside, np.minimum(found, -0.3), found), *before)
         fields = (after[0], after[1])
         impulse, depth, rise = impulse + pushed, depth + step, rise + step
         rows.append((depth, impulse))
-        new = _sampled(grid, fields, places)
-        kept = velocity + new - _sampled(grid, before, places)
+        new = grid.sampled(fields, places)
+        kept = velocity + new - grid.sampled(before, places)
         velocity = LIVELY * kept + (1.0 - LIVELY) * new
-        places = _outside(slope, places + step * _sampled(grid, fields, places + 0.5 * step * new))
+        places = _outside(slope, places + step * grid.sampled(fields, places + 0.5 * step * new))
         if rise > grid.size:
             rise -= grid.size
             places = np.concatenate((places, new_row))

@@ -78,6 +78,20 @@ class Course(NamedTuple):
     height: Floats
     particles: int
 
+    def front_errors(self, width: float, unit: float) -> tuple[Line, Line]:
+        """Return errors of a front against Martin and Moyce, with and without a shift of time.
+
+        Args:
+            width: of the column [m].
+            unit: of time, the root of width over gravity [s].
+        """
+        unit = unit / math.sqrt(2.0)
+        front = np.interp(np.array(FRONT_T) * unit, self.time, self.front) / width
+        return (
+            _mean("front Z, mean error", front, FRONT_Z, 0.06),
+            _started("front Z", FRONT_T, FRONT_Z, unit, self, width),
+        )
+
 
 def collapse(  # noqa: PLR0917  one geometry
     width: float,
@@ -130,8 +144,12 @@ def martin_moyce(grade: Grade) -> Outcome:
     found = collapse(a, 2.0 * a, 8.0 * a, spacing, 4.4 * unit, grade)
     # column twice as high as wide; the height is against its own
     high = np.interp(np.array(HEIGHT_T) * unit, found.time, found.height) / (2.0 * a)
-    lines = list(front_errors(found, a, unit))
-    lines.append(_rms("height H, mean error of the first height", high, HEIGHT_H, 0.05))
+    lines = list(found.front_errors(a, unit))
+    # mean of the errors at the measured points, against the first height
+    error = float(np.mean(np.abs(high - np.array(HEIGHT_H))))
+    lines.append(
+        Line("height H, mean error of the first height", float(high[-1]), HEIGHT_H[-1], error, 0.05)
+    )
     charts = [
         _chart(
             "Front, Martin and Moyce",
@@ -154,22 +172,6 @@ def martin_moyce(grade: Grade) -> Outcome:
         "Martin and Moyce 1952, tables 2 and 6, n² = 2, a = 57.15 mm; gate and friction left out"
     )
     return Outcome(lines, charts, found.particles, spacing, a / spacing, source)
-
-
-def front_errors(found: Course, width: float, unit: float) -> tuple[Line, Line]:
-    """Return the errors of a front against Martin and Moyce, with and without a shift of its time.
-
-    Args:
-        found: course of the collapse.
-        width: of the column [m].
-        unit: of time, the root of width over gravity [s].
-    """
-    unit = unit / math.sqrt(2.0)
-    front = np.interp(np.array(FRONT_T) * unit, found.time, found.front) / width
-    return (
-        _mean("front Z, mean error", front, FRONT_Z, 0.06),
-        _started("front Z", FRONT_T, FRONT_Z, unit, found, width),
-    )
 
 
 def koshizuka_oka(grade: Grade) -> Outcome:
@@ -216,12 +218,6 @@ def _started(  # noqa: PLR0917  one line of the table
     shift = float(minimize_scalar(off, bounds=(-0.5, 0.5), method="bounded").x)
     what = f"{what}, clock started {1e3 * shift * unit:.1f} ms later: mean error"
     return Line(what, float("nan"), float("nan"), off(shift), None)
-
-
-def _rms(what: str, found: Floats, reference: list[float], allowed: float) -> Line:
-    """Mean of the errors at the measured points, against the first height."""
-    error = float(np.mean(np.abs(found - np.array(reference))))
-    return Line(what, float(found[-1]), reference[-1], error, allowed)
 
 
 def _chart(  # noqa: PLR0917  one chart

@@ -18,8 +18,8 @@ RADIUS, GRAVITY = 0.022225, 9.81
 STRAIGHT = 0.15
 """Length of the straight part [m]; the recordings do not state it."""
 MASS = 0.514
-"""[kg]: not stated, but told by the drops with a cone, see `mass_of_cone`: 0.512 to 0.516 in all
-six. For both noses; a hemisphere of solid aluminium would weigh 0.05 kg more than the cone."""
+"""[kg]: not stated, but told by the drops with a cone, see `Drop.mass_of_cone`: 0.512 to 0.516 in
+all six. For both noses; a hemisphere of solid aluminium would weigh 0.05 kg more than the cone."""
 MASSES = {"150degcone": (0.50, 0.57), "sphere": (0.50, 0.66)}
 """Band of the impactor's mass by nose [kg]: the drag of the cone in its cavity tells 0.51, the slam
 of the hemisphere 0.55 to 0.66; an impulse is missed only where no mass of the band meets it."""
@@ -57,6 +57,25 @@ class Drop(NamedTuple):
     felt: Floats
     speed: float
 
+    def mass_of_cone(self) -> tuple[float, float]:
+        """Return the mass that makes a cone's drag in its cavity the textbook's, and its spread.
+
+        Equation:
+            m = rho A C_0 (v^2 / 2 + g h) / f from four radii of depth h on: C = C_0 (1 + sigma)
+            with the cavitation number sigma = 2 g h / v^2 of a cavity that is open to the air.
+
+
+        References:
+            Guzevsky 1983, in Semenenko 2001, RTO-EN-010: Artificial supercavitation.
+        """
+        lost = np.cumsum((self.felt - GRAVITY) * np.gradient(self.time))
+        speed = self.speed - lost
+        deep = np.cumsum(speed * np.gradient(self.time))
+        row = (deep > 4.0 * RADIUS) & (self.time < LASTS)
+        force = 1000.0 * math.pi * RADIUS**2 * CONE_DRAG * (0.5 * speed**2 + GRAVITY * deep)
+        found = force[row] / self.felt[row]
+        return float(found.mean()), float(found.std())
+
 
 def measured(speed: int, nose: str = "sphere") -> list[Drop]:
     """Return all drops of a nominal speed and a nose, ``sphere`` or ``150degcone``."""
@@ -76,28 +95,6 @@ def measured(speed: int, nose: str = "sphere") -> list[Drop]:
     return out
 
 
-def mass_of_cone(drop: Drop) -> tuple[float, float]:
-    """Return the mass that makes the drag of a cone in its cavity the textbook's, and its spread.
-
-    Equation:
-        m = rho A C_0 (v^2 / 2 + g h) / f from four radii of depth h on: C = C_0 (1 + sigma) with
-        the cavitation number sigma = 2 g h / v^2 of a cavity that is open to the air.
-
-    Args:
-        drop: with the cone.
-
-    References:
-        Guzevsky 1983, in Semenenko 2001, RTO-EN-010: Artificial supercavitation.
-    """
-    lost = np.cumsum((drop.felt - GRAVITY) * np.gradient(drop.time))
-    speed = drop.speed - lost
-    deep = np.cumsum(speed * np.gradient(drop.time))
-    row = (deep > 4.0 * RADIUS) & (drop.time < LASTS)
-    force = 1000.0 * math.pi * RADIUS**2 * CONE_DRAG * (0.5 * speed**2 + GRAVITY * deep)
-    found = force[row] / drop.felt[row]
-    return float(found.mean()), float(found.std())
-
-
 def impulses(time: Floats, felt: Floats, speed: float) -> Floats:
     """Return I / (rho R^3 V) for each kilogram of mass at `DEPTHS` [1/kg], shape (3,).
 
@@ -112,8 +109,7 @@ def impulses(time: Floats, felt: Floats, speed: float) -> Floats:
     now = speed + GRAVITY * (time - time[0]) - taken
     way = 0.5 * (now[1:] + now[:-1]) * np.diff(time)
     deep = np.concatenate(([0.0], np.cumsum(way))) / RADIUS
-    found: Floats = np.interp(DEPTHS, deep, taken) / (1000.0 * RADIUS**3 * speed)
-    return found
+    return np.interp(DEPTHS, deep, taken) / (1000.0 * RADIUS**3 * speed)
 
 
 class Entry(NamedTuple):
@@ -142,7 +138,7 @@ class Entry(NamedTuple):
         return float(self.felt[self.time < EARLY].max())
 
 
-def impactor(nose: str) -> Shape:
+def _impactor(nose: str) -> Shape:
     """Return the impactor with a nose, ``sphere`` or ``150degcone``."""
     area = math.pi * RADIUS**2
     if nose == "sphere":
@@ -172,7 +168,7 @@ def enter(
         more: further overrides.
         nose: ``sphere`` or ``150degcone``.
     """
-    shape = impactor(nose)
+    shape = _impactor(nose)
     found = drift(
         shape,
         MASS,

@@ -53,7 +53,18 @@ def run(grade: Grade) -> Outcome:
     count, d = fluid.simulation.water.count, fluid.simulation.basin.spacing
     fluid.close()
     late = t > 5.0 * PERIOD
-    coming, going = _split(t[late], eta[late], places[:, 0], k)
+    # amplitudes of the waves toward and from the beach, by least squares over all gauges
+    x = places[:, 0]
+    omega = 2.0 * math.pi / PERIOD
+    time, place = np.meshgrid(t[late], x, indexing="ij")
+    columns = [
+        function(k * place + sign * omega * time).ravel()
+        for sign in (-1.0, 1.0)
+        for function in (np.cos, np.sin)
+    ]
+    columns += [(place == at).ravel().astype(float) for at in x]
+    fit = lsq_linear(np.stack(columns, axis=1), eta[late].ravel()).x
+    coming, going = float(np.hypot(*fit[:2])), float(np.hypot(*fit[2:4]))
     lines = [
         relative("height of the coming wave [m]", 2.0 * coming, HEIGHT, 0.10),
         Line("reflection", going / coming, 0.0, going / coming, 0.10),
@@ -66,20 +77,6 @@ def run(grade: Grade) -> Outcome:
     )  # fmt: skip
     source = "linear wave-maker theory, H/S = 2 (cosh 2kh - 1) / (sinh 2kh + 2kh)"
     return Outcome(lines, [chart], count, d, length / d, source)
-
-
-def _split(t: np.ndarray, eta: np.ndarray, x: np.ndarray, k: float) -> tuple[float, float]:
-    """Amplitudes of the waves toward and from the beach, by least squares over all gauges."""
-    omega = 2.0 * math.pi / PERIOD
-    time, place = np.meshgrid(t, x, indexing="ij")
-    columns = [
-        function(k * place + sign * omega * time).ravel()
-        for sign in (-1.0, 1.0)
-        for function in (np.cos, np.sin)
-    ]
-    columns += [(place == at).ravel().astype(float) for at in x]
-    fit = lsq_linear(np.stack(columns, axis=1), eta.ravel()).x
-    return float(np.hypot(*fit[:2])), float(np.hypot(*fit[2:4]))
 
 
 CASE = Case("flume", "Piston, waves and beach", run, quick=False)

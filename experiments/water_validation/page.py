@@ -42,7 +42,7 @@ class Result(NamedTuple):
         if self.outcome is None:
             return [f"left out: {self.missing}"]
         return [
-            f"{verdict(line):6} {line.what}: {number(line.found)} ({error(line)})"
+            f"{_verdict(line):6} {line.what}: {_number(line.found)} ({_error(line)})"
             for line in self.outcome.lines
         ]
 
@@ -64,7 +64,19 @@ def write_page(folder: Path, results: Sequence[Result], *, grade: Grade, cases: 
     for result in results:
         if result.outcome is None:
             continue
-        known[result.case.name] = _record(result, grade)
+        o = result.outcome
+        assert o is not None
+        known[result.case.name] = {
+            "lines": [_plain(line) for line in o.lines],
+            "particles": o.particles,
+            "spacing": o.spacing,
+            "across": o.across,
+            "source": o.source,
+            "remark": o.remark,
+            "seconds": round(result.seconds),
+            "command": grade.command(result.case.name),
+            "machine": platform.machine() + (", CUDA" if grade.accelerated else ""),
+        }
         try:
             write_picture(pictures / f"{result.case.name}.webp", list(result.outcome.charts))
         except MissingExtra as absent:
@@ -74,22 +86,6 @@ def write_page(folder: Path, results: Sequence[Result], *, grade: Grade, cases: 
     parts = [_head(shown)] + [_section(case, record, pictures) for case, record in shown]
     write_text(folder / PAGE, "\n".join(parts))
     return folder / PAGE
-
-
-def _record(result: Result, grade: Grade) -> dict[str, Any]:
-    o = result.outcome
-    assert o is not None
-    return {
-        "lines": [_plain(line) for line in o.lines],
-        "particles": o.particles,
-        "spacing": o.spacing,
-        "across": o.across,
-        "source": o.source,
-        "remark": o.remark,
-        "seconds": round(result.seconds),
-        "command": grade.command(result.case.name),
-        "machine": platform.machine() + (", CUDA" if grade.accelerated else ""),
-    }
 
 
 def _plain(line: Line) -> list[Any]:
@@ -114,8 +110,8 @@ def _head(shown: Sequence[tuple[Case, dict[str, Any]]]) -> str:
         for line in map(_line, record["lines"]):
             bar = "-" if line.allowed is None else _size(line, line.allowed)
             rows.append(
-                f"| {case.title} | {line.what} | {number(line.found)} | "
-                f"{number(line.reference)} | {error(line)} | {bar} | {verdict(line)} |"
+                f"| {case.title} | {line.what} | {_number(line.found)} | "
+                f"{_number(line.reference)} | {_error(line)} | {bar} | {_verdict(line)} |"
             )
     return (
         "# Validation of the particle water\n\n"
@@ -139,12 +135,12 @@ def _section(case: Case, r: dict[str, Any], pictures: Path) -> str:
     return f"## {case.title}\n\n{facts.strip()}\n\n{picture}"
 
 
-def verdict(line: Line) -> str:
+def _verdict(line: Line) -> str:
     """Return one word on a figure."""
     return {None: "", True: "pass", False: "missed"}[line.passed]
 
 
-def error(line: Line) -> str:
+def _error(line: Line) -> str:
     """Return the error as text."""
     return _size(line, line.error)
 
@@ -155,11 +151,11 @@ def _size(line: Line, value: float) -> str:
     return f"{value:.1%}" if line.share else f"{value:.1e}"
 
 
-def number(value: float) -> str:
+def _number(value: float) -> str:
     """Return a number as text.
 
     Example:
-        >>> number(0.12345)
+        >>> _number(0.12345)
         '0.1235'
     """
     return "-" if math.isnan(value) else f"{value:.4g}"

@@ -40,7 +40,7 @@ EDGE = 0.25 * math.pi * math.tan(DEADRISE)
 """Depth of the cone at which the raised water is at its edge, 0.21 [radii]."""
 CONE_DROPS = 2.65
 """Impulse of the cone at one radius in six recorded drops at 4 and 6 m/s, 2.54 to 2.72, by the mass
-that their drag in the cavity tells (`entry.mass_of_cone`) [rho R^3 V]."""
+that their drag in the cavity tells (`entry.Drop.mass_of_cone`) [rho R^3 V]."""
 CELLS = 24
 """In a radius, of the grid that tells the cone's reference: 0.98, 1.96 and 2.90 rho R^3 V at 0.21,
 0.5 and 1 R."""
@@ -48,14 +48,14 @@ JUDGED_ACROSS = 12
 """Spacings across the sphere at which the figures have bars."""
 
 
-def disc(depth: Floats | float) -> Floats:
+def _disc(depth: Floats | float) -> Floats:
     """Impulse of von Karman's disc, I / (rho R^3 V), at depth b = h / R.
 
     Equation: I = M V, M = (4/3) rho c^3, half the added mass (8/3) rho c^3 of a disc (Lamb 1932,
     art. 102), c^2 = 2 R h - h^2 the circle where the sphere cuts the undisturbed surface.
 
     Example:
-        >>> round(float(disc(0.5)), 3)
+        >>> round(float(_disc(0.5)), 3)
         0.866
     """
     b = np.asarray(depth, dtype=float)
@@ -281,7 +281,7 @@ def run(grade: Grade) -> Outcome:
         lines.append(relative(what, whole.drag(b), SPHERE_DRAG, None))
     lines += _cones(grade)
     depths = np.linspace(0.0, 0.5, 51)
-    theory = [("Miloh", fitted), ("disc, undisturbed water", disc), ("disc, raised water", raised)]
+    theory = [("Miloh", fitted), ("disc, undisturbed water", _disc), ("disc, raised water", raised)]
     series = [Series(name=name, x=depths, y=law(depths)) for name, law in theory]
     series += [Series(name=f"{n} across", x=e.depth, y=e.impulse) for n, e in found.items()]
     chart = Chart(
@@ -331,7 +331,7 @@ def between(words: str, found: float, allowed: float | None) -> Line:
     The disc of the raised water bounds it from above. That of the undisturbed water has neither
     the rise, which adds, nor the sphere's roundness, which takes away: at 0.3 R the rise prevails.
     """
-    low, high = float(disc(0.3)), float(raised(0.3))
+    low, high = float(_disc(0.3)), float(raised(0.3))
     outside = max(low - found, found - high, 0.0) / low
     return Line(f"{words}: impulse at 0.3 R between the discs", found, low, outside, allowed)
 

@@ -21,7 +21,9 @@ def run(grade: Grade) -> Outcome:
     """Simulate half a standing wave and fit a damped cosine to its centre of mass."""
     spacing = 0.02 if grade.quick else 0.01
     k = math.pi / LENGTH
-    omega = _omega(k)
+    # the frequency of a wave number by the dispersion relation [rad/s]
+    omega = math.sqrt(GRAVITY * k * math.tanh(k * DEPTH))
+    assert abs(wavenumber(omega, DEPTH, GRAVITY) - k) < 1e-9 * k
     water = filled_box(
         (LENGTH, 6 * spacing, DEPTH + 4 * AMPLITUDE),
         spacing,
@@ -57,13 +59,6 @@ def run(grade: Grade) -> Outcome:
     )
     across = 2 * LENGTH / spacing
     return Outcome(lines, [chart], water.count, spacing, across, "linear theory")
-
-
-def _omega(k: float) -> float:
-    """Return the frequency of a wave number by the dispersion relation [rad/s]."""
-    omega = math.sqrt(GRAVITY * k * math.tanh(k * DEPTH))
-    assert abs(wavenumber(omega, DEPTH, GRAVITY) - k) < 1e-9 * k
-    return omega
 
 
 def _damped(t: Any, a: float, rate: float, omega: float, phase: float, level: float) -> Any:  # noqa: PLR0917

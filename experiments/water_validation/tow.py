@@ -67,7 +67,16 @@ def tow(speed: float, across: float, grade: Grade, physics: DeviceSettings | Non
     time = -REST
     while middle[0] < END * DIAMETER:
         now = speed * min(max(time / rise, 0.0), 1.0)
-        _place(water, middle, now)
+        # place the sphere, whose motion the water does not change
+        water.place_bodies(
+            position=middle[None],
+            rotation=np.eye(3)[None],
+            velocity=np.array([[now, 0.0, 0.0]]),
+            spin=np.zeros((1, 3)),
+            inverse_mass=np.zeros(1),
+            inverse_inertia=np.zeros((1, 3, 3)),
+            acceleration=np.zeros((1, 3)),
+        )
         found = water.advance(STEP, substeps=water.substeps(STEP))
         middle = middle + STEP * np.array([now, 0.0, 0.0])
         time += STEP
@@ -110,19 +119,6 @@ def _tank(
     add_samples(water, 1, face)
     water.add_particles(places, trusted=True)
     return water, size
-
-
-def _place(water: DeviceSolver, middle: Floats, speed: float) -> None:
-    """Place the sphere, whose motion the water does not change."""
-    water.place_bodies(
-        position=middle[None],
-        rotation=np.eye(3)[None],
-        velocity=np.array([[speed, 0.0, 0.0]]),
-        spin=np.zeros((1, 3)),
-        inverse_mass=np.zeros(1),
-        inverse_inertia=np.zeros((1, 3, 3)),
-        acceleration=np.zeros((1, 3)),
-    )
 
 
 def run(grade: Grade) -> Outcome:

@@ -53,15 +53,31 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for phase, start in PHASES.items():
         words = [*OVERRIDES, f"fluid.maker.start={start}", *given.overrides]
         record = run_into(out / phase, build_run(compose(words)), overrides=words)
-        found = measures(record.log, record.fluid)
+        found = _measures(record.log, record.fluid)
         table |= {f"{phase}: {name}": value for name, value in found.items()}
-        charts += draw(phase, record.log, record.fluid, found)
+        # charts of what the inertial sensor felt, and of surface and robot
+        strike = (Mark(at=found["free fall until [s]"], label="strike"),)
+        force = {a: held(record.log.columns[f"specific_force_{a}"]) for a in "xyz"}
+        surface = {name: record.fluid[f"gauge {name} [m]"] for name in ("before", "beside")}
+        surface["robot"] = record.log.columns["position_z"]
+        charts += [
+            lines(
+                f"{phase}: felt by the inertial sensor",
+                "[m/s²]",
+                record.log.time,
+                force,
+                marks=strike,
+            ),
+            lines(
+                f"{phase}: surface and robot", "height [m]", record.log.time, surface, marks=strike
+            ),
+        ]
     show_table(out, figure_table(table, 3))
     write_picture(out / "figure.png", charts)
     return 0
 
 
-def measures(log: Log, figures: Mapping[str, Floats]) -> dict[str, float]:
+def _measures(log: Log, figures: Mapping[str, Floats]) -> dict[str, float]:
     """Return instants of strike and crest, and the largest sudden shifts on three axes.
 
     Args:
@@ -87,17 +103,3 @@ def measures(log: Log, figures: Mapping[str, Floats]) -> dict[str, float]:
     out["carried along [m]"] = float(x[-1] - x[strike])
     out["lowest point [m]"] = float(z.min())
     return out
-
-
-def draw(
-    phase: str, log: Log, figures: Mapping[str, Floats], found: Mapping[str, float]
-) -> list[Chart]:
-    """Return charts of what the inertial sensor felt, and of surface and robot."""
-    strike = (Mark(at=found["free fall until [s]"], label="strike"),)
-    force = {a: held(log.columns[f"specific_force_{a}"]) for a in "xyz"}
-    surface = {name: figures[f"gauge {name} [m]"] for name in ("before", "beside")}
-    surface["robot"] = log.columns["position_z"]
-    return [
-        lines(f"{phase}: felt by the inertial sensor", "[m/s²]", log.time, force, marks=strike),
-        lines(f"{phase}: surface and robot", "height [m]", log.time, surface, marks=strike),
-    ]

@@ -27,6 +27,7 @@ from seals.control.fins import fins_of, with_fins
 from seals.control.limbs import joint_targets, stowed
 from seals.control.mass_properties import MassPropertyEstimator
 from seals.control.plant import Layout
+from seals.control.protocols import of_one
 from seals.field_roles import roles
 from seals.frames import cross3
 from seals.plugins.controllers.vehicle import VehicleController
@@ -196,7 +197,9 @@ class Autopilot(VehicleController):
         if self._lifts:
             rise = self.heave_gain * climbing + self.heave_sum_gain * memory.climb_sum
             along = along + rise * s.rotation[2]
-        wrench = model_wrench(s, along, want, added=self._added, gravity=self._g)
+        one, _ = of_one(s, aim)
+        found = model_wrench(one, along[None], want[None], added=self._added, gravity=self._g)
+        wrench: Floats = found[0]
         wrench[SURGE] += s.submersion * self._drag * speed * abs(speed)
         # what rights it in roll is left to act: nothing else holds it where fins saturate
         lever = max(float(s.buoyancy.centre[2] - s.centre[2]), 0.0)

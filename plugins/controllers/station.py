@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats, as_like, namespace
 from seals.control import ActuatorCommand, Plant, Reference, RobotState
 from seals.control.added import model_wrench
 from seals.control.allocation import Saturation
@@ -16,8 +17,10 @@ from seals.control.axes import HEAVE, STATION_ORDER, SURGE, YAW
 from seals.control.filters import summed
 from seals.control.limbs import joint_targets
 from seals.control.plant import Layout
+from seals.control.protocols import of_one
 from seals.environment.seawater import FRESH_WATER
 from seals.field_roles import roles
+from seals.frames import rotate, unrotate
 from seals.plugins.controllers.vehicle import VehicleController
 from seals.schema import setting
 from seals.state_records import state_record
@@ -29,19 +32,21 @@ no heave."""
 
 @state_record
 class StationState(NamedTuple):
-    """State of the station-keeping controller between calls; immutable.
+    """State of the station-keeping controller; immutable. One robot is a batch of one.
 
     Args:
-        sum: of the velocity error, world axes [m], shape (3,).
-        turn_sum: of the attitude error, body axes [rad s], shape (3,).
-        drive: states of the thrusters as reckoned [N], shape (n,); None before the first.
-        joints: targets of the joints [rad or m], shape (J,).
+        sum: of the velocity error, world axes [m], shape (B, 3).
+        turn_sum: of the attitude error, body axes [rad s], shape (B, 3).
+        drive: states of the thrusters as reckoned [N], shape (B, n).
+        fresh: 1 before the first call, when the thrusters are taken to be where they are wanted.
+        joints: targets of the joints [rad or m], shape (J,); None where they are not its own.
     """
 
-    sum: Floats
-    turn_sum: Floats
-    drive: Floats | None
-    joints: Floats
+    sum: Array
+    turn_sum: Array
+    drive: Array
+    fresh: Array
+    joints: Floats | None = None
 
 
 _AFLOAT = 1.1
@@ -120,12 +125,19 @@ class Station(VehicleController):
         Raises:
             ConfigError: the drives do not command surge, yaw and, unless it floats, heave.
         """
+        self._bind(plant, np.zeros(1))
+
+    def _bind(self, plant: Plant, like: Array, joints: Floats | None = None) -> None:
+        """Prepare the law in the library of an array; for held joints, or for those that move."""
+        self._held = joints is not None
         robot = plant.robot
         displaced = FRESH_WATER * sum(h.volume for h in robot.hulls if h is not None)
         # a submerged vehicle may be trimmed a little light: it is no boat
         floats = displaced > _AFLOAT * float(robot.mass.sum())
         needed = [k for k in NEEDED if k != HEAVE or not floats]
-        self._allocate(plant, plant.layout, STATION_ORDER, needed)
+        self._allocate(plant, plant.layout, STATION_ORDER, needed, like=like, joints=joints)
+        self._like = like
+        self._up, self._level = as_like([[0.0, 0.0, 1.0]], like), as_like([[0.1]], like)
 
     def _unfit(self, layout: Layout, missing: str) -> str:
         """Return the refusal of a robot whose drives do not command some axes."""
@@ -137,32 +149,78 @@ class Station(VehicleController):
             "controller=cascade"
         )
 
+    def batched(self, plant: Plant, joints: Floats | None, like: Array) -> StationBatch:
+        """Return this law over a batch, see `ControllerOptions`.
+
+        Raises:
+            ConfigError: see `bind`.
+        """
+        law = copy.copy(self)
+        law._bind(plant, like, joints)
+        return StationBatch(law)
+
     def start(self) -> StationState:
         """Return zero integrators; arms stowed, grippers open."""
-        return StationState(np.zeros(3), np.zeros(3), None, self._rest)
+        return self.zero(1)._replace(joints=self._rest)
+
+    def zero(self, batch: int) -> StationState:
+        """Return zero integrators of B robots."""
+        zero = as_like(np.zeros((batch, 3)), self._like)
+        drive = as_like(np.zeros((batch, self._plant.layout.drives)), self._like)
+        return StationState(zero, zero, drive, drive[:, 0:1] + 1.0)
 
     def command(
         self, situation: RobotState, aim: Reference, memory: StationState
     ) -> tuple[ActuatorCommand, StationState]:
         """Return forces of the thrusters and targets of the servos."""
-        s = situation
+        last = self._rest if memory.joints is None else memory.joints
+        joints = joint_targets(aim, last, self._plant.robot)
+        order, kept = self.ordered(*of_one(situation, aim), memory)
+        return ActuatorCommand(order[0], joints), kept._replace(joints=joints)
+
+    def ordered(
+        self, s: RobotState, aim: Reference, memory: StationState
+    ) -> tuple[Array, StationState]:
+        """Return forces of the thrusters, (B, n), and memory; pure, on any array library."""
+        xp = namespace(s.velocity)
         error = self._wanted_velocity(s, aim) - s.velocity
         asked = aim.acceleration + self.speed_gain * error + self.sum_gain * memory.sum
-        level = lean_for(np.array([0.0, 0.0, 1.0]), aim.yaw, tilt=0.1, least=1.0)
+        up = self._up + 0.0 * s.velocity
+        level = lean_for(up, aim.yaw, tilt=self._level, least=self._up[:, 2:])
         turn_error = self._turned * attitude_error(s.rotation, level)
-        spin = aim.yaw_rate * s.rotation[2]
+        spin = aim.yaw_rate * s.rotation[:, 2, :]
         want = -self.turn_gain * turn_error - self.spin_gain * (s.angular_velocity - spin)
         want = want - self.turn_sum_gain * memory.turn_sum
-        wrench = model_wrench(s, asked @ s.rotation, want, added=self._added, gravity=self._g)
+        along = unrotate(s.rotation, asked)
+        wrench = model_wrench(s, along, want, added=self._added, gravity=self._g)
         wanted = self._allocation.commands(
-            wrench[self._rows], s.centre, gain=s.gain, limit=s.limit, low=s.low
+            wrench[:, self._rows],
+            None if self._held else s.centre,
+            gain=s.gain,
+            limit=s.limit,
+            low=s.low,
         )
-        order, after = self._quickened(s, wanted, memory.drive)
-        total, turn_total = memory.sum, memory.turn_sum
-        if (np.abs(wanted) < s.limit).all():
-            # what a passive axis leaves is not summed up
-            within = s.rotation @ (self._pushed * (error @ s.rotation))
-            total = summed(total, within, s.step, self.sum_limit / max(self.sum_gain, 1e-9))
-            turn_total = self._turn_summed(turn_total, turn_error, s.step)
-        joints = joint_targets(aim, memory.joints, self._plant.robot)
-        return ActuatorCommand(order, joints), StationState(total, turn_total, after, joints)
+        drive = xp.where(memory.fresh > 0.5, wanted, memory.drive)
+        order, after = self._quickened(s, wanted, drive)
+        # what a passive axis leaves is not summed up
+        within = rotate(s.rotation, self._pushed * unrotate(s.rotation, error))
+        total = summed(memory.sum, within, s.step, self.sum_limit / max(self.sum_gain, 1e-9))
+        turn_total = self._turn_summed(memory.turn_sum, turn_error, s.step)
+        free = xp.all(xp.abs(wanted) < s.limit, axis=1)[:, None]
+        return order, StationState(
+            xp.where(free, total, memory.sum),
+            xp.where(free, turn_total, memory.turn_sum),
+            after,
+            memory.fresh * 0.0,
+        )
+
+
+class StationBatch:
+    """A station-keeping law over a batch of robots; see `BatchController`.
+
+    Args:
+        law: bound in the library of the batch.
+    """
+
+    def __init__(self, law: Station) -> None:
+        self.start, self.command = law.zero, law.ordered

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from seals.arrays import Array, Floats
+from seals.arrays import Array, Floats, as_like
 from seals.control import Plant, Reference, RobotState
 from seals.control.added import added_inertia
 from seals.control.allocation import Allocation, Saturation
@@ -43,51 +43,59 @@ class VehicleController(ControllerOptions, ABC):
     quicker: float
 
     def _allocate(
-        self, plant: Plant, layout: Layout, order: Sequence[int], needed: Sequence[int]
+        self,
+        plant: Plant,
+        layout: Layout,
+        order: Sequence[int],
+        needed: Sequence[int],
+        *,
+        like: Array | None = None,
+        joints: Floats | None = None,
     ) -> list[int]:
-        """Find commanded axes and allocation at the rest pose; return the axes.
+        """Find commanded axes and allocation at held joints or the rest pose; return the axes.
 
         Raises:
             ConfigError: one of the needed axes is not commanded; the lines are those of ``_unfit``.
         """
-        self._plant, self._g, self._rest = plant, plant.gravity, stowed(plant.robot)
+        self._plant, self._g = plant, plant.gravity
+        self._rest = stowed(plant.robot) if joints is None else joints
         centre = MassPropertyEstimator(plant.robot).at(self._rest).centre
         axes = commanded_axes(wrench_matrix(layout, centre), mean_arm(layout, centre), order)
         missing = [k for k in needed if k not in axes]
         if missing:
             raise ConfigError(self._unfit(layout, named_axes(missing)))
         self._rows = list(axes)
-        self._pushed = np.array([float(k in axes) for k in (SURGE, SWAY, HEAVE)])
-        self._turned = np.array([float(k in axes) for k in (ROLL, PITCH, YAW)])
+        like = np.zeros(1) if like is None else like
+        self._pushed = as_like([float(k in axes) for k in (SURGE, SWAY, HEAVE)], like)
+        self._turned = as_like([float(k in axes) for k in (ROLL, PITCH, YAW)], like)
         self._allocation = Allocation(
             layout,
             rows=axes,
             saturation=self.saturation,
             weights=priority_weights(self.priority, axes),
             centre=centre,
+            like=like,
         )
-        self._lag = Lag(plant.layout.lag, plant.layout.fall)
-        self._added = added_inertia(plant)
+        self._lag = Lag(plant.layout.lag, plant.layout.fall, like)
+        self._added = as_like(added_inertia(plant), like)
         return self._rows
 
     @abstractmethod
     def _unfit(self, layout: Layout, missing: str) -> str:
         """Return the refusal of a robot whose drives do not command some axes."""
 
-    def _wanted_velocity(self, s: RobotState, aim: Reference) -> Floats:
+    def _wanted_velocity(self, s: RobotState, aim: Reference) -> Array:
         """Return the velocity of the reference, with that towards its position [m/s]."""
         if aim.position is None:
             return aim.velocity
         return aim.velocity + self.position_gain * (aim.position - s.position)
 
-    def _quickened(
-        self, s: RobotState, wanted: Floats, drive: Floats | None
-    ) -> tuple[Floats, Floats]:
+    def _quickened(self, s: RobotState, wanted: Array, drive: Array | None) -> tuple[Array, Array]:
         """Return the commands to the thrusters and their states after them."""
         before = wanted if drive is None else drive
         order = self._lag.quickened(wanted, before, self.quicker, (s.low, s.limit))
         return order, self._lag.followed(before, order, s.step)
 
-    def _turn_summed(self, before: Floats, error: Floats, step: float) -> Array:
+    def _turn_summed(self, before: Array, error: Array, step: float) -> Array:
         """Return the bounded integral of the attitude error [rad s]."""
         return summed(before, error, step, self.turn_sum_limit / max(self.turn_sum_gain, 1e-9))

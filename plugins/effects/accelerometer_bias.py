@@ -63,7 +63,7 @@ class AccelerometerBias(Effect):
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
         """Return the candidate: a bias on each of three axes."""
-        if "specific_force" not in subject.channels:
+        if "specific_force" not in subject.sigma:
             return []
         parameters = along_axes("bias", subject.spread(name), 0.3)
         order = (Stage.sensors, 0, 0)

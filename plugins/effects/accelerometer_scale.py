@@ -63,7 +63,7 @@ class AccelerometerScale(Effect):
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
         """Return the candidate: a scale error on each of three axes."""
-        if "specific_force" not in subject.channels:
+        if "specific_force" not in subject.sigma:
             return []
         parameters = along_axes("scale", subject.spread(name), 0.05)
         order = (Stage.sensors, 0, 1)

@@ -136,7 +136,7 @@ class AddedMass(Effect):
             media=("water",),
             scales={
                 "mass": lambda s: 0.5 * max(s.mass, FRESH_WATER * s.volume),
-                "inertia": lambda s: 0.5 * s.mass * s.length**2,
+                "inertia": lambda s: 0.5 * s.mass * s.reach**2,
             },
         ),
     )
@@ -166,7 +166,7 @@ class AddedMass(Effect):
             **along_axes("mass", share * mass, linear),
             **along_axes("inertia", share * turn, angular),
         }
-        words = {} if subject.simulated else cls.log_words
+        words = {} if subject.simulated_step is not None else cls.log_words
         effect = cls(**{**words, **cls.options_on(subject.robot, subject.effects, None)})
         found = [
             Addition(instance=f"{name}_change", effect=effect, parameters=parameters, order=order)

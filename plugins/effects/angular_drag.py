@@ -76,8 +76,8 @@ class DragAngular(Effect):
                 "air",
             ),
             scales={
-                "coefficient": lambda s: 0.1 * s.mass * s.length**2,
-                "quadratic": lambda s: 0.1 * s.mass * s.length**2,
+                "coefficient": lambda s: 0.1 * s.mass * s.reach**2,
+                "quadratic": lambda s: 0.1 * s.mass * s.reach**2,
             },
             laws={"coefficient": "linear", "quadratic": "quadratic"},
         ),

@@ -58,7 +58,7 @@ class CentreOfBuoyancy(Effect):
         confounders=("centre_of_gravity",),
         words={"offset": "centre of buoyancy"},
         compared=Comparison(
-            order=(Stage.water, 1), media=("water",), scales={"offset": lambda s: 0.05 * s.length}
+            order=(Stage.water, 1), media=("water",), scales={"offset": lambda s: 0.05 * s.reach}
         ),
     )
 

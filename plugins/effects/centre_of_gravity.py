@@ -65,7 +65,7 @@ class CentreOfGravity(Effect):
         measurement="Balancing the vehicle on an edge would distinguish them.",
         words={"offset": "centre of gravity"},
         compared=Comparison(
-            order=(Stage.body, 2), scales={"offset": lambda s: 0.05 * s.length}, rigid=True
+            order=(Stage.body, 2), scales={"offset": lambda s: 0.05 * s.reach}, rigid=True
         ),
     )
 

@@ -72,7 +72,7 @@ class InertiaChange(Effect):
         words={"delta": "moment of inertia"},
         compared=Comparison(
             order=(Stage.body, 1),
-            scales={"delta": lambda s: 0.1 * s.mass * s.length**2},
+            scales={"delta": lambda s: 0.1 * s.mass * s.reach**2},
             rigid=True,
         ),
     )

@@ -79,7 +79,7 @@ class JointBacklash(Effect):
             return []
         kp, kd = subject.servo["kp"], subject.servo["kd"]
         # a smaller play follows the noise of the readings that show it
-        least = max(2.0 * _HALF_BLEND, cls.noise_widths * subject.noise.get("joint_position", 0.0))
+        least = max(2.0 * _HALF_BLEND, cls.noise_widths * subject.sigma.get("joint_position", 0.0))
         return [
             Addition(
                 instance=f"{name}_{k}",

@@ -82,8 +82,8 @@ class JointFriction(Effect):
         compared=Comparison(
             order=(Stage.joints, 0),
             scales={
-                "viscous": lambda s: 0.01 * s.weight * s.length,
-                "coulomb": lambda s: 0.01 * s.weight * s.length,
+                "viscous": lambda s: 0.01 * s.weight * s.reach,
+                "coulomb": lambda s: 0.01 * s.weight * s.reach,
             },
             laws={"viscous": "viscous", "coulomb": "coulomb"},
         ),

@@ -76,7 +76,7 @@ class Lift(Effect):
                 "water",
                 "air",
             ),
-            scales={"coefficient": lambda s: max(s.length**2, 1e-3)},
+            scales={"coefficient": lambda s: max(s.reach**2, 1e-3)},
         ),
     )
 

@@ -73,7 +73,7 @@ class DampingRadiation(Effect):
             media=("water",),
             scales={
                 "coefficient": lambda s: s.weight / s.speed,
-                "angular": lambda s: s.weight * s.length / s.speed,
+                "angular": lambda s: s.weight * s.reach / s.speed,
             },
         ),
     )

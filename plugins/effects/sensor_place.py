@@ -66,7 +66,7 @@ class SensorPlace(Effect):
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
         """Return the candidate: three numbers; a vehicle's own size is a plausible mistake."""
-        if "specific_force" not in subject.channels:
+        if "specific_force" not in subject.sigma:
             return []
         offsets = along_axes("offset", subject.spread(name), 0.3 * subject.length)
         parameters = {key: replace(one, least=_LEAST) for key, one in offsets.items()}

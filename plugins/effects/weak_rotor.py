@@ -10,9 +10,8 @@ import numpy as np
 from seals.arrays import Floats, namespace
 from seals.effects.effect import Effect, Parameters
 from seals.effects.identification import Addition, Comparison, Freed, Identification, Stage, Subject
-from seals.errors import ConfigError
 from seals.motion import Drives, Inputs, Medium, Motion
-from seals.schema import param
+from seals.schema import count, param
 
 
 @dataclass(kw_only=True)
@@ -52,7 +51,7 @@ class WeakRotor(Effect):
     torque_share: float = param(
         0.0, "1", bounds=(0.0, 1.0), tolerance=0.0, source="zero: the blade keeps its drag"
     )
-    rotor: int = 1
+    rotor: int = count(1, bounds=(1, 10_000))
     accounts_for: ClassVar[tuple[str, ...]] = ("weak rotor",)
     identification: ClassVar[Identification] = Identification(
         confounders=("centre_of_gravity",),
@@ -91,11 +90,6 @@ class WeakRotor(Effect):
             for k in drives
         ]
         return [*found, *(slips if subject.rotors else [])]
-
-    def __post_init__(self) -> None:
-        """Refuse an index below the first."""
-        if self.rotor < 1:
-            raise ConfigError(f"weak_rotor.rotor={self.rotor} is not allowed.\nAllowed: 1 or more.")
 
     def constants(self) -> dict[str, Floats]:
         """Return the drive's index."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,6 +13,7 @@ from seals.errors import ConfigError
 from seals.field_roles import roles
 from seals.learn.task import Instant, WorldTask
 from seals.plugins.guides.behaviour.over_ground import place_of
+from seals.schema import vector
 from seals.state_records import state_record
 
 KNOWN = ("phase", "power", "slip")
@@ -52,19 +53,11 @@ class Learned:
     """
 
     policy: str = "crab/walk"
-    place: list[float] = field(default_factory=lambda: [0.0, 0.0])
+    place: list[float] = vector((0.0, 0.0), "m", bounds=(-1e5, 1e5), source="chosen")
     target: str = ""
 
     # of the task, once it is known [Hz]
     rate = 5.0
-
-    def __post_init__(self) -> None:
-        """Refuse a target that is not a finite position."""
-        if len(self.place) != 2 or not np.all(np.isfinite(self.place)):
-            raise ConfigError(
-                f"learned.place={list(self.place)} is not a position on the ground.\n"
-                "Allowed: two finite numbers [x, y]."
-            )
 
     def bind(self, plant: Plant) -> None:
         """Read the policy, and build its task for this robot.
@@ -87,7 +80,16 @@ class Learned:
                 f"Allowed: tasks of robots that walk, such as env=crab_walk."
             )
         self._task.bind(plant.robot)
-        self._refuse_others()
+        # refuse a policy whose observations or actions do not fit its task with this robot
+        for kind in ("observation", "action"):
+            given = list(self._policy.metadata.get(kind, ()))
+            wanted = list(getattr(self._task, f"{kind}_names"))
+            if given != wanted or self._policy.metadata["network"].get(kind) != len(wanted):
+                raise ConfigError(
+                    f"policy={self.policy} was trained with {len(given)} numbers of {kind}; this "
+                    f"robot has {len(wanted)}, or others.\nTake the robot of its training, or "
+                    "train a policy for this one: seals train env=crab_walk robot=NAME"
+                )
         self.rate = float(self._task.rate)
 
     def start(self, situation: RobotState) -> LearnedGuideState:
@@ -111,7 +113,28 @@ class Learned:
         """Return the reference of the policy."""
         import torch
 
-        now = self._instant(situation, memory)
+        # observation of the task, as a batch of one
+        goal = self._goal(situation)[None]
+        angle = 2.0 * np.pi * situation.phase
+        nothing = np.zeros((1, 1))
+        now = Instant(
+            time=np.array([[situation.time]]),
+            position=situation.position[None],
+            rotation=situation.rotation[None],
+            velocity=situation.velocity[None],
+            angular_velocity=situation.angular_velocity[None],
+            tool=situation.position[None],
+            target=goal,
+            target_velocity=np.zeros_like(goal),
+            submersion=np.array([[situation.submersion]]),
+            action=np.array([memory.action]),
+            start=np.array([[memory.start]]),
+            facts={
+                "phase": np.concatenate((np.cos(angle), np.sin(angle)))[None],
+                "power": nothing,
+                "slip": nothing,
+            },
+        )
         near = float(self._task.distance(now)[0]) < self._task.success_distance
         streak = memory.streak + 1 if near else 0
         held = streak >= max(1, round(self._task.hold * self.rate))
@@ -137,39 +160,3 @@ class Learned:
         else:
             x, y = self.place
         return np.array([x, y, situation.position[2]])
-
-    def _instant(self, s: RobotState, memory: LearnedGuideState) -> Instant:
-        """Observation of the task, as a batch of one."""
-        goal = self._goal(s)[None]
-        angle = 2.0 * np.pi * s.phase
-        nothing = np.zeros((1, 1))
-        return Instant(
-            time=np.array([[s.time]]),
-            position=s.position[None],
-            rotation=s.rotation[None],
-            velocity=s.velocity[None],
-            angular_velocity=s.angular_velocity[None],
-            tool=s.position[None],
-            target=goal,
-            target_velocity=np.zeros_like(goal),
-            submersion=np.array([[s.submersion]]),
-            action=np.array([memory.action]),
-            start=np.array([[memory.start]]),
-            facts={
-                "phase": np.concatenate((np.cos(angle), np.sin(angle)))[None],
-                "power": nothing,
-                "slip": nothing,
-            },
-        )
-
-    def _refuse_others(self) -> None:
-        """Refuse a policy whose observations or actions do not fit its task with this robot."""
-        for kind in ("observation", "action"):
-            given = list(self._policy.metadata.get(kind, ()))
-            wanted = list(getattr(self._task, f"{kind}_names"))
-            if given != wanted or self._policy.metadata["network"].get(kind) != len(wanted):
-                raise ConfigError(
-                    f"policy={self.policy} was trained with {len(given)} numbers of {kind}; this "
-                    f"robot has {len(wanted)}, or others.\nTake the robot of its training, or "
-                    "train a policy for this one: seals train env=crab_walk robot=NAME"
-                )

@@ -10,7 +10,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.control import Plant, Reference, RobotState
-from seals.control.line_of_sight import integral_rate, leg_position, los_angle
+from seals.control.line_of_sight import LegPosition, integral_rate, los_angle
 from seals.control.protocols import Goal
 from seals.control.tracking import refuse_strange_places
 from seals.field_roles import roles
@@ -97,7 +97,7 @@ class Los:
         a, b = self._leg(memory)
         if math.hypot(*(b - a)[:2]) < SHORT:
             return Reference(velocity=np.zeros(3), yaw=memory.yaw), memory
-        at = leg_position(a, b, situation.position)
+        at = LegPosition.of(a, b, situation.position)
         course = at.course + los_angle(at.cross, self.lookahead, memory.offset)
         climb = at.climb + los_angle(at.above, self.climb_lookahead)
         climb = min(max(climb, -self.climb_limit), self.climb_limit)
@@ -142,7 +142,7 @@ class Los:
         for _ in self.places:
             a, b = self._leg(memory)
             ahead = math.hypot(*(b - a)[:2])
-            left = 0.0 if ahead < SHORT else leg_position(a, b, position).left
+            left = 0.0 if ahead < SHORT else LegPosition.of(a, b, position).left
             last = not self.repeat and memory.leg == len(self.places) - 1
             if left > (0.0 if last else self.acceptance):
                 break

@@ -11,8 +11,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.control import Plant, Reference, RobotState
 from seals.control.tracking import Place, pursued
-from seals.errors import ConfigError
-from seals.schema import setting, vector
+from seals.schema import count, setting, vector
 from seals.state_records import state_record
 
 
@@ -56,17 +55,12 @@ class Oval:
     height: float = setting(1.6, "m", bounds=(0.0, 1e4), source="chosen: dry above, wet below")
     direction: float = setting(0.0, "rad", bounds=(-6.3, 6.3), source="world x")
     period: float = setting(20.0, "s", bounds=(0.1, 1e5), source="chosen")
-    laps: int = 20
+    laps: int = count(20, bounds=(1, 1_000_000))
     start_time: float = setting(4.0, "s", bounds=(0.0, 1e4), source="chosen: rotors spin up")
     position_gain: float = setting(
         1.5, "1/s", bounds=(0.0, 50.0), source="chosen: below the speed's"
     )
     speed: float = setting(1.0, "m/s", bounds=(0.0, 50.0), source="chosen")
-
-    def __post_init__(self) -> None:
-        """Refuse a course without laps."""
-        if self.laps < 1:
-            raise ConfigError(f"oval.laps={self.laps} is not allowed.\nAllowed: 1 or more.")
 
     def bind(self, plant: Plant) -> None:
         """Accept any robot."""

@@ -181,10 +181,10 @@ class Stick:
                 self.climb * stick.up,
             ]
         )
-        velocity = memory.velocity + shortened(wanted - memory.velocity, self.agility * span)
+        velocity = memory.velocity + _shortened(wanted - memory.velocity, self.agility * span)
         ahead = memory.place + 0.5 * (memory.velocity + velocity) * span - situation.position
         return memory._replace(
-            place=situation.position + shortened(ahead, self.leash),
+            place=situation.position + _shortened(ahead, self.leash),
             velocity=velocity,
             yaw=yaw,
             joints=self._arms(memory, stick.joints, stow=stick.stow, span=span),
@@ -213,11 +213,11 @@ class Stick:
         return out
 
 
-def shortened(vector: Floats, longest: float) -> Floats:
+def _shortened(vector: Floats, longest: float) -> Floats:
     """Return a vector with its length limited to ``longest``.
 
     Example:
-        >>> shortened(np.array([3.0, 4.0]), 1.0)
+        >>> _shortened(np.array([3.0, 4.0]), 1.0)
         array([0.6, 0.8])
     """
     length = math.sqrt(vector @ vector)

@@ -28,7 +28,7 @@ class WaypointState(NamedTuple):
     now: float
 
 
-class Leg(NamedTuple):
+class _Leg(NamedTuple):
     """One leg: start and end time [s], and both positions [m]; it rests at the end."""
 
     start: float
@@ -115,7 +115,7 @@ class Waypoints:
             yaw = math.atan2(way[1], way[0])
         return place._replace(yaw=yaw)
 
-    def _leg(self, time: float, memory: WaypointState) -> tuple[int, Leg]:
+    def _leg(self, time: float, memory: WaypointState) -> tuple[int, _Leg]:
         legs = self._legs(memory)
         if self.repeat and time > legs[-1].end + self.rest:
             # every further round leads from the last place to the first one
@@ -128,15 +128,15 @@ class Waypoints:
         k = next((k for k, leg in enumerate(legs) if time < leg.end + self.rest), len(legs) - 1)
         return k, legs[k]
 
-    def _legs(self, memory: WaypointState) -> list[Leg]:
+    def _legs(self, memory: WaypointState) -> list[_Leg]:
         return self._chain([memory.place, *map(np.array, self.places)], self.delay)
 
-    def _chain(self, places: list[Floats], start: float) -> list[Leg]:
+    def _chain(self, places: list[Floats], start: float) -> list[_Leg]:
         """Return the legs between places, one after the other."""
         legs = []
         for a, b in itertools.pairwise(places):
             # the speed of least jerk peaks at 15/8 of its mean
             end = start + 1.875 * float(np.linalg.norm(b - a)) / self.speed
-            legs.append(Leg(start, end, a, b))
+            legs.append(_Leg(start, end, a, b))
             start = end + self.rest
         return legs

@@ -96,8 +96,7 @@ class CloningAgent(Stateful):
     def action_of(self, body: Any, observation: Tensor) -> Tensor:
         """Return the actions of a network, shape (N, a)."""
         norm = None if self.norm is None else self.norm.layer
-        found: Tensor = body(networks.network_inputs(observation, norm=norm, encoder=None)).tanh()
-        return found
+        return body(networks.network_inputs(observation, norm=norm, encoder=None)).tanh()
 
     def fit(self, loss: Tensor) -> None:
         """Take one gradient step."""

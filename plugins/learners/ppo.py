@@ -215,7 +215,10 @@ class PpoAgent(Stateful):
         self.optimiser.step()
         self.made += 1
         if self.due() == 0:
-            self._end_round()
+            # the round ends: its observations update the observation normaliser
+            seen = torch.cat([step["observation"] for step in self.rollout])
+            self.norm.update(of_all_processes(seen))
+            self.rollout, self.round, self.order, self.made = [], {}, None, 0
         return {
             "actor_loss": found["loss_objective"].detach(),
             "critic_loss": found["loss_critic"].detach(),
@@ -275,14 +278,6 @@ class PpoAgent(Stateful):
         if part == 0 or self.order is None:
             self.order = torch.randperm(count, generator=self.generator, device=self.device)
         return self.order.tensor_split(self.learner.minibatches)[part]
-
-    def _end_round(self) -> None:
-        """End a round, and update the observation normaliser with its observations."""
-        import torch
-
-        seen = torch.cat([step["observation"] for step in self.rollout])
-        self.norm.update(of_all_processes(seen))
-        self.rollout, self.round, self.order, self.made = [], {}, None, 0
 
     def _normalised(self, observation: Tensor) -> Tensor:
         return networks.network_inputs(observation, norm=self.norm.layer, encoder=None)

@@ -234,15 +234,6 @@ class SacAgent(Stateful):
         """Return the critics' inputs besides the action: those of the actor."""
         return seen
 
-    def _pessimistic_value(self, values: Tensor) -> Tensor:
-        """Return the pessimistic value (batch,) of the target critics' values (k, batch)."""
-        import torch
-
-        if 0 < self.learner.subset < self.learner.critics:
-            order = torch.randperm(len(values), generator=self.generator, device=self.device)
-            values = values[order[: self.learner.subset]]
-        return values.min(0).values
-
     def _td_targets(self, batch: Any) -> list[tuple[float, Tensor]]:
         """Return the targets (batch,) of the critics, each with its share of the loss."""
         names = ("reward", "discount", "next_observation")
@@ -310,7 +301,9 @@ class SacAgent(Stateful):
     def update(self) -> dict[str, Tensor]:
         """Update critics, actor and temperature on one batch."""
         if self.learner.settle:
-            self.nets.set_learning_rate(self._learning_rate())
+            # the current learning rate
+            share = max(SETTLED, 1.0 - self.steps / self.learner.settle)
+            self.nets.set_learning_rate(self.learner.learning_rate * share)
         batch = self.memory.sample(self.learner.batch)
         metrics = self._update_recorded(batch)
         self.memory.update_priorities(batch, metrics.pop("error"))
@@ -330,8 +323,7 @@ class SacAgent(Stateful):
             )
             # what was improved while it was recorded does not count
             self.nets.restore_tensors(before)
-        metrics: dict[str, Tensor] = self._recorded(given)
-        return metrics
+        return self._recorded(given)
 
     def _update_networks(self, batch: Any) -> dict[str, Tensor]:
         observation = self._augmented(batch["observation"])
@@ -348,11 +340,6 @@ class SacAgent(Stateful):
             "value": value,
             "error": error,
         }
-
-    def _learning_rate(self) -> float:
-        """Return the current learning rate."""
-        share = max(SETTLED, 1.0 - self.steps / self.learner.settle)
-        return self.learner.learning_rate * share
 
     def _update_critics(self, batch: Any, known: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         import torch
@@ -376,7 +363,12 @@ class SacAgent(Stateful):
             seen = self._actor_inputs(observation)
             action, log_prob = TanhNormal(self.nets.actor(seen)).sample(self.generator)
             known = self._critic_inputs(observation, seen, slow=True)
-            later = self._pessimistic_value(self.nets.values(known, action, slow=True))
+            # the pessimistic value (batch,) of the target critics' values (k, batch)
+            values = self.nets.values(known, action, slow=True)
+            if 0 < self.learner.subset < self.learner.critics:
+                order = torch.randperm(len(values), generator=self.generator, device=self.device)
+                values = values[order[: self.learner.subset]]
+            later = values.min(0).values
             return reward + discount * (later - self.nets.alpha * log_prob)
 
     def _update_actor(self, seen: Tensor, known: Tensor) -> tuple[Tensor, Tensor]:

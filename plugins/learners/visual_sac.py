@@ -97,14 +97,14 @@ class VisualSAC(SAC):
         return VisualSacAgent(self, spaces, device, seed)
 
 
-def remaining_columns(names: Sequence[str], withheld: Sequence[str]) -> list[int] | None:
+def _remaining_columns(names: Sequence[str], withheld: Sequence[str]) -> list[int] | None:
     """Return the indices of the observations that are given to the policy; None for all.
 
     Raises:
         ConfigError: there is no such name.
 
     Example:
-        >>> remaining_columns(["target_x", "target_y", "height"], ["target"])
+        >>> _remaining_columns(["target_x", "target_y", "height"], ["target"])
         [2]
     """
     hidden: set[int] = set()
@@ -128,7 +128,7 @@ class VisualSacAgent(SacAgent):
         """Select the observation columns."""
         import torch
 
-        self._remaining = remaining_columns(spaces.names, learner.withheld)
+        self._remaining = _remaining_columns(spaces.names, learner.withheld)
         if self._remaining == [] and not learner.use_pixels:
             raise ConfigError(
                 f"learner.withheld takes all numbers, use_pixels=false the rest{NOTHING}"

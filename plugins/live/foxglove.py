@@ -18,7 +18,7 @@ from seals.plugins.live.foxglove_shapes import arrows, solids
 from seals.plugins.live.gate import Gate, private_addresses
 from seals.run.live_output import Beat, Pace
 from seals.run.settings import RunSettings
-from seals.schema import param, parameters_of
+from seals.schema import count, param, parameters_of
 from seals.world import World
 
 ROBOT, WORLD = "robot", "world"
@@ -56,7 +56,7 @@ class LiveFoxglove:
     rate: float = param(30.0, "Hz", bounds=(0.1, 1e3), tolerance=0.0, source="chosen", fit=False)
     speed: float = param(1.0, "1", bounds=(0.0, 1e3), tolerance=0.0, source="chosen", fit=False)
     host: str = "127.0.0.1"
-    port: int = 8765
+    port: int = count(8765, bounds=(0, 65_535))
     origins: list[str] = field(default_factory=lambda: ["https://app.foxglove.dev"])
     force_scale: float = param(
         0.02, "m/N", bounds=(0.0, 100.0), tolerance=0.0, source="chosen", fit=False
@@ -69,10 +69,6 @@ class LiveFoxglove:
             MissingExtra: foxglove-sdk is not installed.
             ConfigError: the address cannot be had.
         """
-        if not 0 <= self.port < 1 << 16:
-            raise ConfigError(
-                f"live.port={self.port} is not allowed.\nAllowed: 1024 to 65535, or 0 for any"
-            )
         foxglove = sdk()
         self._beat, self._pace, self._shapes = Beat(self.rate), Pace(self.speed), Beat(SHAPES)
         self._settings = settings

@@ -13,7 +13,7 @@ from seals.environment.ground import solids_of
 from seals.frames import quaternion_of
 from seals.rendering.gather import build_scene
 from seals.rendering.meshes import triangles
-from seals.rendering.scene import WORLD, Detail, Shape
+from seals.rendering.scene import WORLD, Detail
 from seals.run.immersed import surroundings
 from seals.run.settings import RunSettings
 from seals.world import World
@@ -40,7 +40,17 @@ def solids(messages: Any, stamp: Any, settings: RunSettings, world: World) -> It
     for shape in scene.shapes:
         if shape.kind != "plane":
             frame = "world" if shape.frame == WORLD else scene.frames[shape.frame]
-            by_frame.setdefault(frame, []).append(_triangles(messages, shape))
+            vertices, faces = triangles(shape)
+            placed = vertices @ shape.rotation.T + shape.position
+            red, green, blue = shape.colour
+            by_frame.setdefault(frame, []).append(
+                messages.TriangleListPrimitive(
+                    pose=_pose(messages, np.zeros(3), np.eye(3)),
+                    points=[messages.Point3(x=x, y=y, z=z) for x, y, z in placed.tolist()],
+                    indices=[int(k) for k in np.reshape(faces, -1)],
+                    color=messages.Color(r=red, g=green, b=blue, a=1.0),
+                )
+            )
     for frame, parts in by_frame.items():
         yield messages.SceneEntity(
             timestamp=stamp,
@@ -49,18 +59,6 @@ def solids(messages: Any, stamp: Any, settings: RunSettings, world: World) -> It
             frame_locked=True,
             triangles=parts,
         )
-
-
-def _triangles(messages: Any, shape: Shape) -> Any:
-    vertices, faces = triangles(shape)
-    placed = vertices @ shape.rotation.T + shape.position
-    red, green, blue = shape.colour
-    return messages.TriangleListPrimitive(
-        pose=_pose(messages, np.zeros(3), np.eye(3)),
-        points=[messages.Point3(x=x, y=y, z=z) for x, y, z in placed.tolist()],
-        indices=[int(k) for k in np.reshape(faces, -1)],
-        color=messages.Color(r=red, g=green, b=blue, a=1.0),
-    )
 
 
 def arrows(messages: Any, stamp: Any, space: str, actor: Actor, scale: float) -> Iterator[Any]:

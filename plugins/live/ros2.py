@@ -20,7 +20,7 @@ from seals.plugins.live.ros_messages import ROBOT, Messages
 from seals.plugins.live.zenoh_node import ZenohNode, session_of, topic_key
 from seals.run.live_output import Beat, Pace
 from seals.run.settings import RunSettings
-from seals.schema import param
+from seals.schema import count, param
 from seals.world import World
 
 VELOCITY, COMMANDS = "cmd_vel", "commands"
@@ -49,7 +49,7 @@ class LiveRos2:
 
     rate: float = param(50.0, "Hz", bounds=(0.1, 1e4), tolerance=0.0, source="chosen", fit=False)
     speed: float = param(1.0, "1", bounds=(0.0, 1e3), tolerance=0.0, source="chosen", fit=False)
-    domain: int = 0
+    domain: int = count(0, bounds=(0, 232))
     node: str = "seals"
     namespace: str = ""
     connect: list[str] = field(default_factory=lambda: ["tcp/127.0.0.1:7447"])
@@ -103,8 +103,6 @@ class LiveRos2:
                 raise ConfigError(
                     f"live.{key}={value} is no name of ROS.\nAllowed: letters, digits and _"
                 )
-        if not 0 <= self.domain <= 232:
-            raise ConfigError(f"live.domain={self.domain} is not allowed.\nAllowed: 0 to 232")
 
     def _take(self, topic: str, kind: str) -> None:
         def keep(message: Any) -> None:

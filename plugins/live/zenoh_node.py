@@ -11,7 +11,6 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from seals.errors import ConfigError, optional_import, printable
-from seals.plugins.live.zenoh_access import access
 
 QOS = "::,10:,:,:,,"
 """Quality of service in a liveliness token: reliable, volatile, the last 10 messages."""
@@ -24,11 +23,11 @@ MOST_SESSIONS = 32
 """Programs that are connected at a time."""
 
 
-def type_key(kind: str) -> str:
+def _type_key(kind: str) -> str:
     """Return the name of a type as it stands in keys.
 
     Example:
-        >>> type_key("sensor_msgs/msg/Imu")
+        >>> _type_key("sensor_msgs/msg/Imu")
         'sensor_msgs::msg::dds_::Imu_'
     """
     package, folder, name = kind.split("/")
@@ -42,14 +41,14 @@ def topic_key(domain: int, topic: str, kind: str, type_hash: str) -> str:
         >>> topic_key(0, "clock", "rosgraph_msgs/msg/Clock", "RIHS01_69")
         '0/clock/rosgraph_msgs::msg::dds_::Clock_/RIHS01_69'
     """
-    return f"{domain}/{topic}/{type_key(kind)}/{type_hash}"
+    return f"{domain}/{topic}/{_type_key(kind)}/{type_hash}"
 
 
-def attachment(number: int, stamp: int, source: bytes) -> bytes:
+def _attachment(number: int, stamp: int, source: bytes) -> bytes:
     """Return the attachment of a message: its number, time [ns] and source of 16 bytes.
 
     Example:
-        >>> len(attachment(1, 2, bytes(16)))
+        >>> len(_attachment(1, 2, bytes(16)))
         33
     """
     return struct.pack("<qqB", number, stamp, len(source)) + source
@@ -140,7 +139,7 @@ class ZenohNode:
         full = f"{self._space}{topic}"
         type_hash = self._store.hash_rihs01(message)
         mangled = f"/{full}".replace("/", "%")
-        token = self._declare(kind, f"/{mangled}/{type_key(message)}/{type_hash}/{QOS}")
+        token = self._declare(kind, f"/{mangled}/{_type_key(message)}/{type_hash}/{QOS}")
         return topic_key(self._domain, full, message, type_hash), token
 
     def publish(self, topic: str, kind: str, message: Any) -> None:
@@ -152,7 +151,7 @@ class ZenohNode:
         publisher, source = self._publishers[topic]
         number = self._numbers[topic] = self._numbers.get(topic, 0) + 1
         raw = bytes(self._store.serialize_cdr(message, kind))
-        publisher.put(raw, attachment=attachment(number, time.time_ns(), source))
+        publisher.put(raw, attachment=_attachment(number, time.time_ns(), source))
 
     def subscribe(self, topic: str, kind: str, take: Callable[[Any], None]) -> None:
         """Pass the messages of a topic to a function, in zenoh's thread; report damaged ones."""
@@ -177,3 +176,47 @@ class ZenohNode:
         for thing in self._kept:
             thing.undeclare()
         self._session.close()
+
+
+_GRAPH = "@ros2_lv/**"
+"""Liveliness tokens, by which the nodes of ROS 2 know of each other."""
+_EVERY = (
+    *("put", "delete", "declare_subscriber", "query", "reply", "declare_queryable"),
+    *("liveliness_token", "liveliness_query", "declare_liveliness_subscriber"),
+)
+
+
+def access(taken: Sequence[str], published: Sequence[str]) -> dict[str, Any]:
+    """Return the value of ``access_control`` in the configuration of a session.
+
+    Whatever others declare is kept as long as they are connected. Subscribers of what is published
+    are needed, and asking for the graph; all else is dropped unseen, or a flood of it would fill
+    the memory and the time of a run.
+
+    Args:
+        taken: keys of messages that are taken.
+        published: keys that others may subscribe to.
+
+    Example:
+        >>> access(["0/cmd_vel/a/b"], [])["default_permission"]
+        'deny'
+    """
+    rules = [
+        _rule("told", "egress", _EVERY, ["**", _GRAPH]),
+        _rule("asked", "ingress", ("liveliness_query", "declare_liveliness_subscriber"), [_GRAPH]),
+        _rule("taken", "ingress", ("put",), taken),
+        _rule("published", "ingress", ("declare_subscriber",), published),
+    ]
+    rules = [rule for rule in rules if rule["key_exprs"]]
+    return {
+        "enabled": True,
+        "default_permission": "deny",
+        "rules": rules,
+        "subjects": [{"id": "all"}],
+        "policies": [{"rules": [rule["id"] for rule in rules], "subjects": ["all"]}],
+    }
+
+
+def _rule(name: str, flow: str, messages: Sequence[str], keys: Sequence[str]) -> dict[str, Any]:
+    words = {"id": name, "permission": "allow", "flows": [flow]}
+    return {**words, "messages": list(messages), "key_exprs": list(keys)}

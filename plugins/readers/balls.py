@@ -59,12 +59,12 @@ class ReaderBalls(ReaderPublished):
         sheets = paths_of(DATASET, given, files=(_SHEETS,))[0]
         beside = sheets.with_name(_WEIGHTS.name)
         if given is None:
-            weights = read_weights(locate(DATASET, _WEIGHTS))
+            weights = _read_weights(locate(DATASET, _WEIGHTS))
         else:
-            weights = read_weights(beside) if beside.is_file() else {}
+            weights = _read_weights(beside) if beside.is_file() else {}
         return [
             self._ball(title, rows, weights, where=f"'{sheets}', sheet '{title}'")
-            for title, rows in read_sheets(sheets).items()
+            for title, rows in _read_sheets(sheets).items()
         ]
 
     def _ball(
@@ -96,7 +96,7 @@ class ReaderBalls(ReaderPublished):
         )
 
 
-def read_sheets(path: Path) -> dict[str, list[tuple[Any, ...]]]:
+def _read_sheets(path: Path) -> dict[str, list[tuple[Any, ...]]]:
     """Return the rows of every sheet that are not empty, header first.
 
     Raises:
@@ -130,7 +130,7 @@ def _filled(sheet: Any) -> list[tuple[Any, ...]]:
     return rows
 
 
-def read_weights(path: Path) -> dict[str, tuple[float, float]]:
+def _read_weights(path: Path) -> dict[str, tuple[float, float]]:
     """Return mass [kg] and circumference [m] by ball; balls without measurements are left out.
 
     Raises:

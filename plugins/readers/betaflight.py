@@ -15,7 +15,7 @@ from seals.logs.log import Log
 from seals.logs.table import header, read_csv_columns
 from seals.logs.units import find_unit
 from seals.plugins.readers.mapped import ReaderMapped
-from seals.schema import setting
+from seals.schema import count, setting
 from seals.untrusted_io import read_bytes
 
 _FIRST_LINES = 400
@@ -54,14 +54,7 @@ class ReaderBetaflight(ReaderMapped):
 
     gyro_scale: float = setting(0.0, "deg/s", bounds=(0.0, 1e3), source="not set")
     acc_1g: float = setting(0.0, "1", bounds=(0.0, 1e6), source="not set")
-    poles: int = 14
-
-    def __post_init__(self) -> None:
-        if self.gyro_scale < 0.0 or self.acc_1g < 0.0 or self.poles < 2:
-            raise LogError(
-                f"gyro_scale={self.gyro_scale:g} acc_1g={self.acc_1g:g} poles={self.poles} is not "
-                "allowed.\nAllowed: gyro_scale and acc_1g of 0 or more, poles of 2 or more"
-            )
+    poles: int = count(14, bounds=(2, 1000))
 
     def read(self, source: str | Path | None = None) -> list[Log]:
         """Return the one log of the table.

@@ -25,6 +25,11 @@ class _Event:
     variables: tuple[str, ...]
     layout: struct.Struct
 
+    def table(self, rows: list[tuple[float, ...]], unit: float) -> dict[str, Floats]:
+        values = np.asarray(rows, dtype=np.float64)
+        named = {name: values[:, k + 1] for k, name in enumerate(self.variables)}
+        return {"t": values[:, 0] * unit, **named}
+
 
 class _Cursor:
     """Read position in the bytes; reading past the end is refused."""
@@ -84,7 +89,7 @@ def parse(
     if not any(rows.values()):
         raise LogError(f"'{where}' holds no records.")
     return {
-        event.name: _table(event, rows[key], _STAMPS[version][1])
+        event.name: event.table(rows[key], _STAMPS[version][1])
         for key, event in events.items()
         if rows[key]
     }
@@ -134,9 +139,3 @@ def _records(
     if strict and place != end:
         raise LogError(f"'{cursor.where}': byte {place} begins no known record.")
     return rows
-
-
-def _table(event: _Event, rows: list[tuple[float, ...]], unit: float) -> dict[str, Floats]:
-    values = np.asarray(rows, dtype=np.float64)
-    named = {name: values[:, k + 1] for k, name in enumerate(event.variables)}
-    return {"t": values[:, 0] * unit, **named}

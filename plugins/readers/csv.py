@@ -11,6 +11,7 @@ from seals.field_roles import roles
 from seals.logs.csv import read_csv
 from seals.logs.log import Log
 from seals.plugins.readers.mapped import ReaderMapped
+from seals.schema import count
 
 
 @roles(data="delimiter")
@@ -35,15 +36,13 @@ class ReaderCsv(ReaderMapped):
     kind: ClassVar[str] = "CSV"
 
     delimiter: str = ","
-    skip_lines: int = 0
+    skip_lines: int = count(0, bounds=(0, 1_000_000))
 
     def __post_init__(self) -> None:
         if len(self.delimiter) != 1 or self.delimiter in '\r\n"':
             raise LogError(
                 f"delimiter={self.delimiter!r} is not allowed.\nAllowed: one character, such as , ;"
             )
-        if self.skip_lines < 0:
-            raise LogError(f"skip_lines={self.skip_lines} is not allowed.\nAllowed: 0 or more.")
 
     def read(self, source: str | Path | None = None) -> list[Log]:
         """Return the one log of the file.

@@ -27,7 +27,7 @@ _TABLES = {
 }
 
 
-def storages(place: Path) -> list[Path]:
+def _storages(place: Path) -> list[Path]:
     """Return the files of a recording: those that its ``metadata.yaml`` names, or the one given.
 
     Raises:
@@ -69,7 +69,7 @@ def messages(place: Path, wants: Wants, present: dict[str, str]) -> Iterator[Mes
     Raises:
         LogError: a file is absent, damaged, or larger than allowed.
     """
-    for file in storages(place):
+    for file in _storages(place):
         if file.suffix == ".mcap":
             yield from mcap_messages(file, wants, present)
         else:

@@ -46,7 +46,7 @@ class Packets:
     arrived: NDArray[np.int64]
 
 
-def looks_like(raw: bytes) -> bool:
+def _looks_like(raw: bytes) -> bool:
     """Return whether bytes begin with a time of this century and a packet."""
     if len(raw) < _STAMP + 3 or raw[_STAMP] not in _HEADER:
         return False
@@ -67,7 +67,7 @@ def parse(raw: bytes, *, where: str) -> dict[tuple[int, int, str], Packets]:
         LogError: it is not a telemetry log, or is damaged.
         MissingExtra: pymavlink, which knows the fields of messages, is absent.
     """
-    if not looks_like(raw):
+    if not _looks_like(raw):
         raise LogError(f"'{where}' is not a telemetry log: it does not start as one.")
     known = _definitions()
     places: dict[tuple[int, int, int, int, int], array[int]] = {}
@@ -105,7 +105,7 @@ def _size(raw: bytes, place: int) -> int:
     """Return the length of a time and the packet behind it; zero where there is none."""
     start = place + _STAMP
     header = _HEADER.get(raw[start])
-    if header is None or not looks_like(raw[place : start + 3]):
+    if header is None or not _looks_like(raw[place : start + 3]):
         return 0
     signed = raw[start] == _V2 and raw[start + 2] & _SIGNED
     return _STAMP + header + raw[start + 1] + 2 + (_SIGNATURE if signed else 0)

@@ -42,6 +42,20 @@ class _State:
     known: int = 0
     strange: int = 0
 
+    def data(self, number: int, pieces: list[bytes], where: str) -> Samples:
+        name, _ = self.topics[number]
+        layout = _layout(self.formats, name, where=where)
+        packed = np.dtype(layout)
+        # padding at the end of a message is not written
+        while layout and layout[-1][0].startswith("_padding"):
+            layout.pop()
+        least = np.dtype(layout)
+        small, large = least.itemsize, packed.itemsize
+        kept = [piece[:small] for piece in pieces if small <= len(piece) <= large]
+        if least.names is None or "timestamp" not in least.names or not kept:
+            return np.zeros(0, dtype=least)
+        return np.frombuffer(b"".join(kept), dtype=least)
+
 
 def parse(raw: bytes, *, where: str) -> dict[tuple[str, int], Samples]:
     """Return the samples of each topic and instance.
@@ -69,7 +83,7 @@ def parse(raw: bytes, *, where: str) -> dict[tuple[str, int], Samples]:
         )
     found = {}
     for number, pieces in state.payload.items():
-        samples = _samples(state, number, pieces, where)
+        samples = state.data(number, pieces, where)
         if samples.size:
             found[state.topics[number]] = samples
     return found
@@ -122,21 +136,6 @@ def _text(body: bytes, where: str) -> str:
         raise LogError(
             f"'{where}' is damaged: a name in it is not text ({error.reason})."
         ) from error
-
-
-def _samples(state: _State, number: int, pieces: list[bytes], where: str) -> Samples:
-    name, _ = state.topics[number]
-    layout = _layout(state.formats, name, where=where)
-    packed = np.dtype(layout)
-    # padding at the end of a message is not written
-    while layout and layout[-1][0].startswith("_padding"):
-        layout.pop()
-    least = np.dtype(layout)
-    small, large = least.itemsize, packed.itemsize
-    kept = [piece[:small] for piece in pieces if small <= len(piece) <= large]
-    if least.names is None or "timestamp" not in least.names or not kept:
-        return np.zeros(0, dtype=least)
-    return np.frombuffer(b"".join(kept), dtype=least)
 
 
 def _layout(

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from seals.errors import ConfigError
-from seals.schema import param, setting
+from seals.schema import param, setting, vector
 from seals.sensors.instrument import Instrument, TrueValues
 from seals.sensors.noise import Noise
 from seals.sensors.protocol import SensorInput
@@ -68,16 +67,8 @@ class SensorGps(Instrument):
     velocity_noise: float = param(
         0.05, "m/s", bounds=(0.0, 100.0), tolerance=0.02, source="u-blox M8 data sheet"
     )
-    bias: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    bias: list[float] = vector((0.0, 0.0, 0.0), "m", bounds=(-1e5, 1e5), source="chosen")
     acquire: float = setting(1.0, "s", bounds=(0.0, 1e4), source="u-blox M8: hot start")
-
-    def __post_init__(self) -> None:
-        """Check the bias."""
-        if len(self.bias) != 3 or not np.all(np.isfinite(self.bias)):
-            raise ConfigError(
-                f"gps.bias={self.bias} is not allowed.\nAllowed: three finite numbers."
-            )
-        super().__post_init__()
 
     def channels(self) -> dict[str, int]:
         """Return the channels."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.errors import ConfigError
-from seals.schema import param
+from seals.schema import check_tree, count, param
 from seals.sensors.casting import cast
 from seals.sensors.mount import Mount, MountedSensor
 from seals.sensors.protocol import SensorInput
@@ -66,8 +66,8 @@ class SensorLidar(MountedSensor):
     position: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
     rpy: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
     rate: float = param(10.0, "Hz", bounds=(0.01, 1e4), tolerance=0.0, source=_VLP, fit=False)
-    points: int = 360
-    rings: int = 1
+    points: int = count(360, bounds=(1, 65_536))
+    rings: int = count(1, bounds=(1, 1024))
     sector: float = param(
         2.0 * math.pi, "rad", bounds=(0.0, 6.2832), tolerance=0.0, source=_VLP, fit=False
     )
@@ -78,24 +78,18 @@ class SensorLidar(MountedSensor):
     farthest: float = param(100.0, "m", bounds=(1e-2, 1e4), tolerance=0.0, source=_VLP, fit=False)
     noise: float = param(0.03, "m", bounds=(0.0, 10.0), tolerance=0.02, source=f"{_VLP}: 3 cm")
     missed: float = param(0.005, "1", bounds=(0.0, 1.0), tolerance=0.005, source=_CHOSEN)
-    sectors: int = 8
+    sectors: int = count(8, bounds=(1, 65_536))
 
     idles: ClassVar[bool] = True
     records: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Check the numbers and lay out the rays."""
-        limits = (("points", 1, 65536), ("rings", 1, 1024), ("sectors", 1, self.points))
-        for name, low, high in limits:
-            if not low <= getattr(self, name) <= high:
-                raise ConfigError(
-                    f"lidar.{name}={getattr(self, name)} is not allowed.\n"
-                    f"Allowed: a whole number from {low} to {high}."
-                )
-        if self.points * self.rings > MOST_RAYS:
+        check_tree(self, where="lidar")
+        if self.points * self.rings > MOST_RAYS or self.sectors > self.points:
             raise ConfigError(
-                f"lidar: points={self.points} in rings={self.rings}.\n"
-                f"Allowed: {MOST_RAYS:,} together."
+                f"lidar: points={self.points} in rings={self.rings}, sectors={self.sectors}.\n"
+                f"Allowed: {MOST_RAYS:,} together, and as many sectors as points."
             )
         if not self.nearest < self.farthest:
             raise ConfigError(

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from seals.errors import ConfigError
-from seals.schema import param, setting
+from seals.schema import param, setting, vector
 from seals.sensors.instrument import Instrument, TrueValues
 from seals.sensors.noise import Noise
 from seals.sensors.protocol import SensorInput
@@ -56,16 +55,11 @@ class SensorMagnetometer(Instrument):
     up: float = param(-4.5e-5, "T", bounds=(-1e-3, 1e-3), tolerance=1e-6, source="IGRF-13")
     noise: float = param(3.5e-7, "T", bounds=(0.0, 1e-3), tolerance=1e-7, source="chosen")
     gain_error: float = param(0.0, "1", bounds=(-0.9, 0.9), tolerance=0.02, source="chosen")
-    hard_iron: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    hard_iron: list[float] = vector((0.0, 0.0, 0.0), "T", bounds=(-1.0, 1.0), source="chosen")
     resolution: float = setting(1.46e-8, "T", bounds=(0.0, 1e-3), source="LIS3MDL at 4 gauss")
 
     def __post_init__(self) -> None:
-        """Check the hard-iron offset, and store the field as a vector."""
-        if len(self.hard_iron) != 3 or not np.all(np.isfinite(self.hard_iron)):
-            raise ConfigError(
-                f"magnetometer.hard_iron={self.hard_iron} is not allowed.\n"
-                "Allowed: three finite numbers."
-            )
+        """Store the field as a vector."""
         super().__post_init__()
         self._field = np.array([self.east, self.north, self.up])
 

@@ -11,10 +11,10 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import ConfigError
 from seals.field_roles import roles
-from seals.schema import param
+from seals.schema import check_tree, count, param
 from seals.sensors.acoustics import absorption, line_pattern, linear
 from seals.sensors.casting import Hits, cast
-from seals.sensors.echoes import Echoes, over_range, scattered
+from seals.sensors.echoes import Echoes, scattered
 from seals.sensors.mount import Mount, MountedSensor
 from seals.sensors.protocol import SensorInput
 from seals.sensors.scan import MOST_RAYS, Scan, counts, fan
@@ -109,9 +109,9 @@ class SensorSonar(MountedSensor):
     frequency: float = param(
         750e3, "Hz", bounds=(200.0, 5e6), tolerance=0.0, source=_OCULUS, fit=False
     )
-    beams: int = 256
-    bins: int = 256
-    rays: int = 32
+    beams: int = count(256, bounds=(1, 4096))
+    bins: int = count(256, bounds=(2, 2048))
+    rays: int = count(32, bounds=(1, 1024))
     sector: float = param(
         2.269, "rad", bounds=(0.0, 3.1), tolerance=0.0, source=f"{_OCULUS}: 130 deg", fit=False
     )
@@ -152,12 +152,7 @@ class SensorSonar(MountedSensor):
 
     def __post_init__(self) -> None:
         """Check the numbers; lay out rays and patterns."""
-        for name, low, high in (("beams", 1, 4096), ("bins", 2, 2048), ("rays", 1, 1024)):
-            if not low <= getattr(self, name) <= high:
-                raise ConfigError(
-                    f"sonar.{name}={getattr(self, name)} is not allowed.\n"
-                    f"Allowed: a whole number from {low} to {high}."
-                )
+        check_tree(self, where="sonar")
         if not self.nearest < self.farthest:
             raise ConfigError(
                 f"sonar: nearest={self.nearest}, farthest={self.farthest}.\n"
@@ -253,8 +248,7 @@ class SensorSonar(MountedSensor):
         mean = source * self.echo(felt) + noise
         if self.speckle:
             mean *= rng.standard_exponential(mean.shape)
-        levels: Floats = 10.0 * np.log10(np.maximum(mean, 1e-3))
-        return levels
+        return 10.0 * np.log10(np.maximum(mean, 1e-3))
 
     def echo(self, felt: SensorInput) -> Floats:
         """Return mean intensities relative to the source's at 1 m, shape (beams, bins)."""
@@ -262,8 +256,7 @@ class SensorSonar(MountedSensor):
             there: Floats = self._tensor_echo(felt).cpu().numpy().astype(float)
             return there
         columns = sum(
-            over_range(
-                echoes,
+            echoes.over_range(
                 self.columns,
                 self.bins,
                 nearest=self.nearest,

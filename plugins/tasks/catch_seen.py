@@ -85,5 +85,4 @@ class TaskCatchSeen(TaskCatch):
 
         It is not where nobody says so: without cameras there is nothing to see.
         """
-        found: Array = now.facts.get("seen", now.time * 0.0)
-        return found
+        return now.facts.get("seen", now.time * 0.0)

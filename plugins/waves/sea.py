@@ -90,8 +90,6 @@ class WaveSea(WaveOptions):
 
     def __post_init__(self) -> None:
         """Find the waves; refuse what linear theory does not describe."""
-        if self.components < 1:
-            raise ConfigError(f"components={self.components} is not allowed.\nAllowed: 1 or more.")
         rates, self._amplitude = (
             np.array([2.0 * math.pi / self.period]),
             np.array([self.height / 2]),

@@ -7,16 +7,16 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from seals.arrays import Array, as_like, namespace
+from seals.arrays import Array, Floats, as_like, namespace
 from seals.batch.fused import FusedBody
 from seals.batch.holding import hold
 from seals.batch.model import BatchDynamics
 from seals.batch.state import Posture, TwinState
 from seals.control import Reference, RobotState
 from seals.control.actuator_limits import ActuatorLimitEstimator
-from seals.control.mass_properties import MassPropertyEstimator, immersion
-from seals.control.plant import build_plant
-from seals.control.protocols import ControllerOptions
+from seals.control.mass_properties import MassNow, MassPropertyEstimator, immersion, in_base
+from seals.control.plant import Plant, build_plant
+from seals.control.protocols import Buoyancy, ControllerOptions
 from seals.effects.binding import EffectSet
 from seals.environment.sample import Sample
 from seals.environment.settings import EnvironmentSettings
@@ -51,6 +51,77 @@ class Flight(NamedTuple):
     drive: Array
     memory: Mapping[str, Array]
     control: Any
+
+
+class BatchPilot:
+    """Controller of the robots of a batch, and what it knows of their state.
+
+    Args:
+        controller: of the robots.
+        plant: their nominal model.
+        twin: dynamics of the batch.
+        effects: bound to its links, of which limits of drives are known; None for those of the
+            twin.
+        joints: held joint values [rad or m], J of them; None where the joints move, on NumPy.
+    """
+
+    def __init__(
+        self,
+        controller: Any,
+        plant: Plant,
+        twin: BatchDynamics,
+        effects: EffectSet | None = None,
+        *,
+        joints: Floats | None = None,
+    ) -> None:
+        like, batch = twin.like, twin.batch
+        self.law = options_of(controller, ControllerOptions).batched(plant, joints, like)
+        self._plant, self._twin = plant, twin
+        known = twin.effects if effects is None else effects
+        links = len(twin.robot.links)
+        self._thrust = ActuatorLimitEstimator(plant, known, links=links, like=like, batch=batch)
+        self._estimator = MassPropertyEstimator(plant.robot)
+        count, self._mass = plant.robot.tree.joints, None
+        if joints is not None or not count:
+            self._mass = self._massed((np.zeros(0) if joints is None else joints)[None])
+        xp = namespace(like)
+        self._links = as_like(np.zeros((1, 1, 3)), like), as_like(np.eye(3)[None, None], like)
+        if isinstance(twin.body, FusedBody):
+            places, turns = xp.concat(list(twin.body.places), axis=0), xp.stack(twin.body.turns)
+            self._links = places[None], turns[None]
+
+    def _massed(self, joints: Floats) -> MassNow:
+        """Mass properties at joint values, rows of a batch."""
+        mass, *parts = zip(*(self._estimator.at(row) for row in joints), strict=True)
+        return MassNow(mass[0], *(as_like(np.stack(x), self._twin.like) for x in parts))
+
+    def immersed(self, posture: Posture) -> tuple[Array, Buoyancy]:
+        """Submerged share of all hulls' volume [1], shape (B, 1), and buoyancy."""
+        links = self._links if posture.kinematics is None else in_base(posture.kinematics)
+        volume = self._twin.evaluator.surroundings.volume
+        return immersion(_sampled(posture), volume, self._plant.gravity, *links)
+
+    def situation(self, state: TwinState, time: Array, posture: Posture, step: float) -> RobotState:
+        """Return the state of all robots for the controller; ``step``: until its next call [s]."""
+        nothing: Any = None
+        wet, buoyancy = self.immersed(posture)
+        velocity = namespace(state.velocity).matmul(posture.base, state.velocity[:, :, None])
+        mass = self._massed(state.joints) if self._mass is None else self._mass
+        return RobotState(
+            time=time,
+            step=step,
+            position=state.position,
+            rotation=posture.base,
+            velocity=velocity[:, :, 0],
+            angular_velocity=state.angular_velocity,
+            joints=state.joints,
+            joint_velocity=state.joint_velocity,
+            submersion=wet,
+            buoyancy=buoyancy,
+            depth=nothing,
+            **mass._asdict(),
+            **self._thrust.now(posture.motion, _sampled(posture))._asdict(),
+        )
 
 
 class PilotedTwin:
@@ -103,20 +174,10 @@ class PilotedTwin:
         self._compiled = compile_law(self._order) if fused else None
         self.batch, self.like, self.step = batch, like, step
         values_held = np.asarray(joints, dtype=float)
-        controller = options_of(settings.controller, ControllerOptions)
-        self.controller = controller.batched(plant, values_held, like)
+        self.pilot = BatchPilot(settings.controller, plant, self.twin, joints=values_held)
+        self.controller = self.pilot.law
         self.every = max(1, round(1.0 / (settings.controller.rate * step)))
         self._drives = response_of(held).over_batch(like)
-        links = len(self.whole.links)
-        self._thrust = ActuatorLimitEstimator(
-            plant, self.twin.effects, links=links, like=like, batch=batch
-        )
-        at = MassPropertyEstimator(robot).at(values_held)
-        self._mass = at.mass, as_like(at.centre[None], like), as_like(at.inertia[None], like)
-        body, xp = self.twin.body, namespace(like)
-        self._links = as_like(np.zeros((1, 1, 3)), like), as_like(np.eye(3)[None, None], like)
-        if isinstance(body, FusedBody):
-            self._links = xp.concat(list(body.places), axis=0)[None], xp.stack(body.turns)[None]
         batteries = self.twin.effects.batteries
         self._full = batteries[0].hooks.full_voltage if batteries else None
         self._torque = self.twin.no_torque()
@@ -160,8 +221,8 @@ class PilotedTwin:
         """Commands of the drives for some steps, and the new memory of the controller."""
         if posture is None:
             posture = self.twin.posture(flight.state, flight.time)
-        situation = self._situation(flight.state, flight.time, posture, steps * self.step)
-        aim = Reference(velocity=velocity, yaw=yaw)
+        situation = self.pilot.situation(flight.state, flight.time, posture, steps * self.step)
+        aim = Reference(velocity=velocity, acceleration=velocity * 0.0, yaw=yaw)
         return self.controller.command(situation, aim, flight.control)
 
     def commands(
@@ -185,12 +246,7 @@ class PilotedTwin:
     def submersion(self, flight: Flight) -> Array:
         """Return the submerged fraction of the volume of all hulls [1], shape (B, 1)."""
         posture = self.twin.posture(flight.state, flight.time)
-        return self._immersed(posture)[0]
-
-    def _immersed(self, posture: Posture) -> Any:
-        """Submerged share (B, 1) and buoyancy."""
-        volume, sample = self.twin.evaluator.surroundings.volume, _sampled(posture)
-        return immersion(sample, volume, self.plant.gravity, *self._links)
+        return self.pilot.immersed(posture)[0]
 
     def merged(self, fresh: Flight, flight: Flight, ended: Array) -> Flight:
         """Return ``fresh`` flights where ``ended`` (B,) is set, else the present ones."""
@@ -201,34 +257,6 @@ class PilotedTwin:
             return None
         voltage: Any = self.twin.evaluator.supplied(memory)
         return voltage / self._full
-
-    def _situation(
-        self, state: TwinState, time: Array, posture: Posture, step: float
-    ) -> RobotState:
-        """Return the state of all robots for the controller; ``step``: until its next call [s]."""
-        nothing: Any = None
-        wet, buoyancy = self._immersed(posture)
-        velocity = namespace(state.velocity).matmul(posture.base, state.velocity[:, :, None])
-        mass, centre, inertia = self._mass
-        return RobotState(
-            time=time,
-            step=step,
-            position=state.position,
-            rotation=posture.base,
-            velocity=velocity[:, :, 0],
-            angular_velocity=state.angular_velocity,
-            joints=nothing,
-            joint_velocity=nothing,
-            mass=mass,
-            centre=centre,
-            inertia=inertia,
-            centre_map=nothing,
-            momentum_map=nothing,
-            submersion=wet,
-            buoyancy=buoyancy,
-            depth=nothing,
-            **self._thrust.now(posture.motion, _sampled(posture))._asdict(),
-        )
 
     def _advance(
         self, flight: Flight, goal: Array, posture: Posture | None, share: Array | None

@@ -13,7 +13,6 @@ from seals.check.floating import FloatingBody
 from seals.check.lift import (
     CommandedDirections,
     authority,
-    commanded_directions,
     hover_share,
 )
 from seals.control.axes import wrench_matrix
@@ -143,7 +142,7 @@ def _allocation(
     layout: Layout, whole: Layout, matrix: Floats, body: FloatingBody, steers: bool
 ) -> Iterator[RobotFinding]:
     """Rank and condition number of the map from drives to force and moments."""
-    reach: CommandedDirections = commanded_directions(matrix, body.gravity_centre, whole.position)
+    reach: CommandedDirections = CommandedDirections.of(matrix, body.gravity_centre, whole.position)
     tilts = whole.drives - layout.drives
     words = f", {tilts} tilted by a servo" if tilts else ""
     found = f"{layout.drives} drive(s){words}, rank {reach.rank} of {reach.wanted}"

@@ -18,7 +18,7 @@ _TILT = math.radians(0.5)
 _HALVINGS = 80
 
 
-class Placed(NamedTuple):
+class _Placed(NamedTuple):
     """Hull with the pose of its link in base axes."""
 
     hull: Hull
@@ -42,7 +42,7 @@ class FloatingBody:
         values = standing(robot.legs, robot.tree.joints)[None]
         origins, turns = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], values)
         self.parts = [
-            Placed(hull, origins[0, k], turns[0, k])
+            _Placed(hull, origins[0, k], turns[0, k])
             for k, hull in enumerate(robot.hulls)
             if hull is not None
         ]

@@ -29,32 +29,32 @@ class CommandedDirections(NamedTuple):
     condition: float
     weakest: str
 
+    @classmethod
+    def of(cls, matrix: Floats, centre: Floats, positions: Floats) -> CommandedDirections:
+        """Return rank and condition of an allocation in units of full command.
 
-def commanded_directions(matrix: Floats, centre: Floats, positions: Floats) -> CommandedDirections:
-    """Return rank and condition of an allocation in units of full command.
+        Moments are taken per mean arm, so that forces and moments compare.
 
-    Moments are taken per mean arm, so that forces and moments compare.
-
-    Args:
-        matrix: from `wrench_matrix`.
-        centre: of gravity [m], shape (3,).
-        positions: of the drives [m], shape (n, 3).
-    """
-    arm = max(float(np.mean(np.linalg.norm(positions - centre, axis=1))), 1e-6)
-    scaled = matrix / np.array([1.0, 1.0, 1.0, arm, arm, arm])[:, None]
-    forces = np.linalg.matrix_rank(matrix[:3], tol=WEAKEST * float(np.abs(matrix[:3]).max()))
-    # drives that all push along z can only ever command that force and three moments
-    flat = forces == 1 and np.abs(matrix[2]).max() > 0.9 * np.abs(matrix[:3]).max()
-    # fewer than six that all push up, canted or not, lift and turn it
-    size = np.linalg.norm(matrix[:3], axis=0)
-    flat |= matrix.shape[1] < 6 and bool(np.all(matrix[2] > 0.5 * size))
-    rows = [2, 3, 4, 5] if flat else list(range(6))
-    left, values, _ = np.linalg.svd(scaled[rows], full_matrices=True)
-    values = np.concatenate((values, np.zeros(len(rows) - len(values))))
-    rank = int(np.sum(values > WEAKEST * values[0]))
-    condition = float(values[0] / values[-1]) if rank == len(rows) else float("inf")
-    weakest = WAYS[rows[int(np.argmax(np.abs(left[:, -1])))]]
-    return CommandedDirections(rank, len(rows), condition, weakest)
+        Args:
+            matrix: from `wrench_matrix`.
+            centre: of gravity [m], shape (3,).
+            positions: of the drives [m], shape (n, 3).
+        """
+        arm = max(float(np.mean(np.linalg.norm(positions - centre, axis=1))), 1e-6)
+        scaled = matrix / np.array([1.0, 1.0, 1.0, arm, arm, arm])[:, None]
+        forces = np.linalg.matrix_rank(matrix[:3], tol=WEAKEST * float(np.abs(matrix[:3]).max()))
+        # drives that all push along z can only ever command that force and three moments
+        flat = forces == 1 and np.abs(matrix[2]).max() > 0.9 * np.abs(matrix[:3]).max()
+        # fewer than six that all push up, canted or not, lift and turn it
+        size = np.linalg.norm(matrix[:3], axis=0)
+        flat |= matrix.shape[1] < 6 and bool(np.all(matrix[2] > 0.5 * size))
+        rows = [2, 3, 4, 5] if flat else list(range(6))
+        left, values, _ = np.linalg.svd(scaled[rows], full_matrices=True)
+        values = np.concatenate((values, np.zeros(len(rows) - len(values))))
+        rank = int(np.sum(values > WEAKEST * values[0]))
+        condition = float(values[0] / values[-1]) if rank == len(rows) else float("inf")
+        weakest = WAYS[rows[int(np.argmax(np.abs(left[:, -1])))]]
+        return cls(rank, len(rows), condition, weakest)
 
 
 def hover_share(matrix: Floats, weight: float, *, yaw: bool = True) -> float | None:

@@ -11,7 +11,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.check.finding import RobotFinding, failed, passed, warned
 from seals.check.floating import FloatingBody
-from seals.check.lift import commanded_directions
+from seals.check.lift import CommandedDirections
 from seals.control.actuator_limits import ActuatorLimitEstimator, ActuatorLimits
 from seals.control.added import added_inertia
 from seals.control.axes import (
@@ -163,9 +163,9 @@ def reach_of(
         rotors=rotors,
         weight=body.mass * GRAVITY,
         buoyancy=FRESH_WATER * body.volume * GRAVITY,
-        lift_in_air=level_force(matrix * rotor, np.where(rotor, 0.0, -1.0), held, 1.0),
-        up=level_force(matrix * gain, low, held, 1.0),
-        down=level_force(matrix * gain, low, held, -1.0),
+        lift_in_air=_level_force(matrix * rotor, np.where(rotor, 0.0, -1.0), held, 1.0),
+        up=_level_force(matrix * gain, low, held, 1.0),
+        down=_level_force(matrix * gain, low, held, -1.0),
         fins=len(fins.joints),
         hovers=_hovers(robot, layout, centre),
         munk=float(carried[HEAVE] - carried[SURGE]),
@@ -181,10 +181,10 @@ def _hovers(robot: RobotModel, layout: Layout, centre: Floats) -> bool:
     whole = with_fins(layout, tilts_of(robot, layout, share))
     level = wrench_matrix(whole, centre)
     level[:HEAVE] = 0.0
-    return commanded_directions(level, centre, whole.position).rank == len(level) - HEAVE
+    return CommandedDirections.of(level, centre, whole.position).rank == len(level) - HEAVE
 
 
-def level_force(matrix: Floats, low: Floats, held: list[int], sign: float) -> float:
+def _level_force(matrix: Floats, low: Floats, held: list[int], sign: float) -> float:
     """Return the largest vertical force without any other commanded force or moment [N].
 
     Args:

@@ -21,6 +21,7 @@ from seals.logs.native import TABLES, write_native
 from seals.logs.reader import foreign_reader_of, logs_by
 from seals.logs.resample import even_rows
 from seals.logs.shipped import find_log
+from seals.schema import read
 from seals.untrusted_io import read_bytes, read_json, read_yaml
 
 _QUOTES = "'\""
@@ -234,14 +235,13 @@ def adapted(log: Log, config: Any, vehicle: Mapping[str, Any]) -> tuple[Log, lis
 
 def _shifts(given: Any) -> dict[str, float]:
     """Return the delays of channels [s] that the option states."""
-    entries = dict(given) if isinstance(given, Mapping) else {} if given is None else {"": given}
-    for key, value in entries.items():
-        if not key or isinstance(value, bool) or not isinstance(value, int | float):
-            raise ConfigError(
-                f"late={given} is not allowed.\n"
-                "Allowed: the time of each channel in seconds, as in 'late={position: 0.03}'"
-            )
-    return {str(key): float(value) for key, value in entries.items()}
+    try:
+        return read(dict[str, float], given or {}, where="late")
+    except ConfigError as cause:
+        raise ConfigError(
+            f"late={given} is not allowed.\n"
+            "Allowed: the time of each channel in seconds, as in 'late={position: 0.03}'"
+        ) from cause
 
 
 def _cut(log: Log, span: list[float]) -> Log:

@@ -9,6 +9,7 @@ from pathlib import Path
 from seals.cli.hydra_app import Application, launch
 from seals.config.overrides import key_of, refuse_dangerous, value_of
 from seals.errors import ConfigError
+from seals.schema import read
 
 COMPARE = "--compare"
 
@@ -47,11 +48,9 @@ def with_card(arguments: Sequence[str]) -> list[str]:
     if folder is None or not folder.is_dir():
         return list(arguments)
     card = read_policy_metadata(folder)
-    given = card.get("overrides", [])
-    if not isinstance(given, list) or not all(isinstance(word, str) for word in given):
-        raise ConfigError(
-            f"policy={place}: the card's overrides are {given!r}.\nAllowed: a list of words"
-        )
+    given = read(
+        list[str], card.get("overrides", []), where=f"policy={place}: the card's overrides"
+    )
     refuse_dangerous(
         given,
         where=f"policy={place}: the card",

@@ -8,11 +8,12 @@ import os
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from seals.config.overrides import key_of, refuse_dangerous, value_of
-from seals.errors import ConfigError, LogError, MissingExtra, refuse_unlisted
+from seals.errors import ConfigError, MissingExtra, refuse_unlisted
 from seals.sweep.book import NOTE
-from seals.untrusted_io import read_json
+from seals.untrusted_io import read_file
 
 RESUME = "--resume"
 MULTIRUN = ("--multirun", "-m")
@@ -150,27 +151,31 @@ def _newest(root: str, words: Sequence[str]) -> Path:
     )
 
 
+class _Note(NamedTuple):
+    """What a sweep notes of itself."""
+
+    verb: str
+    words: list[str]
+    started: str = ""
+
+
 def _note(folder: Path) -> tuple[str, list[str], str]:
     """Return verb and words of a sweep, and when it began: as text that sorts in any time zone."""
-    try:
-        if not os.path.lexists(folder / NOTE):
-            raise FileNotFoundError(folder / NOTE)
-        note = read_json(folder / NOTE)
-        verb, words = str(note["verb"]), [str(word) for word in note["words"]]
-        started = str(note.get("started", ""))
-        if started:
-            there = datetime.datetime.fromisoformat(started).astimezone(datetime.timezone.utc)
-            started = there.isoformat(timespec="microseconds")
-    except FileNotFoundError as cause:
+    path = folder / NOTE
+    if not os.path.lexists(path):
         raise ConfigError(
             f"{folder}: there is no sweep in this folder.\n"
             f"Give the folder of one; it holds {NOTE} and jobs.csv."
-        ) from cause
-    except (LogError, OSError, ValueError, KeyError, TypeError) as cause:
-        raise ConfigError(
-            f"{folder / NOTE} is damaged: {cause}.\nRestore it, or begin anew."
-        ) from (cause)
-    return verb, words, started
+        )
+    note: _Note = read_file(_Note, path, remedy="Restore it, or begin anew.", extra=True)
+    started = note.started
+    try:
+        if started:
+            there = datetime.datetime.fromisoformat(started).astimezone(datetime.timezone.utc)
+            started = there.isoformat(timespec="microseconds")
+    except (OverflowError, ValueError) as cause:
+        raise ConfigError(f"{path}: {cause}.\nRestore it, or begin anew.") from cause
+    return note.verb, note.words, started
 
 
 def _taken_up(root: str, folder: Path, words: Sequence[str]) -> list[str]:

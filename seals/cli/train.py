@@ -9,7 +9,7 @@ from seals.cli.sweep import is_sweep
 from seals.config.overrides import key_of, refuse_dangerous, typed, value_of
 from seals.config.strangers import TRUST
 from seals.errors import ConfigError
-from seals.untrusted_io import read_plain_yaml
+from seals.untrusted_io import read_file
 
 RESUME = "resume"
 FREE = ("course", "threads", "film", "track")
@@ -43,22 +43,14 @@ def train(arguments: list[str]) -> int:
 
 def _begun(folder: Path) -> list[str]:
     """Return the overrides of the training in a folder."""
-    import yaml
-
     path = folder / ".hydra" / "overrides.yaml"
-    try:
-        found = read_plain_yaml(path)
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as cause:
+    if not path.is_file():
         raise ConfigError(
             f"resume={folder}: there is no training in this folder.\n"
             "Give the folder of a training; it holds .hydra/overrides.yaml and run.json."
-        ) from cause
-    if not isinstance(found, list | None):
-        raise ConfigError(
-            f"resume={folder}: {path.name} holds no list of words.\n"
-            "Restore it, or begin anew without resume."
         )
-    words = [str(word) for word in found or []]
+    remedy = "Restore it, or begin anew without resume."
+    words: list[str] = read_file(list[str] | None, path, remedy=remedy) or []
     if (folder / "run.json").is_file() and (folder / "log.parquet").is_file():
         resume, repeat = (typed(key, str(folder)) for key in ("resume", "repeat"))
         raise ConfigError(

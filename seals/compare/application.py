@@ -15,7 +15,7 @@ from seals.arrays import Floats
 from seals.compare.case import Case
 from seals.compare.cases import matching
 from seals.compare.prediction_methods import cases_of, step_of
-from seals.compare.result import Comparison, Group, as_data
+from seals.compare.result import Comparison, Group
 from seals.compare.score import unit_words
 from seals.compare.settings import CompareOptions, CompareSettings, PredictionMethod
 from seals.compare.variants import ModelVariant, fit_variants
@@ -105,7 +105,7 @@ def execute(cfg: Any) -> int | None:
     folder = Path(settings.out or HydraConfig.get().runtime.output_dir)
     from seals.compare.report import write_report
 
-    paths = write_report(comparison, as_data(comparison), folder)
+    paths = write_report(comparison, comparison.as_data(), folder)
     print_variants(comparison)
     print(f"report: {short_path(paths['report'])}")
     return None
@@ -141,16 +141,11 @@ def read_logs(settings: CompareSettings) -> list[Log]:
     logs: list[Log] = []
     for source in sources:
         logs += logs_by(settings.reader, source)
-    kept = _only(logs, settings.only)
+    names = matching("only", settings.only, [log.name for log in logs], what="log")
+    kept = [log for log in logs if log.name in names or not settings.only]
     if settings.compare.course is not PredictionMethod.simulated:
         return kept
     return _judged(kept, settings)
-
-
-def _only(logs: list[Log], patterns: Sequence[str]) -> list[Log]:
-    """Logs whose name matches a pattern, all without patterns."""
-    kept = matching("only", patterns, [log.name for log in logs], what="log")
-    return [log for log in logs if log.name in kept or not patterns]
 
 
 def _judged(logs: list[Log], settings: CompareSettings) -> list[Log]:

@@ -105,7 +105,12 @@ def _pose_case(
     """A whole segment, started from its first samples."""
     stride = max(1, settings.compare.stride)
     sigma = {c: _sigma(log, c) for c in channels}
-    first = _first_row(log, channels)
+    # first row in which every pose channel has a sample
+    good = np.ones(log.rows, dtype=bool)
+    for channel in channels:
+        if channel in ("position", "orientation", "joint_position"):
+            good &= np.isfinite(log.channel(channel)).any(axis=1)
+    first = int(np.argmax(good)) if good.any() else 0
     log = log.select(slice(first, None))
     start = start_of_pose(log, settings.initial, robot.tree.joints)
     short = log.select(slice(0, None, stride))
@@ -213,12 +218,3 @@ def _stated(log: Log, channel: str) -> float | None:
     facts = log.meta.get("sensors", {}).get("channels", {}).get(channel, {})
     value = facts.get("sigma") if isinstance(facts, dict) else None
     return float(value) if isinstance(value, int | float) and value > 0 else None
-
-
-def _first_row(log: Log, channels: list[str]) -> int:
-    """First row in which every pose channel has a sample."""
-    good = np.ones(log.rows, dtype=bool)
-    for c in channels:
-        if c in ("position", "orientation", "joint_position"):
-            good &= np.isfinite(log.channel(c)).any(axis=1)
-    return int(np.argmax(good)) if good.any() else 0

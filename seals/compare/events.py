@@ -65,7 +65,10 @@ def find_drop(time: Floats, specific_force: Floats, *, gravity: float = 9.81) ->
     step = float(np.median(np.diff(time)))
     width = max(3, round(SMOOTHING / step) | 1)
     calm = median_filter(size, size=width, mode="nearest") < FREE * gravity
-    found = [run for run in _runs(calm) if SHORTEST <= time[run[1]] - time[run[0]] <= LONGEST]
+    # first and last index of every stretch of True
+    edges = np.diff(np.concatenate(([0], calm.astype(np.int8), [0])))
+    runs = zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1, strict=True)
+    found = [(int(a), int(b)) for a, b in runs if SHORTEST <= time[b] - time[a] <= LONGEST]
     found = [run for run in found if _rest_before(size, run[0], step, gravity)]
     if not found:
         raise LogError(
@@ -81,11 +84,19 @@ def find_drop(time: Floats, specific_force: Floats, *, gravity: float = 9.81) ->
     offset = float(np.median(force[inner, axis]))
     noise = 1.4826 * float(np.median(np.abs(force[inner, axis] - offset)))
     bound = max(6.0 * noise, 0.015 * gravity)
-    release = _edge(force[:, axis] - offset, first, last, bound=0.5 * gravity)
+    # last sample before the fall at which the body was still held
+    before = force[: first + (last - first) // 4, axis] - offset
+    held = np.flatnonzero(np.abs(before) > 0.5 * gravity)
+    release = int(held[-1]) + 1 if held.size else first
     entry = _rise(force[:, axis] - offset, last, bound)
     after = slice(entry, len(time))
     peak = entry + int(np.argmax(size[after]))
-    start = _shock_start(size, entry, peak)
+    # the onset of the strongest shock: the last row below a tenth of its peak
+    if peak <= entry:
+        start = entry
+    else:
+        below = np.flatnonzero(size[entry:peak] < 0.1 * size[peak])
+        start = entry + int(below[-1]) if below.size else peak
     water = float(np.percentile(size[entry : max(start, entry + 2)], 95))
     return DropEvents(
         release=float(time[release]) - 0.5 * step,
@@ -99,26 +110,10 @@ def find_drop(time: Floats, specific_force: Floats, *, gravity: float = 9.81) ->
     )
 
 
-def _runs(mask: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> list[tuple[int, int]]:
-    """First and last index of every stretch of True."""
-    edges = np.diff(np.concatenate(([0], mask.astype(np.int8), [0])))
-    return [
-        (int(a), int(b) - 1)
-        for a, b in zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1), strict=True)
-    ]
-
-
 def _rest_before(size: Floats, start: int, step: float, gravity: float) -> bool:
     """Return whether the body hung still, near 1 g, for a while before ``start``."""
     rest = size[max(0, start - int(0.3 / step)) : max(0, start - int(0.03 / step))]
     return rest.size > 10 and abs(float(np.median(rest)) - gravity) < 0.15 * gravity
-
-
-def _edge(force: Floats, first: int, last: int, *, bound: float) -> int:
-    """Last sample before the fall at which the body was still held."""
-    before = force[: first + (last - first) // 4]
-    held = np.flatnonzero(np.abs(before) > bound)
-    return int(held[-1]) + 1 if held.size else first
 
 
 def _rise(force: Floats, last: int, bound: float) -> int:
@@ -127,11 +122,3 @@ def _rise(force: Floats, last: int, bound: float) -> int:
     while k > 0 and abs(force[k]) > bound:
         k -= 1
     return k + 1
-
-
-def _shock_start(size: Floats, entry: int, peak: int) -> int:
-    """Find the onset of the strongest shock: the last row below a tenth of its peak."""
-    if peak <= entry:
-        return entry
-    below = np.flatnonzero(size[entry:peak] < 0.1 * size[peak])
-    return entry + int(below[-1]) if below.size else peak

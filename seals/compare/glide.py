@@ -99,7 +99,7 @@ class GlidePredictor(SampledPredictor):
         twin = self.twin_of(
             jobs, counts, more=self._volume(jobs, counts, given), waves=self.settings.wave
         )
-        velocity = balanced(twin, given["pitch"], given["depth"])
+        velocity = _balanced(twin, given["pitch"], given["depth"])
         along, up = velocity[:, 0], velocity[:, 1]
         climb = along * np.sin(given["pitch"]) + up * np.cos(given["pitch"])
         table = {"depth_rate": -climb, "speed_through_water": np.hypot(along, up)}
@@ -125,7 +125,7 @@ class GlidePredictor(SampledPredictor):
         return {"buoyancy.volume_change": given["density"] / level * whole - volume - change}
 
 
-def balanced(twin: BatchDynamics, pitch: Floats, depth: Floats) -> Floats:
+def _balanced(twin: BatchDynamics, pitch: Floats, depth: Floats) -> Floats:
     """Return the equilibrium velocity along body x and z, shape (N, 2), by Newton's method."""
     count = len(pitch)
     rpy = np.stack([np.zeros(count), -pitch, np.zeros(count)], axis=1)

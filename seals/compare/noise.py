@@ -38,19 +38,16 @@ def noise_of(values: Floats, *, stated: float | None = None) -> Floats:
             continue
         spread = np.abs(np.diff(y, n=_ORDER))
         sigma = 1.4826 * float(np.median(spread)) / _GAIN
-        grid = _quantum(y)
+        # quantisation step of a coarsely quantised channel; else 0
+        levels = np.unique(y)
+        if levels.size < 2 or levels.size > 0.5 * y.size:
+            grid = 0.0
+        else:
+            grid = float(np.min(np.diff(levels)))
         # a channel that sits on one quantisation level shows no differences; its step bounds the
         # noise
         out[k] = max(sigma, grid / math.sqrt(12.0), 1e-12)
     return out
-
-
-def _quantum(y: Floats) -> float:
-    """Quantisation step of a coarsely quantised channel; else 0."""
-    levels = np.unique(y)
-    if levels.size < 2 or levels.size > 0.5 * y.size:
-        return 0.0
-    return float(np.min(np.diff(levels)))
 
 
 def moving_mean(values: Floats, width: int) -> Floats:

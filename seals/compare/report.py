@@ -138,6 +138,13 @@ def _variant_table(group: Group) -> Table:
         for channel in _channels(group):
             train, held = (pooled(variant.scores, held_out=h).get(channel) for h in (False, True))
             best = held or train
+            words = []
+            for f in variant.fitted:
+                bound = " (at its bound)" if f.at_bound else ""
+                words.append(
+                    f"{f.key.removeprefix('effects.')} = {f.value:.4g} ± {f.sigma:.2g} "
+                    f"{f.unit}{bound}"
+                )
             rows.append(
                 [
                     variant.name,
@@ -146,7 +153,7 @@ def _variant_table(group: Group) -> Table:
                     _figure(held.rms if held else math.nan),
                     unit_words(channel),
                     _figure(best.ratio if best else math.nan),
-                    _fitted_words(variant),
+                    ", ".join(words),
                 ]
             )
     return Table(
@@ -156,17 +163,7 @@ def _variant_table(group: Group) -> Table:
     )
 
 
-def _fitted_words(variant: ModelVariant) -> str:
-    words = []
-    for f in variant.fitted:
-        bound = " (at its bound)" if f.at_bound else ""
-        words.append(
-            f"{f.key.removeprefix('effects.')} = {f.value:.4g} ± {f.sigma:.2g} {f.unit}{bound}"
-        )
-    return ", ".join(words)
-
-
-def best_variant(group: Group) -> ModelVariant:
+def _best_variant(group: Group) -> ModelVariant:
     """Return the variant with the smallest error on held-out cases, or on all without any."""
     held = any(c.held_out for c in group.cases)
 
@@ -179,7 +176,7 @@ def best_variant(group: Group) -> ModelVariant:
 
 def case_charts(group: Group, k: int) -> list[Chart]:
     """Return overlay and residual of every measured component of one case."""
-    case, first, best = group.cases[k], group.variants[0], best_variant(group)
+    case, first, best = group.cases[k], group.variants[0], _best_variant(group)
     out = []
     shown = (best,) if best is first else (first, best)
     for channel in case.measured:

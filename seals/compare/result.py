@@ -50,20 +50,19 @@ class Comparison:
     sources: dict[str, str]
     seconds: float
 
-
-def as_data(comparison: Comparison) -> dict[str, Any]:
-    """Return the result as JSON-ready data, without the samples."""
-    out: dict[str, Any] = finite(
-        {
-            "name": comparison.name,
-            "model": comparison.model,
-            "seconds": comparison.seconds,
-            "sources": comparison.sources,
-            "data_check": {k: [str(f) for f in v] for k, v in comparison.findings.items()},
-            "groups": [_group(g) for g in comparison.groups],
-        }
-    )
-    return out
+    def as_data(self) -> dict[str, Any]:
+        """Return the result as JSON-ready data, without the samples."""
+        out: dict[str, Any] = finite(
+            {
+                "name": self.name,
+                "model": self.model,
+                "seconds": self.seconds,
+                "sources": self.sources,
+                "data_check": {k: [str(f) for f in v] for k, v in self.findings.items()},
+                "groups": [_group(g) for g in self.groups],
+            }
+        )
+        return out
 
 
 def _group(group: Group) -> dict[str, Any]:
@@ -83,7 +82,17 @@ def _group(group: Group) -> dict[str, Any]:
             }
             for k, c in enumerate(group.cases)
         ],
-        "ladder": [_variant(r) for r in group.variants],
+        "ladder": [
+            {
+                "name": r.name,
+                "effects": r.effects,
+                "fitted": [asdict(f) for f in r.fitted],
+                "train": {k: asdict(s) for k, s in pooled(r.scores, held_out=False).items()},
+                "held_out": {k: asdict(s) for k, s in pooled(r.scores, held_out=True).items()},
+                "cases": {s.name: {"total": s.total, "regimes": s.regimes} for s in r.scores},
+            }
+            for r in group.variants
+        ],
     }
 
 
@@ -94,14 +103,3 @@ def _start(case: Case, variant: ModelVariant, k: int) -> dict[str, Any]:
     free = set(case.start.free)
     moved = {n: [float(d), float(s)] for i, (n, d, s) in enumerate(pairs) if i in free}
     return {"source": case.start.source, "moved_by": moved}
-
-
-def _variant(variant: ModelVariant) -> dict[str, Any]:
-    return {
-        "name": variant.name,
-        "effects": variant.effects,
-        "fitted": [asdict(f) for f in variant.fitted],
-        "train": {k: asdict(s) for k, s in pooled(variant.scores, held_out=False).items()},
-        "held_out": {k: asdict(s) for k, s in pooled(variant.scores, held_out=True).items()},
-        "cases": {s.name: {"total": s.total, "regimes": s.regimes} for s in variant.scores},
-    }

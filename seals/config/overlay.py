@@ -15,8 +15,8 @@ from seals.effects.effect import Effect, EffectOptions, MediumKind
 from seals.environment.waves import Waves
 from seals.errors import ConfigError, refuse_unlisted
 from seals.plugin_options import options_of
-from seals.schema import check_value, parameters_of
-from seals.untrusted_io import read_plain_yaml, refuse_references
+from seals.schema import check_value, parameters_of, read
+from seals.untrusted_io import read_file, refuse_references
 
 FOLDER = "models"
 """Folder in which models are looked for by name."""
@@ -42,12 +42,17 @@ class Fitted(NamedTuple):
     Args:
         value: change that was fitted beside the effects.
         sd: its 1-sigma.
-        alone: change that a fit without the effects would choose: what calibration alone can do.
+        alone: change that a fit without the effects would choose; None for the same.
     """
 
     value: float
-    sd: float
-    alone: float
+    sd: float = 0.0
+    alone: float | None = None
+
+    @property
+    def calibrated(self) -> float:
+        """Change that calibration alone can do."""
+        return self.value if self.alone is None else self.alone
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,8 +69,8 @@ class Change:
 
     name: str
     effect: str
-    medium: str | None
-    links: tuple[str, ...] | None
+    medium: MediumKind | None = None
+    links: tuple[str, ...] | None = None
     values: Mapping[str, float]
 
     def applied(self, own: Mapping[str, Effect]) -> dict[str, Effect]:
@@ -78,7 +83,7 @@ class Change:
         where = f"changes.{self.name}"
         if len(found) != 1:
             many = f"{len(found)} effects" if found else "no effect"
-            place = f" in {self.medium}" if self.medium else ""
+            place = f" in {self.medium.name}" if self.medium else ""
             raise ConfigError(
                 f"{where}: the model has {many} of the kind '{self.effect}'{place}.\n"
                 "A change needs exactly one; say medium or links, or add the effect to the model."
@@ -99,7 +104,7 @@ class Change:
         if type(effect) is not get("effect", self.effect).load() or effect.correction:
             return False
         medium = options_of(effect, EffectOptions).medium
-        if self.medium is not None and medium is not None and medium.value != self.medium:
+        if self.medium is not None and medium not in (None, self.medium):
             return False
         return self.links is None or tuple(effect.links) == self.links
 
@@ -111,6 +116,7 @@ class Overlay:
     Args:
         name: of the model.
         file: that it was read from.
+        summary: one line about it.
         effects: to add, by instance name.
         changes: of effects that the model below holds, by name.
         waves: of the water surface; None when the model does not speak of them.
@@ -123,6 +129,7 @@ class Overlay:
 
     name: str
     file: str = ""
+    summary: str = ""
     effects: Mapping[str, Effect] = field(default_factory=dict)
     changes: Mapping[str, Change] = field(default_factory=dict)
     waves: Waves | None = None
@@ -205,19 +212,10 @@ def load_overlay(path: Path) -> dict[str, Any]:
     Raises:
         ConfigError: it cannot be read, or holds keys that no model has.
     """
-    import yaml
-
-    try:
-        raw = read_plain_yaml(path)
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as cause:
-        text = " ".join(str(cause).split())
-        raise ConfigError(f"{path} cannot be read: {text}.\nIt must be YAML text in UTF-8.") from (
-            cause
-        )
-    raw = _mapping(raw, str(path))
+    raw = read_file(dict[str, Any] | None, path) or {}
     refuse_references(raw, where=str(path))
     for key in raw:
-        refuse_unlisted(str(key), KEYS, f"{path}: '{key}' is not a key of a model")
+        refuse_unlisted(key, KEYS, f"{path}: '{key}' is not a key of a model")
     return {"name": path.stem, "file": str(path.resolve()), **raw}
 
 
@@ -227,29 +225,22 @@ def read_overlay(raw: Mapping[str, Any]) -> Overlay:
     Raises:
         ConfigError: a name is unknown, or a value is not allowed; the message says where.
     """
-    name, where = str(raw.get("name", "model")), str(raw.get("file") or "model")
-    effects = _mapping(raw.get("effects"), f"{where}: effects")
-    changes = _mapping(raw.get("changes"), f"{where}: changes")
-    wave = raw.get("wave")
-    nominal = _mapping(raw.get("nominal"), f"{where}: nominal")
-    provenance = _mapping(raw.get("provenance"), f"{where}: provenance")
-    _mapping(provenance.get("confidence"), f"{where}: provenance.confidence")
-    return Overlay(
-        name=name,
-        file=str(raw.get("file") or ""),
-        effects={
-            # by default a correction of one of its kind
-            str(n): _plugin("effect", v, f"{where}: effects.{n}", correction=True)
-            for n, v in effects.items()
-        },
-        changes={str(n): _change(str(n), v, f"{where}: changes.{n}") for n, v in changes.items()},
-        waves=None if wave is None else _plugin("wave", wave, f"{where}: wave"),
-        intervals=_mapping(raw.get("intervals"), f"{where}: intervals"),
-        nominal={str(k): _fitted(v, f"{where}: nominal.{k}") for k, v in nominal.items()},
-        speeds=_speeds(raw.get("speeds"), f"{where}: speeds"),
-        provenance=provenance,
-        withdrawn=str(raw.get("withdrawn") or ""),
-    )
+    where = f"{raw.get('file') or 'model'}:"
+    content: dict[str, Any] = {"name": "model", **raw}
+    # by default a correction of one of its kind
+    content["effects"] = {
+        name: _plugin("effect", entry, f"{where} effects.{name}", correction=True)
+        for name, entry in _section(raw.get("effects"), f"{where} effects").items()
+    }
+    content["changes"] = {
+        name: _change(name, entry, f"{where} changes.{name}")
+        for name, entry in _section(raw.get("changes"), f"{where} changes").items()
+    }
+    wave = content.pop("wave", None)
+    content["waves"] = None if wave is None else _plugin("wave", wave, f"{where} wave")
+    provenance = _section(raw.get("provenance"), f"{where} provenance")
+    _section(provenance.get("confidence"), f"{where} provenance.confidence")
+    return read(Overlay, content, where=where)
 
 
 def _plugin(kind: str, raw: Any, where: str, **values: Any) -> Any:
@@ -257,7 +248,7 @@ def _plugin(kind: str, raw: Any, where: str, **values: Any) -> Any:
     from seals.config.derive import schema_of
     from seals.registry import get
 
-    values |= _mapping(raw, where)
+    values |= read(dict[str, Any], raw, where=where)
     plugin = _plugin_name(kind, values, where)
     known = [f.name for f in fields(schema_of(get(kind, plugin))) if not f.name.startswith("_")]
     for key in values:
@@ -278,53 +269,15 @@ def _plugin_name(kind: str, values: dict[str, Any], where: str) -> str:
 def _change(name: str, raw: Any, where: str) -> Change:
     from seals.registry import get
 
-    values = dict(_mapping(raw, where))
+    values = read(dict[str, Any], raw, where=where)
     plugin = _plugin_name("effect", values, where)
     get("effect", plugin)
-    medium, links = values.pop("medium", None), values.pop("links", None)
-    if not isinstance(links, list | None):
-        raise ConfigError(f"{where}.links={links} is not allowed.\nAllowed: a list of links")
-    if medium is not None:
-        what = f"{where}.medium={medium} is not allowed"
-        refuse_unlisted(str(medium), MediumKind.__members__, what)
-    return Change(
-        name=name,
-        effect=plugin,
-        medium=medium,
-        links=None if links is None else tuple(str(x) for x in links),
-        values={str(k): _number(v, f"{where}.{k}") for k, v in values.items()},
-    )
+    told: dict[str, Any] = {"name": name, "effect": plugin}
+    told |= {key: values.pop(key, None) for key in ("medium", "links")}
+    told["values"] = read(dict[str, float], values, where=where)
+    return read(Change, told, where=where)
 
 
-def _fitted(raw: Any, where: str) -> Fitted:
-    """A fitted value, its 1-sigma, and the value without the effects."""
-    entry = _mapping(raw, where) if not isinstance(raw, int | float) else {"value": raw}
-    for key in entry:
-        refuse_unlisted(str(key), Fitted._fields, f"{where}: '{key}' is not known here")
-    value = _number(entry.get("value"), where)
-    alone = _number(entry.get("alone", value), f"{where}.alone")
-    return Fitted(value, _number(entry.get("sd", 0.0), f"{where}.sd"), alone)
-
-
-def _speeds(raw: Any, where: str) -> tuple[float, ...]:
-    if not isinstance(raw, Sequence | None) or isinstance(raw, str):
-        raise ConfigError(f"{where}={raw} is not allowed.\nAllowed: a list of numbers [m/s]")
-    return tuple(_number(x, where) for x in raw or ())
-
-
-def _number(raw: Any, where: str) -> float:
-    import math
-
-    if isinstance(raw, bool) or not isinstance(raw, int | float) or not math.isfinite(raw):
-        raise ConfigError(f"{where}={raw} is not allowed.\nAllowed: a finite number.")
-    return float(raw)
-
-
-def _mapping(raw: Any, where: str) -> dict[str, Any]:
-    if raw is None:
-        return {}
-    if not isinstance(raw, Mapping):
-        raise ConfigError(
-            f"{where} is a {type(raw).__name__}.\nAllowed: a mapping of names to values."
-        )
-    return dict(raw)
+def _section(raw: Any, where: str) -> dict[str, Any]:
+    found: dict[str, Any] | None = read(dict[str, Any] | None, raw, where=where)
+    return found or {}

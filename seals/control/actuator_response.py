@@ -90,23 +90,15 @@ def _by_sign(goal: Floats, rise: Floats, fall: Floats) -> Floats:
     same = _SAME * size.max(initial=0.0)
     # every round is right for at least one more stretch
     for _ in range(goal.shape[1]):
-        before, states = states, _decaying(goal, np.where(falls, fall, rise))
+        # states at the start of stretches that keep a share of the distance to their goals
+        decay = np.where(falls, fall, rise)
+        out, band = np.empty_like(goal), np.empty((2, goal.shape[1]), order="F")
+        out[:, 0], out[:, 1:] = goal[:, 0], ((1.0 - decay) * goal)[:, :-1]
+        for k, kept in enumerate(decay):
+            band[1] = -kept
+            out[k] = dtbsv(1, band, out[k], lower=1, diag=1)
+        before, states = states, out
         guess, falls = falls, size < np.abs(states)
         if np.array_equal(guess, falls) or not (np.abs(states - before) > same).any():
             break
     return states
-
-
-def _decaying(goal: Floats, decay: Floats) -> Floats:
-    """States at the start of stretches that keep a share of the distance to their goals.
-
-    Equation:
-        x(k + 1) = decay(k) x(k) + (1 - decay(k)) goal(k), x(0) = goal(0): a triangular system of
-        one band.
-    """
-    out, band = np.empty_like(goal), np.empty((2, goal.shape[1]), order="F")
-    out[:, 0], out[:, 1:] = goal[:, 0], ((1.0 - decay) * goal)[:, :-1]
-    for k, kept in enumerate(decay):
-        band[1] = -kept
-        out[k] = dtbsv(1, band, out[k], lower=1, diag=1)
-    return out

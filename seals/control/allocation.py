@@ -121,8 +121,7 @@ class Allocation:
         """
         given = wrench, centre, gain, limit, low
         if wrench.ndim == 1:
-            found: Array = self._commands(*(None if x is None else x[None] for x in given))[0]
-            return found
+            return self._commands(*(None if x is None else x[None] for x in given))[0]
         xp = namespace(wrench)
         if wrench.dtype == xp.float64:
             return self._commands(*given)
@@ -136,7 +135,7 @@ class Allocation:
         a = self._here if centre is None else self.matrix(centre)
         a = a if gain is None else a * gain[:, None, :]
         if centre is not None or self._inverse is None:
-            u = least_norm(a, wrench, full=self.full)
+            u = _least_norm(a, wrench, full=self.full)
         else:
             u = wrench @ self._inverse.T
             u = u if gain is None else u / gain
@@ -170,7 +169,7 @@ class Allocation:
         """
         xp = namespace(wrench)
         a, high, least = self.matrix(centre, gain), self._squares(limit), self._squares(low)
-        u = least_norm(a, wrench)
+        u = _least_norm(a, wrench)
         asked = _reachable(a, wrench, least, high)
         h, g, span = weighted(a, asked, least, high, self._weights)
         inside = xp.all((u <= high) & (u >= least), axis=1, keepdims=True)
@@ -198,12 +197,13 @@ class Allocation:
 def _reachable(a: Array, wrench: Array, low: Array, high: Array) -> Array:
     """Wrenches within what each row can do: to ask for more would weigh against what matters."""
     xp = namespace(wrench)
+    # interval arithmetic: each drive at the end that helps this row
     ends = a * low[:, None, :], a * high[:, None, :]
     most, least = xp.sum(xp.maximum(*ends), axis=2), xp.sum(xp.minimum(*ends), axis=2)
     return xp.minimum(xp.maximum(wrench, least), most)
 
 
-def least_norm(a: Array, wrench: Array, *, full: bool = True) -> Array:
+def _least_norm(a: Array, wrench: Array, *, full: bool = True) -> Array:
     """Return the smallest solutions of A u = w, or the nearest ones where A lacks rank, (B, n).
 
     Args:
@@ -212,7 +212,7 @@ def least_norm(a: Array, wrench: Array, *, full: bool = True) -> Array:
         full: whether the rows of A are known to be independent, which is faster.
 
     Example:
-        >>> least_norm(np.array([[[1.0, 1.0]]]), np.array([[3.0]]))
+        >>> _least_norm(np.array([[[1.0, 1.0]]]), np.array([[3.0]]))
         array([[1.5, 1.5]])
     """
     if full and type(a) is np.ndarray and a.shape[1] == a.shape[2]:
@@ -222,6 +222,7 @@ def least_norm(a: Array, wrench: Array, *, full: bool = True) -> Array:
     size = xp.sqrt(xp.sum(a * a, axis=2))
     level = 1.0 / xp.where(size > 0.0, size, size * 0.0 + 1.0)
     b, wanted = a * level[:, :, None], wrench * level
+    # u = B^T (B B^T)^-1 w: the smallest of all solutions where the rows are independent
     turned = xp.permute_dims(b, (0, 2, 1))
     if not full:
         turned, found = np.linalg.pinv(b, rcond=RANK), wanted
@@ -240,5 +241,6 @@ def has_rank(a: Floats) -> bool:
     size = np.sqrt((a * a).sum(axis=1))
     if not a.size or float(size.min()) == 0.0 or a.shape[0] > a.shape[1]:
         return False
+    # rows of one size: force and torque have different units
     values = np.linalg.svd(a / size[:, None], compute_uv=False)
     return bool(values[-1] > RANK * values[0])

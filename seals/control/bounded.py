@@ -97,6 +97,7 @@ def begun(h: Array, g: Array) -> Search:
     trace = sum(h[:, k, k] for k in range(count))
     soft = h + SOFT * trace[:, None, None] * eye
     zero, one = g * 0.0, g * 0.0 + 1.0
+    # first guess: the free optimum; what lies beyond a bound starts at it
     x = solved_rows(soft, g)
     bound = xp.minimum(xp.maximum(x, zero), one)
     free = xp.where(bound == x, one, zero)
@@ -115,6 +116,7 @@ def tried(now: Search) -> tuple[Array, Array]:
     x = solved_rows(system, free * (g - _times(h, held)) + held)
     # where H lacks rank the softening bends the rows: one refinement straightens them
     x = x + solved_rows(system, free * (g - _times(h, x)))
+    # Kuhn and Tucker: at a bound the slope must press against it
     slope = _times(h, x) - g
     off = xp.where(now.bound > 0.5, slope, -slope)
     return x, xp.where(free > 0.0, xp.abs(x - 0.5) - 0.5, off) > BEYOND

@@ -69,6 +69,7 @@ class Estimator:
         span = time - last.time
         if span <= 0.0:
             return last
+        # R exp(w t): exact for a spin that is steady in body axes
         turn = last.rotation @ matrix_of(exponential(span * last.angular_velocity[None]))[0]
         return Estimate(
             time, last.position + span * last.velocity, turn, last.velocity, last.angular_velocity

@@ -35,6 +35,7 @@ class Rate(NamedTuple):
         """
         if self.value is None:
             return Rate(value, self.rate)
+        # exact for a rate that is steady over the step; the step's own difference is the new sample
         keep = math.exp(-step / time_constant) if time_constant > 0.0 else 0.0
         return Rate(value, keep * self.rate + ((1.0 - keep) / step) * (value - self.value))
 
@@ -63,6 +64,7 @@ class Trend(NamedTuple):
         if first.value is None or second.value is None:
             grown = first.next(value, step, time_constant)
             return Trend(grown, second.next(grown.rate, step, time_constant))
+        # twice `Rate.next` with one exponential: the second takes the rate of the first
         keep = math.exp(-step / time_constant) if time_constant > 0.0 else 0.0
         fresh = (1.0 - keep) / step
         rate = keep * first.rate + fresh * (value - first.value)
@@ -72,8 +74,7 @@ class Trend(NamedTuple):
     def ahead(self, time: float, first: int = 0, last: int | None = None) -> Floats:
         """Return the derivative extrapolated by a time [s], for all components or some."""
         now, change = self.first.rate[:, first:last], self.second.rate[:, first:last]
-        expected: Floats = now + time * change
-        return expected
+        return now + time * change
 
 
 class Lag:

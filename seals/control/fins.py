@@ -63,6 +63,7 @@ def fins_of(plant: Plant) -> Fins:
             joint = int(moving[0])
             up = turns[0, link][:, 2]
             hinge = turns[0, tree.child[joint]] @ tree.axis[joint]
+            # x . (a x z) is the first component of a x z in body axes
             slope = -0.5 * density * area * float(np.cross(hinge, up)[0])
             stop = min(abs(float(robot.lower[joint])), abs(float(robot.upper[joint])), STOP)
             rows.append((joint, origins[0, link], up * np.sign(slope), abs(slope), stop))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -11,10 +10,10 @@ from typing import Any, NamedTuple
 from seals.control.keymap import CONTROLS, is_control
 from seals.errors import ConfigError, LogError, suggestion
 from seals.logs.atomic import write_text
+from seals.schema import read
 from seals.untrusted_io import plain_yaml, read_text
 
 HEADER = ("t", "control", "value")
-_WORDS = ("t", "press", "release", "hold", "seconds", "set", "value")
 
 
 class Event(NamedTuple):
@@ -29,6 +28,26 @@ class Event(NamedTuple):
     time: float
     control: str
     value: float
+
+
+class _Row(NamedTuple):
+    """Row of a CSV script."""
+
+    t: float
+    control: str
+    value: float
+
+
+class _Entry(NamedTuple):
+    """Entry of a YAML script."""
+
+    t: float
+    press: str | None = None
+    release: str | None = None
+    hold: str | None = None
+    set: str | None = None
+    seconds: float | None = None
+    value: float = 1.0
 
 
 def read_track(path: Path) -> list[Event]:
@@ -85,10 +104,13 @@ def _csv(path: Path, text: str) -> list[Event]:
         )
     events = []
     for number, row in enumerate(rows[1:], start=2):
-        where = f"script {path}, line {number}"
+        where = f"script {path}, line {number}:"
         if len(row) != 3:
-            raise ConfigError(f"{where} has {len(row)} cells.\nAllowed: t,control,value")
-        events.append(_event(where, row[0], row[1].strip(), row[2]))
+            raise ConfigError(f"{where[:-1]} has {len(row)} cells.\nAllowed: t,control,value")
+        cells = [cell.strip() for cell in row]
+        events.append(
+            _event(where, *read(_Row, dict(zip(HEADER, cells, strict=True)), where=where))
+        )
     return events
 
 
@@ -109,56 +131,37 @@ def _yaml(path: Path, text: str) -> list[Event]:
         )
     events = []
     for number, entry in enumerate(entries, start=1):
-        events += _entry(f"script {path}, entry {number}", entry)
+        events += _entry(f"script {path}, entry {number}:", entry)
     return events
 
 
-def _entry(where: str, entry: Any) -> list[Event]:
+def _entry(where: str, raw: Any) -> list[Event]:
     """Events of one entry of a YAML script."""
-    if not isinstance(entry, dict) or "t" not in entry:
-        raise ConfigError(
-            f"{where}: {entry!r} has no time.\nWrite: {{t: 0.5, hold: w, seconds: 2}}"
-        )
-    wrong = [str(key) for key in entry if key not in _WORDS]
-    if wrong:
-        raise ConfigError(
-            f"{where}: '{wrong[0]}' is not a word of a script.\n{suggestion(wrong[0], _WORDS)}"
-        )
-    kinds = [word for word in ("press", "release", "hold", "set") if word in entry]
+    if not isinstance(raw, dict) or "t" not in raw:
+        raise ConfigError(f"{where} {raw!r} has no time.\nWrite: {{t: 0.5, hold: w, seconds: 2}}")
+    entry = read(_Entry, raw, where=where)
+    kinds = [word for word in ("press", "release", "hold", "set") if getattr(entry, word)]
     if len(kinds) != 1:
         raise ConfigError(
             f"{where} says {kinds or 'nothing'}.\nSay one of: press, release, hold, set"
         )
-    kind, control = kinds[0], str(entry[kinds[0]])
-    value = entry.get("value", 1.0) if kind == "set" else float(kind != "release")
-    first = _event(where, entry["t"], control, value)
+    kind, control = kinds[0], getattr(entry, kinds[0])
+    value = entry.value if kind == "set" else float(kind != "release")
+    first = _event(where, entry.t, control, value)
     if kind != "hold":
         return [first]
-    if "seconds" not in entry:
-        raise ConfigError(f"{where}: hold does not say how long.\nAdd: seconds: 2")
-    length = _number(f"{where}: seconds", entry["seconds"])
-    return [first, Event(first.time + length, control, 0.0)]
+    if entry.seconds is None:
+        raise ConfigError(f"{where} hold does not say how long.\nAdd: seconds: 2")
+    return [first, Event(first.time + entry.seconds, control, 0.0)]
 
 
-def _event(where: str, time: Any, control: str, value: Any) -> Event:
+def _event(where: str, time: float, control: str, value: float) -> Event:
     if not is_control(control):
         raise ConfigError(
-            f"{where}: there is no control '{control}'.\n{suggestion(control, CONTROLS, most=40)}"
+            f"{where} there is no control '{control}'.\n{suggestion(control, CONTROLS, most=40)}"
         )
-    at = _number(f"{where}: t", time)
-    if at < 0.0:
-        raise ConfigError(f"{where}: t={at:g} lies before the start.\nAllowed: 0 or later.")
-    amount = _number(f"{where}: value", value)
-    if not -1.0 <= amount <= 1.0:
-        raise ConfigError(f"{where}: value={amount:g} is not allowed.\nAllowed: -1 to 1.")
-    return Event(at, control, amount)
-
-
-def _number(where: str, value: Any) -> float:
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        number = math.nan
-    if not math.isfinite(number):
-        raise ConfigError(f"{where}={value} is not a number.\nAllowed: a finite number.")
-    return number
+    if time < 0.0:
+        raise ConfigError(f"{where} t={time:g} lies before the start.\nAllowed: 0 or later.")
+    if not -1.0 <= value <= 1.0:
+        raise ConfigError(f"{where} value={value:g} is not allowed.\nAllowed: -1 to 1.")
+    return Event(time, control, value)

@@ -27,10 +27,10 @@ def stowed(robot: RobotModel) -> Floats:
 
 
 def joint_targets(aim: Reference, last: Floats, robot: RobotModel) -> Floats:
-    """Return the joint targets, within the joint limits, shape (J,).
+    """Return the joint targets, within the joint limits, shape (J,), or (B, J) of a batch.
 
     Args:
-        aim: of the guide.
+        aim: of the guide; of a batch, values of all its robots.
         last: targets so far; parts that the aim does not name keep theirs.
         robot: the robot.
 
@@ -43,21 +43,21 @@ def joint_targets(aim: Reference, last: Floats, robot: RobotModel) -> Floats:
     out = last.copy()
     for name, values in aim.joints.items():
         arm = _part("arm", name, robot.arms)
-        if len(values) != len(arm.joints):
+        count = np.shape(values)[-1]
+        if count != len(arm.joints):
             raise ConfigError(
-                f"aim.joints.{name} has {len(values)} values.\n"
+                f"aim.joints.{name} has {count} values.\n"
                 f"Allowed: {len(arm.joints)}, one per joint of the arm."
             )
-        out[list(arm.joints)] = values
+        out[..., list(arm.joints)] = values
     for name, grip in aim.grip.items():
         gripper = _part("gripper", name, robot.grippers)
-        out[list(gripper.joints)] = gripper.at(grip)
+        out[..., list(gripper.joints)] = gripper.at(grip)
     return _within(out, robot)
 
 
 def _within(values: Floats, robot: RobotModel) -> Floats:
-    inside: Floats = np.minimum(np.maximum(values, robot.lower), robot.upper)
-    return inside
+    return np.minimum(np.maximum(values, robot.lower), robot.upper)
 
 
 def _part(kind: str, name: str, parts: Mapping[str, Any]) -> Any:
@@ -98,8 +98,7 @@ def way_of(lag: Floats, step: float) -> Floats:
         lag: time constants [s], shape (J,).
         step: of the period [s].
     """
-    way: Floats = -np.expm1(-step / lag) / step
-    return way
+    return -np.expm1(-step / lag) / step
 
 
 def servo_lag(plant: Plant, default: float) -> Floats:

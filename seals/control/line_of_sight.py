@@ -27,28 +27,29 @@ class LegPosition(NamedTuple):
     course: float
     climb: float
 
+    @classmethod
+    def of(cls, a: Floats, b: Floats, p: Floats) -> LegPosition:
+        """Return where a point lies relative to the leg from a to b.
 
-def leg_position(a: Floats, b: Floats, p: Floats) -> LegPosition:
-    """Return where a point lies relative to the leg from a to b.
+        Args:
+            a: start of the leg [m], shape (3,).
+            b: its end, apart from a in the level plane [m], shape (3,).
+            p: the point [m], shape (3,).
 
-    Args:
-        a: start of the leg [m], shape (3,).
-        b: its end, apart from a in the level plane [m], shape (3,).
-        p: the point [m], shape (3,).
-
-    Example:
-        >>> import numpy as np
-        >>> leg_position(np.zeros(3), np.array([10.0, 0, 0]), np.array([4.0, 1.0, -2.0]))[:4]
-        (4.0, 6.0, 1.0, -2.0)
-    """
-    (ax, ay, az), (bx, by, bz), (px, py, pz) = a.tolist(), b.tolist(), p.tolist()
-    length = math.hypot(bx - ax, by - ay)
-    ex, ey = (bx - ax) / length, (by - ay) / length
-    along = (px - ax) * ex + (py - ay) * ey
-    cross = (py - ay) * ex - (px - ax) * ey
-    height = az + (bz - az) * min(max(along / length, 0.0), 1.0)
-    climb = math.atan2(bz - az, length)
-    return LegPosition(along, length - along, cross, pz - height, math.atan2(ey, ex), climb)
+        Example:
+            >>> import numpy as np
+            >>> LegPosition.of(np.zeros(3), np.array([10.0, 0, 0]), np.array([4.0, 1.0, -2.0]))[:4]
+            (4.0, 6.0, 1.0, -2.0)
+        """
+        (ax, ay, az), (bx, by, bz), (px, py, pz) = a.tolist(), b.tolist(), p.tolist()
+        length = math.hypot(bx - ax, by - ay)
+        ex, ey = (bx - ax) / length, (by - ay) / length
+        # level coordinates of the point along and to the left of the leg's direction e
+        along = (px - ax) * ex + (py - ay) * ey
+        cross = (py - ay) * ex - (px - ax) * ey
+        height = az + (bz - az) * min(max(along / length, 0.0), 1.0)
+        climb = math.atan2(bz - az, length)
+        return cls(along, length - along, cross, pz - height, math.atan2(ey, ex), climb)
 
 
 def los_angle(error: float, lookahead: float, offset: float = 0.0) -> float:

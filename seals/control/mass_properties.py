@@ -72,6 +72,7 @@ class MassPropertyEstimator:
 
     def _of(self, origins: Array, turns: Array, axes: Array) -> MassNow:
         place = self._placed(origins, turns)
+        # sums[0] is the whole robot, sums[1 + j] what lies beyond joint j
         parts = place @ self._pseudo @ place.transpose(0, 2, 1)
         sums = (self._sums @ parts.reshape(-1, 16)).reshape(-1, 4, 4)
         (a, b, c, x), (_, d, e, y), (_, _, f, z), (_, _, _, mass) = sums[0].tolist()
@@ -100,16 +101,19 @@ class MassPropertyEstimator:
         """Return linear and angular momentum for a unit rate of every joint, shape (J, 3)."""
         first, mass = beyond[:, :3, 3], beyond[:, 3:, 3]
         count = len(axes)
+        # a x (p - m s) is the momentum for a unit rate; v(r) = a x r - a x s, with the swing a x s
         levers = np.concatenate((first - mass * anchors, anchors))
         both = cross(np.concatenate((axes, axes)), levers)
         push, swing = both[:count], both[count:]
         trace = (beyond[:, 0, 0] + beyond[:, 1, 1] + beyond[:, 2, 2])[:, None]
         spin = trace * axes - (beyond[:, :3, :3] @ axes[:, :, None])[:, :, 0]
         if self._sliding:
+            # a slide carries all alike along its axis, m a, and turns nothing
             slide = self._slides > 0.0
             push = np.where(slide, mass * axes, push)
             spin = np.where(slide, 0.0, spin)
             swing = np.where(slide, -axes, swing)
+        # less c x push: the momentum about the centre of gravity; v @ about = c x v
         x, y, z = centre.tolist()
         about = gathered([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]], centre)
         return push, spin - cross(first, swing) - push @ about
@@ -132,6 +136,7 @@ def immersion(
     if not some(share > 0.0):
         dry = by_batch(none, links)[:, 0]
         return dry, Buoyancy(dry, by_batch(sample.normal, links)[:, 0] * 0.0)
+    # volume, wet volume, and mass of the displaced water [m^3, m^3, kg]
     rows = none + volume, none + share, none + share * sample.water_density
     whole, wet, weight = (by_batch(x, links) for x in rows)
     centres = by_batch(none + sample.buoyancy_centre, links)
@@ -143,9 +148,10 @@ def immersion(
 
 
 def in_base(kinematics: Kinematics) -> tuple[Array, Array]:
-    """Return origins (1, L, 3) and rotations (1, L, 3, 3) of the links of one robot in the base."""
-    origins, turn = kinematics.origins[0], kinematics.rotations[0, 0]
-    return ((origins - origins[:1]) @ turn)[None], (turn.T @ kinematics.rotations[0])[None]
+    """Return origins (B, L, 3) and rotations (B, L, 3, 3) of the links of robots in the base."""
+    origins, turn = kinematics.origins, kinematics.rotations[:, 0]
+    back = namespace(turn).permute_dims(turn, (0, 2, 1))
+    return (origins - origins[:, :1]) @ turn, back[:, None] @ kinematics.rotations
 
 
 def _grouped(robot: RobotModel, group: list[int]) -> Floats:
@@ -170,6 +176,7 @@ def _pseudo(robot: RobotModel, link: int) -> Floats:
     """Second moments about the link origin, first moments and mass, shape (4, 4)."""
     mass, centre, inertia = float(robot.mass[link]), robot.centre[link], robot.inertia[link]
     out = np.zeros((4, 4))
+    # S = tr(I) / 2 - I about the centre of mass, then about the origin (Steiner)
     second = 0.5 * float(np.trace(inertia)) * np.eye(3) - inertia
     out[:3, :3] = second + mass * np.outer(centre, centre)
     out[:3, 3] = out[3, :3] = mass * centre

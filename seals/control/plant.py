@@ -118,9 +118,18 @@ def layout_of(robot: RobotModel, effects: EffectSet) -> Layout:
     for b in bound:
         carrier = b.links[0]
         if robot.tree.joints and np.any(robot.tree.moves[carrier]):
-            _refuse_arms(
-                robot, carrier, b.name, rotor="reaction_coefficient" in b.effect.constants()
-            )
+            # refuse a drive on a moving link, but for a rotor that one hinge tilts
+            moving = np.flatnonzero(robot.tree.moves[carrier])
+            if (
+                "reaction_coefficient" not in b.effect.constants()
+                or len(moving) > 1
+                or robot.tree.slides[moving[0]]
+            ):
+                raise ConfigError(
+                    f"actuators.{b.name}.links: link '{robot.links[carrier]}' moves against the "
+                    "base.\n"
+                    "Drives must sit on the base or on links fixed to it; rotors also on one hinge."
+                )
         columns = slice(b.hooks.first, b.hooks.first + b.hooks.count)
         if any(kind[columns]):
             raise ConfigError(
@@ -143,7 +152,11 @@ def layout_of(robot: RobotModel, effects: EffectSet) -> Layout:
         table["low"][columns] = lowest if own.low is None else own.low
         for k in range(count)[columns]:
             kind[k], link[k] = word, carrier
-    _refuse_gaps(kind)
+    if "" in kind:
+        raise ConfigError(
+            f"drive {kind.index('')} belongs to no actuator.\n"
+            "Set 'first' of the actuators so that their columns follow each other from 0 on."
+        )
     return Layout(
         position=table["position"],
         axis=table["axis"],
@@ -159,16 +172,6 @@ def layout_of(robot: RobotModel, effects: EffectSet) -> Layout:
     )
 
 
-def _refuse_arms(robot: RobotModel, carrier: int, name: str, *, rotor: bool) -> None:
-    """Refuse a drive on a moving link, but for a rotor that one hinge tilts."""
-    moving = np.flatnonzero(robot.tree.moves[carrier])
-    if not rotor or len(moving) > 1 or robot.tree.slides[moving[0]]:
-        raise ConfigError(
-            f"actuators.{name}.links: link '{robot.links[carrier]}' moves against the base.\n"
-            "Drives must sit on the base or on links fixed to it; rotors also on one hinge."
-        )
-
-
 def rest_poses(robot: RobotModel) -> tuple[Floats, Floats]:
     """Return origins (L, 3) and rotations (L, 3, 3) of all links in body axes, joints at zero."""
     zero = np.zeros((1, robot.tree.joints))
@@ -178,11 +181,3 @@ def rest_poses(robot: RobotModel) -> tuple[Floats, Floats]:
 
 def _row(constants: dict[str, Any], name: str, default: float) -> Floats | float:
     return np.asarray(constants[name], dtype=float)[0] if name in constants else default
-
-
-def _refuse_gaps(kind: list[str]) -> None:
-    if "" in kind:
-        raise ConfigError(
-            f"drive {kind.index('')} belongs to no actuator.\n"
-            "Set 'first' of the actuators so that their columns follow each other from 0 on."
-        )

@@ -134,6 +134,30 @@ class Reference(NamedTuple):
     manner: Mapping[str, float] = NOTHING
 
 
+STATE_ARRAYS = (
+    *("position", "rotation", "velocity", "angular_velocity", "joints", "joint_velocity"),
+    *("centre", "inertia", "centre_map", "momentum_map", "gain", "limit", "low", "submersion"),
+)
+"""Numbers of a `RobotState` that have a row for every robot of a batch."""
+AIM_ARRAYS = ("velocity", "acceleration", "yaw", "yaw_rate")
+"""The same of a `Reference`, beside a position."""
+
+
+def of_one(s: RobotState, aim: Reference) -> tuple[RobotState, Reference]:
+    """Return state and reference of one robot as those of a batch of one."""
+    buoyancy = Buoyancy(*(_row(x) for x in s.buoyancy))
+    state = s._replace(buoyancy=buoyancy, **{name: _row(getattr(s, name)) for name in STATE_ARRAYS})
+    place = None if aim.position is None else _row(aim.position)
+    return state, aim._replace(
+        position=place, **{name: _row(getattr(aim, name)) for name in AIM_ARRAYS}
+    )
+
+
+def _row(value: Any) -> Array:
+    """Return a number or an array as the only row of an array of at least two axes."""
+    return np.full((1, 1), value) if isinstance(value, int | float) else value[None]
+
+
 @state_record
 class ActuatorCommand(NamedTuple):
     """Commands of a controller to drives and servos.
@@ -149,7 +173,7 @@ class ActuatorCommand(NamedTuple):
 
 @runtime_checkable
 class BatchController(Protocol):
-    """Velocity controller over a batch of robots whose joints are held."""
+    """Velocity controller over a batch of robots."""
 
     def start(self, batch: int) -> Any:
         """Return the initial controller state, arrays of B rows each."""
@@ -159,9 +183,10 @@ class BatchController(Protocol):
         """Return the commands of all drives, shape (B, n), and the new controller state.
 
         Args:
-            situation: of all robots, shapes with a first axis of B or one; of joints, depth and
-                the arm's maps it holds nothing.
-            aim: velocity (B, 3) and heading (B, 1) that are wanted.
+            situation: of all robots, shapes with a first axis of B or one; of depth it holds
+                nothing, nor of joints that are held and the arm's maps.
+            aim: velocity (B, 3) and heading (B, 1) that are wanted; for joints that are not held
+                the other numbers as well, targets of an arm of the shape (B, k).
             memory: of the last call.
         """
         ...
@@ -185,12 +210,13 @@ class ControllerOptions:
     def compile(self, compiled: Compiler | None) -> None:
         """Set the compiler of laws, None for none; called after `Controller.bind`."""
 
-    def batched(self, plant: Plant, joints: Floats, like: Array) -> BatchController:
-        """Return the controller over a batch of robots whose joints are held.
+    def batched(self, plant: Plant, joints: Floats | None, like: Array) -> BatchController:
+        """Return the controller over a batch of robots.
 
         Args:
             plant: the robot in its surroundings.
-            joints: held joint values [rad or m], shape (J,).
+            joints: held joint values [rad or m], shape (J,); None for joints that follow the
+                reference, on NumPy.
             like: array whose library, type and device to use.
 
         Raises:

@@ -42,6 +42,7 @@ def tilts_of(robot: RobotModel, layout: Layout, thrust: float) -> Fins:
             continue
         joint = int(moving[0])
         hinge: Floats = turns[0, tree.child[joint]] @ tree.axis[joint]
+        # h x a: where a tilt turns the thrust; its length is the sine between hinge and thrust
         across: Floats = np.cross(hinge, layout.axis[drive])
         size = float(np.linalg.norm(across))
         if size < ACROSS:

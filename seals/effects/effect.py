@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from enum import Enum
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeAlias, runtime_checkable
 
@@ -234,6 +234,21 @@ class Effect(EffectOptions):
             rates: of the joints along the log [rad/s], shape (T, J).
         """
         return dict(values)
+
+
+def number_lists(effect: Effect) -> tuple[str, ...]:
+    """Return the names of the fields that hold lists or matrices of numbers.
+
+    Args:
+        effect: a dataclass; its parameters are single numbers.
+
+    Example:
+        >>> from seals.registry import get
+        >>> number_lists(get("effect", "added_mass").load()())
+        ('coupling', 'floating')
+    """
+    kinds = ("list[float]", "list[list[float]]")
+    return tuple(f.name for f in fields(effect) if str(f.type) in kinds)
 
 
 @runtime_checkable

@@ -41,25 +41,6 @@ class Stage(IntEnum):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Size:
-    """Size of a robot: mass, volume, length, for scales of parameters.
-
-    Args:
-        mass: [kg].
-        weight: [N].
-        volume: of its hulls [m^3].
-        length: reach of its largest hull [m].
-        speed: typical speed [m/s].
-    """
-
-    mass: float
-    weight: float
-    volume: float
-    length: float
-    speed: float
-
-
-@dataclass(frozen=True, kw_only=True)
 class Comparison:
     """Declaration of an effect for comparisons of several runs.
 
@@ -75,7 +56,7 @@ class Comparison:
 
     order: tuple[int, int] = (Stage.installed, 0)
     media: tuple[str, ...] = ()
-    scales: Mapping[str, Callable[[Size], float]] = field(default_factory=dict)
+    scales: Mapping[str, Callable[[Subject], float]] = field(default_factory=dict)
     laws: Mapping[str, str] = field(default_factory=dict)
     held: tuple[str, ...] = ()
     rigid: bool = False
@@ -228,41 +209,51 @@ class Addition:
 
 @dataclass(frozen=True, kw_only=True)
 class Subject:
-    """Vehicle of a diagnosis, given to effects for their candidates.
+    """Vehicle whose model is identified: what effects derive their candidates from.
 
     Args:
         robot: links, masses, hulls.
         effects: of the nominal model by instance.
         environment: air, water, ground.
-        tolerance: 1-sigma uncertainty of each nominal property, by name.
-        channels: names of the measured channels.
-        lag: first-order time constants of the actuators [s], shape (n,).
-        rotors: whether the actuators are rotors.
-        full_voltage: of the battery [V]; None when not known.
+        lag: first-order time constants of the drives [s], shape (n,).
+        commands: channel of the drives' commands; empty for none.
         servo: gains of the joint servos, shape (J,) each; empty without an arm.
-        speeds: typical speeds along the body axes [m/s], shape (3,).
-        media: in which the vehicle moves, water first.
-        noise: 1-sigma of each measured channel, in its unit.
+        full_voltage: of the battery [V]; None when not known.
+        sigma: white noise of each measured channel, 1-sigma, in the channel's unit.
+        tolerance: 1-sigma uncertainty of each nominal property, by name.
+        simulated_step: step of the simulation that made the log [s], whose laws are those of this
+            version; None for another log.
+        speeds: typical speeds along the body axes [m/s], shape (3,); zero before a log is followed.
         shortfall: typical missing share of the battery's full voltage [1].
         open_loop: whether the rotors' speeds were computed from signals to the motors.
-        simulated: whether the logs are runs of SEALS, whose laws are those of this version.
     """
 
     robot: RobotModel
     effects: Mapping[str, Effect]
     environment: EnvironmentSettings
-    tolerance: Mapping[str, float]
-    channels: frozenset[str]
-    lag: Floats
-    rotors: bool
-    full_voltage: float | None
-    servo: Mapping[str, Floats]
-    speeds: Floats
-    media: tuple[MediumKind, ...]
-    noise: Mapping[str, float] = field(default_factory=dict)
+    lag: Floats = field(default_factory=lambda: np.zeros(0))
+    commands: str = ""
+    servo: Mapping[str, Floats] = field(default_factory=dict)
+    full_voltage: float | None = None
+    sigma: Mapping[str, float] = field(default_factory=dict)
+    tolerance: Mapping[str, float] = field(default_factory=dict)
+    simulated_step: float | None = None
+    speeds: Floats = field(default_factory=lambda: np.zeros(3))
     shortfall: float = 0.1
     open_loop: bool = False
-    simulated: bool = False
+
+    @property
+    def rotors(self) -> bool:
+        """Whether rotors are commanded."""
+        return self.commands == "rotor_speed_cmd"
+
+    @property
+    def media(self) -> tuple[MediumKind, ...]:
+        """Media in which the vehicle moves, water first."""
+        if self.has_water and self.rotors:
+            return (MediumKind.water, MediumKind.air)
+        dry = self.environment.water_level is None
+        return (MediumKind.air if dry else MediumKind.water,)
 
     @property
     def mass(self) -> float:
@@ -283,6 +274,21 @@ class Subject:
     def has_water(self) -> bool:
         """Return true if there is water and the base has a hull."""
         return self.environment.water_level is not None and self.hull is not None
+
+    @property
+    def volume(self) -> float:
+        """Volume of all hulls [m^3]."""
+        return sum(h.volume for h in self.robot.hulls if h is not None)
+
+    @property
+    def reach(self) -> float:
+        """Reach of the largest hull [m]; 0.15 m without one."""
+        return max((h.reach for h in self.robot.hulls if h is not None), default=0.15)
+
+    @property
+    def speed(self) -> float:
+        """Largest of the typical speeds [m/s]."""
+        return float(self.speeds.max())
 
     @property
     def length(self) -> float:

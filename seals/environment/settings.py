@@ -9,7 +9,7 @@ from typing import Any
 from seals.environment.ground_settings import ShoreSettings, check_obstacles, check_shore
 from seals.errors import ConfigError
 from seals.field_roles import roles
-from seals.schema import optional, param
+from seals.schema import optional, param, read
 
 _CHOSEN = "chosen"
 _PLACE = (-12000.0, 12000.0)
@@ -82,28 +82,19 @@ def check_profiles(environment: EnvironmentSettings) -> None:
         ("water_temperature", -5, 100, "degC"),
         ("salinity", 0, 300, "g/kg"),
     ):
-        rows = getattr(environment, key)
-        if (
-            not rows
-            or not all(_is_row(row) for row in rows)
-            or not _rising([row[0] for row in rows])
-        ):
+        where = f"environment.{key}"
+        given = getattr(environment, key)
+        try:
+            rows = read(list[tuple[float, float]], given, where=where)
+        except ConfigError:
+            rows = []
+        if not rows or not _rising([depth for depth, _ in rows]):
             raise ConfigError(
-                f"environment.{key}={rows} is not a profile.\n"
+                f"{where}={given} is not a profile.\n"
                 f"Allowed: rows [depth m, value {unit}] with rising depth, for instance [[0, 10]]."
             )
-        if not all(low <= row[1] <= high for row in rows):
-            raise ConfigError(
-                f"environment.{key}={rows} is out of range.\nAllowed: {low} to {high} {unit}."
-            )
-
-
-def _is_row(row: Any) -> bool:
-    return (
-        isinstance(row, list)
-        and len(row) == 2
-        and all(isinstance(x, int | float) and not isinstance(x, bool) for x in row)
-    )
+        if not all(low <= value <= high for _, value in rows):
+            raise ConfigError(f"{where}={given} is out of range.\nAllowed: {low} to {high} {unit}.")
 
 
 def _rising(depths: list[float]) -> bool:

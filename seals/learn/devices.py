@@ -38,12 +38,12 @@ def usable_device(name: str) -> str:
         raise ConfigError(
             "device=cuda: torch finds no CUDA device on this machine.\nWrite device=cpu"
         )
-    if name == "cuda" and processes() > 1:
+    if name == "cuda" and _processes() > 1:
         torch.cuda.set_device(int(os.environ["LOCAL_RANK"]))
     return name
 
 
-def processes() -> int:
+def _processes() -> int:
     """Return how many processes learn together: those that ``torchrun`` began, else 1."""
     return int(os.environ.get("WORLD_SIZE", "1"))
 
@@ -55,7 +55,7 @@ def shared_gradients(loss: Any, device: str) -> Any:
         loss: module that holds what is learned.
         device: where it lies.
     """
-    if processes() == 1:
+    if _processes() == 1:
         return loss
     from torch import distributed
     from torch.nn.parallel import DistributedDataParallel
@@ -67,24 +67,24 @@ def shared_gradients(loss: Any, device: str) -> Any:
 
 def of_all_processes(rows: Tensor) -> Tensor:
     """Return the rows of all processes, as many of each, in the order of their ranks."""
-    if processes() == 1:
+    if _processes() == 1:
         return rows
     import torch
     from torch import distributed
 
-    found = [torch.empty_like(rows) for _ in range(processes())]
+    found = [torch.empty_like(rows) for _ in range(_processes())]
     distributed.all_gather(found, rows.contiguous())
     return torch.cat(found)
 
 
 def largest_of_all(number: int) -> int:
     """Return the largest number that a process of those that learn one policy has."""
-    return number if processes() == 1 else int(_gathered([number]).max())
+    return number if _processes() == 1 else int(_gathered([number]).max())
 
 
 def alike_in_all(numbers: Sequence[int]) -> bool:
     """Return whether all processes that learn one policy have the same numbers."""
-    rows = _gathered(numbers) if processes() > 1 else None
+    rows = _gathered(numbers) if _processes() > 1 else None
     return rows is None or bool((rows == rows[0]).all())
 
 

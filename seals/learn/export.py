@@ -148,8 +148,7 @@ def _traced(policy: NetworkPolicy, inputs: Mapping[str, Tensor]) -> bytes:
             output_names=["action"],
             dynamic_axes={name: {0: "N"} for name in (*names, "action")},
         )
-    found: bytes = file.getvalue()
-    return found
+    return file.getvalue()
 
 
 def _random_inputs(policy: NetworkPolicy, network: Mapping[str, Any]) -> dict[str, Tensor]:

@@ -17,7 +17,7 @@ from seals.learn.environments.episode_frame import EpisodeFrame
 from seals.learn.policy import Policy
 from seals.learn.task import Task
 from seals.rendering import NOTHING, Light, Poses, Renderer, Scene
-from seals.view.films.application import Shooting, draw, photographer_of, shooting_of
+from seals.view.films.application import Shooting, photographer_of, shooting_of
 from seals.view.films.files import Frames
 from seals.view.films.film import refuse_missing, write_film
 from seals.view.films.settings import RenderSettings
@@ -115,7 +115,7 @@ def film(environment: Any, policy: Policy, seed: int, *, config: Any, path: Path
     with tempfile.TemporaryDirectory(prefix="seals_film_") as folder:
         frames = Frames(Path(folder), {})
         try:
-            draw(shooting, photographer, frames, look)
+            shooting.draw(photographer, frames, look)
         finally:
             photographer.close()
         write_film(path, [frames.path(k) for k in range(len(shooting.times))], look.fps)

@@ -6,10 +6,10 @@ import hashlib
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
-from seals.errors import ConfigError, suggestion
-from seals.untrusted_io import plain_json
+from seals.errors import ConfigError
+from seals.untrusted_io import read_file
 
 CARD = "card.json"
 _WRITERS = {
@@ -20,8 +20,6 @@ _WRITERS = {
 """Advice where a folder holds no metadata, by the key that named it."""
 _MOST_BYTES = 1_000_000
 """Of metadata: a stranger's file is not read without a bound."""
-
-T = TypeVar("T")
 
 
 def read_metadata(folder: Path, *, form: str, key: str) -> dict[str, Any]:
@@ -42,10 +40,7 @@ def read_metadata(folder: Path, *, form: str, key: str) -> dict[str, Any]:
         raise ConfigError(f"{key}={folder}: there is no {CARD}.\n{advice}")
     if path.stat().st_size > _MOST_BYTES:
         raise ConfigError(f"{path} has {path.stat().st_size} bytes.\nAllowed: {_MOST_BYTES}")
-    try:
-        metadata = plain_json(path.read_bytes())
-    except (OSError, ValueError) as cause:
-        raise ConfigError(f"{path} cannot be read: {cause}.\nIt must be JSON.") from cause
+    metadata = read_file(dict[str, Any], path, remedy="It must be JSON.")
     return check_metadata(metadata, form=form, where=str(path))
 
 
@@ -85,25 +80,6 @@ def check_metadata(metadata: Any, *, form: str, where: str) -> dict[str, Any]:
             "This program reads version 1: update."
         )
     return metadata
-
-
-def entry(metadata: Mapping[str, Any], name: str, kind: type[T], *, where: str) -> T:
-    """Return an entry of metadata, checked for its type.
-
-    Raises:
-        ConfigError: it is missing or of another type.
-    """
-    if name not in metadata:
-        raise ConfigError(f"{where} has no '{name}'.\n{suggestion(name, map(str, metadata))}")
-    value = metadata[name]
-    # a truth value is an integer to Python, but not to a reader
-    if kind is float and isinstance(value, int) and not isinstance(value, bool):
-        value = float(value)
-    if not isinstance(value, kind) or (kind is not bool and isinstance(value, bool)):
-        raise ConfigError(
-            f"{where}: '{name}' is {value!r}.\nAllowed: a value of type {kind.__name__}"
-        )
-    return value
 
 
 def config_hash(config: Mapping[str, Any]) -> str:

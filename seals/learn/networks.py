@@ -15,6 +15,7 @@ from seals.errors import ConfigError, suggestion
 if TYPE_CHECKING:
     from torch import Tensor, nn
 
+
 KINDS = ("mlp", "pixels")
 """Kinds of networks."""
 POOLS = ("flat", "places")
@@ -83,7 +84,7 @@ def actor_of(network: Mapping[str, Any]) -> nn.Module:
         ) from cause
 
 
-def refuse_widths(hidden: Sequence[int]) -> None:
+def _refuse_widths(hidden: Sequence[int]) -> None:
     """Refuse layers of no width, or more of them than a network is built for.
 
     Raises:
@@ -104,13 +105,13 @@ def mlp(inputs: int, outputs: int, hidden: Sequence[int], *, layer_norm: bool = 
     Raises:
         ConfigError: a hidden layer is out of range.
     """
-    refuse_widths(hidden)
+    _refuse_widths(hidden)
     import torch
     from torchrl.modules import MLP
 
     norm = torch.nn.LayerNorm if layer_norm else None
     kwargs: Any = [{"normalized_shape": width} for width in hidden] if layer_norm else None
-    found: nn.Module = MLP(
+    return MLP(
         in_features=inputs,
         out_features=outputs,
         num_cells=list(hidden),
@@ -118,7 +119,6 @@ def mlp(inputs: int, outputs: int, hidden: Sequence[int], *, layer_norm: bool = 
         norm_class=norm,
         norm_kwargs=kwargs,
     )
-    return found
 
 
 def normaliser_of(size: int) -> nn.Module:
@@ -144,11 +144,18 @@ def encoder_of(pixels: Mapping[str, Any]) -> nn.Module:
     import torch
     from torchrl.modules import ConvNet
 
-    from seals.learn.feature_places import feature_places
-
     channels, height, width = pixels["shape"]
     strides = list(pixels["strides"])
-    _refuse_small(min(height, width), strides)
+    # refuse images too small for the 3 by 3 convolutions
+    size = min(height, width)
+    least = 1
+    for stride in reversed(strides):
+        least = (least - 1) * stride + 3
+    if size < least:
+        raise ConfigError(
+            f"pictures of {size} pixels are too small for layers of strides {strides}.\n"
+            f"Allowed: from {least} pixels on; or give learner.strides fewer or smaller steps."
+        )
     located = pixels.get("pool", POOLS[0]) == "places"
     convolutions = ConvNet(
         in_features=channels,
@@ -166,18 +173,6 @@ def encoder_of(pixels: Mapping[str, Any]) -> nn.Module:
         torch.nn.LayerNorm(pixels["features"]),
         torch.nn.Tanh(),
     )
-
-
-def _refuse_small(size: int, strides: list[int]) -> None:
-    """Refuse images too small for the 3 by 3 convolutions."""
-    least = 1
-    for stride in reversed(strides):
-        least = (least - 1) * stride + 3
-    if size < least:
-        raise ConfigError(
-            f"pictures of {size} pixels are too small for layers of strides {strides}.\n"
-            f"Allowed: from {least} pixels on; or give learner.strides fewer or smaller steps."
-        )
 
 
 def network_inputs(
@@ -292,9 +287,14 @@ def policy_of(
     """
     actor: Any = actor_of(network)
     seen = network["kind"] == "pixels"
-    (actor.body if seen else actor[-2]).load_state_dict(
-        _first_outputs(body.state_dict(), int(network["action"]))
-    )
+    # keep only the means among the outputs of the last layer, without the deviations
+    tensors = body.state_dict()
+    count = int(network["action"])
+    last = [key for key in tensors if key.endswith(".weight")][-1].removesuffix(".weight")
+    found = {key: value.detach() for key, value in tensors.items()}
+    for part in ("weight", "bias"):
+        found[f"{last}.{part}"] = found[f"{last}.{part}"][:count]
+    (actor.body if seen else actor[-2]).load_state_dict(found)
     target = actor.norm if seen else (actor[0] if network["normalise"] else None)
     if target is not None and norm is not None:
         target.load_state_dict(norm.state_dict())
@@ -303,10 +303,33 @@ def policy_of(
     return dict(network), {key: value.clone() for key, value in actor.state_dict().items()}
 
 
-def _first_outputs(tensors: Mapping[str, Tensor], count: int) -> dict[str, Tensor]:
-    """Keep only the means among the outputs of the last layer, without the deviations."""
-    last = [key for key in tensors if key.endswith(".weight")][-1].removesuffix(".weight")
-    found = {key: value.detach() for key, value in tensors.items()}
-    for part in ("weight", "bias"):
-        found[f"{last}.{part}"] = found[f"{last}.{part}"][:count]
-    return found
+def feature_places() -> nn.Module:
+    """Return a layer from maps (..., C, H, W) to the places of their responses (..., 3 C).
+
+    Equation:
+        p_ij = exp(beta a_ij) / sum exp(beta a);  x = sum p_ij x_j,  y = sum p_ij y_i,  max a
+
+    x and y go from -1 to 1 over a map; beta is learned, one for all maps.
+
+    References:
+        Levine et al. 2016, arXiv 1504.00702, section 4.2; Finn et al. 2016, arXiv 1509.06113.
+    """
+    import torch
+
+    class FeaturePlaces(torch.nn.Module):
+        """Soft argmax and height of each map."""
+
+        def __init__(self) -> None:
+            super().__init__()
+            self.log_beta = torch.nn.Parameter(torch.ones(()))
+
+        def forward(self, maps: Any) -> Any:
+            height, width = maps.shape[-2:]
+            across = torch.linspace(-1.0, 1.0, width, device=maps.device)
+            down = torch.linspace(-1.0, 1.0, height, device=maps.device)
+            flat = maps.flatten(-2)
+            share = (flat * self.log_beta.exp()).softmax(-1).unflatten(-1, (height, width))
+            places = ((share.sum(-2) * across).sum(-1), (share.sum(-1) * down).sum(-1))
+            return torch.cat((*places, flat.amax(-1)), -1)
+
+    return FeaturePlaces()

@@ -35,12 +35,6 @@ def where(condition: Tensor, chosen: Any, other: Any) -> Any:
     return each(leaf, chosen, other)
 
 
-def rows(observation: Any) -> int:
-    """Return the number of environments of an observation."""
-    leaf = next(iter(observation.values())) if isinstance(observation, Mapping) else observation
-    return int(leaf.shape[0])
-
-
 def vector(observation: Any) -> Tensor:
     """Return the state vector of an observation, without its images."""
     found = observation["state"] if isinstance(observation, Mapping) else observation

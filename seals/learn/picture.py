@@ -12,7 +12,7 @@ from seals.learn.environments.build import build_learning
 from seals.learn.environments.episode_frame import EpisodeFrame
 from seals.learn.film import Episode, episode_shooting
 from seals.rendering.optics import to_bytes
-from seals.view.films.application import Shooting, frame_at, photographer_of
+from seals.view.films.application import Shooting, photographer_of
 from seals.view.films.settings import RenderSettings
 from seals.view.stage import build_stage
 
@@ -60,7 +60,7 @@ class Picture:
         assert self._shooting is not None
         here = Episode(self._stage, [frame])
         now = self._shooting._replace(replay=here, times=np.array([frame.time]))
-        light = self._photographer.photograph(frame_at(now, 0, self._look.port))
+        light = self._photographer.photograph(now.frame_at(0, self._look.port))
         found: NDArray[np.uint8] = to_bytes(np.clip(self._look.exposure * light, 0.0, 1.0))
         return found
 

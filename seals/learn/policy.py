@@ -9,9 +9,10 @@ from typing import Any, Protocol
 from seals.arrays import Array
 from seals.errors import ConfigError
 from seals.learn.learner import need_torch
-from seals.learn.metadata import CARD, entry, read_metadata
+from seals.learn.metadata import CARD, read_metadata
 from seals.learn.tensor_file import read_tensors, write_tensors
 from seals.logs.atomic import atomic_folder, write_json
+from seals.schema import read
 
 FORM = "seals-policy"
 WEIGHTS = "policy.safetensors"
@@ -92,7 +93,7 @@ def read_policy_metadata(folder: str | Path) -> dict[str, Any]:
         ConfigError: there is no such metadata.
     """
     metadata = read_metadata(Path(folder), form=FORM, key="policy")
-    entry(metadata, "network", dict, where=str(Path(folder) / CARD))
+    read(dict[str, Any], metadata.get("network"), where=f"{Path(folder) / CARD}: network")
     return metadata
 
 

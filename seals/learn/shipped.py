@@ -11,7 +11,8 @@ from typing import Any
 
 from seals import registry
 from seals.errors import BrokenPlugin, ConfigError, suggestion
-from seals.learn.metadata import CARD, entry
+from seals.learn.metadata import CARD
+from seals.schema import read
 
 POLICIES = "policies"
 """Folder of a robot in which its policies lie."""
@@ -108,13 +109,14 @@ def task_of(metadata: Mapping[str, Any], *, where: str) -> Any:
     from seals.config.foreign_values import refuse_values
     from seals.config.overrides import refuse_dangerous
 
-    words = [w for w in entry(metadata, "overrides", list, where=where) if _of_task(w)]
+    given = read(list[str], metadata.get("overrides"), where=f"{where}: overrides")
+    words = [word for word in given if _of_task(word)]
     refuse_dangerous(words, where=f"{where}: the card", remedy="Take the folder as it was trained.")
     config = compose(words, root="learn")
     refuse_values(config, root="learn", words=(), where=f"{where}: the card")
     return build(config.task, where=f"{where}: task")
 
 
-def _of_task(word: Any) -> bool:
-    key = str(word).lstrip("+~").partition("=")[0]
+def _of_task(word: str) -> bool:
+    key = word.lstrip("+~").partition("=")[0]
     return key == "env" or key.partition(".")[0] == "task"

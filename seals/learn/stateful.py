@@ -26,7 +26,7 @@ class Stateful:
         found = {name: getattr(self, name) for name in self.parts}
         kept = {name: copy.copy(getattr(self, name)) for name in self.plain}
         return {
-            **{name: state_of(part) for name, part in found.items() if part is not None},
+            **{name: _state_of(part) for name, part in found.items() if part is not None},
             **kept,
         }
 
@@ -34,15 +34,15 @@ class Stateful:
         """Restore what `state` returned."""
         for name in self.parts:
             if getattr(self, name) is not None:
-                load_into(getattr(self, name), state[name])
+                _load_into(getattr(self, name), state[name])
         for name in self.plain:
             setattr(self, name, state[name])
 
 
-def state_of(part: Any) -> Any:
+def _state_of(part: Any) -> Any:
     """Return the state of a part."""
     if isinstance(part, Mapping):
-        return {name: state_of(inner) for name, inner in part.items()}
+        return {name: _state_of(inner) for name, inner in part.items()}
     if is_tensor(part):
         return part.detach().clone()
     if hasattr(part, "get_state"):
@@ -50,13 +50,13 @@ def state_of(part: Any) -> Any:
     return part.state_dict() if hasattr(part, "state_dict") else part.state()
 
 
-def load_into(part: Any, state: Any) -> None:
+def _load_into(part: Any, state: Any) -> None:
     """Restore the state of a part in place."""
     import torch
 
     if isinstance(part, Mapping):
         for name, inner in part.items():
-            load_into(inner, state[name])
+            _load_into(inner, state[name])
     elif is_tensor(part):
         with torch.no_grad():
             part.copy_(state)

@@ -17,12 +17,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from seals import schema
 from seals.drawn_text import in_table
 from seals.errors import SealsError
 from seals.logs.room import room
 
 _HERE, _EXCHANGE = -100, 2
 """Linux: AT_FDCWD and RENAME_EXCHANGE of renameat2."""
+plain = schema.plain
 
 
 @contextlib.contextmanager
@@ -279,21 +281,3 @@ def finite(value: Any) -> Any:
     if isinstance(value, list):
         return [finite(child) for child in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def plain(value: Any) -> Any:
-    """Return ``value`` with NumPy scalars and arrays, tuples, sets and paths made plain.
-
-    Example:
-        >>> plain({"mass": np.float64(1.5), "axis": np.array([0, 1]), "file": Path("a")})
-        {'mass': 1.5, 'axis': [0, 1], 'file': 'a'}
-    """
-    if isinstance(value, Mapping):
-        return {str(key): plain(child) for key, child in value.items()}
-    if isinstance(value, np.ndarray | np.generic):
-        return value.tolist()
-    if isinstance(value, list | tuple):
-        return [plain(child) for child in value]
-    if isinstance(value, set | frozenset):
-        return sorted(plain(child) for child in value)
-    return str(value) if isinstance(value, Path) else value

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Collection, Iterator, Mapping
+import typing
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from seals.arrays import Floats
 from seals.errors import LogError, suggestion
 from seals.logs.channels import stem_of, unit_of
 from seals.logs.units import find_unit, to_si
+from seals.schema import read
 
 _PULSES = "motor_pwm"
 
@@ -42,25 +42,15 @@ class ColumnMap:
     negate: Collection[str] = ()
 
     def __post_init__(self) -> None:
-        for what, names in self._names():
-            for name in names:
-                if not isinstance(name, str):
-                    raise LogError(f"{what}: {name!r:.40} is no name.\nAllowed: text")
+        for name, kind in typing.get_type_hints(ColumnMap).items():
+            read(kind, getattr(self, name), where=name, error=LogError)
         targets = list(self.columns.values())
         twice = sorted({ours for ours in targets if targets.count(ours) > 1})
         if twice:
             raise LogError(f"columns: two are mapped to {', '.join(twice)}.\nKeep one of them.")
         for theirs, factor in self.scale.items():
-            if _number(factor, f"scale of '{theirs}'") == 0.0:
+            if factor == 0.0:
                 raise LogError(f"scale of '{theirs}' is 0.\nAllowed: any other number.")
-        for theirs, shift in self.offset.items():
-            _number(shift, f"offset of '{theirs}'")
-
-    def _names(self) -> Iterator[tuple[str, Collection[Any]]]:
-        """Yield what has to be text, and what it belongs to."""
-        yield "columns", [*self.columns, *self.columns.values()]
-        yield "negate", self.negate
-        yield from ((f"unit of '{theirs}'", [unit]) for theirs, unit in self.units.items())
 
     def refuse_stray(self) -> None:
         """Refuse units, factors and signs of columns that are not mapped.
@@ -118,11 +108,3 @@ class ColumnMap:
             expected = "s" if pulse else unit_of(ours)
             values = to_si(values, name, expected=expected, where=place) * (1e6 if pulse else 1.0)
         return -values if theirs in self.negate else values
-
-
-def _number(given: Any, what: str) -> float:
-    fits = isinstance(given, int | float) and not isinstance(given, bool)
-    # also whole numbers that are longer than a float
-    if not fits or not abs(given) <= sys.float_info.max:
-        raise LogError(f"{what} is {given!r:.40}.\nAllowed: a finite number.")
-    return float(given)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import dataclass
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from seals.arrays import Floats
 from seals.errors import LogError, suggestion
 from seals.logs.log import Log
+from seals.schema import Within, read
 
 COMMANDS: dict[str, tuple[float, float]] = {
     "thrust_share": (0.0, 1.0),
@@ -52,10 +53,10 @@ class MotorCurve:
 
     command: str = ""
     range: Sequence[float] = ()
-    thrust_factor: float = 1.0
-    points: Sequence[Sequence[float]] = ()
-    full_voltage: float = 0.0
-    voltage_power: float = 1.0
+    thrust_factor: Annotated[float, Within(0.0, 1.0)] = 1.0
+    points: Sequence[tuple[float, float]] = ()
+    full_voltage: Annotated[float, Within(0.0, 1e6)] = 0.0
+    voltage_power: Annotated[float, Within(0.0, 1e3)] = 1.0
     order: Sequence[int] = ()
 
     def __post_init__(self) -> None:
@@ -68,20 +69,8 @@ class MotorCurve:
         span = [float(x) for x in self.range]
         if span and (len(span) != 2 or not span[0] < span[1]):
             raise LogError(f"motors.range={span} is not allowed.\nAllowed: [low,high]")
-        if not 0.0 <= self.thrust_factor <= 1.0:
-            raise LogError(f"motors.thrust_factor={self.thrust_factor} is not allowed: 0 to 1.")
-        for name in ("full_voltage", "voltage_power"):
-            if not 0.0 <= getattr(self, name) < math.inf:
-                raise LogError(
-                    f"motors.{name}={getattr(self, name)} is not allowed.\nAllowed: >= 0"
-                )
         curve = np.asarray([list(p) for p in self.points], dtype=float)
-        if len(self.points) and (
-            curve.ndim != 2
-            or curve.shape[1] != 2
-            or len(curve) < 2
-            or np.any(np.diff(curve, axis=0) <= 0)
-        ):
+        if len(self.points) and (len(curve) < 2 or np.any(np.diff(curve, axis=0) <= 0)):
             raise LogError(
                 "motors.points is not a rising curve.\nWrite: [[0, 0], [0.5, 600], [1, 900]], "
                 "share of the range and rotor speed [rad/s]"
@@ -101,37 +90,11 @@ def motor_curve(entry: Any, changes: Mapping[str, Any] | None = None) -> MotorCu
     Example:
         >>> motor_curve({"full_voltage": "high"})
         Traceback (most recent call last):
-        seals.errors.LogError: motors.full_voltage='high' is not allowed.
+        seals.errors.LogError: motors.full_voltage=high is not allowed.
         Allowed: a finite number
     """
-    if not isinstance(entry, Mapping | None):
-        raise LogError(f"motors={entry!r:.60} is not allowed.\nWrite: motors: {{command: pwm}}")
-    given = {k: v for k, v in {**(entry or {}), **(changes or {})}.items() if v is not None}
-    known = [field.name for field in fields(MotorCurve)]
-    for key in given:
-        if key not in known:
-            raise LogError(f"motors has no entry '{key}'.\n{suggestion(str(key), known)}")
-    return MotorCurve(**{key: _stated(key, value) for key, value in given.items()})
-
-
-_LISTS = {"range": "a list of", "order": "a list of", "points": "a list of pairs of"}
-
-
-def _stated(key: str, value: Any) -> Any:
-    """Value of an entry: text for the command, else finite numbers, nested as the entry needs."""
-    if key == "command":
-        return str(value)
-    try:
-        numbers = np.asarray(value, dtype=float)
-    except (TypeError, ValueError, OverflowError):
-        numbers = np.full((), np.nan)
-    depth = {"range": 1, "order": 1, "points": 2}.get(key, 0)
-    # an empty list stands for what the entry says when it is left out
-    empty = depth > 0 and numbers.shape == (0,)
-    if (numbers.ndim != depth and not empty) or not np.isfinite(numbers).all():
-        allowed = f"{_LISTS[key]} finite numbers" if key in _LISTS else "a finite number"
-        raise LogError(f"motors.{key}={value!r:.60} is not allowed.\nAllowed: {allowed}")
-    return numbers.tolist()
+    given = read(dict[str, Any] | None, entry, where="motors", error=LogError) or {}
+    return read(MotorCurve, {**given, **(changes or {})}, where="motors", error=LogError)
 
 
 def recognised(values: Floats, stated: str = "") -> str:

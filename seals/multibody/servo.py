@@ -15,6 +15,9 @@ from seals.arrays import Array, namespace, some
 from seals.motion import JointDrive
 from seals.multibody.linear import solved
 
+GAINS = ("kp", "kd", "torque_limit", "armature")
+"""Numbers of the servo of a joint."""
+
 
 def limited(drive: JointDrive) -> Array:
     """Generalised forces of joint drives within their limits [N m or N], shape (N, J)."""

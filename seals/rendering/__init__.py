@@ -4,7 +4,6 @@ from seals.rendering.camera import OPTICAL as OPTICAL
 from seals.rendering.camera import Cameras as Cameras
 from seals.rendering.camera import Lens as Lens
 from seals.rendering.camera import mounted as mounted
-from seals.rendering.camera import single as single
 from seals.rendering.camera_view import CameraView as CameraView
 from seals.rendering.camera_view import SceneView as SceneView
 from seals.rendering.camera_view import Shot as Shot
@@ -16,4 +15,3 @@ from seals.rendering.scene import Detail as Detail
 from seals.rendering.scene import Poses as Poses
 from seals.rendering.scene import Scene as Scene
 from seals.rendering.scene import Shape as Shape
-from seals.rendering.scene import nowhere as nowhere

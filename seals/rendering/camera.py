@@ -127,6 +127,16 @@ class Cameras(NamedTuple):
     origin: Array
     rotation: Array
 
+    @classmethod
+    def single(cls, origin: Floats, rotation: Floats) -> Cameras:
+        """Return one camera as a batch of one.
+
+        Args:
+            origin: world [m], shape (3,).
+            rotation: R_WO, shape (3, 3).
+        """
+        return cls(np.asarray(origin)[None, None], np.asarray(rotation)[None, None])
+
 
 @lru_cache(maxsize=32)
 def _rays(lens: Lens) -> NDArray[np.float32]:
@@ -153,16 +163,6 @@ def units(lens: Lens) -> NDArray[np.float32]:
     found: NDArray[np.float32] = _rays(lens) / lengths(lens)[..., None]
     found.setflags(write=False)
     return found
-
-
-def single(origin: Floats, rotation: Floats) -> Cameras:
-    """Return one camera as a batch of one.
-
-    Args:
-        origin: world [m], shape (3,).
-        rotation: R_WO, shape (3, 3).
-    """
-    return Cameras(np.asarray(origin)[None, None], np.asarray(rotation)[None, None])
 
 
 def mounted(

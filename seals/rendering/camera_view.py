@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
-from seals.rendering.camera import Lens, lengths, single, units
+from seals.rendering.camera import Cameras, Lens, lengths, units
 from seals.rendering.files import images
 from seals.rendering.light import Light
 from seals.rendering.optics import Optics, Sight, Surface, SurfaceStill
@@ -123,10 +123,10 @@ class SceneView:
             rng: random state of the sensor's noise.
             normals: whether normals are wanted.
         """
-        views = single(*camera)
+        views = Cameras.single(*camera)
         batch = self.renderer.render(self.poses(), views, lens, normals=normals)
         drawn = Picture(*(None if x is None else np.asarray(x)[0] for x in batch))
-        ways = directions(camera[1], lens)[None]
+        ways = _directions(camera[1], lens)[None]
         colour, empty = np.asarray(drawn.colour), drawn.parts == 0
         if empty.any():
             # the sky of the optics is seen where nothing was met
@@ -172,7 +172,7 @@ class CameraView:
         self.shot = shot
 
 
-def directions(axes: Floats, lens: Lens) -> NDArray[np.float32]:
+def _directions(axes: Floats, lens: Lens) -> NDArray[np.float32]:
     """Return unit vectors along the pixel rays, world axes, shape (H, W, 3).
 
     Args:
@@ -181,7 +181,7 @@ def directions(axes: Floats, lens: Lens) -> NDArray[np.float32]:
 
     Example:
         >>> from seals.rendering.camera import OPTICAL
-        >>> directions(OPTICAL, Lens(width=1, height=1))[0, 0].tolist()
+        >>> _directions(OPTICAL, Lens(width=1, height=1))[0, 0].tolist()
         [1.0, 0.0, 0.0]
     """
     ways: NDArray[np.float32] = units(lens) @ np.asarray(axes, dtype=np.float32).T

@@ -52,8 +52,7 @@ def millimetres(depth: NDArray[np.float32]) -> NDArray[np.uint16]:
         [1234, 0, 0]
     """
     whole = np.rint(np.where(np.isfinite(depth), depth, 0.0) / MILLIMETRE)
-    found: NDArray[np.uint16] = np.where(whole > 65535.0, 0.0, whole).astype(np.uint16)
-    return found
+    return np.where(whole > 65535.0, 0.0, whole).astype(np.uint16)
 
 
 def images(picture: Picture, what: tuple[str, ...]) -> Mapping[str, bytes]:

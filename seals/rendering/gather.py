@@ -51,7 +51,13 @@ def build_scene(
     shapes: list[Shape] = []
     frames: list[str] = []
     for solid in solids:
-        shapes.append(_of_solid(solid, len(names), tile))
+        turn = matrix_of(np.asarray(solid.quaternion, dtype=float)[None])[0]
+        colour = GROUND if solid.name in _GROUND else OBSTACLE
+        squares = tile if solid.kind == "plane" else 0.0
+        place = np.asarray(solid.position, dtype=float)
+        shapes.append(
+            Shape(solid.kind, solid.size, place, turn, colour, len(names), WORLD, tile=squares)
+        )
         names.append(f"world/{solid.name}")
     for actor, robot in robots.items():
         looks = _looks(robot, detail)
@@ -61,14 +67,6 @@ def build_scene(
             names.append(f"{actor}/{link}")
             frames.append(f"{actor}/{link}")
     return Scene(tuple(shapes), tuple(names), tuple(frames))
-
-
-def _of_solid(solid: Solid, part: int, tile: float) -> Shape:
-    turn = matrix_of(np.asarray(solid.quaternion, dtype=float)[None])[0]
-    colour = GROUND if solid.name in _GROUND else OBSTACLE
-    squares = tile if solid.kind == "plane" else 0.0
-    place = np.asarray(solid.position, dtype=float)
-    return Shape(solid.kind, solid.size, place, turn, colour, part, WORLD, tile=squares)
 
 
 def _looks(robot: RobotModel, detail: Detail) -> dict[str, list[Shape]]:

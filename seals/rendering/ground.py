@@ -85,8 +85,7 @@ def _dark(rays: Image, reach: Image, origin: Floats, rotation: Floats, tile: flo
         cells += start[axis]
         np.floor(cells, out=cells)
         whole.append(cells.astype(np.int32))
-    dark: Mask = ((whole[0] ^ whole[1]) & 1).astype(bool)
-    return dark
+    return ((whole[0] ^ whole[1]) & 1).astype(bool)
 
 
 def _along(rays: Image, way: Floats) -> Image:

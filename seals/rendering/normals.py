@@ -47,8 +47,7 @@ def _step(points: Image, parts: NDArray[np.int32], axis: int) -> Image:
     pad[axis] = (1, 0)
     before, before_cost = _padded(change, pad), np.pad(cost, pad, constant_values=np.inf)
     better = (after_cost <= before_cost)[..., None]
-    found: Image = np.where(better, after, before)
-    return found
+    return np.where(better, after, before)
 
 
 def _padded(change: Image, pad: list[tuple[int, int]]) -> Image:

@@ -99,10 +99,10 @@ class Poses(NamedTuple):
     position: Array
     rotation: Array
 
-
-def nowhere(environments: int = 1) -> Poses:
-    """Return the poses of a scene without moving frames."""
-    return Poses(np.zeros((environments, 0, 3)), np.zeros((environments, 0, 3, 3)))
+    @classmethod
+    def nowhere(cls, environments: int = 1) -> Poses:
+        """Return the poses of a scene without moving frames."""
+        return cls(np.zeros((environments, 0, 3)), np.zeros((environments, 0, 3, 3)))
 
 
 def check_scene(scene: Scene) -> None:

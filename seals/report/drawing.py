@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.report.figures import Chart, Mark, Series, downsampled, edges, even
+from seals.report.figures import Chart, Mark, Series
 
 _VISIBLE = 1e-5
 """Share of a column's span below which a screen shows no difference."""
@@ -54,9 +54,9 @@ def drawn(chart: Chart, columns: Columns) -> dict[str, Any]:
     """Return a chart as data for the page's script; its values are added to the columns."""
     ready = chart.coloured()
     if chart.stacked:
-        made = _stack([even(line) for line in ready.series], columns)
+        made = _stack([line.even() for line in ready.series], columns)
     else:
-        made = [_line(downsampled(line), columns) for line in ready.series]
+        made = [_line(line.downsampled(), columns) for line in ready.series]
     return {
         "title": chart.title,
         "x": chart.x_label,
@@ -84,7 +84,7 @@ def _line(line: Series, columns: Columns) -> dict[str, Any]:
         "y": columns.add(line.y),
     }
     if line.band is not None:
-        low, high = edges(line)
+        low, high = line.edges()
         made |= {"low": columns.add(low), "high": columns.add(high)}
     return made
 

@@ -44,6 +44,50 @@ class Series:
     points: bool = False
     band: Floats | None = None
 
+    def edges(self) -> tuple[Floats, Floats]:
+        """Return the lower and upper edge of the band of a line, each of shape (points,).
+
+        Example:
+            >>> x = np.arange(2.0)
+            >>> band = np.array([[0.5, 0.5], [1.0, 2.0]])
+            >>> low, high = Series(name="a", x=x, y=x, band=band).edges()
+            >>> low.tolist(), high.tolist()
+            ([-0.5, 0.5], [1.0, 3.0])
+        """
+        band = np.zeros_like(self.y) if self.band is None else self.band
+        below, above = np.broadcast_to(band, (2, self.y.size))
+        return self.y - below, self.y + above
+
+    def downsampled(self) -> Series:
+        """Return a series of at most about `MOST_POINTS` points that keeps every peak.
+
+        Of each bin the lowest and the highest sample survive: a spike of one sample stays visible.
+
+        Example:
+            >>> spike = np.zeros(100_000)
+            >>> spike[77_777] = 1.0
+            >>> small = Series(name="a", x=np.arange(100_000.0), y=spike).downsampled()
+            >>> small.y.size <= MOST_POINTS, float(small.y.max())
+            (True, 1.0)
+        """
+        count = self.x.size
+        if count <= MOST_POINTS:
+            return self
+        kept = extremes(self.y, MOST_POINTS // 2 - 1)
+        return dataclasses.replace(
+            self,
+            x=self.x[kept],
+            y=self.y[kept],
+            band=None if self.band is None else self.band[..., kept],
+        )
+
+    def even(self, most: int = MOST_POINTS) -> Series:
+        """Return a series on evenly picked samples: stacked areas need a common abscissa."""
+        if self.x.size <= most:
+            return self
+        kept = np.unique(np.linspace(0, self.x.size - 1, most).astype(np.intp))
+        return dataclasses.replace(self, x=self.x[kept], y=self.y[kept], band=None)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Mark:
@@ -145,44 +189,6 @@ def without_rounding(values: Floats) -> Floats:
     return np.where(np.isnan(values), values, 0.0) if small else values
 
 
-def edges(line: Series) -> tuple[Floats, Floats]:
-    """Return the lower and upper edge of the band of a line, each of shape (points,).
-
-    Example:
-        >>> x = np.arange(2.0)
-        >>> low, high = edges(Series(name="a", x=x, y=x, band=np.array([[0.5, 0.5], [1.0, 2.0]])))
-        >>> low.tolist(), high.tolist()
-        ([-0.5, 0.5], [1.0, 3.0])
-    """
-    band = np.zeros_like(line.y) if line.band is None else line.band
-    below, above = np.broadcast_to(band, (2, line.y.size))
-    return line.y - below, line.y + above
-
-
-def downsampled(line: Series) -> Series:
-    """Return a series of at most about `MOST_POINTS` points that keeps every peak.
-
-    Of each bin the lowest and the highest sample survive, so a spike of one sample stays visible.
-
-    Example:
-        >>> spike = np.zeros(100_000)
-        >>> spike[77_777] = 1.0
-        >>> small = downsampled(Series(name="a", x=np.arange(100_000.0), y=spike))
-        >>> small.y.size <= MOST_POINTS, float(small.y.max())
-        (True, 1.0)
-    """
-    count = line.x.size
-    if count <= MOST_POINTS:
-        return line
-    kept = extremes(line.y, MOST_POINTS // 2 - 1)
-    return dataclasses.replace(
-        line,
-        x=line.x[kept],
-        y=line.y[kept],
-        band=None if line.band is None else line.band[..., kept],
-    )
-
-
 def extremes(y: Floats, bins: int) -> np.ndarray[tuple[int, ...], np.dtype[np.intp]]:
     """Return the indices of the smallest and largest sample of each bin, and both ends."""
     edges = np.linspace(0, y.size, bins + 1).astype(np.intp)
@@ -194,11 +200,3 @@ def extremes(y: Floats, bins: int) -> np.ndarray[tuple[int, ...], np.dtype[np.in
     low = np.argmin(np.where(np.isnan(table), np.inf, table), axis=1)
     high = np.argmax(np.where(np.isnan(table), -np.inf, table), axis=1)
     return np.unique(np.concatenate([[0], index[rows, low], index[rows, high], [y.size - 1]]))
-
-
-def even(line: Series, most: int = MOST_POINTS) -> Series:
-    """Return a series on evenly picked samples: stacked areas need a common abscissa."""
-    if line.x.size <= most:
-        return line
-    kept = np.unique(np.linspace(0, line.x.size - 1, most).astype(np.intp))
-    return dataclasses.replace(line, x=line.x[kept], y=line.y[kept], band=None)

@@ -13,7 +13,7 @@ import numpy as np
 
 from seals.errors import optional_import
 from seals.logs.atomic import atomic_path
-from seals.report.figures import Chart, Series, downsampled, edges, even
+from seals.report.figures import Chart, Series
 from seals.report.style import MUTED
 
 SIZE = (8.0, 3.6)
@@ -96,10 +96,10 @@ def _elsewhere() -> Iterator[None]:
 def _draw(axes: Any, chart: Chart) -> None:
     """Draw one chart on one pair of axes."""
     if chart.stacked:
-        _stack(axes, [even(line) for line in chart.series])
+        _stack(axes, [line.even() for line in chart.series])
     else:
         for line in chart.series:
-            _line(axes, downsampled(line))
+            _line(axes, line.downsampled())
     for mark in chart.marks:
         (axes.axhline if mark.level else axes.axvline)(mark.at, color=MUTED, lw=0.8, ls=":")
         # the label of a level stands at the left
@@ -117,18 +117,14 @@ def _draw(axes: Any, chart: Chart) -> None:
     if chart.equal:
         axes.set_aspect("equal", adjustable="datalim")
     if axes.get_legend_handles_labels()[0]:
-        _legend(axes, chart.title)
-
-
-def _legend(axes: Any, title: str) -> None:
-    """Place the legend beside the title where both fit in one row."""
-    names = axes.get_legend_handles_labels()[1]
-    # a key takes as much room as six letters
-    if len(names) <= 4 and len(title) + sum(len(name) + 6 for name in names) <= ROW:
-        place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2}
-    else:
-        place = {"loc": "best"}
-    axes.legend(fontsize=8, frameon=False, ncols=4, **place)
+        # place the legend beside the title where both fit in one row
+        names = axes.get_legend_handles_labels()[1]
+        # a key takes as much room as six letters
+        if len(names) <= 4 and len(chart.title) + sum(len(name) + 6 for name in names) <= ROW:
+            place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2}
+        else:
+            place = {"loc": "best"}
+        axes.legend(fontsize=8, frameon=False, ncols=4, **place)
 
 
 def _line(axes: Any, line: Series) -> None:
@@ -138,7 +134,7 @@ def _line(axes: Any, line: Series) -> None:
     else:
         axes.plot(line.x, line.y, style, lw=1.4, color=line.colour, label=line.name)
     if line.band is not None:
-        low, high = edges(line)
+        low, high = line.edges()
         axes.fill_between(line.x, low, high, color=line.colour, alpha=0.2, lw=0)
 
 

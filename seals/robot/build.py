@@ -23,14 +23,19 @@ from seals.robot.settings import RobotSettings, ShapeSettings
 from seals.robot.urdf import Urdf, UrdfJoint, read_urdf
 
 
-def build_robot(settings: RobotSettings) -> RobotModel:
-    """Build the model of a robot folder.
+def build_robot(settings: RobotSettings, urdf: Urdf | None = None) -> RobotModel:
+    """Build the model of a robot.
+
+    Args:
+        settings: of its folder, or of a description that has none.
+        urdf: links and joints of a description without a URDF file; left out, the file is read.
 
     Raises:
         RobotError: the URDF, a mesh or a hull cannot be used.
     """
-    path = settings.urdf_path
-    urdf = read_urdf(path)
+    where = f"robot '{settings.name}'" if urdf else f"URDF {settings.urdf_path}"
+    path = "" if urdf else str(settings.urdf_path)
+    urdf = urdf or read_urdf(settings.urdf_path)
     names = [link.name for link in urdf.links]
     for link in settings.hulls:
         if link not in names:
@@ -41,11 +46,11 @@ def build_robot(settings: RobotSettings) -> RobotModel:
     mass = np.array([link.mass for link in urdf.links])
     if not settings.fixed_base and mass[0] <= 0.0:
         raise RobotError(
-            f"URDF {path}: the base link '{names[0]}' has no mass.\nGive it an <inertial> element."
+            f"{where}: the base link '{names[0]}' has no mass.\nGive it an <inertial> element."
         )
     return RobotModel(
         name=settings.name or urdf.name,
-        urdf=str(path),
+        urdf=path,
         links=tuple(names),
         joints=joints,
         tree=tree,

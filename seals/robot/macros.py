@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import os
+import functools
 import re
-import signal
-import subprocess
 from collections.abc import Mapping
 from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
 
-from seals.child_process import command, environment
+from seals.child_process import environment
 from seals.errors import MissingExtra, RobotError
+from seals.isolated_reading import out_of_time, run_bounded
 from seals.untrusted_io import plain_json
 
 PATIENCE = 30.0
@@ -97,29 +96,24 @@ def expanded(
             "Install it: pip install xacro. Or expand the file where it is: "
             "xacro model.urdf.xacro > model.urdf"
         )
-    child = Path(str(files("seals.robot"))) / "macros_child.py"
-    try:
-        done = subprocess.run(
-            command(
-                child,
-                str(path.resolve()),
-                *(f"{name}={folder.resolve()}" for name, folder in (packages or {}).items()),
-                *(f"{name}:={value}" for name, value in (arguments or {}).items()),
-            ),
-            env={key: value for key, value in environment().items() if key in _KEPT},
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            timeout=PATIENCE,
-            check=False,
-        )
-    except subprocess.TimeoutExpired as cause:
-        raise _refused(path, f"it takes longer than {PATIENCE:g} s") from cause
+    done = run_bounded(
+        Path(str(files("seals.robot"))) / "macros_child.py",
+        [
+            str(path.resolve()),
+            *(f"{name}={folder.resolve()}" for name, folder in (packages or {}).items()),
+            *(f"{name}:={value}" for name, value in (arguments or {}).items()),
+        ],
+        env={key: value for key, value in environment().items() if key in _KEPT},
+        patience=PATIENCE,
+        refused=functools.partial(_refused, path),
+    )
     try:
         answer = plain_json(done.stdout)
         text = answer.get("urdf")
     except (ValueError, AttributeError) as cause:
-        raise _refused(path, _ended(done.returncode)) from cause
+        code = f"the process that expands them ended with code {done.returncode}"
+        why = "its macros compute too long" if out_of_time(done.returncode, 0) else code
+        raise _refused(path, why) from cause
     if not isinstance(text, str):
         raise _refused(path, str(answer.get("refused")))
     return text
@@ -130,12 +124,6 @@ def _installed() -> bool:
         return find_spec("xacro") is not None
     except ValueError:
         return False
-
-
-def _ended(code: int) -> str:
-    if -code in (getattr(signal, "SIGXCPU", 0), signal.SIGKILL if os.name == "posix" else 0):
-        return "its macros compute too long"
-    return f"the process that expands them ended with code {code}"
 
 
 def _refused(path: Path, why: str) -> RobotError:

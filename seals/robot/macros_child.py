@@ -15,7 +15,6 @@ if sys.path and not getattr(sys.flags, "safe_path", False):
     del sys.path[0]
 
 import ast
-import contextlib
 import errno
 import json
 import os
@@ -24,6 +23,8 @@ import stat
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
+
+from seals.isolated_reading import bound
 
 SECONDS = 5
 """Time that the macros of one file may compute [s]."""
@@ -60,7 +61,7 @@ def main(path: str, *given: str) -> str:
         return json.dumps({"refused": f"the package xacro is not sound: {cause}"})
     home = Path(path).resolve()
     os.environ.clear()
-    _bound()
+    bound(SECONDS, MOST_MEMORY)
     code = tuple(os.path.realpath(entry) for entry in sys.path if entry)
     values = dict(word.split(":=", 1) for word in given if ":=" in word)
     words = (word.partition("=") for word in given if ":=" not in word)
@@ -87,22 +88,6 @@ def _words(cause: BaseException) -> str:
     if isinstance(behind, MemoryError):
         return f"its macros take more than {MOST_MEMORY >> 20} MB"
     return (" ".join(str(cause).split()) or type(cause).__name__)[:300]
-
-
-def _bound() -> None:
-    """Bound time, memory and what may be written, where the system can."""
-    try:
-        import resource
-    except ImportError:
-        return
-    for what, most in (
-        (resource.RLIMIT_CPU, SECONDS),
-        (resource.RLIMIT_AS, MOST_MEMORY),
-        (resource.RLIMIT_FSIZE, 0),
-        (resource.RLIMIT_CORE, 0),
-    ):
-        with contextlib.suppress(ValueError, OSError):
-            resource.setrlimit(what, (most, most))
 
 
 def _surroundings(home: Path) -> Path:

@@ -4,33 +4,42 @@ from __future__ import annotations
 
 import os
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from seals.errors import RobotError, suggestion
 from seals.robot.settings import RobotSettings
-from seals.untrusted_io import entries, read_plain_yaml, refuse_references
+from seals.schema import read
+from seals.untrusted_io import entries, read_file, refuse_references
 
 MOST_PARTS, MOST_ENTRIES = 500, 40_000
 """Most effects, sensors and actuators of a robot, and most values of its file."""
 
-_KEYS = (
-    "summary",
-    "urdf",
-    "fixed_base",
-    "hulls",
-    "arms",
-    "grippers",
-    "legs",
-    "effects",
-    "sensors",
-    "actuators",
-    "controller",
-    "guide",
-)
 _NAME = re.compile(r"\w[\w-]*")
 _PARTS = {"effects": "effect", "sensors": "sensor", "actuators": "actuator"}
+
+
+_Section = dict[str, Any]
+_Parts = dict[str, dict[str, Any] | None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Written:
+    """What a ``robot.yaml`` may say; values of parts are checked where those are built."""
+
+    summary: str = ""
+    urdf: str = ""
+    fixed_base: bool = False
+    hulls: _Section = field(default_factory=dict)
+    arms: _Section = field(default_factory=dict)
+    grippers: _Section = field(default_factory=dict)
+    legs: _Section = field(default_factory=dict)
+    effects: _Parts = field(default_factory=dict)
+    sensors: _Parts = field(default_factory=dict)
+    actuators: _Parts = field(default_factory=dict)
+    controller: _Section | None = None
+    guide: _Section | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,14 +71,11 @@ def read_robot(folder: Path, *, name: str | None = None) -> RobotFile:
         RobotError: the file is missing, not readable, or holds keys that no robot has.
     """
     path = folder / "robot.yaml"
-    raw = _mapping(_load(path), str(path))
+    remedy = "It must be YAML text in UTF-8, in a folder with its URDF."
+    raw = read_file(dict[str, Any], path, error=RobotError, remedy=remedy)
     refuse_references(raw, where=str(path))
-    for key in raw:
-        if key not in _KEYS:
-            raise RobotError(
-                f"{path}: '{key}' is not a key of a robot.\n{suggestion(str(key), _KEYS)}"
-            )
-    urdf = str(raw.get("urdf") or "")
+    found = read(_Written, raw, where=f"{path}:", error=RobotError)
+    urdf = found.urdf
     if not urdf or not os.path.isfile(folder / urdf):
         beside = [file.name for file in folder.glob("*.urdf")]
         raise RobotError(
@@ -84,51 +90,34 @@ def read_robot(folder: Path, *, name: str | None = None) -> RobotFile:
         name=name or folder.resolve().name,
         folder=str(folder.resolve()),
         urdf=urdf,
-        fixed_base=_flag(raw.get("fixed_base", False), f"{path}: fixed_base"),
-        summary=str(raw.get("summary") or ""),
+        fixed_base=found.fixed_base,
+        summary=found.summary,
     )
     parts = {
-        section: _parts(raw.get(section), f"{path}: {section}", word)
+        section: _parts(getattr(found, section), f"{path}: {section}", word)
         for section, word in _PARTS.items()
     }
     for word in ("controller", "guide"):
-        if raw.get(word) is not None:
-            parts[word] = _parts({word: raw[word]}, f"{path}: {word}", word)
+        if getattr(found, word) is not None:
+            parts[word] = _parts({word: getattr(found, word)}, f"{path}: {word}", word)
     count = sum(map(len, parts.values()))
     if count > MOST_PARTS or entries(raw) > MOST_ENTRIES:
         raise RobotError(
             f"{path} has {count:,} effects, sensors and actuators and {entries(raw):,} entries.\n"
             f"Allowed: {MOST_PARTS:,} and {MOST_ENTRIES:,}; each is checked before every run."
         )
-    hulls = _mapping(raw.get("hulls"), f"{path}: hulls")
-    limbs = {key: _mapping(raw.get(key), f"{path}: {key}") for key in ("arms", "grippers", "legs")}
-    return RobotFile(settings=settings, hulls=hulls, limbs=limbs, parts=parts)
+    limbs = {"arms": found.arms, "grippers": found.grippers, "legs": found.legs}
+    return RobotFile(settings=settings, hulls=found.hulls, limbs=limbs, parts=parts)
 
 
-def _load(path: Path) -> Any:
-    import yaml
-
-    try:
-        return read_plain_yaml(path)
-    except FileNotFoundError as cause:
-        raise RobotError(
-            f"{path} does not exist.\nA robot is a folder holding robot.yaml and its URDF."
-        ) from cause
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as cause:
-        text = " ".join(str(cause).split())
-        raise RobotError(
-            f"{path} cannot be read: {text}.\nIt must be YAML text in UTF-8."
-        ) from cause
-
-
-def _parts(raw: Any, where: str, word: str) -> dict[str, tuple[str, dict[str, Any]]]:
+def _parts(raw: _Parts, where: str, word: str) -> dict[str, tuple[str, dict[str, Any]]]:
     found = {}
-    for name, entry in _mapping(raw, where).items():
-        if not _NAME.fullmatch(str(name)):
+    for name, entry in raw.items():
+        if not _NAME.fullmatch(name):
             raise RobotError(
                 f"{where}: '{name}' is not a valid name.\nAllowed: letters, digits, '_' and '-'"
             )
-        values = dict(_mapping(entry, f"{where}.{name}"))
+        values = dict(entry or {})
         plugin = values.pop(word, None)
         if not isinstance(plugin, str):
             raise RobotError(
@@ -140,21 +129,5 @@ def _parts(raw: Any, where: str, word: str) -> dict[str, tuple[str, dict[str, An
             raise RobotError(
                 f"{where}.{name}.{hidden[0]} is not allowed.\nKeys must not begin with '_'."
             )
-        found[str(name)] = (plugin, values)
+        found[name] = (plugin, values)
     return found
-
-
-def _mapping(raw: Any, where: str) -> dict[str, Any]:
-    if raw is None:
-        return {}
-    if not isinstance(raw, dict):
-        raise RobotError(
-            f"{where} is a {type(raw).__name__}.\nAllowed: a mapping of names to values."
-        )
-    return raw
-
-
-def _flag(raw: Any, where: str) -> bool:
-    if not isinstance(raw, bool):
-        raise RobotError(f"{where}={raw} is not allowed.\nAllowed: true or false.")
-    return raw

@@ -107,13 +107,9 @@ def _check(settings: RunSettings) -> None:
     """Refuse values that the types let through."""
     for key in (*PLAIN, "objects"):
         check_tree(getattr(settings, key), where=key)
-    if settings.seed < 0:
-        raise ConfigError(
-            f"seed={settings.seed} is not allowed.\nAllowed: a whole number, 0 or more."
-        )
     if not settings.robot.urdf:
         raise ConfigError("robot is not given.\nChoose one: robot=NAME; see: seals list robot")
-    kept = {key: getattr(settings, key) for key in ("surface", "particles", "checkpoint")}
+    kept = {key: getattr(settings, key) for key in ("seed", "surface", "particles", "checkpoint")}
     check_fields(RunSettings, kept, where="")
     check_profiles(settings.environment)
     check_ground(settings.environment)

@@ -15,6 +15,7 @@ from seals.effects.effect import EffectOptions
 from seals.errors import LogError
 from seals.logs.check_meta import check_meta
 from seals.logs.log import Log
+from seals.multibody.servo import GAINS
 from seals.plugin_options import options_of
 from seals.robot.limbs import standing
 from seals.robot.model import RobotModel
@@ -22,30 +23,27 @@ from seals.robot.whole_body import whole_body
 from seals.run.settings import RunSettings
 from seals.untrusted_io import read_yaml, refuse_references
 
+_ELECTRICAL = ("friction_torque", "copper_loss")
+"""What a rotor states of its power."""
 ROTORS, THRUSTERS, SERVOS = "rotor_thrust", "thruster_force", "arm"
 """Names of drives and servos in the list of what the model holds."""
-GAINS = ("kp", "kd", "torque_limit", "armature")
 AT_ONCE = 1e-4
 """Time constant of a drive without lag: the format of a log knows none of zero [s]."""
 
 
-def describe_drives(
-    actuators: Mapping[str, Any], layout: Layout | None
-) -> dict[str, list[dict[str, Any]]]:
-    """Return rotors and thrusters one by one, in body axes, in the order of their commands.
-
-    Args:
-        actuators: by instance name.
-        layout: of all drives; None where they stand still.
-    """
+def _drives(actuators: Mapping[str, Any], layout: Layout) -> dict[str, list[dict[str, Any]]]:
+    """Rotors and thrusters one by one, in body axes, in the order of their commands."""
     out: dict[str, list[dict[str, Any]]] = {"rotors": [], "thrusters": []}
-    if layout is None:
-        return out
-    radius = np.zeros(layout.drives)
+    own = {key: np.zeros(layout.drives) for key in ("radius", *_ELECTRICAL)}
     for actuator in actuators.values():
         if hasattr(actuator, "first"):
             columns = slice(actuator.first, actuator.first + actuator.count)
-            radius[columns] = actuator.constants()["radius"]
+            for key, values in own.items():
+                values[columns] = actuator.constants().get(key, 0.0)
+    own["reverse"] = np.where(layout.low < 0.0, layout.reverse, 0.0)
+    own["reverse"][np.array(layout.kind) != ROTOR] = 0.0
+    # what is zero for all rotors says nothing
+    stated = {key: values for key, values in own.items() if key == "radius" or values.any()}
     for k, kind in enumerate(layout.kind):
         entry: dict[str, Any] = {
             "position": layout.position[k],
@@ -61,7 +59,7 @@ def describe_drives(
                 "torque_coefficient": abs(reaction),
                 "spin_down": layout.fall[k],
                 "max_speed": layout.limit[k],
-                "radius": radius[k],
+                **{key: values[k] for key, values in stated.items()},
             }
             out["rotors"].append(entry)
         else:
@@ -80,6 +78,9 @@ def describe_servos(settings: RunSettings, robot: RobotModel) -> dict[str, Any] 
         if joints and hasattr(actuator, "of_joints"):
             each = {gain: actuator.of_joints(gain, joints) for gain in GAINS}
             alike = {g: float(x[0]) if np.all(x == x[0]) else x.tolist() for g, x in each.items()}
+            speed = actuator.speeds(joints) if hasattr(actuator, "speeds") else np.zeros(0)
+            if (speed < np.finfo(float).max).any():
+                alike["speed_limit"] = speed.tolist()
             return {**alike, "encoder": "link side"}
     return None
 
@@ -134,7 +135,7 @@ def vehicle_of(robot: RobotModel, actuators: Mapping[str, Any]) -> dict[str, Any
         "mass": mass,
         "inertia": inertia,
         "centre_of_gravity": centre,
-        **describe_drives(actuators, layout),
+        **_drives(actuators, layout),
     }
 
 

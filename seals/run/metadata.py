@@ -12,20 +12,20 @@ import numpy as np
 from seals.config.plugin_lookup import plugin_name
 from seals.control.plant import Layout
 from seals.effects.binding import has_hook
-from seals.effects.effect import EffectOptions
+from seals.effects.effect import EffectOptions, number_lists
 from seals.environment.sampler import WaterColumn
 from seals.frames import matrix_of, quaternion_of, quaternion_of_rpy
 from seals.logs.channels import CHANNELS
 from seals.plugin_options import options_of
 from seals.robot.model import RobotModel
 from seals.robot.settings import HullSettings
-from seals.robot.whole_body import place_on_base, whole_body
+from seals.robot.whole_body import place_on_base
 from seals.run.equipment_metadata import (
     describe_battery,
-    describe_drives,
     describe_servos,
     held,
     stowed,
+    vehicle_of,
 )
 from seals.run.hidden import hide
 from seals.run.settings import RunSettings
@@ -83,13 +83,8 @@ def describe_vehicle(
     settings: RunSettings, robot: RobotModel, layout: Layout | None
 ) -> dict[str, Any]:
     """Return the vehicle's mass properties at joint zero, its drives, hulls, arm and battery."""
-    mass, centre, inertia = whole_body(robot)
     vehicle: dict[str, Any] = {
-        "name": robot.name,
-        "mass": mass,
-        "inertia": inertia,
-        "centre_of_gravity": centre,
-        **describe_drives(settings.actuators, layout),
+        **vehicle_of(robot, {} if layout is None else settings.actuators),
         "hull": _hull(settings, robot, 0),
         "arm": None,
         "battery": describe_battery(settings),
@@ -198,7 +193,8 @@ def _effect(name: str, effect: Any) -> dict[str, Any]:
     found = _plugin("effect", effect)
     words = {k: v for k, v in vars(effect).items() if isinstance(v, Enum) and k != "medium"}
     usual = {**vars(type(effect)), **options.log_words}
-    choices = {k: v.value for k, v in words.items() if v is not usual[k]}
+    choices: dict[str, Any] = {k: v.value for k, v in words.items() if v is not usual[k]}
+    choices |= {k: getattr(effect, k) for k in number_lists(effect) if getattr(effect, k)}
     if "parameters" in found:
         # sizes and places at their default say nothing
         known, default = parameters_of(effect), vars(type(effect))

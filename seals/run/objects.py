@@ -26,6 +26,7 @@ from seals.robot.settings import RobotSettings
 from seals.run.immersed import owned, owners
 from seals.run.object_settings import ObjectSettings
 from seals.run.settings import RunSettings
+from seals.schema import read
 from seals.world import Actor
 from seals.world.pilot import Pilot
 from seals.world.servos import check_gains
@@ -103,27 +104,10 @@ def build_object(
 
 def object_robot(found: RobotFile) -> RobotSettings:
     """Return the settings of a robot folder without overrides, typed and checked."""
-    from omegaconf import OmegaConf
-
-    from seals.config.refusal import refusals
-    from seals.schema import check_tree
-
     s = found.settings
-    values = {
-        "name": s.name,
-        "folder": s.folder,
-        "urdf": s.urdf,
-        "fixed_base": s.fixed_base,
-        "hulls": found.hulls,
-        **found.limbs,
-        "summary": s.summary,
-    }
-    with refusals(()):
-        node = OmegaConf.merge(OmegaConf.structured(RobotSettings), OmegaConf.create(values))
-        typed: Any = OmegaConf.to_object(node)
-    check_tree(typed, where=f"robot '{s.name}'")
-    settings: RobotSettings = typed
-    return settings
+    told = {"name": s.name, "folder": s.folder, "urdf": s.urdf, "fixed_base": s.fixed_base}
+    values = {**told, "summary": s.summary, "hulls": found.hulls, **found.limbs}
+    return read(RobotSettings, values, where=f"robot '{s.name}'")
 
 
 def object_configuration(name: str, settings: ObjectSettings, robot: RobotModel) -> Configuration:

@@ -4,21 +4,37 @@ from __future__ import annotations
 
 import importlib.util
 import os
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from seals.config.checks import refuse_growth
 from seals.config.derive import schema_of
 from seals.config.plugin_lookup import plugin_at
 from seals.config.refusal import refusals
 from seals.config.strangers import refuse_lookups
-from seals.errors import ConfigError, LogError, RobotError
+from seals.errors import ConfigError, RobotError
 from seals.run.provenance import digest, noted_digest
 from seals.run.settings import RunSettings
-from seals.untrusted_io import read_json, read_plain_yaml
+from seals.untrusted_io import read_file
 
 _SINGLE = ("backend", "wave", "fluid", "controller", "guide", "viewer")
 _SEVERAL = {"effects": "effect", "sensors": "sensor", "actuators": "actuator"}
+
+
+class _Files(NamedTuple):
+    """Folder of a robot, and the SHA-256 of its files by name."""
+
+    folder: str
+    files: Mapping[str, str]
+
+
+class _Facts(NamedTuple):
+    """What ``run.json`` notes of a run's robots."""
+
+    robot: _Files
+    objects: Mapping[str, _Files] = {}
+    compiled: bool | None = None
 
 
 def recalled(folder: Path, *, key: str = "repeat") -> Any:
@@ -50,8 +66,8 @@ def recalled(folder: Path, *, key: str = "repeat") -> Any:
         config.repeat = config.resume = None
         # whom a run talked to is no part of it, and not for its folder to say
         config.live = None
-    noted = _facts(folder).get("compiled")
-    if isinstance(noted, bool) and "compiled" in (raw.get("backend") or {}):
+    noted = _facts(folder).compiled
+    if noted is not None and "compiled" in (raw.get("backend") or {}):
         # what a run of another length would decide for itself
         missing = noted and importlib.util.find_spec("llvmlite") is None
         config.backend.compiled = "auto" if missing else str(noted).lower()
@@ -60,24 +76,18 @@ def recalled(folder: Path, *, key: str = "repeat") -> Any:
 
 
 def _read(folder: Path, key: str) -> dict[str, Any]:
-    import yaml
-
     path = folder / ".hydra" / "config.yaml"
     if not path.is_file():
         raise ConfigError(
             f"{key}={folder}: there is no run in this folder.\n"
             "Give the folder of a run; it holds .hydra/config.yaml and run.json."
         )
-    try:
-        raw = read_plain_yaml(path)
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as cause:
-        text = " ".join(str(cause).split())
-        raise ConfigError(f"{path} cannot be read: {text}.\nRestore it, or start anew.") from cause
+    raw: dict[str, Any] = read_file(
+        dict[str, Any], path, remedy="Give the folder of a run: restore the file, or start anew."
+    )
     if not path.read_bytes().endswith(b"\n"):
         # what is missing at its end would become default values
         raise ConfigError(f"{path} was cut short.\nRestore it, or start anew with the same words.")
-    if not isinstance(raw, dict):
-        raise ConfigError(f"{path} is not a mapping.\nGive the folder of a run.")
     refuse_lookups(
         raw,
         where=str(path),
@@ -101,9 +111,9 @@ def _typed(kind: str, node: Any, *, where: str) -> Any:
 def _same_robot(folder: Path, config: Any, key: str) -> None:
     """Refuse a robot whose files have changed since the run, unless the run holds them all."""
     facts = _facts(folder)
-    for name, thing in facts.get("objects", {}).items():
+    for name, thing in facts.objects.items():
         _same_object(folder, name, thing, key)
-    noted = _noted_files(folder, facts)
+    noted = facts.robot.files
     robot = Path(str(config.robot.folder))
     changed = [name for name, code in noted.items() if noted_digest(robot, name) != code]
     if not changed:
@@ -118,17 +128,10 @@ def _same_robot(folder: Path, config: Any, key: str) -> None:
     )
 
 
-def _same_object(folder: Path, name: str, noted: Any, key: str) -> None:
+def _same_object(folder: Path, name: str, noted: _Files, key: str) -> None:
     """Refuse an object whose files have changed since the run."""
-    try:
-        home = Path(noted["folder"])
-        changed = [
-            file for file, code in noted["files"].items() if noted_digest(home, str(file)) != code
-        ]
-    except (KeyError, TypeError, AttributeError) as cause:
-        raise ConfigError(
-            f"{folder / 'run.json'} is damaged: {cause}.\nRestore it, or remove it."
-        ) from cause
+    home = Path(noted.folder)
+    changed = [file for file, code in noted.files.items() if noted_digest(home, file) != code]
     if changed:
         raise RobotError(
             f"{key}={folder}: {', '.join(changed[:3])} in {home}, of the object '{name}', changed "
@@ -136,26 +139,10 @@ def _same_object(folder: Path, name: str, noted: Any, key: str) -> None:
         )
 
 
-def _facts(folder: Path) -> dict[str, Any]:
-    """Return the content of ``run.json``; empty for a run that was interrupted."""
+def _facts(folder: Path) -> _Facts:
+    """Return what ``run.json`` notes; nothing for a run that was interrupted."""
     path = folder / "run.json"
     if not os.path.lexists(path):
-        return {}
-    try:
-        facts = read_json(path)
-        if not isinstance(facts, dict) or not isinstance(facts.get("objects", {}), dict):
-            raise LogError("it holds no mapping of names to values")
-    except LogError as cause:
-        raise ConfigError(f"{path} is damaged: {cause}") from cause
+        return _Facts(robot=_Files(folder="", files={}))
+    facts: _Facts = read_file(_Facts, path, remedy="Restore it, or remove it.", extra=True)
     return facts
-
-
-def _noted_files(folder: Path, facts: dict[str, Any]) -> dict[str, str]:
-    """Return the checksums of the robot's files in ``run.json``; none without it."""
-    if not facts:
-        return {}
-    try:
-        return {str(name): str(code) for name, code in facts["robot"]["files"].items()}
-    except (KeyError, TypeError, AttributeError) as cause:
-        path = folder / "run.json"
-        raise ConfigError(f"{path} is damaged: {cause}.\nRestore it, or remove it.") from cause

@@ -11,7 +11,7 @@ from seals.field_roles import roles
 from seals.rendering.optics import Optics
 from seals.rendering.settings import SightSettings
 from seals.robot.settings import RobotSettings
-from seals.schema import optional, setting, vector
+from seals.schema import count, optional, setting, vector
 
 
 class DriveStart(enum.Enum):
@@ -109,7 +109,7 @@ class RunSettings:
     """
 
     name: str = "run"
-    seed: int = 0
+    seed: int = count(0, bounds=(0, 2**63 - 1))
     robot: RobotSettings = field(default_factory=RobotSettings)
     backend: Any = None
     wave: Any = None

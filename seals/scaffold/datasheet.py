@@ -43,7 +43,6 @@ _OF_MARKERS = {
     "pose_misalignment": _Assumed(0.02, "rad, each axis", "markers levelled by eye"),
 }
 """The same of poses so exact that they are of motion capture."""
-_LEFT_OUT = _Assumed(0.003, "s", "robot.yaml states no lag: one is a missing effect")
 _NO_LAG = 1e-3
 """Time constant below which a lag is left out of a model [s]."""
 _OPTICAL = 0.002
@@ -136,7 +135,8 @@ def _tolerances(facts: FlightFacts, vehicle: Mapping[str, Any], wet: bool) -> di
     table = _ASSUMED | (_OF_MARKERS if optical else {}) | (_ASSUMED_IN_WATER if wet else {})
     rotors = vehicle.get("rotors") or []
     if rotors and max(float(r["time_constant"]) for r in rotors) < _NO_LAG:
-        table = table | {"rotor_time_constant": _LEFT_OUT}
+        # no stated number that may be off a little: a lag is a missing effect
+        table = {name: assumed for name, assumed in table.items() if name != "rotor_time_constant"}
     found = {name: a._replace(why=f"assumed: {a.why}") for name, a in table.items()}
     for name, fact in (
         ("gyroscope_bias", facts.gyroscope_bias),

@@ -159,8 +159,7 @@ def smooth(values: Floats) -> Floats:
     """Smooth evenly sampled rows by local parabolas (Savitzky-Golay filter), shape (T, k)."""
     from scipy.signal import savgol_filter
 
-    found: Floats = savgol_filter(values, _SMOOTH, 2, axis=0)
-    return found
+    return savgol_filter(values, _SMOOTH, 2, axis=0)
 
 
 def _left(values: Floats, known: list[Floats], there: NDArray[np.bool_]) -> Floats:

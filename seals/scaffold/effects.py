@@ -88,7 +88,7 @@ def effects_of(
         stated = {stated_link(each, robot, source): each for each in rows}
         for link, each in stated.items():
             word = "hull" if link == robot.links[0] else plain(link)
-            out |= dict(_of_file(word, link, afloat(each, robot, hulls)))
+            out |= dict(_of_file(word, link, _afloat(each, robot, hulls)))
         out |= _chosen(robot, hulls, stated)
     if medium.dry and robot.links[0] in hulls:
         drag = drag_of([hulls[robot.links[0]]])
@@ -104,7 +104,7 @@ def share_afloat(robot: RobotModel, hulls: Mapping[str, LinkHull]) -> float:
     return share if share < AFLOAT else 1.0
 
 
-def afloat(each: Hydrodynamics, robot: RobotModel, hulls: Mapping[str, LinkHull]) -> Hydrodynamics:
+def _afloat(each: Hydrodynamics, robot: RobotModel, hulls: Mapping[str, LinkHull]) -> Hydrodynamics:
     """Return the coefficients of the wholly submerged hull.
 
     A boat's file states those of the hull at its draught. The effects are scaled by the submerged

@@ -13,7 +13,7 @@ from seals.check.joints import joint_loads_of
 from seals.control.plant import ROTOR, rest_poses
 from seals.robot.model import RobotModel
 from seals.scaffold.drag import WATER, drag_of
-from seals.scaffold.hydrodynamics import added_mass_of_ellipsoid, ellipsoid_of_moments
+from seals.scaffold.hydrodynamics import ellipsoid_of_moments
 from seals.scaffold.limbs import SURFACE
 from seals.scaffold.motors import LIQUID
 from seals.scaffold.rotors import Drives
@@ -178,7 +178,7 @@ def added_mass(hull: LinkHull) -> Floats:
     for share, box in zip(volume / volume.sum(), hull.boxes, strict=True):
         arm = box.centre - middle
         spread += share * ((box.turn * box.edges**2 / 12.0) @ box.turn.T + np.outer(arm, arm))
-    return added_mass_of_ellipsoid(ellipsoid_of_moments(volume.sum(), middle, spread), WATER)
+    return ellipsoid_of_moments(volume.sum(), middle, spread).added_mass(WATER)
 
 
 def short(value: float) -> float:

@@ -227,7 +227,9 @@ def _walk(dialect: str, element: Element, above: str) -> Iterator[tuple[str, str
                 yield from ((kind, branch) for kind in _own(inner, tag))
         return
     for kind in _own(element, above):
-        yield kind, _reason(dialect, kind)
+        # why an entry is left out; empty where it is used
+        tables = [(_USED.get(dialect, ""), ""), *_LEFT.get(dialect, {}).items()]
+        yield kind, next((why for words, why in tables if _fits(kind, words)), UNKNOWN)
     for child in element:
         top = tag == "model" and above in ("sdf", "world") and child.tag == "pose"
         yield from _walk(dialect, child, "top" if top else tag)
@@ -238,12 +240,6 @@ def _own(element: Element, above: str) -> list[str]:
     place = f"{above}/{element.tag}" if above else str(element.tag)
     found = [f"{place}@{key}" for key in element.attrib]
     return found + ([f"{place}#"] if (element.text or "").strip() else [])
-
-
-def _reason(dialect: str, kind: str) -> str:
-    """Return why an entry is left out; empty where it is used."""
-    tables = [(_USED.get(dialect, ""), ""), *_LEFT.get(dialect, {}).items()]
-    return next((why for words, why in tables if _fits(kind, words)), UNKNOWN)
 
 
 def _fits(kind: str, words: str) -> bool:

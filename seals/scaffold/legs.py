@@ -31,7 +31,7 @@ RESERVE = 4.0
 """Torque limit against the torque that carries [1]."""
 
 
-class Stance(NamedTuple):
+class _Stance(NamedTuple):
     """Size of the stance of a robot.
 
     Args:
@@ -47,7 +47,7 @@ class Stance(NamedTuple):
         """Reach, at least half of the height: legs that hang down bend when they walk [m].
 
         Example:
-            >>> Stance(reach=0.0, height=0.3).span
+            >>> _Stance(reach=0.0, height=0.3).span
             0.15
         """
         return max(self.reach, 0.5 * self.height)
@@ -137,7 +137,7 @@ def _end_of(hull: LinkHull) -> Floats:
     return np.asarray(max(ends, key=np.linalg.norm), dtype=np.float64)
 
 
-def stance_of(robot: RobotModel, legs: Mapping[str, Mapping[str, Any]]) -> Stance:
+def _stance_of(robot: RobotModel, legs: Mapping[str, Mapping[str, Any]]) -> _Stance:
     """Return reach and height of the stance."""
     values = np.zeros((1, robot.tree.joints))
     for leg in legs.values():
@@ -150,13 +150,13 @@ def stance_of(robot: RobotModel, legs: Mapping[str, Mapping[str, Any]]) -> Stanc
         first = origins[robot.tree.child[robot.joints.index(leg["joints"][0])]]
         reach.append(float(np.linalg.norm((toe - first)[:2])))
         height.append(-float(toe[2]))
-    return Stance(float(np.mean(reach)), float(np.mean(height)))
+    return _Stance(float(np.mean(reach)), float(np.mean(height)))
 
 
 def leg_servos(robot: RobotModel, legs: Mapping[str, Mapping[str, Any]]) -> dict[str, list[float]]:
     """Return servo gains with which half of the legs carry the weight."""
     carried = 9.81 * float(robot.mass.sum()) / (0.5 * len(legs))
-    torque = carried * stance_of(robot, legs).span
+    torque = carried * _stance_of(robot, legs).span
     damped = DAMPED_ON_FOUR if len(legs) == FEWEST else DAMPED
     values = {"kp_each": torque / SAG, "kd_each": damped * torque / SAG}
     values["torque_limit_each"] = RESERVE * torque
@@ -169,7 +169,7 @@ def gait_of(robot: RobotModel, legs: Mapping[str, Mapping[str, Any]]) -> dict[st
     On four legs it trots, which is to fall from one diagonal to the other: a step takes about as
     long as the fall, and the feet carry the weight and hold the body level.
     """
-    stance = stance_of(robot, legs)
+    stance = _stance_of(robot, legs)
     # pendulums of the stance's height set the pace
     pace = np.sqrt(9.81 / max(stance.height, 1e-3)) / (2.0 * np.pi)
     lengths = {"stroke": 0.65 * stance.span, "lift": 0.3 * stance.height}

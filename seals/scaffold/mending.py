@@ -52,8 +52,13 @@ def mended(robot: UrdfDraft, forward: str) -> list[str]:
     changes = []
     if FORWARD.get(forward) and robot.links:
         changes.append(f"the frame '{turned_base(robot, forward)}' is the base: x ahead, z up")
-    unit_axes(robot)
-    endless = endless_limits(robot)
+    # the axes of joints a length of one: an engine may take the length for a gear ratio
+    for axis in robot.root.iterfind("joint/axis"):
+        given = np.array([float(word) for word in (axis.get("xyz") or "1 0 0").split()])
+        length = float(np.linalg.norm(given))
+        if np.isfinite(length) and length > NO_AXIS and abs(length - 1.0) > LAST_DIGIT:
+            axis.set("xyz", " ".join(f"{x:.17g}" for x in given / length))
+    endless = _endless_limits(robot)
     if endless:
         changes.append(f"endless limits of joints: {', '.join(endless[:6])}")
     still = fixed_joints(robot)
@@ -134,7 +139,7 @@ def fixed_joints(robot: UrdfDraft) -> list[str]:
     return found
 
 
-def endless_limits(robot: UrdfDraft) -> list[str]:
+def _endless_limits(robot: UrdfDraft) -> list[str]:
     """Write limits that are none as a URDF does; return what became of them, in words.
 
     A hinge without any becomes continuous; else an endless side lies 1000 rad or m away.
@@ -156,15 +161,6 @@ def endless_limits(robot: UrdfDraft) -> list[str]:
                 limit.set(key, "-1000" if value < 0.0 else "1000")
             found.append(f"{name} 1000 away")
     return found
-
-
-def unit_axes(robot: UrdfDraft) -> None:
-    """Give the axes of joints a length of one: an engine may take the length for a gear ratio."""
-    for axis in robot.root.iterfind("joint/axis"):
-        given = np.array([float(word) for word in (axis.get("xyz") or "1 0 0").split()])
-        length = float(np.linalg.norm(given))
-        if np.isfinite(length) and length > NO_AXIS and abs(length - 1.0) > LAST_DIGIT:
-            axis.set("xyz", " ".join(f"{x:.17g}" for x in given / length))
 
 
 def sound_inertias(robot: UrdfDraft) -> list[str]:

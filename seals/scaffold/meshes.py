@@ -112,7 +112,17 @@ class _Copies:
             )
         if source not in self.taken:
             name = _copy(source, self.folder, set(self.taken.values()), self.changes)
-            _refuse_millimetres(mesh, given, self.folder / name)
+            scale = max(abs(float(word)) for word in (mesh.get("scale") or "1").split())
+            extent = (
+                float(np.ptp(np.asarray(load_mesh(self.folder / name).vertices), axis=0).max())
+                * scale
+            )
+            if extent > FAR:
+                raise RobotError(
+                    f"mesh '{given}' is {extent:.4g} m long: it was probably drawn in "
+                    "millimetres.\n"
+                    'Write scale="0.001 0.001 0.001" into its <mesh> element.'
+                )
             self.taken[source] = name
         mesh.set("filename", self.taken[source])
 
@@ -211,13 +221,3 @@ def load_mesh(path: Path) -> Any:
         # COLLADA files say their unit
         mesh.apply_scale(float(unit[1]))
     return mesh
-
-
-def _refuse_millimetres(mesh: Element, name: str, path: Path) -> None:
-    scale = max(abs(float(word)) for word in (mesh.get("scale") or "1").split())
-    extent = float(np.ptp(np.asarray(load_mesh(path).vertices), axis=0).max()) * scale
-    if extent > FAR:
-        raise RobotError(
-            f"mesh '{name}' is {extent:.4g} m long: it was probably drawn in millimetres.\n"
-            'Write scale="0.001 0.001 0.001" into its <mesh> element.'
-        )

@@ -57,7 +57,16 @@ def urdf_of_mjcf(
     if model.nbody < 2:
         raise RobotError(f"MJCF {path} holds no body.\nA robot needs at least one <body>.")
     if bounded.missing:
-        _refuse_weight(path, model, _compiled(path, text, bounded.stand_ins(2.0)), bounded.missing)
+        # refuse missing meshes whose bodies take their mass from them: stand-ins of two sizes tell
+        other = _compiled(path, text, bounded.stand_ins(2.0))
+        for body in np.flatnonzero(~np.isclose(model.body_mass, other.body_mass, rtol=1e-9)):
+            geoms = np.flatnonzero((model.geom_bodyid == body) & (model.geom_type == _MESH))
+            names = [str(model.mesh(model.geom_dataid[geom]).name) for geom in geoms]
+            file = next(bounded.missing[name] for name in names if name in bounded.missing)
+            raise RobotError(
+                f"mesh '{file}' of {path} is not there, and '{model.body(body).name}' has its mass "
+                "from it.\nPut the mesh there, or state the mass in an <inertial> of the body."
+            )
     made = _Conversion(path, model, root.get("model") or path.stem, bounded.missing)
     made.run()
     # MuJoCo fills what a keyframe leaves out with zeros
@@ -80,18 +89,6 @@ def _compiled(path: Path, text: str, assets: dict[str, bytes]) -> Any:
         ) from cause
 
 
-def _refuse_weight(path: Path, model: Any, other: Any, missing: Mapping[str, str]) -> None:
-    """Refuse missing meshes whose bodies take their mass from them: stand-ins of two sizes tell."""
-    for body in np.flatnonzero(~np.isclose(model.body_mass, other.body_mass, rtol=1e-9)):
-        geoms = np.flatnonzero((model.geom_bodyid == body) & (model.geom_type == _MESH))
-        names = [str(model.mesh(model.geom_dataid[geom]).name) for geom in geoms]
-        file = next(missing[name] for name in names if name in missing)
-        raise RobotError(
-            f"mesh '{file}' of {path} is not there, and '{model.body(body).name}' has its mass "
-            "from it.\nPut the mesh there, or state the mass in an <inertial> of the body."
-        )
-
-
 class _Conversion:
     """One conversion: the compiled model and the URDF made from it."""
 
@@ -106,7 +103,11 @@ class _Conversion:
     def run(self) -> None:
         """Fill the URDF."""
         m = self.model
-        base = self._base()
+        m = self.model
+        tops = [b for b in range(1, m.nbody) if m.body_parentid[b] == 0]
+        floating = [b for b in tops if self._free(b)]
+        size = {b: sum(self._below(k, b) for k in range(1, m.nbody)) for b in tops}
+        base = max(floating or tops, key=lambda b: size[b])
         own = [b for b in range(1, m.nbody) if self._below(b, base)]
         if m.nbody - 1 > len(own):
             self.changes.append(f"{m.nbody - 1 - len(own)} bodies beside the robot left out")
@@ -150,13 +151,6 @@ class _Conversion:
 
     def _name(self, kind: str, index: int) -> str:
         return str(getattr(self.model, kind)(index).name) or f"{kind}_{index}"
-
-    def _base(self) -> int:
-        m = self.model
-        tops = [b for b in range(1, m.nbody) if m.body_parentid[b] == 0]
-        free = [b for b in tops if self._free(b)]
-        size = {b: sum(self._below(k, b) for k in range(1, m.nbody)) for b in tops}
-        return max(free or tops, key=lambda b: size[b])
 
     def _free(self, body: int) -> bool:
         m = self.model

@@ -117,6 +117,26 @@ class Stated:
     armature: dict[str, float] = field(default_factory=dict)
     """Inertia of motor and gear at joints as the file states it, by joint [kg m^2 or kg]."""
 
+    def size(self) -> int:
+        """Return how many motors, wings and bodies in a fluid the file states."""
+        return (
+            len(self.motors) + len(self.hydrodynamics) + len(self.displacements) + len(self.wings)
+        )
+
+    def without_repeats(self) -> Stated:
+        """Merge motors that are stated twice; the motor's own plug-in overrides a controller's."""
+        known: dict[str, Motor] = {}
+        for motor in self.motors:
+            key = motor.joint or motor.link
+            if key not in known or "max_speed" not in known[key].values:
+                before = known[key].values if key in known else {}
+                known[key] = motor._replace(values={**before, **motor.values})
+            elif "max_speed" in motor.values:
+                self.unread.append(f"a second motor of '{key}'")
+        self.motors = list(known.values())
+        self.unread = list(dict.fromkeys(self.unread))
+        return self
+
 
 def stated_of(root: ElementTree.Element) -> Stated:
     """Return the data of all plug-ins in a file.
@@ -126,38 +146,17 @@ def stated_of(root: ElementTree.Element) -> Stated:
     """
     found = Stated()
     for plugin in root.iter("plugin"):
-        before = _count(found)
+        before = found.size()
         name = (plugin.get("filename") or plugin.get("name") or "plugin").split("/")[-1]
         said = f"plug-in {name}"
         found.motors += _motors(plugin, said)
         found.hydrodynamics += [*_coefficients(plugin, said), *_fossen(plugin, said)]
         found.displacements += _volumes(plugin, said)
         found.wings += wings_of(plugin, said)
-        if _count(found) == before:
+        if found.size() == before:
             found.unread.append(name)
     found.hydrodynamics += _fluid_added_mass(root)
-    return _without_repeats(found)
-
-
-def _count(found: Stated) -> int:
-    return (
-        len(found.motors) + len(found.hydrodynamics) + len(found.displacements) + len(found.wings)
-    )
-
-
-def _without_repeats(found: Stated) -> Stated:
-    """Merge motors that are stated twice; the motor's own plug-in overrides a controller's."""
-    known: dict[str, Motor] = {}
-    for motor in found.motors:
-        key = motor.joint or motor.link
-        if key not in known or "max_speed" not in known[key].values:
-            before = known[key].values if key in known else {}
-            known[key] = motor._replace(values={**before, **motor.values})
-        elif "max_speed" in motor.values:
-            found.unread.append(f"a second motor of '{key}'")
-    found.motors = list(known.values())
-    found.unread = list(dict.fromkeys(found.unread))
-    return found
+    return found.without_repeats()
 
 
 def _motors(plugin: ElementTree.Element, said: str) -> Iterator[Motor]:

@@ -11,7 +11,7 @@ from seals.control.plant import ROTOR
 from seals.robot.model import RobotModel
 from seals.scaffold.effects import RobotMedium
 from seals.scaffold.legs import DAMPED_ON_FOUR, gait_of
-from seals.scaffold.rotors import Drives, by_carrier
+from seals.scaffold.rotors import Drives
 from seals.scaffold.takeover import Takeover
 
 if TYPE_CHECKING:
@@ -124,7 +124,7 @@ def _of_rotors(drives: Drives, robot: RobotModel) -> Iterator[str]:
         yield "rotors: the drag torque is chosen; check torque_coefficient"
     if "direction" not in drives.sources:
         yield "rotors: directions of rotation alternate; check direction"
-    followed = [link for link, _ in by_carrier(drives, robot) if link]
+    followed = [link for link, _ in drives.by_carrier(robot) if link]
     yield from _of_tilting(drives, followed)
 
 

@@ -36,7 +36,7 @@ from seals.scaffold.legs import gait_of, leg_servos, with_feet
 from seals.scaffold.limbs import Limbs, limbs_of
 from seals.scaffold.mending import add_inertials, mended
 from seals.scaffold.remarks import remarks_of
-from seals.scaffold.rotors import GRAVITY, WATER, Drives, by_carrier, drives_of, held_down
+from seals.scaffold.rotors import GRAVITY, WATER, Drives, drives_of, held_down
 from seals.scaffold.shapes import LinkHull, extents_of, hulls_of, rounded, with_volumes
 from seals.scaffold.stance import stances_of
 from seals.scaffold.takeover import Takeover
@@ -203,7 +203,7 @@ def _refuse_pushed_world(robot: RobotModel, drives: list[Drives]) -> None:
     if robot.mass[0] > 0.0:
         return
     for whole in drives:
-        for carrier, each in by_carrier(whole, robot):
+        for carrier, each in whole.by_carrier(robot):
             if not carrier:
                 raise RobotError(
                     f"{each.links[0]} drives a robot that moves on joints against the world.\n"
@@ -305,7 +305,7 @@ def _drive_facts(made: NewRobot) -> list[dict[str, Any]]:
     found: list[dict[str, Any]] = []
     first = 0
     for whole in made.drives:
-        for carrier, drives in by_carrier(whole, made.robot):
+        for carrier, drives in whole.by_carrier(made.robot):
             facts = {
                 "kind": drives.kind,
                 "name": f"{plain(carrier)}_{drives.kind}s" if carrier else f"{drives.kind}s",

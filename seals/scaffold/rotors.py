@@ -83,6 +83,39 @@ class Drives:
     sources: dict[str, str] = field(default_factory=dict)
     tilting: dict[str, str] = field(default_factory=dict)
 
+    def rows(self, rows: list[int]) -> Drives:
+        """Return some of the drives."""
+        arrays: dict[str, Any] = {
+            key: value[rows] for key, value in vars(self).items() if isinstance(value, np.ndarray)
+        }
+        return replace(self, links=[self.links[k] for k in rows], **arrays)
+
+    def by_carrier(self, robot: RobotModel) -> list[tuple[str, Drives]]:
+        """Return the drives on the base, then each rotor that one hinge tilts, in axes of its link.
+
+        Args:
+            robot: with the joints of its drives fixed.
+
+        Returns:
+            Names of the links, empty for the base, with their drives.
+        """
+        tilted = {}
+        for k, name in enumerate(self.links):
+            link = robot.links.index(name)
+            moves = robot.tree.moves[link] if robot.tree.joints else np.zeros(0)
+            moving = np.flatnonzero(moves)
+            if self.kind == ROTOR and len(moving) == 1 and not robot.tree.slides[moving[0]]:
+                tilted[k] = link
+        base = [k for k in range(len(self.links)) if k not in tilted]
+        found = [("", self.rows(base))] if base else []
+        origins, turns = rest_poses(robot)
+        for k, link in tilted.items():
+            one = self.rows([k])
+            one.position = (one.position - origins[link]) @ turns[link]
+            one.axis = one.axis @ turns[link]
+            found.append((robot.links[link], one))
+        return found
+
 
 def drives_of(
     robot: RobotModel, source: Takeover, extents: Mapping[str, float], *, medium: str = ""
@@ -111,42 +144,6 @@ def drives_of(
         if own:
             found.append(_drives(kind, own, robot, source, extents))
     return found
-
-
-def by_carrier(drives: Drives, robot: RobotModel) -> list[tuple[str, Drives]]:
-    """Return the drives on the base, then each rotor that one hinge tilts, in axes of its link.
-
-    Args:
-        drives: in base axes, joints at zero.
-        robot: with the joints of its drives fixed.
-
-    Returns:
-        Names of the links, empty for the base, with their drives.
-    """
-    tilted = {}
-    for k, name in enumerate(drives.links):
-        link = robot.links.index(name)
-        moves = robot.tree.moves[link] if robot.tree.joints else np.zeros(0)
-        moving = np.flatnonzero(moves)
-        if drives.kind == ROTOR and len(moving) == 1 and not robot.tree.slides[moving[0]]:
-            tilted[k] = link
-    base = [k for k in range(len(drives.links)) if k not in tilted]
-    found = [("", _rows(drives, base))] if base else []
-    origins, turns = rest_poses(robot)
-    for k, link in tilted.items():
-        one = _rows(drives, [k])
-        one.position = (one.position - origins[link]) @ turns[link]
-        one.axis = one.axis @ turns[link]
-        found.append((robot.links[link], one))
-    return found
-
-
-def _rows(drives: Drives, rows: list[int]) -> Drives:
-    """Return some of the drives."""
-    arrays: dict[str, Any] = {
-        key: value[rows] for key, value in vars(drives).items() if isinstance(value, np.ndarray)
-    }
-    return replace(drives, links=[drives.links[k] for k in rows], **arrays)
 
 
 def _named(robot: RobotModel, medium: str, *, wet: bool, fewest: int) -> list[Motor]:

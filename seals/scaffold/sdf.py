@@ -34,7 +34,7 @@ _GEOMETRY = ("box", "cylinder", "sphere", "capsule", "ellipsoid", "mesh")
 _DEEPEST_FRAME = 50
 
 
-class Frames(NamedTuple):
+class _Frames(NamedTuple):
     """Poses of the links, joints and frames of a model.
 
     Args:
@@ -61,8 +61,7 @@ class Frames(NamedTuple):
                 "Give one of the frames on the way relative to the model."
             )
         base, own = self.poses[name]
-        placed: Floats = self.pose(base, depth + 1) @ own
-        return placed
+        return self.pose(base, depth + 1) @ own
 
 
 def urdf_of_sdf(
@@ -104,7 +103,7 @@ def urdf_of_sdf(
         names, origins[WORLD] = [*names, WORLD], np.eye(4)
     for joint in moving:
         if joint.get("type") in _TYPES:
-            child = frames_link(frames, _end(joint, "child"), names)
+            child = _frames_link(frames, _end(joint, "child"), names)
             origins[child][:3, 3] = frames.pose(str(joint.get("name")))[:3, 3]
     for link, name in zip(links, names[: len(links)], strict=True):
         shift = np.linalg.inv(origins[name]) @ frames.pose(name)
@@ -186,7 +185,7 @@ def _name(where: str, element: Element) -> str:
     return name
 
 
-def _frames(where: str, model: Element, base: str = "") -> Frames:
+def _frames(where: str, model: Element, base: str = "") -> _Frames:
     """Poses of all links, joints and frames; those of a nested model are relative to it."""
     poses: dict[str, tuple[str, Floats]] = {}
     carriers: dict[str, str] = {}
@@ -209,7 +208,7 @@ def _frames(where: str, model: Element, base: str = "") -> Frames:
             _name(where, joint), (_relative(pose) or _end(joint, "child"), _pose(where, pose))
         )
         carriers.setdefault(_name(where, joint), _end(joint, "child"))
-    return Frames(poses, carriers, where)
+    return _Frames(poses, carriers, where)
 
 
 def _relative(pose: Element | None) -> str:
@@ -243,7 +242,7 @@ def _end(joint: Element, which: str) -> str:
     return last_name(text)
 
 
-def frames_link(frames: Frames, name: str, links: list[str]) -> str:
+def _frames_link(frames: _Frames, name: str, links: list[str]) -> str:
     """Return the link that a joint refers to, by its own name or that of a frame on it."""
     for _ in range(_DEEPEST_FRAME):
         if name in links or name not in frames.poses:
@@ -322,7 +321,7 @@ def _shape(where: str, part: Element, changes: list[str]) -> Element | None:
 
 def _joint(
     joint: Element,
-    frames: Frames,
+    frames: _Frames,
     origins: Mapping[str, Floats],
     names: list[str],
     changes: list[str],
@@ -332,7 +331,7 @@ def _joint(
     if kind not in (*_TYPES, "fixed"):
         allowed = suggestion(kind, [*_TYPES, "fixed"])
         raise RobotError(f"{where} has the type '{kind}', which no URDF has.\n{allowed}")
-    parent, child = (frames_link(frames, _end(joint, end), names) for end in ("parent", "child"))
+    parent, child = (_frames_link(frames, _end(joint, end), names) for end in ("parent", "child"))
     origin = np.linalg.inv(origins[parent]) @ origins[child]
     if kind == "fixed":
         return joint_element(name, "fixed", parent, child, origin)

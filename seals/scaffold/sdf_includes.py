@@ -144,7 +144,13 @@ def _expand(
                 "Leave out what is no part of the robot."
             )
         own.set("name", include.findtext("name") or own.get("name") or file.parent.name)
-        _place(own, include)
+        # override a model's pose by that of its `<include>`, and add the plug-ins of the latter
+        pose = include.find("pose")
+        if pose is not None:
+            for old in own.findall("pose"):
+                own.remove(old)
+            own.append(pose)
+        own.extend(include.findall("plugin"))
         for uri in own.iter("uri"):
             # the path of a mesh is relative to the included file
             text = (uri.text or "").strip()
@@ -154,16 +160,6 @@ def _expand(
         _expand(file, own, found, (*above, file))
         model.remove(include)
         model.append(own)
-
-
-def _place(own: ElementTree.Element, include: ElementTree.Element) -> None:
-    """Override a model's pose by that of its ``<include>``, and add the plug-ins of the latter."""
-    pose = include.find("pose")
-    if pose is not None:
-        for old in own.findall("pose"):
-            own.remove(old)
-        own.append(pose)
-    own.extend(include.findall("plugin"))
 
 
 def _file_of(path: Path, include: ElementTree.Element, packages: Mapping[str, Path]) -> Path:

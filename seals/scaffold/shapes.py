@@ -46,8 +46,7 @@ class Box(NamedTuple):
     @property
     def size(self) -> Floats:
         """Edges of the enclosing box aligned with the link axes [m], shape (3,)."""
-        around: Floats = np.abs(self.turn) @ self.edges
-        return around
+        return np.abs(self.turn) @ self.edges
 
 
 class LinkHull(NamedTuple):

@@ -23,6 +23,45 @@ class Echoes(NamedTuple):
     extent: Floats
     power: Floats
 
+    def over_range(
+        self,
+        columns: int,
+        bins: int,
+        *,
+        nearest: float,
+        size: float,
+        pulse: float,
+    ) -> Floats:
+        """Return intensity over range for each column of rays, shape (columns, bins).
+
+        Equation:
+            A point returns its power over the length of the pulse, p = c tau / 2; a cell of extent
+            e the same energy over e + p. A bin has the mean over its length.
+
+        Args:
+            columns: of rays.
+            bins: of range.
+            nearest: range where the first begins [m].
+            size: of a bin [m].
+            pulse: length of the pulse in range [m].
+        """
+        count = len(self.way)
+        met = np.flatnonzero(self.power > 0.0)
+        column = (np.arange(count) % columns)[met]
+        width = self.extent[met] + pulse
+        low = (self.way[met] - 0.5 * width - nearest) / size
+        # integral of a step function: its slope changes where a cell begins and where it ends
+        slope = self.power[met] * pulse / width
+        edges = np.clip(np.concatenate([low, low + width / size]), 0.0, float(bins))
+        slope = np.concatenate([slope, -slope])
+        place = np.ceil(edges).astype(np.int64) + np.concatenate([column, column]) * (bins + 1)
+        total = columns * (bins + 1)
+        rise = np.bincount(place, slope, total).reshape(columns, bins + 1).cumsum(axis=1)
+        less = np.bincount(place, slope * edges, total).reshape(columns, bins + 1).cumsum(axis=1)
+        integral = rise * np.arange(bins + 1) - less
+        found: Floats = np.maximum(np.diff(integral, axis=1), 0.0)
+        return found
+
 
 def scattered(
     hits: Hits, directions: Floats, across: Floats, strength: Floats, *, loss: float, step: float
@@ -53,44 +92,3 @@ def scattered(
     extent = step * way * sloping / np.maximum(facing, 1e-3)
     power = strength * facing * 10.0 ** (-0.2 * loss * way) / (way * way)
     return Echoes(np.where(met, way, np.inf), extent, np.where(met, power, 0.0))
-
-
-def over_range(
-    echoes: Echoes,
-    columns: int,
-    bins: int,
-    *,
-    nearest: float,
-    size: float,
-    pulse: float,
-) -> Floats:
-    """Return intensity over range for each column of rays, shape (columns, bins).
-
-    Equation:
-        A point returns its power over the length of the pulse, p = c tau / 2; a cell of extent e
-        the same energy over e + p. A bin has the mean over its length.
-
-    Args:
-        echoes: of columns x rows of rays, row by row: n = rows * columns.
-        columns: of rays.
-        bins: of range.
-        nearest: range where the first begins [m].
-        size: of a bin [m].
-        pulse: length of the pulse in range [m].
-    """
-    count = len(echoes.way)
-    met = np.flatnonzero(echoes.power > 0.0)
-    column = (np.arange(count) % columns)[met]
-    width = echoes.extent[met] + pulse
-    low = (echoes.way[met] - 0.5 * width - nearest) / size
-    # integral of a step function: its slope changes where a cell begins and where it ends
-    slope = echoes.power[met] * pulse / width
-    edges = np.clip(np.concatenate([low, low + width / size]), 0.0, float(bins))
-    slope = np.concatenate([slope, -slope])
-    place = np.ceil(edges).astype(np.int64) + np.concatenate([column, column]) * (bins + 1)
-    total = columns * (bins + 1)
-    rise = np.bincount(place, slope, total).reshape(columns, bins + 1).cumsum(axis=1)
-    less = np.bincount(place, slope * edges, total).reshape(columns, bins + 1).cumsum(axis=1)
-    integral = rise * np.arange(bins + 1) - less
-    found: Floats = np.maximum(np.diff(integral, axis=1), 0.0)
-    return found

@@ -25,6 +25,12 @@ class RobotEquipment(NamedTuple):
     rotors: int = 0
     battery: bool = False
 
+    @classmethod
+    def of(cls, robot: RobotModel, effects: EffectSet) -> RobotEquipment:
+        """Return the equipment of a robot."""
+        rotors = sum(int(b.hooks.count) for b in effects.actuators if spins(b.effect))
+        return cls(robot.joints, rotors, bool(effects.batteries))
+
 
 class OnboardState(NamedTuple):
     """Onboard state of the robot, evaluated on demand.
@@ -39,18 +45,12 @@ class OnboardState(NamedTuple):
     rotors: Callable[[], Floats]
     battery_state: Callable[[], tuple[float, float, float]]
 
-
-def equipment_of(robot: RobotModel, effects: EffectSet) -> RobotEquipment:
-    """Return the equipment of a robot."""
-    rotors = sum(int(b.hooks.count) for b in effects.actuators if spins(b.effect))
-    return RobotEquipment(robot.joints, rotors, bool(effects.batteries))
+    @classmethod
+    def bare(cls) -> OnboardState:
+        """Return the onboard state of a robot without joints, rotors and battery."""
+        return cls(lambda: np.zeros(0), lambda: np.zeros(0), lambda: (0.0, 0.0, 0.0))
 
 
 def spins(actuator: Any) -> bool:
     """Return whether an actuator's drives are rotors with reaction torque."""
     return "reaction_coefficient" in actuator.constants()
-
-
-def nothing_aboard() -> OnboardState:
-    """Return the onboard state of a robot without joints, rotors and battery."""
-    return OnboardState(lambda: np.zeros(0), lambda: np.zeros(0), lambda: (0.0, 0.0, 0.0))

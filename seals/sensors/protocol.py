@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 
 from seals.arrays import Floats
-from seals.sensors.onboard import OnboardState, nothing_aboard
+from seals.sensors.onboard import OnboardState
 from seals.sensors.surroundings import Surroundings, no_surroundings
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 NO_CONTACT: Floats = np.zeros(6)
 NO_CONTACT.setflags(write=False)
 NOBODY: Mapping[str, Floats] = MappingProxyType({})
-NOWHERE, NOTHING_ABOARD = no_surroundings(), nothing_aboard()
+NOWHERE, NOTHING_ABOARD = no_surroundings(), OnboardState.bare()
 
 
 class SensorInput(NamedTuple):

@@ -47,10 +47,7 @@ def counts(values: Floats, unit: float) -> NDArray[np.uint16]:
         [125, 0, 0]
     """
     whole = np.rint(np.where(np.isfinite(values), values, 0.0) / unit)
-    kept: NDArray[np.uint16] = np.where((whole < 0.0) | (whole > 65535.0), 0.0, whole).astype(
-        np.uint16
-    )
-    return kept
+    return np.where((whole < 0.0) | (whole > 65535.0), 0.0, whole).astype(np.uint16)
 
 
 def fan(bearings: Floats, nearest: float, farthest: float, height: int) -> NDArray[np.int64]:

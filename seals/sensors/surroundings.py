@@ -61,8 +61,7 @@ class Surroundings:
         if self.waves is None:
             return np.full(len(points), self.level)
         sea = self.waves.at(points, np.array([[time]]), self.level)
-        height: Floats = np.broadcast_to(np.reshape(sea.elevation, -1), len(points))
-        return height
+        return np.broadcast_to(np.reshape(sea.elevation, -1), len(points))
 
     def wet(self, time: float, point: Floats) -> bool:
         """Return whether a point is under the local water surface."""

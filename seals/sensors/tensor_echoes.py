@@ -164,7 +164,7 @@ class TensorEchoes:
         return self._over_range(way, extent, torch.where(found, power, 0.0))
 
     def _over_range(self, way: Any, extent: Any, power: Any) -> Any:
-        """Intensities of the beams over range; see `seals.sensors.echoes.over_range`."""
+        """Intensities of the beams over range; see `seals.sensors.echoes.Echoes.over_range`."""
         import torch
 
         made = self.layout

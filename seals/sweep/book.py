@@ -20,6 +20,7 @@ from seals.drawn_text import in_table
 from seals.errors import ConfigError
 from seals.logs.room import room
 from seals.logs.run_folder import open_own
+from seals.schema import read
 from seals.untrusted_io import read_bytes
 
 NOTE, TABLE, LOCK = "sweep.json", "jobs.csv", ".jobs.lock"
@@ -46,7 +47,7 @@ class Job(NamedTuple):
     code: int
     seconds: float
     words: tuple[str, ...]
-    message: str
+    message: str = ""
 
 
 def read_jobs(folder: Path) -> dict[int, Job]:
@@ -65,17 +66,12 @@ def read_jobs(folder: Path) -> dict[int, Job]:
     found = {}
     for line, row in enumerate(csv.DictReader(io.StringIO(whole)), start=2):
         try:
-            job = Job(
-                int(row["number"]),
-                row["state"],
-                int(row["code"]),
-                float(row["seconds"]),
-                tuple(shlex.split(row["words"])),
-                row["message"] or "",
-            )
-        except (KeyError, TypeError, ValueError) as cause:
+            words = shlex.split(row["words"])
+            job = read(Job, {**row, "words": words}, where=f"line {line}:")
+        except (ConfigError, AttributeError, KeyError, TypeError, ValueError) as cause:
+            why = str(cause).partition("\n")[0]
             raise ConfigError(
-                f"{path}, line {line}, is damaged: {cause}.\n"
+                f"{path}, line {line}, is damaged: {why}.\n"
                 "Remove that line: its job will be run again."
             ) from cause
         found[job.number] = job

@@ -97,7 +97,7 @@ def write_demonstration(
         success=ended,
         seed=seed,
     )
-    named = dataclasses.replace(origin, observation=seen, action=done, rate=rate)
+    named = dataclasses.replace(origin, observation=tuple(seen), action=tuple(done), rate=rate)
     return write(Demonstrations(origin=named, episodes=[episode]), folder / FOLDER)
 
 

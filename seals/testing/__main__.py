@@ -23,13 +23,13 @@ from seals.testing import (
 )
 
 
-def check_actuator(name: str) -> Any:
+def _check_actuator(name: str) -> Any:
     """Check an installed actuator by the contract of effects."""
     return check_effect(registry.get("actuator", name).load())
 
 
 CHECKS: dict[str, Callable[[str], Any]] = {
-    "actuator": check_actuator,
+    "actuator": _check_actuator,
     "backend": check_backend,
     "effect": check_effect,
     "fluid": check_fluid,

@@ -18,7 +18,7 @@ from seals.effects.effect import Effect
 from seals.robot.model import RobotModel
 from seals.testing.bodies import free_body, moving_arm
 from seals.testing.contract import ContractError, require
-from seals.testing.engines import SAMPLE, Track, errors, extrapolated, follow, simulate
+from seals.testing.engines import SAMPLE, Track, follow, simulate
 from seals.testing.scenes import ARM_SIZE, LIMITS, Case, companions, start_of
 
 FLOOR = 2e-5
@@ -99,14 +99,26 @@ class Agreement:
                 ) from cause
             effects = _bind(robot, others, effect)
             found = [
-                errors(
-                    simulate(robot, effects, starts, step=step, backend=self.backend, **run),
-                    reference,
+                simulate(robot, effects, starts, step=step, backend=self.backend, **run).errors(
+                    reference
                 )
                 for step in self.steps
             ]
-            without = self._without(robot, others, case, starts)
-        moved = errors(without, reference).max(axis=1)
+            # the motion without the effect: many effects have the same companions
+            key = repr((others, case, self.duration, self.backend))
+            if key not in _WITHOUT:
+                if len(_WITHOUT) >= MOST_WITHOUT:
+                    _WITHOUT.clear()
+                _WITHOUT[key] = simulate(
+                    robot,
+                    _bind(robot, others),
+                    starts,
+                    step=SAMPLE,
+                    backend=self.backend,
+                    duration=self.duration,
+                )
+            without = _WITHOUT[key]
+        moved = without.errors(reference).max(axis=1)
         return tuple(
             SceneReport(
                 scene=scene,
@@ -117,28 +129,6 @@ class Agreement:
             )
             for k, scene in enumerate(case.scenes)
         )
-
-    def _without(
-        self,
-        robot: RobotModel,
-        others: dict[str, Effect],
-        case: Case,
-        starts: Sequence[Configuration],
-    ) -> Track:
-        """Return the motion without the effect: many effects have the same companions."""
-        key = repr((others, case, self.duration, self.backend))
-        if key not in _WITHOUT:
-            if len(_WITHOUT) >= MOST_WITHOUT:
-                _WITHOUT.clear()
-            _WITHOUT[key] = simulate(
-                robot,
-                _bind(robot, others),
-                starts,
-                step=SAMPLE,
-                backend=self.backend,
-                duration=self.duration,
-            )
-        return _WITHOUT[key]
 
     def judge(self, report: SceneReport, *, least: float = 1.0) -> None:
         """Refuse errors above the limits and steps that do not converge.
@@ -194,7 +184,7 @@ def _reference(
         follow(robot, effects, starts, step=step, duration=duration)
         for step in (SAMPLE / 2.0, SAMPLE / 4.0)
     )
-    return extrapolated(coarse, fine)
+    return coarse.extrapolated(fine)
 
 
 def _bind(robot: RobotModel, others: dict[str, Effect], effect: Effect | None = None) -> EffectSet:

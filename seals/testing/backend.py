@@ -123,7 +123,9 @@ class _BackendCheck:
         world, actor = self.world(robot, {"gravity": registry.get("effect", "gravity").load()()})
         before, centre = actor.body.read(), robot.centre[0]
         height = _centre_height(before, centre)
-        rise = _centre_rise(before, centre)
+        rise = float(
+            (before.velocity + np.cross(before.angular_velocity, _turn(before) @ centre))[2]
+        )
         for _ in range(round(1.0 / STEP)):
             world.step()
         expected = height + rise - 0.5 * ENVIRONMENT.gravity
@@ -195,10 +197,6 @@ def _turn(c: Configuration) -> Floats:
 
 def _centre_height(c: Configuration, centre: Floats) -> float:
     return float((c.position + _turn(c) @ centre)[2])
-
-
-def _centre_rise(c: Configuration, centre: Floats) -> float:
-    return float((c.velocity + np.cross(c.angular_velocity, _turn(c) @ centre))[2])
 
 
 def momentum_of(robot: RobotModel, poses: LinkPoses) -> tuple[Floats, Floats]:

@@ -102,7 +102,20 @@ def check_controller(
         aim = Reference(velocity=rng.normal(size=3), yaw=float(rng.normal()))
         order, memory = call_twice(name, "command", made.command, situation, aim, memory)
         require_storable(name, memory)
-        _require_order(name, order, situation)
+        drive, slack = order.drive, 1e-9
+        inside = (drive <= situation.limit + slack) & (drive >= situation.low - slack)
+        require(
+            drive.shape == situation.limit.shape and bool(inside.all()),
+            name,
+            f"commands {drive} to drives from {situation.low} to {situation.limit}",
+            "Hold the commands within the limits of the situation.",
+        )
+        require(
+            order.joints.shape == situation.joints.shape and bool(np.isfinite(order.joints).all()),
+            name,
+            f"sends {order.joints} to {situation.joints.size} joints",
+            "Return one finite number a joint.",
+        )
     return ControlReport(name=name, calls=2 * len(course), rate=made.rate)
 
 
@@ -115,23 +128,6 @@ def _bound(
     course, plant = _course(robot)
     made.bind(plant)
     return name, made, course
-
-
-def _require_order(name: str, order: ActuatorCommand, situation: RobotState) -> None:
-    drive, slack = order.drive, 1e-9
-    inside = (drive <= situation.limit + slack) & (drive >= situation.low - slack)
-    require(
-        drive.shape == situation.limit.shape and bool(inside.all()),
-        name,
-        f"commands {drive} to drives from {situation.low} to {situation.limit}",
-        "Hold the commands within the limits of the situation.",
-    )
-    require(
-        order.joints.shape == situation.joints.shape and bool(np.isfinite(order.joints).all()),
-        name,
-        f"sends {order.joints} to {situation.joints.size} joints",
-        "Return one finite number a joint.",
-    )
 
 
 def _course(robot: str) -> tuple[list[RobotState], Plant]:

@@ -123,7 +123,24 @@ def check_effect_declaration(name: str, cls: type) -> tuple[str, ...]:
         "Make hooks static methods: they are pure.",
     )
     if "drives" in hooks:
-        _check_actuator(name, cls())
+        # check that an actuator declares its columns, lags and limits
+        actuator = cls()
+        stated = ("first", "count", "lag", "limit")
+        missing = [key for key in stated if not hasattr(actuator, key)]
+        require(
+            not missing,
+            name,
+            f"turns drives into thrust and does not define {', '.join(missing)}",
+            "Give the properties first, count (columns of its drives), lag [s], limit, shape "
+            "(count,).",
+        )
+        shapes = {key: np.shape(getattr(actuator, key)) for key in ("lag", "limit")}
+        require(
+            set(shapes.values()) == {(actuator.count,)},
+            name,
+            f"lag and limit have the shapes {list(shapes.values())} for {actuator.count} drives",
+            f"Allowed: ({actuator.count},).",
+        )
     owned = getattr(cls, "accounts_for", None)
     require(
         isinstance(owned, tuple) and all(isinstance(phenomenon, str) for phenomenon in owned),
@@ -132,25 +149,6 @@ def check_effect_declaration(name: str, cls: type) -> tuple[str, ...]:
         "Name what the effect owns, for instance ('quadratic drag',).",
     )
     return hooks
-
-
-def _check_actuator(name: str, actuator: Any) -> None:
-    """Check that an actuator declares its columns, lags and limits."""
-    stated = ("first", "count", "lag", "limit")
-    missing = [key for key in stated if not hasattr(actuator, key)]
-    require(
-        not missing,
-        name,
-        f"turns drives into thrust and does not define {', '.join(missing)}",
-        "Give the properties first, count (columns of its drives), lag [s], limit, shape (count,).",
-    )
-    shapes = {key: np.shape(getattr(actuator, key)) for key in ("lag", "limit")}
-    require(
-        set(shapes.values()) == {(actuator.count,)},
-        name,
-        f"lag and limit have the shapes {list(shapes.values())} for {actuator.count} drives",
-        f"Allowed: ({actuator.count},).",
-    )
 
 
 def _check_docstring(name: str, cls: type) -> None:

@@ -29,6 +29,36 @@ class Track(NamedTuple):
     quaternion: Floats
     joints: Floats
 
+    def errors(self, reference: Track) -> Floats:
+        """Largest error of position, attitude and joints relative to the reference, shape (B, 3).
+
+        The path has floors of 0.1 m and 0.1 rad, so that a body that hardly moves is not judged by
+        its rest.
+        """
+        turn = _angle(
+            multiply(*(_flat(q) for q in (conjugate(_flat(self.quaternion)), reference.quaternion)))
+        )
+        steps = multiply(
+            _flat(conjugate(_flat(reference.quaternion[:-1]))), _flat(reference.quaternion[1:])
+        )
+        batch = reference.position.shape[1]
+        off = [
+            np.linalg.norm(self.position - reference.position, axis=2).max(axis=0),
+            turn.reshape(-1, batch).max(axis=0),
+            np.abs(self.joints - reference.joints).max(axis=(0, 2), initial=0.0),
+        ]
+        path = [
+            np.linalg.norm(np.diff(reference.position, axis=0), axis=2).sum(axis=0),
+            _angle(steps).reshape(-1, batch).sum(axis=0),
+            np.abs(np.diff(reference.joints, axis=0)).sum(axis=(0, 2)),
+        ]
+        return np.stack([o / np.maximum(p, 0.1) for o, p in zip(off, path, strict=True)], axis=1)
+
+    def extrapolated(self, fine: Track) -> Track:
+        """Richardson extrapolation of first-order trajectories with steps in the ratio 2 to 1."""
+        position, turn, joints = (2.0 * b - a for a, b in zip(self, fine, strict=True))
+        return Track(position, turn / np.linalg.norm(turn, axis=2, keepdims=True), joints)
+
 
 def simulate(
     robot: RobotModel,
@@ -88,38 +118,6 @@ def follow(
         if (k + 1) % round(SAMPLE / step) == 0:
             rows.append(Track(state.position, state.quaternion, state.joints))
     return _stack(rows)
-
-
-def extrapolated(coarse: Track, fine: Track) -> Track:
-    """Richardson extrapolation of two first-order trajectories with steps in the ratio 2 to 1."""
-    position, turn, joints = (2.0 * b - a for a, b in zip(coarse, fine, strict=True))
-    return Track(position, turn / np.linalg.norm(turn, axis=2, keepdims=True), joints)
-
-
-def errors(found: Track, reference: Track) -> Floats:
-    """Largest error of position, attitude and joints relative to the reference, shape (B, 3).
-
-    The path has floors of 0.1 m and 0.1 rad, so that a body that hardly moves is not judged by its
-    rest.
-    """
-    turn = _angle(
-        multiply(*(_flat(q) for q in (conjugate(_flat(found.quaternion)), reference.quaternion)))
-    )
-    steps = multiply(
-        _flat(conjugate(_flat(reference.quaternion[:-1]))), _flat(reference.quaternion[1:])
-    )
-    batch = reference.position.shape[1]
-    off = [
-        np.linalg.norm(found.position - reference.position, axis=2).max(axis=0),
-        turn.reshape(-1, batch).max(axis=0),
-        np.abs(found.joints - reference.joints).max(axis=(0, 2), initial=0.0),
-    ]
-    path = [
-        np.linalg.norm(np.diff(reference.position, axis=0), axis=2).sum(axis=0),
-        _angle(steps).reshape(-1, batch).sum(axis=0),
-        np.abs(np.diff(reference.joints, axis=0)).sum(axis=(0, 2)),
-    ]
-    return np.stack([o / np.maximum(p, 0.1) for o, p in zip(off, path, strict=True)], axis=1)
 
 
 def _still() -> Waves:

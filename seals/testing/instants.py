@@ -64,20 +64,23 @@ def random_instant(rng: np.random.Generator, rows: int, *, still: bool = False) 
     reading = Reading(
         normal((rows, 3)), 9.81 * normal((rows, 3)), normal((rows, 3)), normal((rows, 3))
     )
-    return Instant(motion, medium, joints, inputs, _random_drives(rng, rows), reading)
-
-
-def _random_drives(rng: np.random.Generator, rows: int) -> Drives:
-    """Random rotors, some of which push."""
+    # random rotors, some of which push
     axis = rng.standard_normal((DRIVES, 3))
     way = rng.choice((-1.0, 1.0), (rows, DRIVES))
-    return Drives(
-        position=0.1 * rng.standard_normal((DRIVES, 3)),
-        axis=axis / np.linalg.norm(axis, axis=1, keepdims=True),
-        radius=rng.uniform(0.05, 0.2, DRIVES),
-        thrust=way * rng.uniform(1.0, 4.0, (rows, DRIVES)),
-        torque=0.02 * rng.standard_normal((rows, DRIVES)),
-        speed=rng.uniform(200.0, 600.0, (rows, DRIVES)),
+    return Instant(
+        motion,
+        medium,
+        joints,
+        inputs,
+        Drives(
+            position=0.1 * rng.standard_normal((DRIVES, 3)),
+            axis=axis / np.linalg.norm(axis, axis=1, keepdims=True),
+            radius=rng.uniform(0.05, 0.2, DRIVES),
+            thrust=way * rng.uniform(1.0, 4.0, (rows, DRIVES)),
+            torque=0.02 * rng.standard_normal((rows, DRIVES)),
+            speed=rng.uniform(200.0, 600.0, (rows, DRIVES)),
+        ),
+        reading,
     )
 
 

@@ -59,7 +59,17 @@ def check_robot(robot: str | Path) -> RobotReport:
         bool(settings.robot.summary), name, "has no summary", "Add a line 'summary:' to robot.yaml."
     )
     _check_masses(name, model)
-    _check_joints(name, model)
+    # check unit axes and ordered limits
+    axes = np.linalg.norm(model.tree.axis, axis=1)
+    require(
+        bool(np.allclose(axes, 1.0)), name, f"has joint axes of length {axes}", "Give unit axes."
+    )
+    require(
+        bool((model.lower < model.upper).all()),
+        name,
+        "has a joint without travel",
+        "Make it fixed, or widen it.",
+    )
     volume = 0.0
     for link, hull in zip(model.links, model.hulls, strict=True):
         if hull is not None:
@@ -106,17 +116,3 @@ def _check_masses(name: str, model: RobotModel) -> None:
             where,
             "A link with mass needs an inertia about every axis.",
         )
-
-
-def _check_joints(name: str, model: RobotModel) -> None:
-    """Check unit axes and ordered limits."""
-    axes = np.linalg.norm(model.tree.axis, axis=1)
-    require(
-        bool(np.allclose(axes, 1.0)), name, f"has joint axes of length {axes}", "Give unit axes."
-    )
-    require(
-        bool((model.lower < model.upper).all()),
-        name,
-        "has a joint without travel",
-        "Make it fixed, or widen it.",
-    )

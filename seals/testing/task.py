@@ -12,7 +12,6 @@ from seals.arrays import Floats
 from seals.config.compose import compose
 from seals.learn.task import Draw, Instant, Task, WorldTask
 from seals.robot.build import build_robot
-from seals.robot.model import RobotModel
 from seals.run.build import build_run
 from seals.testing.contract import call_twice, require
 from seals.testing.declaration import build_declared
@@ -91,7 +90,12 @@ def check_task(
     )
     draw = made.draw(np.random.default_rng(7), COUNT)
     _require_draw(name, draw, made.draw(np.random.default_rng(7), COUNT))
-    facts = _facts(made, model)
+    # quantities of full worlds that the task asks for, all alike
+    hands = len(model.grippers)
+    tips = sum(len(hand.tips) for hand in model.grippers.values())
+    wide = {"phase": 2 * len(model.legs), "grip": hands, "closed": hands, "touch": tips}
+    asked = made.knows if isinstance(made, WorldTask) else ()
+    facts = {fact: np.full((COUNT, wide.get(fact, 1)), 0.25) for fact in asked}
     before, now = (_instant(made, draw, facts, actions, time) for time in (0.0, 0.1))
     laws: dict[str, tuple[Any, tuple[Any, ...], list[tuple[int, ...]]]] = {
         "target": (made.target, (draw.goal, now.time), [(COUNT, 3), (COUNT, 3)]),
@@ -107,7 +111,12 @@ def check_task(
         laws["effort"] = (made.effort, (now,), [(COUNT,)])
     for law, (call, given, shapes) in laws.items():
         found = _arrays(call_twice(name, law, call, *given))
-        _require_shapes(name, law, found, shapes)
+        got = [array.shape for array in found]
+        require(got == shapes, name, f"{law} returns shapes {got}", f"Return {shapes}.")
+        finite = all(bool(np.isfinite(array).all()) for array in found)
+        require(
+            finite, name, f"{law} returns numbers that are not finite", "Return finite numbers."
+        )
         if law == "scripted_policy":
             size = float(np.abs(found[0]).max())
             require(size <= 1.0, name, f"its scripted policy acts by {size:.3g}", "Hold it to 1.")
@@ -124,15 +133,6 @@ def _require_draw(name: str, first: Draw, second: Draw) -> None:
         require(good, name, f"draws {key} of shape {values.shape}", f"Return finite {shape}.")
     rows = np.shape(first.goal)[:1]
     require(rows == (COUNT,), name, f"draws goals of {rows} rows", f"Return {COUNT} rows.")
-
-
-def _facts(task: Task, robot: RobotModel) -> dict[str, Floats]:
-    """Quantities of full worlds that the task asks for, all alike."""
-    hands = len(robot.grippers)
-    tips = sum(len(hand.tips) for hand in robot.grippers.values())
-    wide = {"phase": 2 * len(robot.legs), "grip": hands, "closed": hands, "touch": tips}
-    asked = task.knows if isinstance(task, WorldTask) else ()
-    return {fact: np.full((COUNT, wide.get(fact, 1)), 0.25) for fact in asked}
 
 
 def _instant(
@@ -168,12 +168,3 @@ def _arrays(thing: Any) -> list[Floats]:
     if isinstance(thing, tuple | list):
         return [array for part in thing for array in _arrays(part)]
     return [np.asarray(thing)]
-
-
-def _require_shapes(
-    name: str, law: str, found: list[Floats], shapes: list[tuple[int, ...]]
-) -> None:
-    made = [array.shape for array in found]
-    require(made == shapes, name, f"{law} returns shapes {made}", f"Return {shapes}.")
-    finite = all(bool(np.isfinite(array).all()) for array in found)
-    require(finite, name, f"{law} returns numbers that are not finite", "Return finite numbers.")

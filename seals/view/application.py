@@ -42,7 +42,13 @@ def execute(config: Any) -> int | None:
         )
     words, host, port = list(config.sliders), str(config.host), int(config.port)
     if config.replay is not None:
-        _refuse_company(overrides)
+        # refuse overrides of a finished run
+        others = [w for w in overrides if w.partition("=")[0].lstrip("+").split(".")[0] not in OWN]
+        if others:
+            raise ConfigError(
+                f"replay= shows a run as it was; it cannot be changed by {others[0]}.\n"
+                "Leave the others out and turn the sliders, or start anew without replay=."
+            )
         place = Path(str(config.replay))
         replay = open_replay(place, key="replay")
         kept = recalled(place, key="replay")
@@ -62,13 +68,3 @@ def execute(config: Any) -> int | None:
     finally:
         session.close()
     return None
-
-
-def _refuse_company(overrides: list[str]) -> None:
-    """Refuse overrides of a finished run."""
-    others = [w for w in overrides if w.partition("=")[0].lstrip("+").split(".")[0] not in OWN]
-    if others:
-        raise ConfigError(
-            f"replay= shows a run as it was; it cannot be changed by {others[0]}.\n"
-            "Leave the others out and turn the sliders, or start anew without replay=."
-        )

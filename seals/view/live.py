@@ -83,7 +83,7 @@ class Live:
             while not self.over and self._ears.poll():
                 said = self._ears.recv_bytes()
                 if said[:1] == _FRAME:
-                    found.append(unpacked(said[1:]))
+                    found.append(_unpacked(said[1:]))
                 else:
                     self.over, self.failure = True, said[1:].decode("utf-8", "replace")
         except (EOFError, OSError):
@@ -112,12 +112,12 @@ def _end(process: subprocess.Popen[bytes]) -> None:
         process.wait()
 
 
-def packed(frame: Frame) -> bytes:
+def _packed(frame: Frame) -> bytes:
     """Serialise the arrays of a frame to bytes.
 
     Example:
         >>> frame = Frame(0.5, np.zeros((1, 3), np.float32), np.zeros((1, 3, 3), np.float32), None)
-        >>> unpacked(packed(frame)).time
+        >>> _unpacked(_packed(frame)).time
         0.5
     """
     arrays = {"time": np.array(frame.time), **frame._asdict(), "particles": frame.particles}
@@ -126,8 +126,8 @@ def packed(frame: Frame) -> bytes:
     return file.getvalue()
 
 
-def unpacked(content: bytes) -> Frame:
-    """Rebuild a frame from the bytes of `packed`."""
+def _unpacked(content: bytes) -> Frame:
+    """Rebuild a frame from the bytes of `_packed`."""
     with np.load(io.BytesIO(content), allow_pickle=False) as found:
         particles = found.get("particles")
         return Frame(float(found["time"]), found["position"], found["rotation"], particles)
@@ -176,7 +176,7 @@ def simulate_into(folder: str, mouth: Connection) -> None:
 
     try:
         settings = build_run(recalled(Path(folder), key="view"))
-        broadcast = Broadcast(lambda frame: mouth.send_bytes(_FRAME + packed(frame)))
+        broadcast = Broadcast(lambda frame: mouth.send_bytes(_FRAME + _packed(frame)))
         record = run_into(Path(folder), settings, recorders=[broadcast])
         error = record.error
         words = "" if error is None else f"{type(error).__name__}: {error}"

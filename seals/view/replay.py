@@ -36,6 +36,14 @@ class Track(NamedTuple):
     quaternion: Floats
     joints: Floats
 
+    @classmethod
+    def of(cls, log: Log, robot: RobotModel, lead: str) -> Track:
+        """Return the poses that a log holds of the actor whose columns begin with ``lead``."""
+        place = _columns(log, (f"{lead}{name}" for name in POSE))
+        turn = _columns(log, (f"{lead}{name}" for name in TURN))[:, [1, 2, 3, 0]]
+        names = (f"{lead}joint_position_{k + 1}" for k in range(robot.tree.joints))
+        return cls(place, continuous(turn), _columns(log, names))
+
 
 class Replay:
     """Replay of a run: its visual scene, and the poses of all links at any time.
@@ -112,16 +120,9 @@ def tracks_of(log: Log, stage: Stage) -> dict[str, Track]:
         ConfigError: the log has no column of an actor.
     """
     return {
-        name: _track(log, robot, "" if name == ROBOT else f"object_{name}_")
+        name: Track.of(log, robot, "" if name == ROBOT else f"object_{name}_")
         for name, robot in stage.robots.items()
     }
-
-
-def _track(log: Log, robot: RobotModel, lead: str) -> Track:
-    place = _columns(log, (f"{lead}{name}" for name in POSE))
-    turn = _columns(log, (f"{lead}{name}" for name in TURN))[:, [1, 2, 3, 0]]
-    names = (f"{lead}joint_position_{k + 1}" for k in range(robot.tree.joints))
-    return Track(place, continuous(turn), _columns(log, names))
 
 
 def _columns(log: Log, names: Iterator[str]) -> Floats:

@@ -73,8 +73,7 @@ class Water:
             raise ConfigError("this run has no water.\nChoose it in the run: water=fossen")
         flat = np.column_stack([np.ravel(x), np.ravel(y), np.full(np.size(x), self.level)])
         found = np.broadcast_to(np.ravel(self._sea(flat, time).elevation), (len(flat),))
-        out: Floats = np.asarray(found, dtype=float).reshape(np.shape(x))
-        return out
+        return np.asarray(found, dtype=float).reshape(np.shape(x))
 
     def _sea(self, points: Floats, time: float) -> Any:
         return self._waves.at(points, np.array([[time]]), float(self.level or 0.0))
@@ -99,15 +98,15 @@ class Water:
         across = half * np.sinh(np.linspace(-FINE, FINE, cells + 1)) / np.sinh(FINE)
         y, x = np.meshgrid(middle[1] + across, middle[0] + across, indexing="ij")
         z = self.heights(time, x, y)
-        return Patch(np.stack([x, y, z], axis=-1).reshape(-1, 3), grid_faces(cells))
+        return Patch(np.stack([x, y, z], axis=-1).reshape(-1, 3), _grid_faces(cells))
 
 
 @lru_cache(maxsize=8)
-def grid_faces(cells: int) -> NDArray[np.int64]:
+def _grid_faces(cells: int) -> NDArray[np.int64]:
     """Return the triangles of a square grid of points in rows towards +y, seen from above.
 
     Example:
-        >>> grid_faces(1).tolist()
+        >>> _grid_faces(1).tolist()
         [[0, 1, 3], [0, 3, 2]]
     """
     row = cells + 1

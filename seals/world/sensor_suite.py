@@ -15,7 +15,7 @@ from seals.plugin_options import options_of
 from seals.rendering.camera_view import CameraView, SceneView
 from seals.robot.model import RobotModel
 from seals.sensors.delivery import NEW, Delivery, Line, Values
-from seals.sensors.onboard import OnboardState, equipment_of
+from seals.sensors.onboard import OnboardState, RobotEquipment
 from seals.sensors.options import SensorOptions
 from seals.sensors.protocol import NOBODY, Sensor, SensorInput
 from seals.sensors.rays import Shape
@@ -79,7 +79,7 @@ class SensorSuite:
         self.sensors, self.body, self.gravity = dict(sensors), body, gravity
         self.around, self.board = around, board
         self.meet(NOBODY, ())
-        outfit = equipment_of(robot, effects)
+        outfit = RobotEquipment.of(robot, effects)
         options = {n: options_of(s, SensorOptions) for n, s in self.sensors.items()}
         for sensor in options.values():
             sensor.bind(outfit)

@@ -16,8 +16,7 @@ from seals.motion import AddedInertia, Drives, Inputs, Joints, Medium, Motion, W
 from seals.plugins.effects.linear_drag import DragLinear
 from seals.schema import param
 from seals.testing import ContractError, check_effect
-from seals.testing.effect import MEMORY_ORDER, EffectReport
-from seals.testing.material import material_effect
+from seals.testing.effect import MEMORY_ORDER, EffectReport, material_effect
 from seals.testing.scenes import Case
 
 EFFECTS = registry.names("effect")

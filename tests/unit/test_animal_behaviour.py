@@ -13,6 +13,7 @@ from seals.errors import ConfigError, SealsError
 from seals.plugins.guides.behaviour import Flee, March, Seek, Wander
 from seals.run.assembly import build_world
 from seals.run.build import build_run
+from seals.schema import read
 
 ALONE = ["robot=ball", "environment.ground_level=0.0", "initial.position=[0,0,0.06]"]
 
@@ -87,8 +88,8 @@ def test_an_enemy_that_is_not_there_is_refused() -> None:
         guide.aim(seen((0.0, 0.0), robot=(1.0, 0.0)), guide.start(seen((0.0, 0.0))))
     with pytest.raises(ConfigError, match=r"flee\.calm=0\.2 is below"):
         Flee(calm=0.2)
-    with pytest.raises(ConfigError, match="is not a position on the ground"):
-        Seek(place=[1.0])
+    with pytest.raises(ConfigError, match=r"guide\.place=\[1\.0\] has 1 numbers"):
+        read(Seek, {"place": [1.0]}, where="guide")
 
 
 def test_marching_has_an_end() -> None:

@@ -104,7 +104,7 @@ def test_what_cannot_lead_is_refused_in_words(tmp_path: Path) -> None:
     """Other robots, controllers, tasks and metadata files that ask for more than values."""
     refused = {
         "robot has": ["robot=sea_spider"],
-        "is not a position on the ground": ["guide.place=[1.0]"],
+        "has 1 numbers": ["guide.place=[1.0]"],
         "Did you mean 'crab/walk'": ["guide.policy=crab/wlak"],
     }
     for said, words in refused.items():

@@ -11,8 +11,7 @@ from seals.errors import ConfigError
 from seals.learn.task import Instant
 from seals.plugins.tasks.catch_seen import TaskCatchSeen
 from seals.plugins.tasks.sighting.detector import Sighting, load_detector, shot_of
-from seals.plugins.tasks.sighting.tracker import begun, corrected, predicted
-from seals.plugins.tasks.sighting.watcher import PATIENCE, Watcher
+from seals.plugins.tasks.sighting.watcher import PATIENCE, Watcher, begun, corrected, predicted
 from seals.rendering.camera import OPTICAL, Lens
 from seals.rendering.camera_view import CameraView, Shot
 from seals.rendering.picture import Picture

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from seals.compare.application import compare_logs, settings_of
-from seals.compare.result import Comparison, as_data
+from seals.compare.result import Comparison
 from seals.config.compose import compose
 from seals.errors import ConfigError, LogError
 from seals.logs import Log
@@ -92,7 +92,7 @@ def test_the_result_is_plain_data() -> None:
     """The JSON form holds the ladder and no number that JSON lacks."""
     import json
 
-    data = as_data(falls_compared())
+    data = falls_compared().as_data()
     text = json.dumps(data, allow_nan=False)
     variants: list[dict[str, Any]] = json.loads(text)["groups"][0]["ladder"]
     assert [r["name"] for r in variants] == ["gravity", "drag"]

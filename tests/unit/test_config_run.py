@@ -103,7 +103,7 @@ def test_folder_without_robot_file(tmp_path: Path) -> None:
         ("environment.water_temperature=[[0,400]]", "-5 to 100 degC"),
         ("environment.salinity=[]", "is not a profile"),
         ("environment.salinity=[[0,salty]]", "is not a profile"),
-        ("seed=-1", "a whole number, 0 or more"),
+        ("seed=-1", "a whole number from 0"),
         ("name=a/b", "folder's name"),
         ("initial.velocity=[0,0,101]", "initial.velocity[2]=101.0"),
         ("+effects.bare=1", "names no plug-in"),

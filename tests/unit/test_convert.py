@@ -155,7 +155,7 @@ def test_pulse_widths_become_rotor_speeds_of_a_robot(
     log = read_native(bench / "d")
     assert log.columns["rotor_speed_cmd_1"][7] == pytest.approx(500.0)
     assert main([*words, "motors.points=[[0,0],[a,500]]", "out=e"]) == 2
-    assert "pairs of finite numbers" in capsys.readouterr().err
+    assert "motors.points[1][0]=a is not allowed" in capsys.readouterr().err
 
 
 def test_a_data_sheet_in_the_robot_folder_goes_into_the_log(bench: Path) -> None:

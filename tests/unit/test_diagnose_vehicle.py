@@ -59,17 +59,68 @@ def test_gains_may_differ_from_joint_to_joint() -> None:
     assert alike.parameters["servos.kp"].tolerance == pytest.approx(0.02 * 9.0)
 
 
+def test_branches_are_read_and_a_fixed_link_becomes_part_of_its_parent() -> None:
+    """Two fingers on one link; a tip of 100 g bolted 0.1 m below the second one.
+
+    Its centre of mass is that of 0.1 kg at -0.05 m and 0.1 kg at -0.1 - 0.05 m.
+    """
+    tip = {**link("tip", "right"), "joint": {"parent": "right", "origin": [0.0, 0.0, -0.1]}}
+    links = [link("upper", "body"), link("left", "upper"), link("right", "upper"), tip]
+    robot = read_vehicle(described(links, kp=[9.0, 4.0, 4.0])).robot
+    assert robot.links == ("base", "upper", "left", "right")
+    assert robot.tree.parent == (-1, 0, 1, 1)
+    assert robot.mass.tolist() == [2.0, 0.1, 0.1, 0.2]
+    assert robot.centre[3] == pytest.approx([0.0, 0.0, -0.1])
+
+
+def test_an_effect_of_a_run_stays_on_its_links() -> None:
+    """The drag of an arm is one beside that of the base, not in its place."""
+    log = described([link("upper", "body"), link("fore", "upper")])
+    drag = {"name": "linear_drag", "medium": "air", "parameters": {"coefficient_x": 0.1}}
+    log["baseline"] += [
+        {**drag, "instance": "air_drag", "links": ["body"]},
+        {**drag, "instance": "arm_drag", "links": ["upper", "fore"]},
+    ]
+    effects = read_vehicle(log).effects
+    assert effects["linear_drag_air"].links == ["root"]
+    assert effects["arm_drag"].links == ["upper", "fore"]
+
+
+def test_a_joint_is_read_as_a_run_writes_it() -> None:
+    """A rail that is turned against its parent and has no stops: a flag, a rotation, no limits."""
+    turned = [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
+    rail = link("rail", "body", prismatic=True, rotation=turned)
+    rail["joint"] = {k: v for k, v in rail["joint"].items() if k not in ("lower", "upper")}
+    robot = read_vehicle(described([rail, link("arm", "rail")])).robot
+    assert robot.tree.prismatic == (True, False)
+    assert robot.tree.rotation[1].tolist() == turned
+    assert robot.tree.rotation[2].tolist() == np.eye(3).tolist()
+    assert robot.lower.tolist() == [-math.inf, -1.0]
+    assert robot.upper.tolist() == [math.inf, 1.0]
+
+
 @pytest.mark.parametrize(
-    "links",
+    ("change", "words"),
     [
-        [link("upper", "body"), link("left", "upper"), link("right", "upper")],
-        [link("upper", "body"), {**link("tip", "upper"), "joint": {"parent": "upper"}}],
+        ({"arm": None}, "baseline lists 'arm', but vehicle states no servos"),
+        ({"hull": {"primitives": []}}, "hull has no primitives"),
+        ({"hull": {"primitives": [{"type": "mesh", "file": "a.stl"}]}}, "holds a 'mesh'"),
     ],
 )
-def test_an_arm_that_branches_is_refused_in_words(links: list[dict[str, Any]]) -> None:
-    """Fingers beside each other and fixed links are named, with what to do."""
-    with pytest.raises(LogError, match=rf"'{links[-1]['name']}' hangs on 'upper'"):
-        read_vehicle(described(links))
+def test_a_description_that_lacks_a_part_is_refused(change: dict[str, Any], words: str) -> None:
+    """What the baseline holds is described, and a hull consists of shapes without files."""
+    log = described([link("upper", "body")])
+    body = log["vehicle"]["base"]
+    log["vehicle"] = {**log["vehicle"], **body, **change}
+    with pytest.raises(LogError, match=words):
+        read_vehicle(log)
+
+
+@pytest.mark.parametrize(("name", "parent"), [("upper", "upper"), ("fore", "nowhere")])
+def test_links_in_disorder_are_refused(name: str, parent: str) -> None:
+    """A second 'upper' could not be told from the first; what hangs on nothing has no place."""
+    with pytest.raises(LogError, match=f"vehicle.arm: '{name}' hangs on '{parent}'"):
+        read_vehicle(described([link("upper", "body"), link(name, parent)]))
 
 
 def test_a_list_of_gains_of_another_length_is_refused() -> None:

@@ -13,9 +13,9 @@ from seals.arrays import Array
 from seals.effects import Effect, bind_effects
 from seals.motion import Drives, Inputs, Reading
 from seals.schema import parameters_of
+from seals.testing.effect import material_effect
 from seals.testing.hooks import EQUAL, other_libraries
 from seals.testing.instants import Instant, converted, copied, leaves, picked, random_instant
-from seals.testing.material import material_effect
 
 ROWS = 60
 """More rows than the threshold below which rotations take another way."""

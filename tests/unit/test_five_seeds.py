@@ -15,7 +15,7 @@ from seals.config.compose import compose
 from seals.errors import ConfigError, SealsError
 from seals.experiments import five_seeds
 from seals.experiments.five_seeds import episode_tables
-from seals.experiments.five_seeds.episode_tables import gather, shipped, write
+from seals.experiments.five_seeds.episode_tables import gather, shipped
 from seals.experiments.five_seeds.outcome import table_of, write_curves
 from seals.experiments.five_seeds.recipes import RECIPES, Recipe
 from seals.experiments.five_seeds.shipping import ship
@@ -81,7 +81,7 @@ def test_the_files_alone_tell_the_same_again(
     tables = gather(folders, [])
     monkeypatch.setattr(episode_tables, "files", lambda _: tmp_path)
     (tmp_path / "tables").mkdir()
-    write(tables, tmp_path / "tables", "crab_walk")
+    tables.write(tmp_path / "tables", "crab_walk")
     again = shipped("crab_walk")
     assert table_of(again, [], enough=0.9) == table_of(tables, [], enough=0.9)
     assert np.array_equal(again.episodes["start"], tables.episodes["start"])

@@ -20,8 +20,7 @@ from seals.plugins.fluids.tank.basin import (
     build_basin,
     walls_of,
 )
-from seals.plugins.fluids.tank.forcing import apply_beach, apply_wind
-from seals.plugins.fluids.tank.paddle import Paddle, plate_of
+from seals.plugins.fluids.tank.paddle import Paddle, PaddlePlate
 from seals.plugins.fluids.tank.settings import (
     BeachSettings,
     Maker,
@@ -29,6 +28,7 @@ from seals.plugins.fluids.tank.settings import (
     SeaState,
     WindSettings,
 )
+from seals.plugins.fluids.tank.simulation import apply_beach, apply_wind
 
 G = 9.81
 
@@ -126,10 +126,10 @@ def test_a_flap_turns_about_its_foot() -> None:
     maker = MakerSettings(kind=Maker.flap, height=0.06)
     paddle, foot = Paddle(maker, depth=0.5, gravity=G), np.array([1.0, 2.0, -0.5])
     t = 3.3
-    board = plate_of(Maker.flap, paddle.stroke(t), foot, 0.5)
+    board = PaddlePlate.of(Maker.flap, paddle.stroke(t), foot, 0.5)
     top = board.rotation @ np.array([0.0, 0.0, 0.5])
     assert top[0] / top[2] * 0.5 == pytest.approx(paddle.stroke(t).place)
-    later = plate_of(Maker.flap, paddle.stroke(t + 1e-6), foot, 0.5)
+    later = PaddlePlate.of(Maker.flap, paddle.stroke(t + 1e-6), foot, 0.5)
     rate = (later.rotation - board.rotation) @ np.array([0.0, 0.0, 0.5]) / 1e-6
     assert np.cross(board.spin, top) == pytest.approx(rate, abs=1e-5)
 

@@ -161,7 +161,7 @@ def test_the_overrides_of_a_training_are_a_list(tmp_path: Path) -> None:
     """A number in place of the list is refused in words."""
     (tmp_path / ".hydra").mkdir()
     (tmp_path / ".hydra" / "overrides.yaml").write_text("5")
-    with pytest.raises(ConfigError, match="holds no list of words"):
+    with pytest.raises(ConfigError, match=r"overrides\.yaml: 5 .*\nAllowed: a list of texts"):
         _begun(tmp_path)
 
 

@@ -23,7 +23,6 @@ ALLOWED = {
     "seals/registry.py": 1,
     "seals/rendering/gather.py": 1,
     "seals/report/page.py": 1,
-    "seals/robot/macros.py": 1,
     "seals/robot/macros_child.py": 4,
     "seals/state_file.py": 3,
     "seals/sysid/candidates/experiment.py": 4,

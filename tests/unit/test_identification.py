@@ -17,7 +17,7 @@ from seals.effects.identification import Identification, Subject
 from seals.errors import BrokenPlugin
 from seals.motion import Inputs, Medium, Motion, Reading, Wrench
 from seals.schema import param
-from seals.sysid.candidates.vehicle import installed, subject_of
+from seals.sysid.candidates.vehicle import installed
 from seals.sysid.data.vehicle import read_vehicle
 
 
@@ -116,7 +116,7 @@ def subject(joints: int = 0) -> Subject:
         "sensors": {"channels": {"position": {"sigma": 0.003}}},
         "tolerance": {},
     }
-    return subject_of(read_vehicle(log), np.ones(3))
+    return replace(read_vehicle(log), speeds=np.ones(3))
 
 
 def test_a_strength_is_fitted_from_zero_and_a_shape_is_kept() -> None:

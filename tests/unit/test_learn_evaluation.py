@@ -20,15 +20,15 @@ from seals.errors import ConfigError
 from seals.learn.batched import StepResult
 from seals.learn.demonstrations.folder import read
 from seals.learn.demonstrations.recording import record
-from seals.learn.evaluation.keys import PolicyKeys
 from seals.learn.evaluation.page import write_results
 from seals.learn.evaluation.policies import (
+    PolicyKeys,
     PolicyRandom,
     PolicyScripted,
     policy_of,
 )
 from seals.learn.evaluation.result import summarise
-from seals.learn.evaluation.variants import variants_of, world_of
+from seals.learn.evaluation.variants import variants_of
 from seals.learn.evaluation.words import rows_of, sentences
 from seals.learn.statistics.interval import wilson
 from seals.learn.world_hash import _placeless, world_hash
@@ -260,7 +260,7 @@ def test_the_card_sets_the_world(tmp_path: Path) -> None:
 )
 def test_a_hostile_card_sets_nothing(tmp_path: Path, word: Any) -> None:
     """Classes, references, flags and Hydra's own settings are refused."""
-    with pytest.raises(ConfigError, match=r"no training writes|a list of words"):
+    with pytest.raises(ConfigError, match=r"no training writes|Allowed: (text|a list)"):
         with_card([f"policy={metadata(tmp_path / 'p', [word])}"])
 
 
@@ -269,9 +269,7 @@ def test_the_grid_changes_what_it_says() -> None:
     base = ["grid=robustness"]
     config = compose(base, root="evaluate")
     variants = variants_of(config.grid)
-    worlds = {
-        name: world_of(v, base=base, root="evaluate", where=name) for name, v in variants.items()
-    }
+    worlds = {name: v.world(base=base, root="evaluate", where=name) for name, v in variants.items()}
     for name, factor in (("drag x 0.5", 0.5), ("drag x 2", 2.0)):
         for effect, keys in (("water_drag", "coefficient_z"), ("spin_drag", "quadratic_x")):
             own = config.effects[effect][keys]
@@ -289,7 +287,7 @@ def test_every_grid_composes(name: str) -> None:
     """Each world of each grid is one that the configuration knows."""
     base = [f"grid={name}"]
     for label, variant in variants_of(compose(base, root="evaluate").grid).items():
-        world = world_of(variant, base=base, root="evaluate", where=label)
+        world = variant.world(base=base, root="evaluate", where=label)
         assert (world.fluid is not None) == ("particle" in label)
 
 
@@ -307,7 +305,7 @@ def test_what_was_judged_is_written_before_a_refusal(
         done.append(trial.policy)
         return scored(PolicyScripted, range(2_000_000_000, 2_000_000_004), 2)
 
-    monkeypatch.setattr(application, "evaluate_policy", evaluate_policy)
+    monkeypatch.setattr(application, "_evaluate_policy", evaluate_policy)
     monkeypatch.chdir(tmp_path)
     assert main(["evaluate", "beside=[]", "grid=worlds", "out=kept"]) == 2
     assert done == ["scripted"]
@@ -326,7 +324,7 @@ def test_mistyped_variants_are_refused() -> None:
     ):
         (variant,) = variants_of(OmegaConf.create({"a": entry})).values()
         with pytest.raises(ConfigError, match=words):
-            world_of(variant, base=[], root="evaluate", where="grid.a")
+            variant.world(base=[], root="evaluate", where="grid.a")
 
 
 def test_the_roots_of_learning_have_one_world() -> None:

@@ -190,7 +190,12 @@ def test_what_was_found_on_the_root_link_is_known_by_its_name(tmp_path: Path) ->
         ({**water_drag(), "link": 3}, {}, [], "quadratic_drag on link 3"),
         ({**water_drag(), "link": "fin"}, {}, [], "quadratic_drag on link fin"),
         (wind(), {"verdict": "nothing_missing"}, [WIND], "nothing is missing"),
-        ({"name": "wind", "parameters": {"velocity_x": {"value": 1}}}, {}, [WIND], "low90=None"),
+        (
+            {"name": "wind", "parameters": {"velocity_x": {"value": 1}}},
+            {},
+            [WIND],
+            "has no 'low90'",
+        ),
         ({"name": "wind", "parameters": {"speed": number(1, 1)}}, {}, [WIND], "'speed' is not"),
     ],
 )

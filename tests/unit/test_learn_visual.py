@@ -141,7 +141,7 @@ def test_critics_see_one_of_two() -> None:
 
 def test_places_are_where_a_map_responds() -> None:
     """The right edge, the lower edge, and the middle of a map without a response, by hand."""
-    from seals.learn.feature_places import feature_places
+    from seals.learn.networks import feature_places
 
     maps = torch.zeros(2, 3, 9, 11)
     maps[0, 0, 8, 5] = maps[0, 1, 2, 10] = 50.0

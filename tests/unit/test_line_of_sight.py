@@ -12,7 +12,7 @@ import pytest
 
 from seals.config.compose import compose
 from seals.control.fins import fins_of
-from seals.control.line_of_sight import leg_position
+from seals.control.line_of_sight import LegPosition
 from seals.control.plant import build_plant
 from seals.errors import ConfigError
 from seals.plugins.guides.los import Los
@@ -87,7 +87,7 @@ def test_legs_follow_each_other_at_their_distance_of_acceptance() -> None:
 
 def test_a_place_beside_a_leg_has_signs_to_the_left_and_above() -> None:
     """On a leg north-east that climbs, in closed form."""
-    found = leg_position(np.zeros(3), np.array([3.0, 4.0, 5.0]), np.array([-0.8, 0.6, 1.0]))
+    found = LegPosition.of(np.zeros(3), np.array([3.0, 4.0, 5.0]), np.array([-0.8, 0.6, 1.0]))
     assert found.cross == pytest.approx(1.0)
     assert found.along == pytest.approx(0.0)
     assert found.above == pytest.approx(1.0)

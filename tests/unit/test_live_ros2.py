@@ -15,8 +15,7 @@ import pytest
 from seals.cli.main import main
 from seals.logs.native import read_native
 from seals.plugins.controllers.direct import Direct
-from seals.plugins.live.ros_camera import CAMERA, camera_messages
-from seals.plugins.live.ros_messages import Messages
+from seals.plugins.live.ros_messages import CAMERA, Messages, camera_messages
 from seals.rendering.camera import Lens
 from seals.rendering.camera_view import Shot
 from seals.rendering.picture import Picture

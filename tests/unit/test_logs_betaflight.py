@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seals.errors import LogError
+from seals.errors import ConfigError, LogError
 from seals.logs.log import Log
 from seals.plugins.readers.betaflight import ReaderBetaflight
+from seals.schema import read
 
 TITLES = (
     "loopIteration, time (us), axisP[0], rcCommand[0], vbatLatest (V), amperageLatest (A), "
@@ -100,5 +101,5 @@ def test_what_is_no_such_table_is_refused(text: str, words: str, tmp_path: Path)
 
 def test_wrong_options_are_refused() -> None:
     """A motor has two poles at least."""
-    with pytest.raises(LogError, match="poles of 2 or more"):
-        ReaderBetaflight(poles=1)
+    with pytest.raises(ConfigError, match=r"reader\.poles=1 .*\n.*from 2 to"):
+        read(ReaderBetaflight, {"poles": 1}, where="reader")

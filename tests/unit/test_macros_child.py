@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 from seals.errors import RobotError
+from seals.isolated_reading import bound
 from seals.robot import macros, macros_child
 from seals.robot.macros import expanded
 
@@ -274,6 +275,6 @@ def test_the_process_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
 
     bounds: dict[int, tuple[int, int]] = {}
     monkeypatch.setattr(resource, "setrlimit", bounds.__setitem__)
-    macros_child._bound()
+    bound(macros_child.SECONDS, macros_child.MOST_MEMORY)
     most = {"CPU": macros_child.SECONDS, "AS": macros_child.MOST_MEMORY, "FSIZE": 0, "CORE": 0}
     assert bounds == {getattr(resource, f"RLIMIT_{key}"): (n, n) for key, n in most.items()}

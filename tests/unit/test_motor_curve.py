@@ -93,7 +93,7 @@ def test_voltage_and_order_of_the_motors() -> None:
         ({"thrust_factor": 3}, "0 to 1"),
         ({"order": [1, 2]}, "motors.order"),
         ({"order": [1, 2, 3, 9]}, "motors.order"),
-        ({"points": "all"}, "a list of pairs"),
+        ({"points": "all"}, "a list of lists of 2 finite numbers"),
     ],
 )
 def test_wrong_curves_are_refused(entry: dict[str, Any], words: str) -> None:

@@ -12,10 +12,9 @@ import yaml
 from seals.cli.main import main
 from seals.errors import ConfigError
 from seals.experiments.naming_benchmark import command
-from seals.experiments.naming_benchmark.counts import Counts, compared
-from seals.experiments.naming_benchmark.page import BEGIN, END, into_page
-from seals.experiments.naming_benchmark.regions import AXES, Shown, regions_of, true_regions
-from seals.experiments.naming_benchmark.score import score, table
+from seals.experiments.naming_benchmark.command import BEGIN, END, into_page
+from seals.experiments.naming_benchmark.regions import AXES, Shown, true_regions
+from seals.experiments.naming_benchmark.score import Counts, compared, score, table
 from seals.experiments.naming_benchmark.told import right
 
 NOWHERE = {"by_time": [], "by_phase": []}
@@ -82,7 +81,7 @@ def test_regions_are_where_the_readings_move_as_much_as_their_noise() -> None:
     size = np.zeros((4, 6))
     size[0, 0], size[1, 0], size[2, 5] = 1.6, 0.2, 3.0
     shown = Shown(np.array([0.25, 0.75, 1.25, 1.75]), size)
-    found = regions_of(shown, 0.0, ["air calm", "air lively"])
+    found = shown.regions(0.0, ["air calm", "air lively"])
     assert found.by_time == {"0 s specific_force_x", "1 s angular_velocity_z"}
     assert found.by_phase == {"air calm specific_force_x", "air lively angular_velocity_z"}
 

@@ -72,7 +72,6 @@ CHECKED = {
     "plugins/readers/mcap_file.py",
     "plugins/readers/rosbag1_file.py",
     "plugins/readers/rosbag2_file.py",
-    "seals/check/meshes.py",
     "seals/check/robot.py",
     "seals/hydrostatics/meshes.py",
     "seals/hydrostatics/references.py",

@@ -9,7 +9,7 @@ from seals.plugins.fluids.solvers.pbf.chebyshev import weights
 from seals.plugins.fluids.solvers.pbf.choices import Kernel
 from seals.plugins.fluids.solvers.pbf.lattice import (
     SHAPES,
-    calibrate,
+    Calibration,
     lattice,
     shape_of,
     sheet_mean,
@@ -29,7 +29,7 @@ def grid(*counts: int) -> np.ndarray:
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_water_on_the_lattice_has_rest_density(kernel: Kernel, support: float) -> None:
     """The shares of all neighbours and of the particle itself add up to one."""
-    found = calibrate(kernel, support)
+    found = Calibration.of(kernel, support)
     r = np.linalg.norm(lattice(support), axis=1)
     shape = shape_of(kernel, support)
     assert found.own + found.factor * shape(r)[0].sum() == pytest.approx(1.0, abs=1e-12)
@@ -39,7 +39,7 @@ def test_water_on_the_lattice_has_rest_density(kernel: Kernel, support: float) -
 def test_kernel_integrates_to_one(kernel: Kernel) -> None:
     """The continuous integral agrees with the lattice sum within five per cent."""
     q = np.linspace(0, 2, 20001)
-    whole = np.trapezoid(4 * np.pi * q**2 * SHAPES[kernel](q)[0], q) * calibrate(kernel).factor
+    whole = np.trapezoid(4 * np.pi * q**2 * SHAPES[kernel](q)[0], q) * Calibration.of(kernel).factor
     assert whole == pytest.approx(1.0, abs=0.05)
 
 
@@ -54,7 +54,7 @@ def test_slope_is_the_derivative(kernel: Kernel) -> None:
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_a_sheet_of_samples_stands_for_water_and_presses_twice(kernel: Kernel) -> None:
     """One spacing above a sheet: the density of a layer of water, twice its slope."""
-    found = calibrate(kernel)
+    found = Calibration.of(kernel)
     a, b = found.solid
 
     def solid(r: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -68,7 +68,7 @@ def test_a_sheet_of_samples_stands_for_water_and_presses_twice(kernel: Kernel) -
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_a_flat_sheet_has_weight_one(kernel: Kernel) -> None:
     """Samples inside of a square sheet with the water's spacing weigh one, dense ones less."""
-    found = calibrate(kernel)
+    found = Calibration.of(kernel)
     flat = np.pad(grid(9, 9), ((0, 0), (0, 1)))
     given = {"kernel": kernel, "lattice": found, "convex": False}
     middle = 4 * 9 + 4
@@ -79,7 +79,7 @@ def test_a_flat_sheet_has_weight_one(kernel: Kernel) -> None:
 
 def test_samples_of_a_ball_move_inwards_and_weigh_their_own_area() -> None:
     """By a share of the curvature of their sphere, not of a plane; weights are its area."""
-    found = calibrate(Kernel.spline)
+    found = Calibration.of(Kernel.spline)
     given = {"spacing": 1.0, "kernel": Kernel.spline, "lattice": found}
     i = np.arange(572) + 0.5
     polar, turn = np.arccos(1 - 2 * i / 572), np.pi * (1 + 5**0.5) * i
@@ -106,7 +106,7 @@ def test_close_pairs_equal_brute_force() -> None:
 
 def test_schedule_beats_plain_relaxation() -> None:
     """Four weighted sweeps leave less of the worst error than four plain ones."""
-    found = calibrate(Kernel.spline)
+    found = Calibration.of(Kernel.spline)
     soft = 0.3
     spectrum = (np.linspace(0, found.top, 200) + soft) / (1 + soft)
     error, last = np.ones(200), np.zeros(200)

@@ -19,7 +19,7 @@ from seals.view.films.application import prepare
 from seals.view.films.files import Frames, times_of
 from seals.view.films.film import write_film
 from seals.view.films.settings import RenderSettings
-from seals.view.films.viewpoint import Way, camera_of, looking
+from seals.view.films.viewpoint import Viewpoint, Way, camera_of
 
 DROP = [
     "experiment=drop_test",
@@ -186,7 +186,7 @@ def test_the_camera_follows_when_told(drop: Path) -> None:
 
 def test_looking_is_upright() -> None:
     """The target is ahead, the horizon level, the axes right-handed."""
-    view = looking(np.array([1.0, 2.0, 3.0]), np.array([4.0, -2.0, 1.0]))
+    view = Viewpoint.looking(np.array([1.0, 2.0, 3.0]), np.array([4.0, -2.0, 1.0]))
     ahead = np.array([3.0, -4.0, -2.0]) / np.sqrt(29.0)
     np.testing.assert_allclose(view.axes[:, 2], ahead)
     assert abs(view.axes[2, 0]) < 1e-12

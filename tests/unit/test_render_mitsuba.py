@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.errors import MissingExtra, PhysicsError
+from seals.errors import ConfigError, MissingExtra, PhysicsError
 from seals.plugins.viewers.mitsuba import RendererMitsuba
 from seals.plugins.viewers.mitsuba import denoise as denoising
 from seals.plugins.viewers.mitsuba import variant as variants
@@ -18,9 +18,10 @@ from seals.plugins.viewers.mitsuba.building import backward_share, mean_cosine, 
 from seals.plugins.viewers.mitsuba.photo import faded, wet_share
 from seals.plugins.viewers.mitsuba.textures import sand, sky_map
 from seals.plugins.viewers.mitsuba.variant import Variant, mitsuba
-from seals.rendering import Lens, Light, Scene, Shape, nowhere, single
+from seals.rendering import Cameras, Lens, Light, Poses, Scene, Shape
 from seals.rendering.optics import Optics, SurfaceAiry, SurfaceStill, water_of
-from seals.view.films import Frame, Viewpoint, WaterBody, looking
+from seals.schema import read
+from seals.view.films import Frame, Viewpoint, WaterBody
 from seals.view.films.settings import Quality
 
 DRY = Scene((), ("nothing",), ())
@@ -36,7 +37,7 @@ def still_water() -> WaterBody:
 
 def straight(height: float, way: float) -> Viewpoint:
     """A camera over the origin that looks straight up or down."""
-    return looking(np.array([0.0, 0.0, height]), np.array([0.0, 0.0, height + way]))
+    return Viewpoint.looking(np.array([0.0, 0.0, height]), np.array([0.0, 0.0, height + way]))
 
 
 def seen(optics: Optics, view: Viewpoint, *, samples: int = 64) -> Any:
@@ -46,7 +47,7 @@ def seen(optics: Optics, view: Viewpoint, *, samples: int = 64) -> Any:
     renderer.arrange(DRY, optics, Quality.draft)
     lens = Lens(width=16, height=16, fov=0.05, far=2000.0)
     try:
-        image = renderer.photograph(Frame(0.0, nowhere(), view, lens, still_water(), 0.01))
+        image = renderer.photograph(Frame(0.0, Poses.nowhere(), view, lens, still_water(), 0.01))
     finally:
         renderer.close()
     return image.reshape(-1, 3).mean(axis=0)
@@ -76,7 +77,7 @@ def test_under_the_critical_angle_water_mirrors_all() -> None:
     optics = Optics(water_type="oceanic_1", absorption=[2.0] * 3, scattering=[0.0] * 3)
     way = np.array([math.sin(1.05), 0.0, math.cos(1.05)])
     origin = np.array([0.0, 0.0, -0.5])
-    assert seen(optics, looking(origin, origin + way)).max() < 1e-4
+    assert seen(optics, Viewpoint.looking(origin, origin + way)).max() < 1e-4
 
 
 @pytest.mark.parametrize("g", [0.1, 0.5, 0.8])
@@ -123,15 +124,15 @@ def test_the_sun_gives_its_share_of_the_daylight(radius: float) -> None:
 def test_the_port_is_wet_below_the_waterline() -> None:
     """A level camera at the surface has its lower half in the water, a lifted one less."""
     lens = Lens(width=30, height=20, fov=0.9)
-    level = looking(np.zeros(3), np.array([1.0, 0.0, 0.0]))
-    share = wet_share(Frame(0.0, nowhere(), level, lens, still_water(), 0.2))
+    level = Viewpoint.looking(np.zeros(3), np.array([1.0, 0.0, 0.0]))
+    share = wet_share(Frame(0.0, Poses.nowhere(), level, lens, still_water(), 0.2))
     np.testing.assert_array_equal(share[:10], 0.0)
     np.testing.assert_array_equal(share[10:], 1.0)
     # 0.05 m higher and a port at 0.2 m: the line stands fx / 4 rows below the middle
     lifted = Viewpoint(np.array([0.0, 0.0, 0.05]), level.axes)
-    share = wet_share(Frame(0.0, nowhere(), lifted, lens, still_water(), 0.2))
+    share = wet_share(Frame(0.0, Poses.nowhere(), lifted, lens, still_water(), 0.2))
     assert abs((1.0 - share[:, 0]).sum() - (10.0 + 0.25 * lens.fy)) < 0.4
-    assert wet_share(Frame(0.0, nowhere(), level, lens, None, 0.2)).max() == 0.0
+    assert wet_share(Frame(0.0, Poses.nowhere(), level, lens, None, 0.2)).max() == 0.0
 
 
 def test_sand_keeps_its_light() -> None:
@@ -175,8 +176,8 @@ def test_cameras_see_depth_and_parts() -> None:
     renderer = RendererMitsuba()
     renderer.open(Scene((ball, ground), ("nothing", "ball", "ground"), ()), Light())
     lens = Lens(width=41, height=41, fov=1.2)
-    view = looking(np.zeros(3), np.array([1.0, 0.0, 0.0]))
-    picture = renderer.render(nowhere(), single(*view), lens, normals=True).of(0, 0)
+    view = Viewpoint.looking(np.zeros(3), np.array([1.0, 0.0, 0.0]))
+    picture = renderer.render(Poses.nowhere(), Cameras.single(*view), lens, normals=True).of(0, 0)
     renderer.close()
     assert picture.parts[20, 20] == 1
     np.testing.assert_allclose(picture.depth[20, 20], 2.5, atol=0.01)
@@ -270,11 +271,11 @@ def test_a_denoiser_takes_the_grain_out() -> None:
 def test_nothing_arranged_is_said() -> None:
     """A photograph without a scene is refused; counts that mean nothing as well."""
     view = Viewpoint(np.zeros(3), np.eye(3))
-    frame = Frame(0.0, nowhere(), view, Lens(), None, 0.1)
+    frame = Frame(0.0, Poses.nowhere(), view, Lens(), None, 0.1)
     with pytest.raises(PhysicsError, match="no scene"):
         RendererMitsuba().photograph(frame)
-    with pytest.raises(Exception, match="samples=-1"):
-        RendererMitsuba(samples=-1)
+    with pytest.raises(ConfigError, match=r"viewer\.samples=-1 is not allowed"):
+        read(RendererMitsuba, {"samples": -1}, where="viewer")
 
 
 def test_guides_of_the_denoiser_fade_with_the_way_through_water() -> None:

@@ -14,8 +14,16 @@ from seals.errors import ConfigError
 from seals.rendering.optics import SurfaceAiry, SurfaceStill
 from seals.run.build import build_run
 from seals.run.surface import Mesh, write_ply
-from seals.view.films.meshes import cut, outer, raster, read_mesh
-from seals.view.films.water import FAR, Patched, WaterOverTime, sea_mesh
+from seals.view.films.water import (
+    FAR,
+    Patched,
+    WaterOverTime,
+    cut,
+    outer,
+    raster,
+    read_mesh,
+    sea_mesh,
+)
 from seals.view.instants import Instants
 
 CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)

@@ -12,7 +12,7 @@ import pytest
 
 from seals.errors import MissingExtra, SealsError
 from seals.report.drawing import Columns, drawn
-from seals.report.figures import MOST_POINTS, Chart, Mark, Series, downsampled, even, lines
+from seals.report.figures import MOST_POINTS, Chart, Mark, Series, lines
 from seals.report.pictures import write_picture
 from seals.report.style import AXES, colours_of
 
@@ -22,7 +22,7 @@ def test_thinning_keeps_every_peak() -> None:
     rng = np.random.default_rng(3)
     y = rng.standard_normal(300_000)
     y[[7, 123_456, 299_000]] = (50.0, -60.0, 70.0)
-    small = downsampled(Series(name="a", x=np.arange(300_000.0), y=y))
+    small = Series(name="a", x=np.arange(300_000.0), y=y).downsampled()
     assert small.x.size <= MOST_POINTS
     assert {50.0, -60.0, 70.0} <= set(small.y.tolist())
     assert (small.x[0], small.x[-1]) == (0.0, 299_999.0)
@@ -33,8 +33,8 @@ def test_thinning_keeps_every_peak() -> None:
 def test_short_series_are_left_alone() -> None:
     """Nothing is taken from a series that fits."""
     line = Series(name="a", x=np.arange(9.0), y=np.arange(9.0))
-    assert downsampled(line) is line
-    assert even(line) is line
+    assert line.downsampled() is line
+    assert line.even() is line
 
 
 def test_thinning_lives_with_gaps() -> None:
@@ -42,7 +42,7 @@ def test_thinning_lives_with_gaps() -> None:
     y = np.full(100_000, np.nan)
     y[50_000:60_000] = 1.0
     y[55_555] = 9.0
-    small = downsampled(Series(name="a", x=np.arange(100_000.0), y=y))
+    small = Series(name="a", x=np.arange(100_000.0), y=y).downsampled()
     assert np.nanmax(small.y) == 9.0
     assert np.isnan(small.y).any()
 

@@ -16,7 +16,9 @@ from seals.robot.whole_body import place_on_base
 from seals.run.assembly import build_world
 from seals.run.build import build_run
 from seals.run.simulation import simulate
+from seals.schema import parameters_of
 from seals.sysid.data.robot_description import describe_robot
+from seals.sysid.data.vehicle import Vehicle, read_vehicle
 
 QUAD = (
     "robot=crazyflie",
@@ -71,6 +73,56 @@ def test_an_inertial_sensor_on_a_link_fixed_to_the_base_is_that_of_the_body() ->
     assert np.array_equal(origin, [0.5] * 3)
     assert np.array_equal(turn, quarter)
     assert place_on_base(describe_robot("free_arm").robot, "fore") is None
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("robot=aam", "guide=hover", "water=fossen"),
+        ("robot=auv", "guide=hover", "water=fossen"),
+        ("robot=hexacopter", "guide=hover", "water=none"),
+        ("robot=ball", "water=fossen"),
+    ],
+)
+def test_what_a_run_states_of_its_vehicle_is_the_robot_of_its_folder(
+    words: tuple[str, ...],
+) -> None:
+    """Bodies, joints, hulls, drives, gains and laws are the same read either way."""
+    meta = meta_of(*words)
+    stated = read_vehicle(meta)
+    folder = read_vehicle(meta, describe_robot(words[0].partition("=")[2]))
+    one, other = stated.robot, folder.robot
+    assert one.joints == other.joints
+    assert one.links[1:] == other.links[1:]
+    for name in ("mass", "centre", "inertia", "lower", "upper"):
+        assert np.allclose(getattr(one, name), getattr(other, name), rtol=1e-12, atol=1e-15)
+    for name in ("parent", "prismatic", "axis", "origin", "rotation", "drive_inertia"):
+        assert np.allclose(getattr(one.tree, name), getattr(other.tree, name), atol=1e-15)
+    for own, its in zip(one.hulls, other.hulls, strict=True):
+        assert (own is None) == (its is None)
+        if own is not None and its is not None:
+            assert own.volume == pytest.approx(its.volume, rel=1e-12)
+            assert own.centroid == pytest.approx(its.centroid, abs=1e-12)
+    assert np.array_equal(stated.lag, folder.lag)
+    assert stated.commands == folder.commands
+    assert {k: x.tolist() for k, x in stated.servo.items()} == {
+        k: x.tolist() for k, x in folder.servo.items()
+    }
+    assert laws(stated) == laws(folder)
+
+
+def laws(vehicle: Vehicle) -> set[tuple[Any, ...]]:
+    """Return class, links and values of every effect."""
+    base = vehicle.robot.links[0]
+    return {
+        (
+            type(effect),
+            frozenset("root" if name == base else name for name in effect.links),
+            *(float(getattr(effect, p)) for p in parameters_of(effect)),
+            *(x for _, c in sorted(effect.constants().items()) for x in np.ravel(c).tolist()),
+        )
+        for effect in vehicle.effects.values()
+    }
 
 
 def test_thrusters_are_stated() -> None:

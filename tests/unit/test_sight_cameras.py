@@ -19,8 +19,7 @@ from seals.plugins.sensors.camera import SensorCamera
 from seals.plugins.viewers.bullet import RendererEgl, RendererTiny
 from seals.plugins.viewers.bullet import egl as egl_module
 from seals.plugins.viewers.raycast import RendererRaycast
-from seals.rendering import OPTICAL, Cameras, Lens, Light, Renderer, Scene, Shape, nowhere
-from seals.rendering.camera import single
+from seals.rendering import OPTICAL, Cameras, Lens, Light, Poses, Renderer, Scene, Shape
 from seals.rendering.files import millimetres, png
 from seals.rendering.light import TABLE
 from seals.rendering.normals import normals_of
@@ -35,13 +34,13 @@ WHITE = (1.0, 1.0, 1.0)
 FACE = """
 import numpy as np
 from seals.plugins.viewers.bullet import RendererTiny
-from seals.rendering import OPTICAL, Lens, Light, Scene, Shape, nowhere, single
+from seals.rendering import OPTICAL, Cameras, Lens, Light, Poses, Scene, Shape
 sides = [(-0.1, y, z) for y in (-0.3, 0.3) for z in (-0.3, 0.3)]
 white = (1.0, 1.0, 1.0)
 boxes = [Shape("box", (0.2, 0.2, 0.2), np.array(at), np.eye(3), white, 1) for at in sides]
 renderer = RendererTiny()
 renderer.open(Scene(tuple(boxes), ("nothing", "a"), ()), Light())
-print(renderer.render(nowhere(), single(np.zeros(3), OPTICAL), Lens()).parts.max())
+print(renderer.render(Poses.nowhere(), Cameras.single(np.zeros(3), OPTICAL), Lens()).parts.max())
 """
 """A camera in the very plane of faces that lie aside of it on all sides."""
 
@@ -139,7 +138,7 @@ def test_viewers_for_cameras_are_renderers(name: str) -> None:
     assert isinstance(renderer, Renderer)
     renderer.close()
     with pytest.raises(PhysicsError, match="no scene"):
-        renderer.render(nowhere(), single(np.zeros(3), np.eye(3)), Lens())
+        renderer.render(Poses.nowhere(), Cameras.single(np.zeros(3), np.eye(3)), Lens())
 
 
 def test_a_camera_in_the_plane_of_a_face_gives_a_picture(tmp_path: Path) -> None:
@@ -312,7 +311,7 @@ def test_cameras_of_one_call_share_a_batch() -> None:
     renderer = RendererTiny()
     renderer.open(Scene((ball,), ("nothing", "a"), ()), Light())
     cameras = Cameras(np.zeros((2, 3, 3)), np.tile(OPTICAL, (2, 3, 1, 1)))
-    picture = renderer.render(nowhere(2), cameras, Lens(width=8, height=6), normals=True)
+    picture = renderer.render(Poses.nowhere(2), cameras, Lens(width=8, height=6), normals=True)
     renderer.close()
     assert picture.colour.shape == (2, 3, 6, 8, 3)
     assert picture.parts[1, 2, 3, 4] == 1

@@ -11,7 +11,7 @@ from seals.config.compose import compose
 from seals.errors import ConfigError
 from seals.experiments import soak
 from seals.experiments.soak import running
-from seals.experiments.soak.flight import OVERRIDES, wish
+from seals.experiments.soak.flight import OVERRIDES, Wish
 from seals.experiments.soak.running import read_rows, soaked
 from seals.robot.build import build_robot
 from seals.run.build import build_run
@@ -81,7 +81,7 @@ def test_a_leak_and_a_gap_are_found() -> None:
 def test_commands_are_the_same_for_the_same_seed() -> None:
     """A stretch's command depends on seed and number alone, and stays within the joints' range."""
     robot = build_robot(build_run(compose(list(OVERRIDES))).robot)
-    one, again, other = wish(robot, 3, 7), wish(robot, 3, 7), wish(robot, 3, 8)
+    one, again, other = Wish.drawn(robot, 3, 7), Wish.drawn(robot, 3, 7), Wish.drawn(robot, 3, 8)
     assert np.array_equal(one.place, again.place)
     assert not np.array_equal(one.place, other.place)
     for name, values in one.joints.items():

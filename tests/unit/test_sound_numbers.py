@@ -148,7 +148,6 @@ def test_planned_manoeuvres_have_an_end(change: dict[str, Any]) -> None:
         "effects": [],
         "step": 0.01,
         "tilt": 0.3,
-        "gains": {},
         "runs": [{"segment": 0, "seconds": 1.0}],
         "meta": {},
     }
@@ -169,11 +168,10 @@ _DROP = {
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"gains": [1]}, "gains is a list, a mapping belongs there"),
-        ({"gains": "x"}, "gains is a str"),
         ({"runs": 5}, "runs is a int, a list belongs there"),
         ({"runs": ["x"]}, r"runs\[0\] is a str"),
-        ({"meta": [1]}, "meta is a list"),
+        ({"meta": [1]}, "meta is a list, a mapping belongs there"),
+        ({"meta": "x"}, "meta is a str"),
         ({"runs": [{"seconds": 1.0}]}, r"runs\[0\].position needs 3 finite numbers"),
         ({"runs": [{**_DROP, "orientation": [1, 0, 0]}]}, "orientation needs 4"),
         ({"runs": [{**_DROP, "velocity": [0, 0, float("nan")]}]}, "velocity needs 3"),
@@ -185,8 +183,7 @@ def test_planned_manoeuvres_are_of_their_form(change: dict[str, Any], words: str
     import yaml
 
     content = {"kind": KIND, "name": "a", "words": "a", "effects": [], "step": 0.01, "tilt": 0.3}
-    gains = dict.fromkeys(("place", "speed", "sum", "most", "turn", "spin", "turn_sum"), 1.0)
-    content |= {"gains": gains, "runs": [_DROP], "meta": {}}
+    content |= {"runs": [_DROP], "meta": {}}
     Path("x.yaml").write_text(yaml.safe_dump(content))
     assert read_experiment("x.yaml").releases
     Path("x.yaml").write_text(yaml.safe_dump({**content, **change}))

@@ -96,7 +96,7 @@ def test_the_sweep_that_began_last_is_taken_up(
     (tmp_path / "runs" / "torn" / "sweep.json").write_text("{")
     words = begun("run", ["-m", "robot=ball", "seed=1,2", "--resume"])[0]
     assert words[-1] == "hydra.sweep.dir='runs/foo'"
-    assert "torn/sweep.json is damaged" in capsys.readouterr().err
+    assert "torn/sweep.json' is damaged" in capsys.readouterr().err
 
 
 def test_many_at_once_get_different_folders(tmp_path: Path) -> None:

@@ -14,8 +14,12 @@ from seals.sysid.candidates.vehicle import wave_laws
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "seals" / "sysid"
 OTHER_MEANING = {
-    "data/robot_vehicle.py": {"inertia"},
-    "experiment_design/control.py": {"inertia"},
+    "data/robot_description.py": {
+        "centre_of_buoyancy",
+        "centre_of_gravity",
+        "inertia",
+        "thrust_coefficient",
+    },
     "experiment_design/recording.py": {"inertia"},
     "experiment_design/scene.py": {"thrust_coefficient"},
     # the mean thrusts of flights are compared with four laws in a form of their own
@@ -35,14 +39,7 @@ OTHER_MEANING = {
     "validation/answer.py": {"formula"},
     "validation/answer_form.py": {"formula"},
     "data/known_sea.py": {"gravity"},
-    "data/vehicle.py": {
-        "battery",
-        "centre_of_buoyancy",
-        "centre_of_gravity",
-        "gravity",
-        "inertia",
-        "thrust_coefficient",
-    },
+    "data/vehicle.py": {"battery", "gravity", "inertia"},
 }
 """Words that are names of effects and mean a key of a log, a hook, an answer or a term there, or
 that a comparison knows."""

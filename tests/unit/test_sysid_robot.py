@@ -111,6 +111,14 @@ def test_effects_are_found_under_the_names_of_a_log(own: RobotDescription) -> No
     assert vehicle.full_voltage == 16.0
 
 
+def test_an_effect_of_another_robot_acts_on_the_base(own: RobotDescription) -> None:
+    """A run of another robot drags a pod; here the pod is part of the base."""
+    drag = {"name": "linear_drag", "medium": "air", "parameters": {"coefficient_x": 0.1}}
+    vehicle = read_vehicle(meta(baseline=[{**drag, "instance": "pod_drag", "links": ["pod"]}]), own)
+    assert vehicle.effects["linear_drag_air"].links == ["root"]
+    assert vehicle.bound.names == tuple(vehicle.effects)
+
+
 def test_joint_columns_follow_the_urdf(own: RobotDescription) -> None:
     """The log lists joints as the file does; the model as the tree does. Names in it rule."""
     vehicle = read_vehicle(meta(), own)

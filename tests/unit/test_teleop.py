@@ -89,7 +89,7 @@ def test_events_survive_their_file_to_the_last_bit(tmp_path: Path) -> None:
         ("a.csv", "t,control,value\n1,ww,1\n", "line 2: there is no control 'ww'"),
         ("a.csv", "t,control,value\n1,w,2\n", "-1 to 1"),
         ("a.csv", "t,control,value\n-1,w,1\n", "before the start"),
-        ("a.csv", "t,control,value\nnan,w,1\n", "is not a number"),
+        ("a.csv", "t,control,value\nnan,w,1\n", "a finite number"),
         ("a.yaml", "t: 1", "holds no list"),
         ("a.yaml", "- {hold: w, seconds: 1}", "has no time"),
         ("a.yaml", "- {t: 1, hold: w}", "does not say how long"),

@@ -164,7 +164,7 @@ def test_flights_that_are_there_are_not_flown_again(
         flown.append(seed)
         return flight(3)
 
-    monkeypatch.setattr(pictures, "flight", fly)
+    monkeypatch.setattr(pictures, "_flight", fly)
     work = {"processes": 1, "limit": 60.0}
     assert record(tmp_path, flights=2, held_out=False, **work) == 6
     assert record(tmp_path, flights=3, held_out=False, **work) == 9

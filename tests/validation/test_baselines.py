@@ -16,10 +16,10 @@ def test_every_classical_answer_is_an_answer(monkeypatch: pytest.MonkeyPatch) ->
     """Asked about a flight in a hidden wind, all name effects; all at once names far too many."""
     # at the end: the installed package comes before the checkout
     monkeypatch.setattr(sys, "path", [*sys.path, str(Path(__file__).parents[2])])
-    from seals.experiments.naming_benchmark.answers import METHODS, question
+    from seals.experiments.naming_benchmark.answers import METHODS, Question
 
     problem = prepare(read_native(find_log("hidden_effect/flight_a")))
-    asked = question(problem)
+    asked = Question.of(problem)
     known = {c.name for c in problem.plant.candidate_set.candidates}
     found = {name: method(asked) for name, method in METHODS.items()}
     for names in found.values():

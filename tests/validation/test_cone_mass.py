@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from seals.experiments.water_validation.entry import MASS, impulses, mass_of_cone, measured
+from seals.experiments.water_validation.entry import MASS, impulses, measured
 from seals.experiments.water_validation.slam import CONE_DROPS
 from seals.sysid.data.robot_description import describe_robot
 
@@ -14,7 +14,7 @@ pytestmark = [pytest.mark.validation, pytest.mark.usefixtures("measurements")]
 
 def test_six_drops_at_two_speeds_tell_one_mass() -> None:
     """Drag over speed squared is the same at 4 and 6 m/s: 1 % between drops, 1.5 % within one."""
-    found = np.array([mass_of_cone(d) for v in (4, 6) for d in measured(v, "150degcone")])
+    found = np.array([d.mass_of_cone() for v in (4, 6) for d in measured(v, "150degcone")])
     assert found.shape == (6, 2)
     assert found[:, 0] == pytest.approx(MASS, rel=0.01)
     assert (found[:, 1] < 0.015 * MASS).all()

@@ -6,19 +6,24 @@ import json
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 
 from seals.logs.native import read_native
 from seals.sysid.diagnosis import diagnose
+from seals.sysid.experiment_design.flight import fly
+from seals.sysid.experiment_design.manoeuvres import manoeuvres
 from seals.sysid.experiment_design.plan import Plan
 from seals.sysid.experiment_design.ranking import propose
+from seals.sysid.experiment_design.scene import scene_of
 from seals.sysid.predictors.problem import Problem, prepare
 
 ROOT = Path(__file__).parents[2]
 if str(ROOT) not in sys.path:
     sys.path.append(str(ROOT))
 
+from tests.validation.hidden import generate  # noqa: E402
 from tests.validation.replanned import flown, separated  # noqa: E402
 
 
@@ -40,6 +45,32 @@ def test_the_proposal_moves_up_and_down(plan: Plan) -> None:
     assert plan.best.confidence > 0.95
     assert plan.plain.confidence < 0.8
     assert plan.plain.separation < 0.1 * plan.best.separation
+
+
+@pytest.mark.parametrize("kind", ["aam", "quad", "crossing", "auv"])
+def test_rehearsals_follow_their_references(kind: str, tmp_path: Path) -> None:
+    """Vehicles of all kinds stay at their places within centimetres; stiff servos do not ring."""
+    words = ("--level", "null", "--vehicle", kind, "--seed", "4", "--no-gain")
+    assert generate.main([str(tmp_path), "--count", "1", *words]) in (None, 0)
+    log = read_native(next(p for p in sorted(tmp_path.iterdir()) if p.is_dir()))
+    if kind == "aam":
+        log.meta["vehicle"]["arm"]["controller"] |= {"kp": 8.0, "kd": 0.3}
+    problem = prepare(log)
+    scene, step = scene_of(problem.vehicle), 0.04 if problem.vehicle.has_water else 0.02
+    time = np.arange(0.0, 8.0, step)
+    chosen = [m for m in manoeuvres(scene.kind) if m.name in ("hover", "all axes")]
+    flights = [m.path(scene, time) for m in chosen if m.path is not None]
+    assert len(flights) == 2
+    seen, commands = fly(problem, scene, flights, {}, step=step)
+    miss = seen["position"] - np.stack([f.place for f in flights], axis=1)
+    assert np.abs(miss[:, 0]).max() < 0.02
+    assert np.sqrt(np.mean(miss[:, 1] ** 2)) < 0.06
+    hover = commands[:, 0]
+    assert np.std(np.diff(hover, axis=0)) < 0.02 * np.abs(hover).max() + 1.0
+    assert (
+        np.abs(seen["joints"] - np.stack([f.joints for f in flights], axis=1)).max(initial=0) < 0.1
+    )
+    assert np.sqrt(np.sum(seen["joint_velocity"][:, 0] ** 2, axis=1).mean()) < 0.05
 
 
 def test_the_proposal_can_be_written_as_json(plan: Plan) -> None:

@@ -70,9 +70,13 @@ def test_the_ship_section_lacks_two_effects_together(measurements: None) -> None
 
 @pytest.mark.slow
 def test_two_speeds_of_entry_show_slamming_and_drag(measurements: None) -> None:
-    """Fitted at 2 and 6 m/s, the error at 4 m/s is below 2.8 m/s^2."""
+    """Fitted at 2 and 6 m/s, the error at 4 m/s is below 2.8 m/s^2.
+
+    An added mass that follows its waterline holds the slam: these runs cannot tell the two apart.
+    """
     (one,) = diagnoses("experiment=impack_entry")
-    assert {"slamming", "quadratic_drag"} <= named(one)
+    assert {"buoyancy", "quadratic_drag"} <= named(one)
+    assert "slamming and added_mass cannot be told apart" in " ".join(one.answer.reasons)
     assert one.rms("specific_force", after=True) <= 2.8
 
 

@@ -10,7 +10,6 @@ from seals.errors import RobotError
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.scaffold.hydrodynamics import (
     Ellipsoid,
-    added_mass_of_ellipsoid,
     ellipsoid_of_moments,
 )
 
@@ -20,7 +19,7 @@ RHO = 1000.0
 
 def own(*axes: float) -> Floats:
     """Return the added mass about the ellipsoid's own centre and axes."""
-    return added_mass_of_ellipsoid(Ellipsoid(np.array(axes), np.zeros(3), np.eye(3)), RHO)
+    return Ellipsoid(np.array(axes), np.zeros(3), np.eye(3)).added_mass(RHO)
 
 
 def mass(*axes: float) -> float:
@@ -75,7 +74,7 @@ def test_energy_is_that_of_the_body_turned_and_shifted() -> None:
     rng = np.random.default_rng(1)
     axes, centre = np.array([0.3, 0.2, 0.1]), np.array([0.4, -0.2, 0.1])
     turn = matrix_of(quaternion_of_rpy(np.array([[0.3, -0.8, 1.2]])))[0]
-    here = added_mass_of_ellipsoid(Ellipsoid(axes, centre, turn), RHO)
+    here = Ellipsoid(axes, centre, turn).added_mass(RHO)
     for twist in rng.normal(size=(5, 6)):
         at_centre = twist[:3] + np.cross(twist[3:], centre)
         moved = np.concatenate((turn.T @ at_centre, turn.T @ twist[3:]))

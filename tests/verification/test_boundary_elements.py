@@ -7,11 +7,10 @@ import pytest
 from numpy.typing import NDArray
 
 from seals.errors import ConfigError
-from seals.experiments.water_validation.hulme import HEAVE, LIMIT, SURGE_LIMIT
+from seals.experiments.water_validation.heave import HEAVE, LIMIT, SURGE_LIMIT
 from seals.hydrostatics import Hull, HullBox, HullCompound, HullCylinder, HullMesh, HullSphere
 from seals.scaffold.hydrodynamics import (
     Ellipsoid,
-    added_mass_of_ellipsoid,
     deep_added_mass,
     extrapolated,
     panels_of,
@@ -50,7 +49,7 @@ def test_ellipsoid_by_panels() -> None:
     turn = np.array([[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]])
     points = (np.asarray(ball.vertices) * axes) @ turn.T
     hull = HullMesh(vertices=points, faces=np.asarray(ball.faces))
-    expected = added_mass_of_ellipsoid(Ellipsoid(axes, np.zeros(3), turn), RHO)
+    expected = Ellipsoid(axes, np.zeros(3), turn).added_mass(RHO)
     found = deep(hull, 300, 900)
     scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
     print(np.round((found - expected) / scale, 4))

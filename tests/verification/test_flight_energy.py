@@ -12,7 +12,7 @@ from scipy.integrate import quad
 
 from seals.config.compose import compose
 from seals.effects import MediumKind
-from seals.experiments.flight_energy import OVERRIDES, draw, figures
+from seals.experiments.flight_energy import OVERRIDES, draw
 from seals.experiments.flight_energy import fly as fly_manipulator
 from seals.plugins.actuators.rotors import Rotors
 from seals.plugins.effects.battery import Battery, cell_voltage
@@ -149,7 +149,7 @@ def test_the_manipulator_balances_its_energy_in_a_controlled_flight(tmp_path: Pa
     """The experiment's table, on a climb of 3 s: all three balances within 2 %."""
     words = [*OVERRIDES, "time.duration=5.0"]
     balance = fly_manipulator(build_run(compose(words)))
-    found = figures(balance)
+    found = balance.figures()
     off = {name: value for name, value in found.items() if name.endswith("[%]")}
     print(off)
     assert len(off) == 3

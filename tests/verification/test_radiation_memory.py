@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from seals.experiments.water_validation.hulme import HEAVE, LIMIT
+from seals.experiments.water_validation.heave import HEAVE, LIMIT
 from seals.hydrostatics import HullCylinder
 from seals.plugins.backends.free import BackendFree
 from seals.plugins.effects.added_mass import AddedMass

@@ -16,7 +16,7 @@ from seals.config.compose import compose
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.plugins.viewers.bullet import RendererTiny
 from seals.plugins.viewers.raycast import RendererRaycast
-from seals.rendering import Cameras, Lens, Light, Picture, Poses, Scene, Shape, nowhere
+from seals.rendering import Cameras, Lens, Light, Picture, Poses, Scene, Shape
 from seals.run import build_world
 from seals.run.build import build_run
 
@@ -54,7 +54,7 @@ def seen(
     renderer.open(scene, Light())
     try:
         cameras = Cameras(origin[None, None], axes[None, None])
-        picture: Picture = renderer.render(nowhere(), cameras, lens, normals=normals)
+        picture: Picture = renderer.render(Poses.nowhere(), cameras, lens, normals=normals)
         return picture.of(0, 0)
     finally:
         renderer.close()

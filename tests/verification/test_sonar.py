@@ -14,7 +14,7 @@ from seals.environment.settings import EnvironmentSettings
 from seals.plugins.sensors.sonar import SensorSonar
 from seals.plugins.waves.airy import WaveAiry
 from seals.sensors.acoustics import HALF_POWER, absorption, line_pattern
-from seals.sensors.echoes import Echoes, over_range
+from seals.sensors.echoes import Echoes
 from seals.sensors.protocol import SensorInput
 from seals.sensors.surroundings import Surroundings
 
@@ -166,7 +166,7 @@ def test_bins_hold_the_energy_of_every_cell() -> None:
     """The sum over the bins is the power times pulse over bin, whatever the extent."""
     rng = np.random.default_rng(0)
     way, extent, power = rng.uniform(3.0, 7.0, 40), rng.uniform(0.0, 4.0, 40), rng.uniform(0, 1, 40)
-    found = over_range(Echoes(way, extent, power), 4, 64, nearest=0.0, size=0.16, pulse=0.3)
+    found = Echoes(way, extent, power).over_range(4, 64, nearest=0.0, size=0.16, pulse=0.3)
     np.testing.assert_allclose(found.sum(axis=1), power.reshape(10, 4).sum(axis=0) * 0.3 / 0.16)
 
 

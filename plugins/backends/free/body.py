@@ -157,30 +157,25 @@ class FreeBody(BodyOptions):
         joints = s.joints + step * middle[self._lead :]
         self._set(State(position, quaternion, joints, speed, change))
         if self._ground is not None:
-            self._refuse_ground(self._ground)
-            self._refuse_stops(joints)
-
-    def _refuse_ground(self, ground: EnvironmentSettings) -> None:
-        x, y, z = self._state.position.tolist()
-        height = ground_height(ground, x, y)
-        if height is not None and z < height:
-            raise PhysicsError(
-                f"robot '{self.robot.name}' has reached the ground at {height:g} m, and "
-                "backend=free has no contacts.\n"
-                "Take backend=pybullet or backend=mujoco, or let it through: backend.passable=true"
-            )
-
-    def _refuse_stops(self, joints: Floats) -> None:
-        lower, upper = self._limits
-        beyond = np.flatnonzero((joints < lower) | (joints > upper))
-        if beyond.size:
-            k = int(beyond[0])
-            limits = f"{self.robot.lower[k]:g} to {self.robot.upper[k]:g}"
-            raise PhysicsError(
-                f"joint '{self.robot.joints[k]}' of robot '{self.robot.name}' has left its range "
-                f"of {limits}, and backend=free has no stops.\n"
-                "Take backend=pybullet or backend=mujoco, or let it pass: backend.passable=true"
-            )
+            x, y, z = self._state.position.tolist()
+            height = ground_height(self._ground, x, y)
+            if height is not None and z < height:
+                raise PhysicsError(
+                    f"robot '{self.robot.name}' has reached the ground at {height:g} m, and "
+                    "backend=free has no contacts.\n"
+                    "Take backend=pybullet or backend=mujoco, or let it through: "
+                    "backend.passable=true"
+                )
+            lower, upper = self._limits
+            beyond = np.flatnonzero((joints < lower) | (joints > upper))
+            if beyond.size:
+                k = int(beyond[0])
+                limits = f"{self.robot.lower[k]:g} to {self.robot.upper[k]:g}"
+                raise PhysicsError(
+                    f"joint '{self.robot.joints[k]}' of robot '{self.robot.name}' has left its "
+                    f"range of {limits}, and backend=free has no stops.\n"
+                    "Take backend=pybullet or backend=mujoco, or let it pass: backend.passable=true"
+                )
 
     def contact_wrenches(self) -> Floats:
         """Return zeros: nothing touches, shape (L, 6)."""

@@ -62,11 +62,11 @@ def describe(engine: Any, spec: Any, robot: RobotModel, number: int, step: float
     for k, name in enumerate(names):
         parent = spec.worldbody if k == 0 else parts[tree.parent[k]]
         place = tree.origin[k] - shift[tree.parent[k]] if k else np.zeros(3)
-        body = parent.add_body(name=name, pos=place, quat=wxyz(tree.rotation[k]))
+        body = parent.add_body(name=name, pos=place, quat=_wxyz(tree.rotation[k]))
         # mass and moments of one until the model is compiled: the engine refuses frames without
         body.explicitinertial, body.mass, body.inertia = True, 1.0, [1.0, 1.0, 1.0]
         body.ipos = robot.centre[k] - shift[k]
-        body.iquat = wxyz(principal(robot.inertia[k])[1])
+        body.iquat = _wxyz(principal(robot.inertia[k])[1])
         # otherwise a single body keeps the diagonal of its inertia only, and added inertia has more
         body.simple = 0
         if k == 0 and tree.fixed_base:
@@ -92,7 +92,7 @@ def limits(robot: RobotModel) -> Floats:
     return np.stack((robot.lower, robot.upper), axis=1)
 
 
-def wxyz(rotation: Floats) -> Floats:
+def _wxyz(rotation: Floats) -> Floats:
     """Return a rotation matrix (3, 3) as a quaternion in the engine's order."""
     x, y, z, w = quaternion_of(rotation)
     return np.array([w, x, y, z])
@@ -113,7 +113,12 @@ def _shape(
     """Add a collision shape that touches only the shapes of its contact pairs."""
     kinds = engine.mjtGeom
     geom = body.add_geom(
-        name=name, pos=piece.position, quat=wxyz(piece.rotation), contype=0, conaffinity=0, mass=0.0
+        name=name,
+        pos=piece.position,
+        quat=_wxyz(piece.rotation),
+        contype=0,
+        conaffinity=0,
+        mass=0.0,
     )
     if piece.kind == "box":
         geom.type, geom.size = kinds.mjGEOM_BOX, [0.5 * edge for edge in piece.size]

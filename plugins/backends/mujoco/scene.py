@@ -126,7 +126,7 @@ class Scene:
             )
         number = len(self._robots)
         found = describe(self.engine, self._spec, robot, number, self.step)
-        surfaces, fixed = surfaces_of(robot), robot.tree.fixed_base
+        surfaces, fixed = _surfaces_of(robot), robot.tree.fixed_base
         own = []
         for name, row in found.shapes:
             still = fixed and not robot.tree.moves[row].any()
@@ -135,7 +135,7 @@ class Scene:
                 if still and stands:
                     continue
                 pair = self._spec.add_pair(geomname1=other, geomname2=name)
-                set_pair(pair, combined(surface, surfaces[row]), self.step)
+                set_pair(pair, _combined(surface, surfaces[row]), self.step)
         self._shapes += own
         self._robots.append((robot, found))
         self._bodies.append(body)
@@ -234,7 +234,7 @@ class Scene:
         self.stale = True
 
 
-def surfaces_of(robot: RobotModel) -> list[Surface]:
+def _surfaces_of(robot: RobotModel) -> list[Surface]:
     """Return the contact coefficients of every link: stated in the model, else URDF, else default.
 
     Raises:
@@ -250,7 +250,12 @@ def surfaces_of(robot: RobotModel) -> list[Surface]:
         for element in contact if contact is not None else ():
             if element.tag in _FIELDS:
                 surface = replace(surface, **{_FIELDS[element.tag]: _value(robot, name, element)})
-        found.append(_overruled(surface, robot.surface))
+        given = (
+            {}
+            if robot.surface is None
+            else {k: v for k, v in vars(robot.surface).items() if v is not None}
+        )
+        found.append(replace(surface, **given))
     return found
 
 
@@ -264,12 +269,7 @@ def _value(robot: RobotModel, link: str, element: ElementTree.Element) -> float:
         ) from cause
 
 
-def _overruled(surface: Surface, model: Surface | None) -> Surface:
-    given = {} if model is None else {k: v for k, v in vars(model).items() if v is not None}
-    return replace(surface, **given)
-
-
-def combined(one: Surface, other: Surface) -> Surface:
+def _combined(one: Surface, other: Surface) -> Surface:
     """Return the coefficients of two surfaces that touch.
 
     Equation:
@@ -277,7 +277,7 @@ def combined(one: Surface, other: Surface) -> Surface:
         r = r_1 mu_2 + r_2 mu_1.
 
     Example:
-        >>> combined(Surface(friction=0.5, rolling=0.0, spinning=0.0, restitution=1.0), USUAL)
+        >>> _combined(Surface(friction=0.5, rolling=0.0, spinning=0.0, restitution=1.0), USUAL)
         Surface(friction=0.25, rolling=0.0, spinning=0.0, restitution=0.0)
     """
     a, b = ((s.friction or 0.0, s.rolling or 0.0, s.spinning or 0.0) for s in (one, other))

@@ -10,31 +10,12 @@ import numpy as np
 from seals.arrays import Array, Floats
 from seals.control import ActuatorCommand, Reference, RobotState
 from seals.control.bounded import ROUNDS, Search, changed, tried
-from seals.control.protocols import Buoyancy, Compiler
+from seals.control.protocols import AIM_ARRAYS, STATE_ARRAYS, Buoyancy, Compiler, of_one
 from seals.pytree import leaves, mapped
 from seals.state_records import state_record
 
 if TYPE_CHECKING:
     from seals.plugins.controllers.cascade.controller import Asked, Cascade, CascadeState
-
-_STATE = (
-    *("position", "rotation", "velocity", "angular_velocity", "joints", "joint_velocity"),
-    *("centre", "inertia", "centre_map", "momentum_map", "gain", "limit", "low", "submersion"),
-)
-_AIM = ("velocity", "acceleration", "yaw", "yaw_rate")
-
-
-def of_one(s: RobotState, aim: Reference) -> tuple[RobotState, Reference]:
-    """Return state and reference of one robot as those of a batch of one."""
-    buoyancy = Buoyancy(*(_row(x) for x in s.buoyancy))
-    state = s._replace(buoyancy=buoyancy, **{name: _row(getattr(s, name)) for name in _STATE})
-    place = None if aim.position is None else _row(aim.position)
-    return state, aim._replace(position=place, **{name: _row(getattr(aim, name)) for name in _AIM})
-
-
-def _row(value: Any) -> Array:
-    """Return a number or an array as the only row of an array of at least two axes."""
-    return np.full((1, 1), value) if isinstance(value, int | float) else value[None]
 
 
 @state_record
@@ -135,11 +116,11 @@ class CompiledCascade:
             more: Iterator[Array] = (
                 x.reshape(shape or (1,)) for x, shape in zip(arrays, shapes, strict=True)
             )
-            state = s._replace(**{name: next(more) for name in _STATE})
+            state = s._replace(**{name: next(more) for name in STATE_ARRAYS})
             state = state._replace(buoyancy=Buoyancy(next(more), next(more)))
             joints = next(more)
             memory = _filled(self._form, next(more), joints)
-            wanted = aim._replace(**{name: next(more) for name in _AIM})
+            wanted = aim._replace(**{name: next(more) for name in AIM_ARRAYS})
             if aim.position is not None:
                 wanted = wanted._replace(position=next(more))
             state, wanted = of_one(state, wanted)

@@ -18,14 +18,13 @@ from seals.control.fins import Fins, with_fins
 from seals.control.limbs import Reckoned, joint_targets, servo_lag, stowed, way_of
 from seals.control.mass_properties import MassPropertyEstimator
 from seals.control.plant import ROTOR, UPWARD, lifting
-from seals.control.protocols import Compiler
+from seals.control.protocols import Compiler, of_one
 from seals.control.tilts import tilted_drives, tilts_of
 from seals.errors import ConfigError
 from seals.frames import cross
 from seals.plugins.controllers.cascade.compiled import (
     CompiledCascade,
     PackedState,
-    of_one,
     packed,
 )
 from seals.plugins.controllers.cascade.gains import CascadeSettings, Gains
@@ -187,17 +186,18 @@ class Cascade(CascadeSettings):
         self._rated = max(self.rate_gain) > 0.0
         self._compiled: CompiledCascade | None = None
 
-    def batched(self, plant: Plant, joints: Floats, like: Array) -> CascadeBatch:
+    def batched(self, plant: Plant, joints: Floats | None, like: Array) -> CascadeBatch:
         """Return this law over a batch, see `ControllerOptions`.
 
         Raises:
             ConfigError: see `bind`; or the cascade has a gain on the rate of the velocity.
         """
         law = copy.copy(self)
-        law._bind(plant, like, np.asarray(joints, dtype=float))
+        law._bind(plant, like, joints)
         if law._tilts.joints:
             raise ConfigError(
-                f"a batch holds the joints of robot '{plant.robot.name}', and one tilts a rotor.\n"
+                f"a batch has no joint that tilts a rotor, as one of robot '{plant.robot.name}' "
+                "does.\n"
                 "Run it in a world: backend=pybullet"
             )
         if law._rated:
@@ -205,16 +205,16 @@ class Cascade(CascadeSettings):
                 f"controller.rate_gain={list(self.rate_gain)} has no form over a batch.\n"
                 "Allowed: [0.0, 0.0]"
             )
-        return CascadeBatch(law)
+        return CascadeBatch(law, held=joints is not None)
 
-    def start(self) -> CascadeState:
+    def start(self, batch: int = 1) -> CascadeState:
         """Return zero integrators; arms stowed, grippers open."""
         return CascadeState(
-            *self.zero(1),
+            *self.zero(batch),
             velocity=Rate(None, np.zeros((1, 3))) if self._rated else None,
             inner=Inner(None, Trend.flat(15)) if self._rest.size else None,
             known=Trend.flat(3),
-            joints=self._rest,
+            joints=self._rest if batch == 1 else np.tile(self._rest, (batch, 1)),
         )
 
     def zero(self, batch: int) -> HeldState:
@@ -227,21 +227,29 @@ class Cascade(CascadeSettings):
         self, situation: RobotState, aim: Reference, memory: CascadeState | PackedState
     ) -> tuple[ActuatorCommand, CascadeState | PackedState]:
         """Return speeds of the rotors and targets of the servos."""
-        s = situation if self.cog_compensation else self._unaware(situation)
-        last, quick = self._rest if memory.joints is None else memory.joints, self._compiled
-        joints = joint_targets(aim, last, self._plant.robot)
+        s, quick = situation if self.cog_compensation else self._unaware(situation), self._compiled
         if isinstance(memory, PackedState):
             if quick is not None:
+                last = self._rest if memory.joints is None else memory.joints
+                joints = joint_targets(aim, last, self._plant.robot)
                 return quick.command(s, aim, joints, memory)
             memory = memory.unpacked(self._form())
-        s, aim = of_one(s, aim)
+        order, tilts, kept = self.moving(*of_one(s, aim), memory)
+        # tilts are no motion to feed forward: what they do is in the allocation
+        targets = np.array(kept.joints)
+        targets[list(self._tilts.joints)] = tilts[0]
+        return ActuatorCommand(order[0], targets), kept if quick is None else packed(kept)
+
+    def moving(
+        self, s: RobotState, aim: Reference, memory: CascadeState
+    ) -> tuple[Floats, Floats, CascadeState]:
+        """Return commands of rotors and of servos that tilt some, (B, n) and (B, k), and memory."""
+        last = self._rest if memory.joints is None else memory.joints
+        joints = joint_targets(aim, last, self._plant.robot)
         asked = self.asked(s, aim, joints, memory)
         wanted, tilts = self._allocated(s, asked.wrench, memory.drive)
-        # tilts are no motion to feed forward: what they do is in the allocation
-        targets = joints.copy()
-        targets[list(self._tilts.joints)] = tilts
         order, kept = self.ordered(s, wanted, asked, memory)
-        return ActuatorCommand(order[0], targets), kept if quick is None else packed(kept)
+        return order, tilts, kept
 
     def compile(self, compiled: Compiler | None) -> None:
         """Evaluate the law by machine code, for rotors that no servo tilts, or without."""
@@ -324,7 +332,7 @@ class Cascade(CascadeSettings):
             more = {"gain": bite, "limit": most, "low": -most}
             bounds = {key: np.concatenate((x, more[key]), axis=1) for key, x in bounds.items()}
         found = self.allocation.commands(asked, s.centre, **bounds)
-        return found[:, :count], found[0, count:]
+        return found[:, :count], found[:, count:]
 
     def _unaware(self, s: RobotState) -> RobotState:
         """Return the situation of a robot that takes its arms to be stowed."""
@@ -400,20 +408,24 @@ class Cascade(CascadeSettings):
 
 
 class CascadeBatch:
-    """A cascade over a batch of robots whose joints are held; see `BatchController`.
+    """A cascade over a batch of robots; see `BatchController`.
 
     Args:
         law: bound in the library of the batch.
+        held: whether the joints are held; nothing is fed forward then.
     """
 
-    def __init__(self, law: Cascade) -> None:
-        self._law, self.start = law, law.zero
+    def __init__(self, law: Cascade, *, held: bool) -> None:
+        self._law, self.start = law, law.zero if held else law.start
 
     def command(
-        self, situation: RobotState, aim: Reference, memory: HeldState
-    ) -> tuple[Array, HeldState]:
+        self, situation: RobotState, aim: Reference, memory: HeldState | CascadeState
+    ) -> tuple[Array, HeldState | CascadeState]:
         """Return speeds of the rotors, shape (B, n), and the new state."""
-        s, law, state = situation, self._law, CascadeState(*memory)
+        s, law = situation, self._law
+        if isinstance(memory, CascadeState):
+            return law.moving(s, aim, memory)[::2]
+        state = CascadeState(*memory)
         asked = law.asked(s, aim, None, state)
         wanted = law.allocation.commands(asked.wrench, gain=s.gain, limit=s.limit, low=s.low)
         order, kept = law.ordered(s, wanted, asked, state)

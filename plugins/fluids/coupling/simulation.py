@@ -14,7 +14,6 @@ from seals.errors import PhysicsError
 from seals.fluid import BodyStates, FluidBody, MomentumBalance
 from seals.plugins.fluids.coupling.bodies import Immersed, add_samples, clear_of, solid_scales
 from seals.plugins.fluids.coupling.heights import HeightField
-from seals.plugins.fluids.coupling.momentum import momentum_balance
 from seals.plugins.fluids.sampling import Samples
 from seals.plugins.fluids.solver import Domain, Exchange, SolverSettings
 
@@ -201,3 +200,22 @@ def refuse_large(count: int, boundary: int, most: int) -> None:
             f"Allowed by fluid.most: {most:,}; take a coarser fluid.spacing or a smaller "
             f"fluid.size, or raise fluid.most (about {1.6e-6 * (count + boundary):.2g} GB)."
         )
+
+
+def momentum_balance(
+    done: Exchange, bodies: int, before: Floats, sources: Floats, after: Floats
+) -> MomentumBalance:
+    """Return the momentum balance of a step.
+
+    Args:
+        done: impulses of the step.
+        bodies: number of moving boundaries that are bodies; the rest are moved walls.
+        before: momentum of the water at the start [N s], shape (3,).
+        sources: momentum from beaches, wind, particles added and removed [N s], shape (3,).
+        after: momentum at the end [N s], shape (3,).
+    """
+    pushed = done.impulses[:bodies, :3].sum(axis=0)
+    walls = done.walls + done.impulses[bodies:, :3].sum(axis=0)
+    exchanged = (done.gravity, done.impulses[:, :3], done.walls)
+    gross = sum(float(np.abs(part).sum()) for part in exchanged)
+    return MomentumBalance(before, after, done.gravity, sources, pushed, walls, gross)

@@ -42,14 +42,12 @@ class Box(NamedTuple):
     @property
     def upper(self) -> Floats:
         """Corner of largest x, y and z, on the surface [m], shape (3,)."""
-        out: Floats = self.lower + self.spacing * np.array(self.counts)
-        return out
+        return self.lower + self.spacing * np.array(self.counts)
 
     @property
     def middle(self) -> Floats:
         """Centre of the box [m], shape (3,)."""
-        out: Floats = 0.5 * (self.lower + self.upper)
-        return out
+        return 0.5 * (self.lower + self.upper)
 
     @property
     def depth(self) -> float:

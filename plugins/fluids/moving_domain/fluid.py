@@ -11,7 +11,6 @@ import numpy as np
 
 from seals.environment.ground_settings import ObstacleSettings
 from seals.environment.settings import EnvironmentSettings
-from seals.errors import ConfigError
 from seals.fluid import FluidBody, Surrounding
 from seals.plugins.fluids.coupling import ParticleFluid
 from seals.plugins.fluids.moving_domain.box import Box
@@ -90,12 +89,6 @@ class FluidWindow(ParticleFluid):
     current: list[float] = vector((0.0, 0.0), "m/s", bounds=(-10.0, 10.0), source=_CHOSEN)
 
     name: ClassVar[str] = "window"
-
-    def __post_init__(self) -> None:
-        """Check the counts; nothing is allocated yet."""
-        super().__post_init__()
-        if self.cell < 1:
-            raise ConfigError(f"cell={self.cell} is not allowed.\nAllowed: 1 or more.")
 
     def solids(self, environment: EnvironmentSettings) -> Mapping[str, ObstacleSettings]:
         """Return an empty list: an open sea has no walls."""

@@ -57,8 +57,7 @@ class OuterSea:
 
     def places(self, rest: Floats, time: float) -> Floats:
         """Return the world positions of water particles by rest positions [m], shape (n, 3)."""
-        out: Floats = rest + self.current * time + self.displacement(rest, time)
-        return out
+        return rest + self.current * time + self.displacement(rest, time)
 
     def rest(self, places: Floats, time: float) -> Floats:
         """Return the rest positions of the water particles at world positions [m], shape (n, 3)."""

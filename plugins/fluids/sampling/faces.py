@@ -46,8 +46,11 @@ def fine_face(
         True
     """
     fine = pitch * spacing
-    edges = [smaller_edge(edge, spacing, fine) for edge in size]
-    radius = smaller_radius(size[0], spacing, fine)
+    edges = [_smaller_edge(edge, spacing, fine) for edge in size]
+    # the radius of a finer sphere with the outer shell of `radius` [m]
+    reach = max(size[0] - 0.5 * spacing, 0.0)
+    shells = max(1, round(reach / fine + 0.5))
+    radius = reach / (1.0 - 0.5 / shells)
     smaller = {
         "sphere": (radius,),
         "box": tuple(edges),
@@ -63,18 +66,11 @@ def face_edge(edge: float, spacing: float) -> float:
     return max(edge - spacing, 0.0)
 
 
-def smaller_edge(edge: float, spacing: float, fine: float) -> float:
+def _smaller_edge(edge: float, spacing: float, fine: float) -> float:
     """Return the edge of a finer box whose outer samples coincide with those of ``edge`` [m]."""
     reach = face_edge(edge, spacing)
     count = round(reach / fine) + 1
     return reach * count / max(count - 1, 1)
-
-
-def smaller_radius(radius: float, spacing: float, fine: float) -> float:
-    """Return the radius of a finer sphere with the outer shell of ``radius`` [m]."""
-    reach = max(radius - 0.5 * spacing, 0.0)
-    shells = max(1, round(reach / fine + 0.5))
-    return reach / (1.0 - 0.5 / shells)
 
 
 def _layer(kind: str, size: tuple[float, ...], spacing: float) -> Samples:

@@ -86,7 +86,27 @@ class DevicePipeline(ABC):
         self.bodies = Bodies(
             self.fields, bodies, self.samples, self.numbers, self.mass, in_place=self.in_place
         )
-        self.cohesion, self.vorticity, self.adhesion = self._extras()
+        parts = (self.fields, self.particles, self.grid, self.numbers, self.smoothing)
+        pull, spin = self.settings.cohesion, self.settings.vorticity
+        work = self.settings.adhesion if self.particles.longest else 0.0
+        self.cohesion, self.vorticity, self.adhesion = (
+            Cohesion(*parts, tension=pull, mass=self.mass, spacing=self.spacing)
+            if pull > 0
+            else None,
+            Vorticity(*parts, strength=spin, spacing=self.spacing) if spin > 0 else None,
+            Adhesion(
+                self.particles,
+                self.samples,
+                self.bodies,
+                self.numbers,
+                work=work,
+                mass=self.mass,
+                spacing=self.spacing,
+                support=self.smoothing.support,
+            )
+            if work > 0
+            else None,
+        )
         self._more_fields(capacity)
         self.fields.allocate()
         self._device(accelerated)
@@ -177,29 +197,6 @@ class DevicePipeline(ABC):
 
     def _more_fields(self, capacity: int) -> None:  # noqa: B027  optional
         """Declare the fields that only this solver has."""
-
-    def _extras(self) -> tuple[Cohesion | None, Vorticity | None, Adhesion | None]:
-        parts = (self.fields, self.particles, self.grid, self.numbers, self.smoothing)
-        pull, spin = self.settings.cohesion, self.settings.vorticity
-        work = self.settings.adhesion if self.particles.longest else 0.0
-        return (
-            Cohesion(*parts, tension=pull, mass=self.mass, spacing=self.spacing)
-            if pull > 0
-            else None,
-            Vorticity(*parts, strength=spin, spacing=self.spacing) if spin > 0 else None,
-            Adhesion(
-                self.particles,
-                self.samples,
-                self.bodies,
-                self.numbers,
-                work=work,
-                mass=self.mass,
-                spacing=self.spacing,
-                support=self.smoothing.support,
-            )
-            if work > 0
-            else None,
-        )
 
     def prepare(self, step: float, sound: float) -> None:
         """Set the constants for a substep [s] and a speed of sound [m/s]."""

@@ -11,7 +11,7 @@ from seals.errors import ConfigError
 from seals.field_roles import roles
 from seals.plugins.fluids.solver import Domain
 from seals.plugins.fluids.solvers.pbf.choices import Kernel, Search
-from seals.schema import param, setting
+from seals.schema import count, param, setting
 
 if TYPE_CHECKING:
     from seals.plugins.fluids.solvers.device_solver import DeviceSolver
@@ -88,20 +88,18 @@ class DeviceSettings(ABC):
     kernel: Kernel = Kernel.spline
     support: float = setting(2.0, "1", bounds=(1.8, 3.5), source="chosen")
     search: Search = Search.auto
-    neighbours: int = 80
+    neighbours: int = count(80, bounds=(32, 255))
     deterministic: bool = False
     outflow: bool = False
 
     def __post_init__(self) -> None:
-        """Check the count, and that what needs stored lists has them."""
+        """Check that what needs stored lists has them."""
         asked = [n for n in ("wall_friction", "body_friction", "adhesion") if getattr(self, n) > 0]
         if asked and self.search is Search.cells:
             raise ConfigError(
                 f"search=cells stores no lists of neighbours, which {', '.join(asked)} needs.\n"
                 "Say search=list, or leave it out."
             )
-        if not 32 <= self.neighbours <= 255:
-            raise ConfigError(f"neighbours={self.neighbours} must be in 32..255.\nUse 80.")
 
     @abstractmethod
     def build(self, domain: Domain, *, device: str, threads: int) -> DeviceSolver:

@@ -292,13 +292,10 @@ class DeviceSolver(ABC):
             left=0,
         )
         if self.settings.outflow:
-            return result._replace(left=self._drain())
+            local = self.positions() - self.origin
+            gone = np.asarray(((local < 0) | (local > self.size)).any(axis=1))
+            return result._replace(left=self.remove_particles(gone) if gone.any() else 0)
         return result
-
-    def _drain(self) -> int:
-        local = self.positions() - self.origin
-        gone = np.asarray(((local < 0) | (local > self.size)).any(axis=1))
-        return self.remove_particles(gone) if gone.any() else 0
 
     def _rows(self, field: Any) -> Array:
         values = field.to_numpy()[: self.count]

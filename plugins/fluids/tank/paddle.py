@@ -44,7 +44,14 @@ class Paddle:
         self._solitary = settings.sea is SeaState.solitary
         if self._solitary:
             self._omega = self._stroke = self._phase = np.zeros(0)
-            self._refuse_high()
+            high = self.settings.height / self.depth
+            if not 0.0 < high <= SHALLOWEST:
+                raise ConfigError(
+                    f"maker: a solitary wave of {self.settings.height:g} m on {self.depth:.3g} m "
+                    f"of water is {high:.2f} of the depth.\n"
+                    f"Allowed: above 0, up to {SHALLOWEST:g}; it breaks at 0.78."
+                )
+            self.length = 2.0 * _TAIL * self.depth / math.sqrt(0.75 * high)
         else:
             self._components()
 
@@ -71,16 +78,6 @@ class Paddle:
                 f"{2.0 * STEEPEST / peak:.3g} m; lower the height or raise the period."
             )
 
-    def _refuse_high(self) -> None:
-        high = self.settings.height / self.depth
-        if not 0.0 < high <= SHALLOWEST:
-            raise ConfigError(
-                f"maker: a solitary wave of {self.settings.height:g} m on {self.depth:.3g} m of "
-                f"water is {high:.2f} of the depth.\n"
-                f"Allowed: above 0, up to {SHALLOWEST:g}; it breaks at 0.78."
-            )
-        self.length = 2.0 * _TAIL * self.depth / math.sqrt(0.75 * high)
-
     @property
     def travel(self) -> float:
         """Largest displacement of the paddle at the still surface to either side [m]."""
@@ -104,7 +101,13 @@ class Paddle:
         speed = float((self._stroke * self._omega) @ np.cos(angle))
         # an irregular sea does not begin at rest: it always comes up
         least = 1.0 if len(self._phase) > 1 else 0.0
-        return _ramped(place, speed, t, max(self.settings.ramp, least) * self.settings.period)
+        # multiply a motion by a smooth start-up ramp
+        ramp = max(self.settings.ramp, least) * self.settings.period
+        if ramp <= 0.0 or t >= ramp:
+            return Stroke(place, speed)
+        u = t / ramp
+        share, rate = u * u * (3.0 - 2.0 * u), 6.0 * u * (1.0 - u) / ramp
+        return Stroke(share * place, share * speed + rate * place)
 
     def _goring(self, t: float) -> Stroke:
         """Goring 1978: the paddle moves with the water's mean velocity, dX/dt = c eta/(h + eta)."""
@@ -131,15 +134,6 @@ class Paddle:
         return place
 
 
-def _ramped(place: float, speed: float, t: float, ramp: float) -> Stroke:
-    """Multiply a motion by a smooth start-up ramp."""
-    if ramp <= 0.0 or t >= ramp:
-        return Stroke(place, speed)
-    u = t / ramp
-    share, rate = u * u * (3.0 - 2.0 * u), 6.0 * u * (1.0 - u) / ramp
-    return Stroke(share * place, share * speed + rate * place)
-
-
 class PaddlePlate(NamedTuple):
     """Pose and twist of the paddle: position (3,), rotation (3, 3), velocities (3,) each."""
 
@@ -148,23 +142,23 @@ class PaddlePlate(NamedTuple):
     velocity: Floats
     spin: Floats
 
+    @classmethod
+    def of(cls, kind: Maker, stroke: Stroke, foot: Floats, depth: float) -> PaddlePlate:
+        """Return pose and twist of the paddle at a stroke.
 
-def plate_of(kind: Maker, stroke: Stroke, foot: Floats, depth: float) -> PaddlePlate:
-    """Return pose and twist of the paddle at a stroke.
-
-    Args:
-        kind: piston or flap.
-        stroke: at the still surface.
-        foot: lower edge of the paddle at rest, world [m], shape (3,).
-        depth: of the still water [m].
-    """
-    still = np.zeros(3)
-    if kind is not Maker.flap:
-        push = np.array([stroke.place, 0.0, 0.0])
-        return PaddlePlate(foot + push, np.eye(3), np.array([stroke.speed, 0.0, 0.0]), still)
-    tangent = stroke.place / depth
-    angle = math.atan(tangent)
-    rate = stroke.speed / depth / (1.0 + tangent * tangent)
-    c, s = math.cos(angle), math.sin(angle)
-    turn = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
-    return PaddlePlate(foot.copy(), turn, still, np.array([0.0, rate, 0.0]))
+        Args:
+            kind: piston or flap.
+            stroke: at the still surface.
+            foot: lower edge of the paddle at rest, world [m], shape (3,).
+            depth: of the still water [m].
+        """
+        still = np.zeros(3)
+        if kind is not Maker.flap:
+            push = np.array([stroke.place, 0.0, 0.0])
+            return cls(foot + push, np.eye(3), np.array([stroke.speed, 0.0, 0.0]), still)
+        tangent = stroke.place / depth
+        angle = math.atan(tangent)
+        rate = stroke.speed / depth / (1.0 + tangent * tangent)
+        c, s = math.cos(angle), math.sin(angle)
+        turn = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+        return cls(foot.copy(), turn, still, np.array([0.0, rate, 0.0]))

@@ -64,8 +64,6 @@ class MakerSettings:
 
     def __post_init__(self) -> None:
         """Refuse combinations without a theory."""
-        if self.components < 1:
-            raise ConfigError(f"components={self.components} is not allowed.\nAllowed: 1 or more.")
         if self.kind is Maker.flap and self.sea is SeaState.solitary:
             raise ConfigError(
                 "a flap makes no solitary wave: its stroke would have to grow with the depth.\n"

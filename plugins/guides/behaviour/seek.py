@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from seals.arrays import Floats
 from seals.control import Reference, RobotState
-from seals.errors import ConfigError
 from seals.field_roles import roles
 from seals.plugins.guides.behaviour.over_ground import Behaviour, apart, heading_for, place_of
-from seals.schema import setting
+from seals.schema import setting, vector
 from seals.state_records import state_record
 
 
@@ -43,19 +41,11 @@ class Seek(Behaviour):
     """
 
     rate: float = setting(10.0, "Hz", bounds=(0.1, 1e4), source="chosen")
-    place: list[float] = field(default_factory=lambda: [0.0, 0.0])
+    place: list[float] = vector((0.0, 0.0), "m", bounds=(-1e5, 1e5), source="chosen")
     target: str = ""
     speed: float = setting(0.1, "m/s", bounds=(1e-3, 50.0), source="chosen")
     near: float = setting(0.02, "m", bounds=(1e-4, 100.0), source="chosen")
     slow: float = setting(0.05, "m", bounds=(1e-4, 100.0), source="chosen")
-
-    def __post_init__(self) -> None:
-        """Refuse a target that is not a finite position."""
-        if len(self.place) != 2 or not np.all(np.isfinite(self.place)):
-            raise ConfigError(
-                f"seek.place={list(self.place)} is not a position on the ground.\n"
-                "Allowed: two finite numbers [x, y]."
-            )
 
     def start(self, situation: RobotState) -> SeekState:
         """Return the initial state: the heading."""
@@ -63,7 +53,12 @@ class Seek(Behaviour):
 
     def aim(self, situation: RobotState, memory: SeekState) -> tuple[Reference, SeekState]:
         """Return the velocity towards the target."""
-        far, way = apart(situation, self._goal(situation))
+        far, way = apart(
+            situation,
+            place_of(situation, self.target, where="seek.target")
+            if self.target
+            else np.array([*self.place, 0.0]),
+        )
         if far <= self.near:
             return Reference(yaw=memory.yaw), memory._replace(there=True)
         speed = self.speed * min(1.0, max(far / self.slow, 0.3))
@@ -76,8 +71,3 @@ class Seek(Behaviour):
     def stage(self, memory: SeekState) -> str:
         """Return the present activity in a word."""
         return "there" if memory.there else "seeking"
-
-    def _goal(self, situation: RobotState) -> Floats:
-        if self.target:
-            return place_of(situation, self.target, where="seek.target")
-        return np.array([*self.place, 0.0])

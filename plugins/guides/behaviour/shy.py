@@ -25,7 +25,7 @@ class ShyState(NamedTuple):
     flee: FleeState
 
 
-class ShyFlee(Flee):
+class _ShyFlee(Flee):
     """Fleeing as a part of `Shy`, by whose name its settings are told."""
 
     guide: ClassVar[str] = "shy"
@@ -67,7 +67,7 @@ class Shy(WanderSettings):
 
     def fleeing(self) -> Flee:
         """Return the behaviour of those that flee."""
-        return ShyFlee(
+        return _ShyFlee(
             rate=self.rate,
             enemy=self.enemy,
             speed=self.flight,

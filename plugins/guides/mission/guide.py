@@ -109,7 +109,13 @@ class Mission:
         """Return the reference of the present stage, and the new state."""
         kept = memory._replace(target=self._seen(situation, memory))
         stage = self._stages[min(kept.number, len(self._stages) - 1)]
-        pads = self._pressing(situation)
+        if not self.pads:
+            pads = situation.contacts
+        else:
+            readings = situation.readings
+            pads = {
+                n: float(readings[n]["pressing"][0]) if n in readings else 0.0 for n in self.pads
+            }
         move = stage.act(Scene(situation, kept, self._hand, pads))
         lost = stage.holding and not any(pads.values()) and kept.outcome is None
         if lost:
@@ -147,7 +153,11 @@ class Mission:
             return kept
         index, tries = kept.number + 1, kept.tries
         if move.verdict is Outcome.again:
-            index, tries = self._first_reach(kept.number), tries + 1
+            # index of the first of the consecutive reach stages before a stage
+            reaches = [k for k in range(kept.number + 1) if isinstance(self._stages[k], ReachStage)]
+            while len(reaches) > 1 and reaches[-2] == reaches[-1] - 1:
+                reaches.pop()
+            index, tries = reaches[-1] if reaches else kept.number, tries + 1
         if tries > self.tries:
             return kept._replace(outcome=False)
         if index >= len(self._stages):
@@ -164,19 +174,6 @@ class Mission:
             # what has been dropped lies elsewhere now
             target=None if move.verdict is Outcome.again else kept.target,
         )
-
-    def _first_reach(self, index: int) -> int:
-        """Index of the first of the consecutive reach stages before a stage."""
-        reaches = [k for k in range(index + 1) if isinstance(self._stages[k], ReachStage)]
-        while len(reaches) > 1 and reaches[-2] == reaches[-1] - 1:
-            reaches.pop()
-        return reaches[-1] if reaches else index
-
-    def _pressing(self, situation: RobotState) -> Mapping[str, float]:
-        if not self.pads:
-            return situation.contacts
-        readings = situation.readings
-        return {n: float(readings[n]["pressing"][0]) if n in readings else 0.0 for n in self.pads}
 
     def _seen(self, situation: RobotState, kept: MissionState) -> Floats | None:
         """Position of the object by smoothed readings, held while the hand is closed about it."""

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError, refuse_unlisted, suggestion
 from seals.plugins.guides.mission.stages import (
     Close,
     Go,
@@ -18,7 +17,7 @@ from seals.plugins.guides.mission.stages import (
     Stage,
     Wait,
 )
-from seals.schema import check_fields
+from seals.schema import read
 
 KINDS: Mapping[str, type[Stage]] = {
     "rise": Rise,
@@ -51,34 +50,12 @@ def stages_of(rows: Sequence[Any], *, where: str = "stages") -> tuple[Stage, ...
 
 
 def _stage(row: Any, where: str) -> Stage:
-    if not isinstance(row, Mapping) or "do" not in row:
+    values = read(dict[str, Any], row, where=where)
+    word = str(values.pop("do", ""))
+    if not word:
         raise ConfigError(
             f"{where}={row} does not say what to do.\n"
             f"Write for instance {{do: rise, height: 1.0}}.  {suggestion('', KINDS)}"
         )
-    word = str(row["do"])
-    if word not in KINDS:
-        raise ConfigError(f"{where}.do={word} is not a stage.\n{suggestion(word, KINDS)}")
-    cls, values = KINDS[word], {str(k): v for k, v in row.items() if k != "do"}
-    fields = {f.name: f for f in dataclasses.fields(cls)}
-    for key, value in values.items():
-        if key not in fields:
-            raise ConfigError(
-                f"{where}.{key}: '{key}' is not a key of the stage '{word}'.\n"
-                f"{suggestion(key, fields)}"
-            )
-        if fields[key].type == "float" and isinstance(value, int):
-            values[key] = float(value)
-        if str(fields[key].type).startswith("list"):
-            _refuse_no_list(value, f"{where}.{key}", 3 if key == "to" else None)
-    check_fields(cls, values, where=where)
-    return cls(**{"name": word, **values})
-
-
-def _refuse_no_list(value: Any, where: str, length: int | None) -> None:
-    numbers = isinstance(value, Sequence) and all(
-        isinstance(x, int | float) and not isinstance(x, bool) for x in value
-    )
-    if not numbers or (length is not None and len(value) != length):
-        need = "a list of numbers" if length is None else f"{length} numbers"
-        raise ConfigError(f"{where}={value} is not allowed.\nAllowed: {need}.")
+    refuse_unlisted(word, KINDS, f"{where}.do={word} is not a stage")
+    return read(KINDS[word], {"name": word, **values}, where=where)

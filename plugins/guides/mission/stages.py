@@ -11,7 +11,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.control.tracking import Place, minimum_jerk
 from seals.plugins.guides.mission.scene import Move, Outcome, Scene
-from seals.schema import setting
+from seals.schema import setting, vector
 
 PEAK = 1.875
 """Largest speed of a minimum-jerk way over its mean."""
@@ -73,7 +73,7 @@ class Rise(Stage):
     def act(self, scene: Scene) -> Move:
         """Return the next position on the way up."""
         end = scene.kept.origin + np.array([0.0, 0.0, self.height])
-        return travelled(self, scene, end, self.speed, self.within)
+        return _travelled(self, scene, end, self.speed, self.within)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,7 +88,7 @@ class Go(Stage):
         within: distance from the end at which it has arrived [m].
     """
 
-    to: list[float] = field(default_factory=lambda: [0.0, 0.0, 1.0])
+    to: list[float] = vector((0.0, 0.0, 1.0), "m", bounds=(-1e4, 1e4), source="chosen")
     hand: bool = False
     yaw: list[float] = field(default_factory=list)
     speed: float = _speed(0.6)
@@ -100,7 +100,7 @@ class Go(Stage):
         if self.hand:
             end = scene.hand.body_for(end, scene.kept.yaw, scene.now.joints)
         yaw = self.yaw[0] if self.yaw else None
-        return travelled(self, scene, end, self.speed, self.within, yaw)
+        return _travelled(self, scene, end, self.speed, self.within, yaw)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -131,7 +131,7 @@ class ReachStage(Stage):
         end = scene.hand.body_for(above, k.yaw, s.joints)
         held = s.position + s.rotation @ scene.hand.offset(s.joints) - above
         there = math.hypot(held[0], held[1]) < self.within and abs(held[2]) < self.within_height
-        move = travelled(self, scene, end, self.speed, math.inf)
+        move = _travelled(self, scene, end, self.speed, math.inf)
         verdict = Outcome.again if move.verdict is Outcome.onward else move.verdict
         return move._replace(fine=move.fine and there, verdict=verdict, grip=0.0)
 
@@ -241,7 +241,7 @@ class Land(Stage):
         return Move(place, k.arm, k.grip, held)
 
 
-def travelled(  # noqa: PLR0917  one way of one stage
+def _travelled(  # noqa: PLR0917  one way of one stage
     stage: Stage,
     scene: Scene,
     end: Floats,

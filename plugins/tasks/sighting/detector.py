@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Annotated, Any, NamedTuple, Protocol
 
 import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import ConfigError
 from seals.learn.learner import need_torch
-from seals.learn.metadata import CARD, entry, read_metadata, refuse_other
+from seals.learn.metadata import CARD, read_metadata, refuse_other
 from seals.learn.shipped import detector_folder
 from seals.learn.task import Instant
 from seals.learn.tensor_file import read_tensors, write_tensors
 from seals.logs.atomic import atomic_folder, write_json
 from seals.rendering.camera_view import CameraView, Shot
 from seals.rendering.optics import to_bytes
+from seals.schema import Within, read
 
 FORM = "seals-detector"
 WEIGHTS = "detector.safetensors"
@@ -92,6 +93,13 @@ class DetectorParts:
         return [Sighting(np.asarray(now.target[0]), noise) for _ in there]
 
 
+class _Limits(NamedTuple):
+    """Numbers of a detector's metadata."""
+
+    pixel: Annotated[float, Within(1e-3, 100.0)]
+    threshold: Annotated[float, Within(0.0, 1.0)]
+
+
 class DetectorNetwork:
     """Detector that reads colour and depth, and nothing else.
 
@@ -109,8 +117,7 @@ class DetectorNetwork:
 
     def __init__(self, network: Any, metadata: Mapping[str, Any], stance: float) -> None:
         self.network, self.metadata, self.stance = network.eval(), metadata, stance
-        self.pixel = _within(metadata, "pixel", 1e-3, 100.0)
-        self.threshold = _within(metadata, "threshold", 0.0, 1.0)
+        self.pixel, self.threshold = read(_Limits, metadata, where="detector:", extra=True)
 
     def find(self, cameras: Sequence[CameraView], now: Instant) -> list[Sighting]:
         """Return the places of the surest peaks."""
@@ -139,18 +146,6 @@ class DetectorNetwork:
         across = axes @ np.diag([self.pixel * depth / lens.fx, self.pixel * depth / lens.fy, 0.0])
         along = UNEVEN / ray[2] * ray
         return Sighting(shot.position + depth * ray, across @ across.T + np.outer(along, along))
-
-
-def _within(metadata: Mapping[str, Any], name: str, low: float, high: float) -> float:
-    """Return a number of a detector's metadata.
-
-    Raises:
-        ConfigError: it is missing, of another type, or out of its range.
-    """
-    value = entry(metadata, name, float, where="detector")
-    if not low <= value <= high:
-        raise ConfigError(f"detector: '{name}' is {value}.\nAllowed: from {low:g} to {high:g}")
-    return value
 
 
 def ground_height(shot: Shot, column: float, row: float) -> float:

@@ -55,18 +55,15 @@ class Pushes:
             if handle is not None:
                 self._handles.pop(effect).remove()
             if len(points):
-                self._handles[effect] = self._add(effect, points)
-
-    def _add(self, effect: str, points: Floats) -> Any:
-        long = self._length
-        return self._scene.add_arrows(
-            f"/forces/{effect}",
-            points=points,
-            colors=self.colours[effect],
-            shaft_radius=SHAFT * long,
-            head_radius=HEAD * long,
-            head_length=TIP * long,
-        )
+                long = self._length
+                self._handles[effect] = self._scene.add_arrows(
+                    f"/forces/{effect}",
+                    points=points,
+                    colors=self.colours[effect],
+                    shaft_radius=SHAFT * long,
+                    head_radius=HEAD * long,
+                    head_length=TIP * long,
+                )
 
     def remove(self) -> None:
         """Remove all arrows from the page."""

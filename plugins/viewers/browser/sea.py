@@ -45,7 +45,18 @@ class Sea:
             particles: places of the water that is simulated [m], or None.
         """
         if particles is not None and not self._water.meshes:
-            self._rain(particles)
+            if self._drops is None:
+                # distance of neighbours as if the particles filled the box around them [m]
+                span = np.maximum(np.ptp(particles, axis=0), 1e-3)
+                self._drops = self._scene.add_point_cloud(
+                    "/water/particles",
+                    points=particles,
+                    colors=tuple(round(255 * c) for c in DROPS),
+                    point_size=0.4 * float((np.prod(span) / max(len(particles), 1)) ** (1.0 / 3.0)),
+                    point_shape="circle",
+                )
+            else:
+                self._drops.points = particles.astype(np.float32)
             return
         if self._drawn is not None and not self._water.moves:
             return
@@ -58,36 +69,21 @@ class Sea:
         if same:
             self._surface.vertices = patch.vertices.astype(np.float32)
         else:
-            self._put(patch)
-        self._drawn = patch
-
-    def _put(self, patch: Patch) -> None:
-        if self._surface is not None:
-            self._surface.remove()
-        self._surface = self._scene.add_mesh_simple(
-            "/water/surface",
-            vertices=patch.vertices,
-            faces=patch.faces,
-            color=COLOUR,
-            opacity=self._opacity,
-            # facets: without them waves hardly show
-            flat_shading=True,
-            side="double",
-            cast_shadow=False,
-            receive_shadow=False,
-        )
-
-    def _rain(self, particles: Floats) -> None:
-        if self._drops is None:
-            self._drops = self._scene.add_point_cloud(
-                "/water/particles",
-                points=particles,
-                colors=tuple(round(255 * c) for c in DROPS),
-                point_size=0.4 * _spacing(particles),
-                point_shape="circle",
+            if self._surface is not None:
+                self._surface.remove()
+            self._surface = self._scene.add_mesh_simple(
+                "/water/surface",
+                vertices=patch.vertices,
+                faces=patch.faces,
+                color=COLOUR,
+                opacity=self._opacity,
+                # facets: without them waves hardly show
+                flat_shading=True,
+                side="double",
+                cast_shadow=False,
+                receive_shadow=False,
             )
-        else:
-            self._drops.points = particles.astype(np.float32)
+        self._drawn = patch
 
     def remove(self) -> None:
         """Remove the water from the page."""
@@ -95,9 +91,3 @@ class Sea:
             if handle is not None:
                 handle.remove()
         self._surface = self._drops = self._drawn = None
-
-
-def _spacing(places: Floats) -> float:
-    """Distance of neighbours as if the particles filled the box around them [m]."""
-    span = np.maximum(np.ptp(places, axis=0), 1e-3)
-    return float((np.prod(span) / max(len(places), 1)) ** (1.0 / 3.0))

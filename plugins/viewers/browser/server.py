@@ -22,7 +22,8 @@ def open_server(host: str, port: int) -> Any:
         MissingExtra: viser is not installed.
         ConfigError: the address is none of this machine's, or the port is in use.
     """
-    viser = refuse_missing()
+    with optional_import("seals view needs viser", "Install it: pip install 'aam-seals[view]'"):
+        import viser
     found = _free(host, port)
 
     class Private(viser.ViserServer):  # type: ignore[misc, name-defined, unused-ignore]
@@ -47,17 +48,6 @@ def _shown(host: str) -> str:
     """Return the host name of the address for a browser on this machine."""
     local = {"0.0.0.0": "127.0.0.1", "::": "[::1]"}
     return local.get(host, f"[{host}]" if ":" in host else host)
-
-
-def refuse_missing() -> Any:
-    """Return the module viser; raise a `MissingExtra` where it is missing.
-
-    Raises:
-        MissingExtra: it is not installed.
-    """
-    with optional_import("seals view needs viser", "Install it: pip install 'aam-seals[view]'"):
-        import viser
-    return viser
 
 
 def _free(host: str, port: int) -> int:

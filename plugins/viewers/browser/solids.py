@@ -45,7 +45,23 @@ class Solids:
             carried = shape.frame != WORLD
             home = f"/scene/{stage.scene.frames[shape.frame]}" if carried else "/scene"
             glass = shape.part in stage.walls
-            self._handles.append(_solid(scene, f"{home}/shape_{k}", shape, glass=glass))
+            vertices, faces = triangles(shape)
+            xyzw = quaternion_of(np.asarray(shape.rotation))
+            self._handles.append(
+                scene.add_mesh_simple(
+                    f"{home}/shape_{k}",
+                    vertices=vertices,
+                    faces=faces,
+                    color=shape.colour,
+                    # edges of boxes and meshes stay sharp, round primitives round
+                    flat_shading=shape.kind in ("box", "mesh", "cylinder"),
+                    side="double" if shape.kind == "mesh" else "front",
+                    opacity=GLASS if glass else None,
+                    cast_shadow=not glass,
+                    position=np.asarray(shape.position),
+                    wxyz=xyzw[[3, 0, 1, 2]],
+                )
+            )
 
     def place(self, poses: Poses) -> None:
         """Move all frames."""
@@ -57,24 +73,6 @@ class Solids:
         """Remove all shapes from the page."""
         for handle in reversed(self._handles):
             handle.remove()
-
-
-def _solid(scene: Any, name: str, shape: Shape, *, glass: bool) -> Any:
-    vertices, faces = triangles(shape)
-    xyzw = quaternion_of(np.asarray(shape.rotation))
-    return scene.add_mesh_simple(
-        name,
-        vertices=vertices,
-        faces=faces,
-        color=shape.colour,
-        # edges of boxes and meshes stay sharp, round primitives round
-        flat_shading=shape.kind in ("box", "mesh", "cylinder"),
-        side="double" if shape.kind == "mesh" else "front",
-        opacity=GLASS if glass else None,
-        cast_shadow=not glass,
-        position=np.asarray(shape.position),
-        wxyz=xyzw[[3, 0, 1, 2]],
-    )
 
 
 def _plane(scene: Any, name: str, shape: Shape, middle: Floats, half: float) -> list[Any]:

@@ -38,40 +38,40 @@ class Extent(NamedTuple):
     distance: float
     far: bool
 
+    @classmethod
+    def of(cls, session: Session, before: Extent | None) -> Extent:
+        """Return the extent of the world to display for a run.
 
-def extent_of(session: Session, before: Extent | None) -> Extent:
-    """Return the extent of the world to display for a run.
-
-    A run whose end is not known yet is taken as it stands; the first one sets the view.
-    """
-    size = size_of(session.stage)
-    times = np.linspace(0.0, max(session.end, 0.0), SAMPLES) if session.replay else [0.0]
-    ways = [session.poses(float(t)) for t in times]
-    places = np.array([np.asarray(p.position[0, 0]) for p in ways if p is not None])
-    low, high = places.min(axis=0), places.max(axis=0)
-    level = session.water.level
-    if level is not None:
-        low[2], high[2] = min(low[2], level), max(high[2], level)
-    span = float(np.linalg.norm(high - low))
-    focus = places[0] if session.replay is None else 0.5 * (low + high)
-    far = span > FAR * size
-    distance = 6.0 * size if far else 1.4 * span + 4.0 * size
-    if session.replay is None:
-        distance = max(distance, 12.0 * size)
-    half = max(8.0 * distance, 1.5 * span)
-    if before is not None:
-        half = max(half, before.half)
-    return Extent(
-        middle=0.5 * (low + high)[:2],
-        half=half,
-        arrow=min(1.6 * size, 0.4 * distance),
-        focus=places[0] if far else focus,
-        distance=distance,
-        far=far,
-    )
+        A run whose end is not known yet is taken as it stands; the first one sets the view.
+        """
+        size = _size_of(session.stage)
+        times = np.linspace(0.0, max(session.end, 0.0), SAMPLES) if session.replay else [0.0]
+        ways = [session.poses(float(t)) for t in times]
+        places = np.array([np.asarray(p.position[0, 0]) for p in ways if p is not None])
+        low, high = places.min(axis=0), places.max(axis=0)
+        level = session.water.level
+        if level is not None:
+            low[2], high[2] = min(low[2], level), max(high[2], level)
+        span = float(np.linalg.norm(high - low))
+        focus = places[0] if session.replay is None else 0.5 * (low + high)
+        far = span > FAR * size
+        distance = 6.0 * size if far else 1.4 * span + 4.0 * size
+        if session.replay is None:
+            distance = max(distance, 12.0 * size)
+        half = max(8.0 * distance, 1.5 * span)
+        if before is not None:
+            half = max(half, before.half)
+        return cls(
+            middle=0.5 * (low + high)[:2],
+            half=half,
+            arrow=min(1.6 * size, 0.4 * distance),
+            focus=places[0] if far else focus,
+            distance=distance,
+            far=far,
+        )
 
 
-def size_of(stage: Stage) -> float:
+def _size_of(stage: Stage) -> float:
     """Return the radius of the drawn robot around its base [m].
 
     The objects of a run do not count: they may be rafts.

@@ -17,7 +17,7 @@ from seals.plugins.viewers.browser.panel import Panel
 from seals.plugins.viewers.browser.sea import Sea
 from seals.plugins.viewers.browser.server import open_server
 from seals.plugins.viewers.browser.solids import Solids
-from seals.plugins.viewers.browser.surroundings import Extent, extent_of, look_at, set_sky
+from seals.plugins.viewers.browser.surroundings import Extent, look_at, set_sky
 from seals.rendering.scene import Poses
 from seals.schema import setting
 from seals.view.session import Session
@@ -42,7 +42,7 @@ class ViewerBrowser:
         """Show a session until it is interrupted."""
         server = open_server(host, port)
         try:
-            page = Page(server, session, self.opacity)
+            page = _Page(server, session, self.opacity)
             print(f"seals view: {server.address}  (Ctrl-C ends it)", flush=True)
             while True:
                 began = time.perf_counter()
@@ -52,7 +52,7 @@ class ViewerBrowser:
             server.stop()
 
 
-class Page:
+class _Page:
     """Contents of the page and the displayed time.
 
     Args:
@@ -91,7 +91,11 @@ class Page:
             return
         self._draw(poses)
         self._follow(np.asarray(poses.position[0, 0]))
-        self._show_pictures()
+        for camera in self._session.shots.cameras:
+            file = self._session.shots.last(camera, self.now)
+            if file is not None and self._pictures.get(camera) != file:
+                self._pictures[camera] = file
+                self.panel.picture(camera, read_picture(file))
         self.panel.tell(self.now)
         self._server.flush()
 
@@ -150,7 +154,7 @@ class Page:
         for part in self._parts:
             part.remove()
         first = self._extent is None
-        extent = self._extent = extent_of(session, self._extent)
+        extent = self._extent = Extent.of(session, self._extent)
         self._parts = [
             Solids(self._server, session.stage, extent.middle, extent.half),
             Sea(self._server, session.water, extent.middle, extent.half, self._opacity),
@@ -170,10 +174,3 @@ class Page:
         for client in self._server.get_clients().values():
             # the point looked at goes along
             client.camera.position = client.camera.position + (base - before)
-
-    def _show_pictures(self) -> None:
-        for camera in self._session.shots.cameras:
-            file = self._session.shots.last(camera, self.now)
-            if file is not None and self._pictures.get(camera) != file:
-                self._pictures[camera] = file
-                self.panel.picture(camera, read_picture(file))

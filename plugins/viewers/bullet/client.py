@@ -70,7 +70,7 @@ class Bodies:
         self._files: Path | None = None
         self._turns: dict[int, tuple[Floats, list[float]]] = {}
         if plugin is not None:
-            with quiet(), tempfile.TemporaryDirectory() as folder:
+            with _quiet(), tempfile.TemporaryDirectory() as folder:
                 self.engine.loadPlugin(*plugin, physicsClientId=self.client)
                 self._files = Path(folder)
                 self._load_all(scene)
@@ -214,7 +214,7 @@ def engine(name: str) -> Any:
         MissingExtra: it is not installed.
     """
     with (
-        quiet(),
+        _quiet(),
         optional_import(
             f"viewer={name} needs the package pybullet",
             "Draw without it: viewer=raycast (extra 'learn'); or pip install pybullet==3.2.7",
@@ -225,7 +225,7 @@ def engine(name: str) -> Any:
 
 
 @contextmanager
-def quiet() -> Iterator[None]:
+def _quiet() -> Iterator[None]:
     """Suppress the output of C code, such as that of drivers."""
     sys.stdout.flush()
     sys.stderr.flush()

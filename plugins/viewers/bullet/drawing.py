@@ -100,8 +100,13 @@ class Drawing:
     ) -> None:
         """Draw one picture into the given arrays."""
         colour, depth, parts = images
+        # view matrix of OpenGL, column-major: camera axes x right, y up, z backwards
+        view = np.eye(4)
+        view[:3, :3] = (turn * [1.0, -1.0, -1.0]).T
+        view[2, 3] = -BACK
+        flat: list[float] = view.T.ravel().tolist()
         levels, buffer, hit = self.bodies.engine.getCameraImage(
-            lens.width, lens.height, _view(turn), _projection(lens, self._shift), **self._options
+            lens.width, lens.height, flat, _projection(lens, self._shift), **self._options
         )[2:5]
         shape = depth.shape
         np.take(self.bodies.part_of, np.reshape(hit, shape) + 1, out=parts, mode="clip")
@@ -116,15 +121,6 @@ class Drawing:
     def close(self) -> None:
         """Release the engine."""
         self.bodies.close()
-
-
-def _view(turn: Floats) -> list[float]:
-    """View matrix of OpenGL, column-major: camera axes x right, y up, z backwards."""
-    view = np.eye(4)
-    view[:3, :3] = (turn * [1.0, -1.0, -1.0]).T
-    view[2, 3] = -BACK
-    flat: list[float] = view.T.ravel().tolist()
-    return flat
 
 
 def _projection(lens: Lens, shift: tuple[float, float]) -> list[float]:

@@ -53,25 +53,17 @@ class RendererEgl(RendererBullet):
         Raises:
             MissingExtra: the plug-in or a driver is missing, or the trial failed.
         """
-        plugin = plugin_file()
+        # the file of PyBullet's EGL plug-in
+        engine("egl")
+        found = find_spec("eglRenderer")
+        if found is None or found.origin is None:
+            raise MissingExtra(
+                "viewer=egl needs PyBullet's plug-in eglRenderer, which this build does not have.\n"
+                "Draw on the processor: viewer=tiny"
+            )
+        plugin = found.origin
         try_out(plugin)
         return Drawing(scene, light, SAMPLING, "egl", (plugin, ENTRY))
-
-
-def plugin_file() -> str:
-    """Return the file of PyBullet's EGL plug-in.
-
-    Raises:
-        MissingExtra: PyBullet, or the plug-in, is not installed.
-    """
-    engine("egl")
-    found = find_spec("eglRenderer")
-    if found is None or found.origin is None:
-        raise MissingExtra(
-            "viewer=egl needs PyBullet's plug-in eglRenderer, which this build does not have.\n"
-            "Draw on the processor: viewer=tiny"
-        )
-    return found.origin
 
 
 def try_out(plugin: str) -> None:

@@ -108,7 +108,14 @@ class Build:
         out: dict[str, Any] = {}
         for k, plane in enumerate(self.planes):
             height = float(plane.position[2])
-            middle = self._middle(frame, height)
+            # the intersection of the view with a level plane, near the camera
+            origin, ahead = frame.view.origin, frame.view.axes[:, 2]
+            far = (origin[2] - height) / max(-float(ahead[2]), 0.05)
+            reach = float(np.clip(far, 0.0, 0.7 * HALF))
+            x, y = (origin + reach * ahead)[:2]
+            # whole cells of the picture: grains of sand stay where they are
+            cell = 0.25
+            middle = cell * round(float(x) / cell), cell * round(float(y) / cell)
             water = frame.water
             depth = (water.surface.level - height) if water is not None else 0.0
             light = self.optics, None if water is None else water.surface, frame.time
@@ -132,16 +139,6 @@ class Build:
     def _floor(self, place: Floats, reflectance: Any) -> dict[str, Any]:
         to_world = self._placed(place)
         return {"type": "rectangle", "to_world": to_world, "bsdf": _matt(reflectance)}
-
-    def _middle(self, frame: Frame, height: float) -> tuple[float, float]:
-        """Return the intersection of the view with a level plane, near the camera."""
-        origin, ahead = frame.view.origin, frame.view.axes[:, 2]
-        far = (origin[2] - height) / max(-float(ahead[2]), 0.05)
-        reach = float(np.clip(far, 0.0, 0.7 * HALF))
-        x, y = (origin + reach * ahead)[:2]
-        # whole cells of the picture: grains of sand stay where they are
-        cell = 0.25
-        return cell * round(float(x) / cell), cell * round(float(y) / cell)
 
     def sensor(self, frame: Frame, crop: Crop, *, wet: bool, samples: int) -> dict[str, Any]:
         """Return the camera, inside the medium where it is under water."""

@@ -29,25 +29,15 @@ def cleaned(colour: Image, albedo: Image, normal: Image) -> Image:
     """
     denoise = denoiser()
     if denoise is None:
-        return calmed(colour)
+        from scipy.ndimage import median_filter
+
+        # single bright pixels are replaced by the local median
+        around = median_filter(colour, size=(3, 3, 1), mode="nearest")
+        bright = colour.sum(axis=-1) > 4.0 * (around.sum(axis=-1) + 1e-3)
+        return np.where(bright[..., None], around, colour)
     guides = [
         np.ascontiguousarray(np.nan_to_num(x), dtype=np.float32) for x in (colour, albedo, normal)
     ]
-    found: Image = np.asarray(
+    return np.asarray(
         denoise(guides[0], albedo=np.clip(guides[1], 0.0, 1.0), normal=guides[2], hdr=True)
     )
-    return found
-
-
-def calmed(colour: Image, ratio: float = 4.0) -> Image:
-    """Return an image whose single bright pixels are replaced by the local median.
-
-    Args:
-        colour: linear, shape (H, W, 3).
-        ratio: brightness over that median from which a pixel is a dot [1].
-    """
-    from scipy.ndimage import median_filter
-
-    around = median_filter(colour, size=(3, 3, 1), mode="nearest")
-    bright = colour.sum(axis=-1) > ratio * (around.sum(axis=-1) + 1e-3)
-    return np.where(bright[..., None], around, colour)

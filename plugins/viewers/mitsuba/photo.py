@@ -38,12 +38,12 @@ def photograph(build: Build, frame: Frame, *, samples: int, depth: int, denoise:
         crop = Crop(first, last - first)
         sensor = build.sensor(frame, crop, wet=wet, samples=samples)
         fog = build.fog if wet else 0.0
-        seen = shot(build.mi, {**parts, "sensor": sensor}, depth, denoise=denoise, fog=fog)
+        seen = _shot(build.mi, {**parts, "sensor": sensor}, depth, denoise=denoise, fog=fog)
         image[first:last] += weight[first:last, :, None].astype(np.float32) * seen
     return image
 
 
-def shot(mi: Any, parts: dict[str, Any], depth: int, *, denoise: bool, fog: float = 0.0) -> Image:
+def _shot(mi: Any, parts: dict[str, Any], depth: int, *, denoise: bool, fog: float = 0.0) -> Image:
     """Render one image; fog is the extinction of what the camera stands in [1/m]."""
     inner = {"type": "volpath", "max_depth": depth, "rr_depth": 3}
     scene = mi.load_dict(

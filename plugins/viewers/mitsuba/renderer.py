@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from seals.errors import ConfigError, PhysicsError
+from seals.errors import PhysicsError
 from seals.field_roles import roles
 from seals.plugins.viewers.mitsuba.building import Build
 from seals.plugins.viewers.mitsuba.photo import photograph
@@ -19,7 +19,7 @@ from seals.plugins.viewers.mitsuba.variant import Variant, mitsuba
 from seals.rendering import Cameras, Lens, Light, Picture, Poses, Scene
 from seals.rendering.optics import Optics
 from seals.rendering.scene import check_scene
-from seals.schema import setting
+from seals.schema import count, setting
 from seals.view.films import Frame
 from seals.view.films.settings import Quality
 
@@ -67,14 +67,12 @@ class RendererMitsuba:
     """
 
     variant: Variant = Variant.scalar_rgb
-    samples: int = 0
+    samples: int = count(0, bounds=(0, 1_000_000))
     sun_radius: float = setting(0.15, "rad", bounds=(0.0047, 0.6), source="chosen")
     denoise: bool = True
 
     def __post_init__(self) -> None:
-        """Check the counts; start closed."""
-        if not 0 <= self.samples <= 1_000_000:
-            raise ConfigError(f"samples={self.samples} is not allowed.\nAllowed: 0 to 1,000,000.")
+        """Start closed."""
         self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._plain: Plain | None = None
         self._build: Build | None = None

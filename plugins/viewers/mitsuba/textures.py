@@ -47,7 +47,7 @@ def sand(
             outside.
     """
     optics, surface, time = light
-    base = to_linear(np.array(colour)) * (1.0 + GRAIN * _faded() * grains())[..., None]
+    base = to_linear(np.array(colour)) * (1.0 + GRAIN * _faded() * _grains())[..., None]
     if depth > 0.0 and surface is not None and optics.caustics:
         east, north, half = (np.array([x]) for x in (*middle, HALF))
         patch = Patch(east, north, half, np.array([[max(depth, 1e-3), depth + 1e-3]]))
@@ -62,7 +62,7 @@ def sand(
 
 
 @lru_cache(maxsize=1)
-def grains() -> NDArray[np.float64]:
+def _grains() -> NDArray[np.float64]:
     """Return multi-scale noise with mean 0 and standard deviation 1."""
     rng = np.random.default_rng(7)
     rate = np.hypot(*np.meshgrid(np.fft.fftfreq(CELLS), np.fft.fftfreq(CELLS), indexing="ij"))
@@ -102,10 +102,10 @@ def sky_map(optics: Optics, sun_radius: float) -> NDArray[np.float32]:
     )
     light = np.asarray(optics.sky(ways[None])[0], dtype=float)
     light[ways[..., 2] < 0.0] *= BELOW
-    return (light + sun_disc(optics, ways, sun_radius)[..., None]).astype(np.float32)
+    return (light + _sun_disc(optics, ways, sun_radius)[..., None]).astype(np.float32)
 
 
-def sun_disc(optics: Optics, ways: NDArray[np.float64], radius: float) -> NDArray[np.float64]:
+def _sun_disc(optics: Optics, ways: NDArray[np.float64], radius: float) -> NDArray[np.float64]:
     """Return the radiance of the sun in the directions of a sky map, shape (H, W)."""
     toward = -np.array(optics.sun.ray())
     angle = np.arccos(np.clip(ways @ toward, -1.0, 1.0))

@@ -72,8 +72,7 @@ def _pieces(faces: NDArray[np.int64]) -> NDArray[np.int64]:
     size = int(edge.max()) + 1
     graph = coo_matrix((np.ones(len(edge)), (face, edge)), shape=(size, size))
     found = connected_components(graph, directed=False)[1][: len(faces)]
-    label: NDArray[np.int64] = found.astype(np.int64)
-    return label
+    return found.astype(np.int64)
 
 
 def _solid(points: Floats) -> Solid:
@@ -82,7 +81,14 @@ def _solid(points: Floats) -> Solid:
 
     hull = ConvexHull(points)
     size = float(np.ptp(points, axis=0).max())
-    equations = _merged(np.asarray(hull.equations), size)
+    # one plane equation for each flat face that consists of several triangles
+    kept: list[Floats] = []
+    for row in np.asarray(hull.equations):
+        if not any(
+            np.abs(row[:3] - k[:3]).max() < SAME and abs(row[3] - k[3]) < SAME * size for k in kept
+        ):
+            kept.append(row)
+    equations = np.array(kept)
     corners = points[hull.vertices]
     middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
     known = _ball(corners, equations) or _cylinder(corners, equations) or _box(equations)
@@ -90,17 +96,6 @@ def _solid(points: Floats) -> Solid:
         return known
     offsets = -(equations[:, 3] + equations[:, :3] @ middle)
     return Solid("convex", (), middle, np.eye(3), equations[:, :3], offsets)
-
-
-def _merged(found: Floats, size: float) -> Floats:
-    """One plane equation for each flat face that consists of several triangles."""
-    kept: list[Floats] = []
-    for row in found:
-        if not any(
-            np.abs(row[:3] - k[:3]).max() < SAME and abs(row[3] - k[3]) < SAME * size for k in kept
-        ):
-            kept.append(row)
-    return np.array(kept)
 
 
 def _ball(corners: Floats, equations: Floats) -> Solid | None:
@@ -135,20 +130,16 @@ def _cylinder(corners: Floats, equations: Floats) -> Solid | None:
             continue
         axes = _axes(axis / np.linalg.norm(axis))
         flat = corners @ axes[:, :2]
-        aside, radius = _circle(flat)
+        # middle and radius of the circle through points of the plane, in the least-squares sense
+        table = np.column_stack([2.0 * flat, np.ones(len(flat))])
+        found = np.linalg.lstsq(table, (flat**2).sum(axis=1), rcond=None)[0]
+        aside, radius = found[:2], float(np.sqrt(max(found[2] + found[:2] @ found[:2], 0.0)))
         if np.abs(np.linalg.norm(flat - aside, axis=1) - radius).max() > EVEN * radius:
             continue
         centre = axes @ np.array([*aside, 0.5 * (low + high)])
         none = np.zeros((0, 3)), np.zeros(0)
         return Solid("cylinder", (radius, high - low), centre, axes, *none)
     return None
-
-
-def _circle(points: Floats) -> tuple[Floats, float]:
-    """Middle and radius of the circle through points of the plane, in the least-squares sense."""
-    table = np.column_stack([2.0 * points, np.ones(len(points))])
-    found = np.linalg.lstsq(table, (points**2).sum(axis=1), rcond=None)[0]
-    return found[:2], float(np.sqrt(max(found[2] + found[:2] @ found[:2], 0.0)))
 
 
 def _box(equations: Floats) -> Solid | None:

@@ -14,7 +14,7 @@ SMALL = 1e-20
 """Stands for a direction of zero [1]."""
 
 
-def local(
+def _local(
     rays: tuple[Tensor, Tensor], centre: Tensor, turn: Tensor
 ) -> tuple[list[Tensor], list[Tensor]]:
     """Return directions (M, R, K) and starts (M, 1, K) in axes of the primitives, by component.
@@ -55,7 +55,7 @@ def boxes(
     """Return entry distances of boxes, by the slab method."""
     import torch
 
-    along, start = local(rays, centre, turn)
+    along, start = _local(rays, centre, turn)
     into, out = [], []
     for i in range(3):
         scale = 1.0 / _apart(along[i])
@@ -73,7 +73,7 @@ def cylinders(
     """Return entry distances of cylinders: side and caps."""
     import torch
 
-    (dx, dy, dz), (ox, oy, oz) = local(rays, centre, turn)
+    (dx, dy, dz), (ox, oy, oz) = _local(rays, centre, turn)
     square = torch.clamp(dx * dx + dy * dy, min=SMALL)
     middle = -(ox * dx + oy * dy) / square
     aside = (ox + middle * dx) ** 2 + (oy + middle * dy) ** 2

@@ -32,6 +32,59 @@ class Fixed(NamedTuple):
     tile: Tensor
     sky: Tensor
 
+    def place(
+        self, planes: int, poses: Poses, cameras: Cameras, sun: tuple[float, float, float]
+    ) -> Placed:
+        """Return the primitives in the axes of all cameras, environment by environment.
+
+        Differences of places are taken in double precision: a scene may lie far from the origin.
+
+        Args:
+            planes: how many of them, at the end, are planes.
+            poses: of the frames.
+            cameras: C in each of N environments.
+            sun: direction to the sun, world axes.
+        """
+        import torch
+
+        device, double = self.half.device, torch.float64
+
+        def tensor(values: Array) -> Tensor:
+            return torch.as_tensor(values, dtype=double, device=device)
+
+        origin, axes = tensor(cameras.origin), tensor(cameras.rotation)
+        position, rotation = tensor(poses.position), tensor(poses.rotation)
+        count = origin.shape[0]
+        # the frame that stands still comes last
+        position = torch.cat([position, position.new_zeros(count, 1, 3)], dim=1)
+        still = torch.eye(3, dtype=double, device=device).expand(count, 1, 3, 3)
+        rotation = torch.cat([rotation, still], dim=1)
+        carried = rotation[:, self.frame]
+        centre = position[:, self.frame] + (carried @ self.position[..., None])[..., 0]
+        turn = carried @ self.rotation
+        back = axes.transpose(-1, -2)
+        seen = (centre[:, None] - origin[:, :, None]) @ axes
+        to_own = turn.transpose(-1, -2)[:, None] @ axes[:, :, None]
+        heights = self.position[self.position.shape[0] - planes :, 2]
+        tiles = self.tile[self.position.shape[0] - planes :].to(double)
+        span = 2.0 * torch.where(tiles > 0.0, tiles, torch.ones_like(tiles))
+        start = torch.remainder(origin[:, :, None, :2], span[:, None])
+        single = torch.float32
+        whole = origin.shape[0] * origin.shape[1]
+
+        def rows(values: Tensor) -> Tensor:
+            return values.to(single).reshape(whole, *values.shape[2:]).contiguous()
+
+        return Placed(
+            centre=rows(seen),
+            turn=rows(to_own),
+            up=rows(back[..., 2]),
+            sun=rows(back @ tensor(np.array(sun))),
+            level=rows(axes[..., :2, :]),
+            start=rows(start),
+            above=rows(origin[..., 2:] - heights),
+        )
+
 
 class Placed(NamedTuple):
     """Primitives in the axes of M cameras, single precision.
@@ -77,59 +130,4 @@ def fixed_of(tables: Tables, sky: tuple[float, float, float], device: str) -> Fi
         offsets=tensor(tables.offsets, torch.float32),
         tile=tensor(tables.tile, torch.float32),
         sky=tensor(sky, torch.float32),
-    )
-
-
-def place(
-    fixed: Fixed, planes: int, poses: Poses, cameras: Cameras, sun: tuple[float, float, float]
-) -> Placed:
-    """Return the primitives in the axes of all cameras, environment by environment.
-
-    Differences of places are taken in double precision: a scene may lie far from the origin.
-
-    Args:
-        fixed: primitives.
-        planes: how many of them, at the end, are planes.
-        poses: of the frames.
-        cameras: C in each of N environments.
-        sun: direction to the sun, world axes.
-    """
-    import torch
-
-    device, double = fixed.half.device, torch.float64
-
-    def tensor(values: Array) -> Tensor:
-        return torch.as_tensor(values, dtype=double, device=device)
-
-    origin, axes = tensor(cameras.origin), tensor(cameras.rotation)
-    position, rotation = tensor(poses.position), tensor(poses.rotation)
-    count = origin.shape[0]
-    # the frame that stands still comes last
-    position = torch.cat([position, position.new_zeros(count, 1, 3)], dim=1)
-    still = torch.eye(3, dtype=double, device=device).expand(count, 1, 3, 3)
-    rotation = torch.cat([rotation, still], dim=1)
-    carried = rotation[:, fixed.frame]
-    centre = position[:, fixed.frame] + (carried @ fixed.position[..., None])[..., 0]
-    turn = carried @ fixed.rotation
-    back = axes.transpose(-1, -2)
-    seen = (centre[:, None] - origin[:, :, None]) @ axes
-    to_own = turn.transpose(-1, -2)[:, None] @ axes[:, :, None]
-    heights = fixed.position[fixed.position.shape[0] - planes :, 2]
-    tiles = fixed.tile[fixed.position.shape[0] - planes :].to(double)
-    span = 2.0 * torch.where(tiles > 0.0, tiles, torch.ones_like(tiles))
-    start = torch.remainder(origin[:, :, None, :2], span[:, None])
-    single = torch.float32
-    whole = origin.shape[0] * origin.shape[1]
-
-    def rows(values: Tensor) -> Tensor:
-        return values.to(single).reshape(whole, *values.shape[2:]).contiguous()
-
-    return Placed(
-        centre=rows(seen),
-        turn=rows(to_own),
-        up=rows(back[..., 2]),
-        sun=rows(back @ tensor(np.array(sun))),
-        level=rows(axes[..., :2, :]),
-        start=rows(start),
-        above=rows(origin[..., 2:] - heights),
     )

@@ -11,8 +11,8 @@ import numpy as np
 from seals.caches import use_private_compiler_cache
 from seals.errors import ConfigError, PhysicsError, optional_import, suggestion
 from seals.field_roles import roles
-from seals.plugins.viewers.raycast.placing import Fixed, Placed, fixed_of, place
-from seals.plugins.viewers.raycast.solids import Tables, tables_of
+from seals.plugins.viewers.raycast.placing import Fixed, Placed, fixed_of
+from seals.plugins.viewers.raycast.solids import Tables
 from seals.plugins.viewers.raycast.tracing import Setting, trace
 from seals.rendering.camera import Cameras, Lens
 from seals.rendering.light import Light
@@ -86,7 +86,7 @@ class RendererRaycast:
         check_scene(scene)
         _check_device(self.device)
         self.close()
-        tables = tables_of(scene)
+        tables = Tables.of(scene)
         self._scene = tables, fixed_of(tables, light.sky, self.device), light
 
     def render(
@@ -115,7 +115,7 @@ class RendererRaycast:
             normals,
         )
         with torch.no_grad():
-            placed = place(fixed, tables.counts[-1], poses, cameras, light.direction)
+            placed = fixed.place(tables.counts[-1], poses, cameras, light.direction)
             images = self._images(placed, fixed, lens, setting)
             size = (count, views, lens.height, lens.width)
             colour, depth, parts, outward = images
@@ -149,7 +149,7 @@ class RendererRaycast:
         # rays of a block, by the widest array that they make
         memory = (self.block or BLOCK[self.device.partition(":")[0]]) * 1e6
         widest = max(fixed.half.shape[0], *(n * size for n, size in setting.hulls), 1)
-        for rows, cut in blocks(views, pixels, max(int(memory / 4.0 / widest), 256)):
+        for rows, cut in _blocks(views, pixels, max(int(memory / 4.0 / widest), 256)):
             found = program((x[cut], y[cut]), placed.of(rows), fixed, setting)
             colour[rows, cut], depth[rows, cut], parts[rows, cut] = found[:3]
             if outward is not None:
@@ -174,13 +174,13 @@ class RendererRaycast:
         self._rays.clear()
 
 
-def blocks(views: int, pixels: int, most: int) -> list[tuple[slice, slice]]:
+def _blocks(views: int, pixels: int, most: int) -> list[tuple[slice, slice]]:
     """Split cameras and pixels into blocks of at most ``most`` rays, of equal size if possible.
 
     Example:
-        >>> blocks(3, 100, 200)
+        >>> _blocks(3, 100, 200)
         [(slice(0, 2, None), slice(0, 100, None)), (slice(2, 3, None), slice(0, 100, None))]
-        >>> len(blocks(1, 100, 30))
+        >>> len(_blocks(1, 100, 30))
         4
     """
     if pixels <= most:

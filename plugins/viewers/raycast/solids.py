@@ -15,7 +15,7 @@ KINDS = ("sphere", "box", "cylinder", "convex", "plane")
 """Order of the kinds in the tables."""
 
 
-class Solid(NamedTuple):
+class _Solid(NamedTuple):
     """One primitive in its frame; size as half lengths, for a cylinder (radius, radius, half)."""
 
     kind: str
@@ -28,6 +28,11 @@ class Solid(NamedTuple):
     normals: Floats | None = None
     offsets: Floats | None = None
     tile: float = 0.0
+
+    def planes(self) -> int:
+        """Number of planes reserved for a convex solid in its group: the next power of two."""
+        count = 0 if self.offsets is None else len(self.offsets)
+        return 1 << max(count - 1, 0).bit_length()
 
 
 class Tables(NamedTuple):
@@ -60,43 +65,37 @@ class Tables(NamedTuple):
     offsets: Floats
     tile: Floats
 
+    @classmethod
+    def of(cls, scene: Scene) -> Tables:
+        """Return the primitives of a scene.
 
-def tables_of(scene: Scene) -> Tables:
-    """Return the primitives of a scene.
-
-    Example:
-        >>> ball = Shape("capsule", (0.1, 1.0), np.zeros(3), np.eye(3), (1.0, 0.0, 0.0), 1)
-        >>> tables_of(Scene((ball,), ("nothing", "a"), ())).counts
-        (2, 0, 1, 0, 0)
-    """
-    found = [solid for shape in scene.shapes for solid in _split(shape)]
-    found.sort(key=lambda solid: (KINDS.index(solid.kind), _planes(solid)))
-    hulls, normals, offsets = _grouped([s for s in found if s.kind == "convex"])
-    still = len(scene.frames)
-    return Tables(
-        counts=tuple(sum(s.kind == kind for s in found) for kind in KINDS),
-        half=np.array([s.half for s in found]).reshape(-1, 3),
-        position=np.array([s.position for s in found]).reshape(-1, 3),
-        rotation=np.array([s.rotation for s in found]).reshape(-1, 3, 3),
-        colour=np.array([s.colour for s in found]).reshape(-1, 3),
-        part=np.array([s.part for s in found], dtype=np.int32),
-        frame=np.array([still if s.frame < 0 else s.frame for s in found], dtype=np.int64),
-        hulls=hulls,
-        normals=normals,
-        offsets=offsets,
-        tile=np.array([s.tile for s in found]),
-    )
-
-
-def _planes(solid: Solid) -> int:
-    """Number of planes reserved for a convex solid in its group: the next power of two."""
-    count = 0 if solid.offsets is None else len(solid.offsets)
-    return 1 << max(count - 1, 0).bit_length()
+        Example:
+            >>> ball = Shape("capsule", (0.1, 1.0), np.zeros(3), np.eye(3), (1.0, 0.0, 0.0), 1)
+            >>> Tables.of(Scene((ball,), ("nothing", "a"), ())).counts
+            (2, 0, 1, 0, 0)
+        """
+        found = [solid for shape in scene.shapes for solid in _split(shape)]
+        found.sort(key=lambda solid: (KINDS.index(solid.kind), solid.planes()))
+        hulls, normals, offsets = _grouped([s for s in found if s.kind == "convex"])
+        still = len(scene.frames)
+        return cls(
+            counts=tuple(sum(s.kind == kind for s in found) for kind in KINDS),
+            half=np.array([s.half for s in found]).reshape(-1, 3),
+            position=np.array([s.position for s in found]).reshape(-1, 3),
+            rotation=np.array([s.rotation for s in found]).reshape(-1, 3, 3),
+            colour=np.array([s.colour for s in found]).reshape(-1, 3),
+            part=np.array([s.part for s in found], dtype=np.int32),
+            frame=np.array([still if s.frame < 0 else s.frame for s in found], dtype=np.int64),
+            hulls=hulls,
+            normals=normals,
+            offsets=offsets,
+            tile=np.array([s.tile for s in found]),
+        )
 
 
-def _grouped(solids: list[Solid]) -> tuple[tuple[tuple[int, int], ...], Floats, Floats]:
+def _grouped(solids: list[_Solid]) -> tuple[tuple[tuple[int, int], ...], Floats, Floats]:
     """Convex solids in groups of like size, and all their planes."""
-    sizes = [_planes(s) for s in solids]
+    sizes = [s.planes() for s in solids]
     groups = tuple((sizes.count(n), n) for n in sorted(set(sizes)))
     normals, offsets = np.zeros((sum(sizes), 3)), np.ones(sum(sizes))
     start = 0
@@ -109,7 +108,7 @@ def _grouped(solids: list[Solid]) -> tuple[tuple[tuple[int, int], ...], Floats, 
     return groups, normals, offsets
 
 
-def _split(shape: Shape) -> list[Solid]:
+def _split(shape: Shape) -> list[_Solid]:
     """The primitives that make up a shape: a mesh is its convex pieces, a capsule three."""
     place, turn = np.asarray(shape.position, dtype=float), np.asarray(shape.rotation, dtype=float)
     rest = (shape.colour, shape.part, shape.frame)
@@ -117,7 +116,7 @@ def _split(shape: Shape) -> list[Solid]:
         assert shape.vertices is not None
         assert shape.faces is not None
         return [
-            Solid(
+            _Solid(
                 piece.kind,
                 _half(piece.kind, piece.size),
                 place + turn @ piece.position,
@@ -132,10 +131,10 @@ def _split(shape: Shape) -> list[Solid]:
         end = 0.5 * shape.size[1] * turn[:, 2]
         parts = (("cylinder", 0.0), ("sphere", 1.0), ("sphere", -1.0))
         return [
-            Solid(kind, _half(kind, shape.size), place + side * end, turn, *rest)
+            _Solid(kind, _half(kind, shape.size), place + side * end, turn, *rest)
             for kind, side in parts
         ]
-    return [Solid(shape.kind, _half(shape.kind, shape.size), place, turn, *rest, tile=shape.tile)]
+    return [_Solid(shape.kind, _half(shape.kind, shape.size), place, turn, *rest, tile=shape.tile)]
 
 
 def _half(kind: str, size: tuple[float, ...]) -> tuple[float, float, float]:

@@ -30,7 +30,7 @@ def execute(config: Any) -> int:
     out = Path(str(config.out or HydraConfig.get().runtime.output_dir))
     if out.exists() and not out.is_dir():
         raise ConfigError(f"out={out} is a file.\nGive a folder.")
-    study = study_of(config)
+    study = _study_of(config)
     made = write_study(study, out, title=str(config.title))
     print(terms_words(study))
     print()
@@ -46,7 +46,7 @@ def execute(config: Any) -> int:
     return 0
 
 
-def study_of(config: Any) -> Study:
+def _study_of(config: Any) -> Study:
     """Read the runs that a configuration names, and compare them.
 
     Raises:

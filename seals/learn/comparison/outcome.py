@@ -51,6 +51,27 @@ class Arm:
     band: Band
     clock: Band | None
 
+    def to_dict(self) -> dict[str, Any]:
+        """Return runs with their scores, interval of the mean, and curves, as plain data."""
+        bands = {"over_budget": self.band, "over_seconds": self.clock}
+        return {
+            "runs": [
+                {
+                    "folder": run.folder,
+                    "seed": run.seed,
+                    "state": run.state,
+                    **{key: float(values[k]) for key, values in self.scores.items()},
+                }
+                for k, run in enumerate(self.runs)
+            ],
+            "iqm": {key: list(value) for key, value in self.middle.items()},
+            "curves": {
+                key: {n: getattr(band, n) for n in ("x", "line", "low", "high")}
+                for key, band in bands.items()
+                if band is not None
+            },
+        }
+
 
 @dataclass(frozen=True, kw_only=True)
 class ArmComparison:
@@ -103,7 +124,7 @@ class Study:
         return {
             "terms": vars(self.terms),
             "remarks": list(self.remarks),
-            "arms": {a.name: _arm_dict(a) for a in self.arms},
+            "arms": {a.name: a.to_dict() for a in self.arms},
             "duels": [
                 {
                     **{
@@ -116,24 +137,3 @@ class Study:
                 for d in self.duels
             ],
         }
-
-
-def _arm_dict(arm: Arm) -> dict[str, Any]:
-    bands = {"over_budget": arm.band, "over_seconds": arm.clock}
-    return {
-        "runs": [
-            {
-                "folder": run.folder,
-                "seed": run.seed,
-                "state": run.state,
-                **{key: float(values[k]) for key, values in arm.scores.items()},
-            }
-            for k, run in enumerate(arm.runs)
-        ],
-        "iqm": {key: list(value) for key, value in arm.middle.items()},
-        "curves": {
-            key: {n: getattr(band, n) for n in ("x", "line", "low", "high")}
-            for key, band in bands.items()
-            if band is not None
-        },
-    }

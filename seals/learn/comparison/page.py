@@ -51,12 +51,12 @@ def write_study(study: Study, out: Path, *, title: str) -> list[Path]:
     """
     out.mkdir(parents=True, exist_ok=True)
     write_json(out / NUMBERS, study.to_dict())
-    write_picture(out / PICTURE, charts(study))
-    write_page(out / PAGE, title, sections(study), subtitle=terms_words(study), light=True)
+    write_picture(out / PICTURE, _charts(study))
+    write_page(out / PAGE, title, _sections(study), subtitle=terms_words(study), light=True)
     return [out / NUMBERS, out / PICTURE, out / PAGE]
 
 
-def charts(study: Study) -> list[Chart]:
+def _charts(study: Study) -> list[Chart]:
     """Return the arms' learning curves over steps and, if every run has it, over wall time."""
     terms = study.terms
     label = {"step": "control steps", "seconds": "seconds of training"}.get(terms.over, terms.over)
@@ -85,7 +85,7 @@ def _chart(study: Study, bands: dict[str, Band], title: str, label: str) -> Char
     return Chart(title=title, y_label=study.terms.value, x_label=label, series=tuple(lines))
 
 
-def sections(study: Study) -> list[Section]:
+def _sections(study: Study) -> list[Section]:
     """Return the sections of the page."""
     found = [
         Section(
@@ -98,7 +98,7 @@ def sections(study: Study) -> list[Section]:
                 *(Paragraph(text=text, tone="caption") for text in study.remarks),
             ],
         ),
-        Section(title="Learning curves", blocks=[*charts(study)], wide=True),
+        Section(title="Learning curves", blocks=[*_charts(study)], wide=True),
         Section(title="Arms", blocks=[_table(arm_rows(study))]),
     ]
     if study.duels:
@@ -108,7 +108,30 @@ def sections(study: Study) -> list[Section]:
                 blocks=[*_bars(study), _table(comparison_rows(study))],
             )
         )
-    found.append(Section(title="Every run", blocks=_every_run(study)))
+    groups: dict[str, list[Block]] = {}
+    for arm in study.arms:
+        lines = [
+            Series(name=run.name, x=arm.band.x, y=values)
+            for run, values in zip(arm.runs, arm.band.runs, strict=True)
+        ]
+        title = f"{arm.name}: every run"
+        groups[arm.name] = [
+            Chart(
+                title=title,
+                y_label=study.terms.value,
+                x_label=study.terms.over,
+                series=tuple(lines),
+            )
+        ]
+    found.append(
+        Section(
+            title="Every run",
+            blocks=[
+                Choice(label="arm", options=groups),
+                Fold(title="Scores of every run", blocks=[_table(run_rows(study))]),
+            ],
+        )
+    )
     found.append(Section(title="How it was reckoned", blocks=[Paragraph(text=_HOW)]))
     return found
 
@@ -135,25 +158,3 @@ def _bars(study: Study) -> list[Block]:
         )
     title = f"Probability of improvement over {study.terms.reference}, {study.terms.level:.0%}"
     return [Bars(title=title, x_label="probability", bars=bars, marks=half)]
-
-
-def _every_run(study: Study) -> list[Block]:
-    groups: dict[str, list[Block]] = {}
-    for arm in study.arms:
-        lines = [
-            Series(name=run.name, x=arm.band.x, y=values)
-            for run, values in zip(arm.runs, arm.band.runs, strict=True)
-        ]
-        title = f"{arm.name}: every run"
-        groups[arm.name] = [
-            Chart(
-                title=title,
-                y_label=study.terms.value,
-                x_label=study.terms.over,
-                series=tuple(lines),
-            )
-        ]
-    return [
-        Choice(label="arm", options=groups),
-        Fold(title="Scores of every run", blocks=[_table(run_rows(study))]),
-    ]

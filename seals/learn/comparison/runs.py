@@ -126,7 +126,12 @@ def read_run(folder: Path, *, arm: str) -> Run:
     Raises:
         LogError: the table is missing, broken, or empty.
     """
-    facts = _facts(folder / FACTS)
+    path = folder / FACTS
+    if not os.path.lexists(path):
+        facts = {}
+    else:
+        found = read_json(path)
+        facts = found if isinstance(found, dict) else {}
     seed = facts.get("seed")
     return Run(
         arm=arm,
@@ -174,10 +179,3 @@ def _numbers(path: Path, name: str, cells: Sequence[str]) -> Floats:
         return np.array([float(cell) if cell.strip() else np.nan for cell in cells])
     except ValueError as cause:
         raise LogError(f"{path}, column '{name}': {cause}.\nAllowed: numbers") from cause
-
-
-def _facts(path: Path) -> dict[str, Any]:
-    if not os.path.lexists(path):
-        return {}
-    found = read_json(path)
-    return found if isinstance(found, dict) else {}

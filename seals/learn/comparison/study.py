@@ -34,7 +34,14 @@ def compare(arms: Mapping[str, Sequence[Run]], terms: AnalysisPlan) -> Study:
         ConfigError: the reference is no arm, or two runs of an arm have one seed.
         SealsError: an arm has fewer than two runs, or a run ends before the budget.
     """
-    _refuse_twins(arms)
+    for name, runs in arms.items():
+        seeds = [run.seed for run in runs if run.seed is not None]
+        twice = sorted({seed for seed in seeds if seeds.count(seed) > 1})
+        if twice:
+            raise ConfigError(
+                f"arm '{name}' has seed {twice[0]} more than once.\n"
+                "Runs of one seed are not independent: leave one out."
+            )
     lines = {n: [r.curve(terms.value, over=terms.over) for r in runs] for n, runs in arms.items()}
     budget = terms.budget or min(line.x[-1] for every in lines.values() for line in every)
     reference = terms.reference or next(iter(arms))
@@ -48,10 +55,10 @@ def compare(arms: Mapping[str, Sequence[Run]], terms: AnalysisPlan) -> Study:
     duels = [
         _compared(a, home, m, terms) for a, m in itertools.product(made, METRICS) if a is not home
     ]
-    return Study(terms=terms, arms=made, duels=duels, remarks=remarks_on(made, lines, terms))
+    return Study(terms=terms, arms=made, duels=duels, remarks=_remarks_on(made, lines, terms))
 
 
-def remarks_on(
+def _remarks_on(
     arms: Sequence[Arm], lines: Mapping[str, Sequence[Curve]], terms: AnalysisPlan
 ) -> list[str]:
     """Return the limitations of a comparison, as sentences."""
@@ -155,14 +162,3 @@ def _updates(arm: Arm, terms: AnalysisPlan) -> float | None:
         return None
     tables = [run.columns for run in arm.runs]
     return float(np.mean([np.interp(terms.budget, t[terms.over], t["updates"]) for t in tables]))
-
-
-def _refuse_twins(arms: Mapping[str, Sequence[Run]]) -> None:
-    for name, runs in arms.items():
-        seeds = [run.seed for run in runs if run.seed is not None]
-        twice = sorted({seed for seed in seeds if seeds.count(seed) > 1})
-        if twice:
-            raise ConfigError(
-                f"arm '{name}' has seed {twice[0]} more than once.\n"
-                "Runs of one seed are not independent: leave one out."
-            )

@@ -40,12 +40,12 @@ def execute(config: Any) -> int:
     _refuse(config)
     out = Path(str(config.out)) if config.out else Path(HydraConfig.get().runtime.output_dir)
     target = out if config.out else out / FOLDER
-    demos, tried = recorded(config)
+    demos, tried = _recorded(config)
     made = [write(demos, target)]
     if config.hdf5:
         made.append(write_hdf5(demos, Path(str(config.hdf5))))
     if config.minari:
-        from seals.learn.demonstrations.minari import write_minari
+        from seals.learn.demonstrations.exchange import write_minari
 
         made.append(write_minari(demos, str(config.minari)))
     good = sum(episode.success for episode in demos.episodes)
@@ -56,7 +56,7 @@ def execute(config: Any) -> int:
     return 0
 
 
-def recorded(config: Any) -> tuple[Demonstrations, int]:
+def _recorded(config: Any) -> tuple[Demonstrations, int]:
     """Run the policy until enough episodes are kept.
 
     Args:
@@ -88,8 +88,8 @@ def recorded(config: Any) -> tuple[Demonstrations, int]:
         config_hash=world_hash(config),
         who=Who(str(config.who)),
         by=str(config.labels or config.policy),
-        observation=list(task.observation_names),
-        action=list(task.action_names),
+        observation=tuple(task.observation_names),
+        action=tuple(task.action_names),
         rate=task.rate,
         config=world_config(config),
         tried=tried,

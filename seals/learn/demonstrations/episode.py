@@ -119,8 +119,8 @@ class Origin:
     config_hash: str
     who: Who
     by: str = ""
-    observation: Sequence[str] = ()
-    action: Sequence[str] = ()
+    observation: tuple[str, ...] = ()
+    action: tuple[str, ...] = ()
     rate: float = 0.0
     config: Mapping[str, Any] = field(default_factory=dict)
     tried: int = 0

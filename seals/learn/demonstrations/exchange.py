@@ -1,4 +1,4 @@
-"""Export of demonstrations as one HDF5 file, in the layout that robomimic introduced.
+"""Demonstrations as HDF5 and as a data set of Minari.
 
 ``data`` holds one group an episode: ``demo_0/obs/state``, ``demo_0/next_obs/state``,
 ``demo_0/actions``, ``rewards``, ``dones``, and SEALS' own ``terminated`` and ``truncated``. The
@@ -7,16 +7,19 @@ metadata stands as JSON in the attribute ``card`` of ``data``.
 
 from __future__ import annotations
 
+import importlib
 import io
 import json
+import re
+import warnings
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from seals.errors import optional_import
-from seals.learn.demonstrations.episode import Demonstrations, Episode
+from seals.errors import ConfigError, MissingExtra, optional_import
+from seals.learn.demonstrations.episode import Demonstrations
 from seals.learn.demonstrations.metadata import metadata_of
 from seals.logs.atomic import atomic_path
 
@@ -51,7 +54,18 @@ def write_hdf5(demonstrations: Demonstrations, path: str | Path) -> Path:
         for number, episode in enumerate(demonstrations.episodes):
             group = data.create_group(f"demo_{number}")
             group.attrs["num_samples"] = episode.steps
-            for name, values in _columns(episode).items():
+            out: dict[str, NDArray[Any]] = {
+                "obs/state": episode.observation[:-1],
+                "next_obs/state": episode.observation[1:],
+                "actions": episode.action,
+                "rewards": episode.reward,
+                "dones": (episode.terminated | episode.truncated).astype(np.uint8),
+                "terminated": episode.terminated.astype(np.uint8),
+                "truncated": episode.truncated.astype(np.uint8),
+            }
+            if episode.pixels is not None:
+                out |= {"obs/pixels": episode.pixels[:-1], "next_obs/pixels": episode.pixels[1:]}
+            for name, values in out.items():
                 # packing costs more than it saves where there is little
                 packed = {"compression": "gzip", "shuffle": True} if values.nbytes > _SMALL else {}
                 group.create_dataset(name, data=values, **packed)
@@ -60,16 +74,73 @@ def write_hdf5(demonstrations: Demonstrations, path: str | Path) -> Path:
     return Path(path)
 
 
-def _columns(episode: Episode) -> dict[str, NDArray[Any]]:
-    out: dict[str, NDArray[Any]] = {
-        "obs/state": episode.observation[:-1],
-        "next_obs/state": episode.observation[1:],
-        "actions": episode.action,
-        "rewards": episode.reward,
-        "dones": (episode.terminated | episode.truncated).astype(np.uint8),
-        "terminated": episode.terminated.astype(np.uint8),
-        "truncated": episode.truncated.astype(np.uint8),
+_ID = re.compile(r"[A-Za-z0-9_\-/]+-v\d+")
+
+
+def write_minari(demonstrations: Demonstrations, name: str) -> Path:
+    """Write demonstrations into the folder of Minari's local data sets.
+
+    Args:
+        demonstrations: to be written; images are left out.
+        name: id of the data set, such as ``seals/reach/scripted-v0``.
+
+    Returns:
+        Folder of the data set.
+
+    Raises:
+        MissingExtra: Minari, or what it needs to make a data set, is not installed.
+        ConfigError: the id is none, or there is such a data set.
+    """
+    if not _ID.fullmatch(name):
+        raise ConfigError(
+            f"minari={name} is no id of a data set.\nAllowed: words and a version: seals/reach-v0"
+        )
+    try:
+        minari = importlib.import_module("minari")
+    except ImportError as cause:
+        raise MissingExtra(_words(cause)) from cause
+    import gymnasium
+
+    seen, done = demonstrations.sizes
+    limits: dict[str, Any] = {"dtype": "float32"}
+    settings: dict[str, Any] = {
+        "observation_space": gymnasium.spaces.Box(-np.inf, np.inf, (seen,), **limits),
+        "action_space": gymnasium.spaces.Box(-1.0, 1.0, (done,), **limits),
+        "algorithm_name": demonstrations.origin.by or demonstrations.origin.who.value,
+        "author": "SEALS",
+        "author_email": "none",
+        "code_permalink": "none",
+        "description": f"{demonstrations.origin.who.value} in {demonstrations.origin.env}",
     }
-    if episode.pixels is not None:
-        out |= {"obs/pixels": episode.pixels[:-1], "next_obs/pixels": episode.pixels[1:]}
-    return out
+    buffers = [
+        minari.data_collector.EpisodeBuffer(
+            id=number,
+            seed=episode.seed,
+            observations=list(episode.observation),
+            actions=list(episode.action),
+            rewards=episode.reward.tolist(),
+            terminations=episode.terminated.tolist(),
+            truncations=episode.truncated.tolist(),
+            infos={},
+        )
+        for number, episode in enumerate(demonstrations.episodes)
+    ]
+    try:
+        with warnings.catch_warnings():
+            # the spaces are given: Minari would like the environments beside them
+            warnings.filterwarnings("ignore", category=UserWarning, module="minari")
+            made = minari.create_dataset_from_buffers(dataset_id=name, buffer=buffers, **settings)
+    except ImportError as cause:
+        raise MissingExtra(_words(cause)) from cause
+    except (ValueError, AssertionError) as cause:
+        raise ConfigError(
+            f"minari={name} cannot be written: {cause}\nChoose another id."
+        ) from cause
+    return Path(str(made.storage.data_path))
+
+
+def _words(cause: ImportError) -> str:
+    return (
+        f"a Minari data set needs {cause.name or 'minari'}, which is not installed.\n"
+        "Install it: pip install minari; or write hdf5=FILE"
+    )

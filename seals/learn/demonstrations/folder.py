@@ -8,17 +8,20 @@ steps each has stands in the metadata. Any reader of safetensors opens it.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seals.errors import LogError
 from seals.learn.demonstrations.episode import Demonstrations, Episode
-from seals.learn.demonstrations.memory_mapped import is_memory_mapped, read_memory_mapped
 from seals.learn.demonstrations.metadata import FORM, Declared, declared, metadata_of
 from seals.learn.metadata import CARD, read_metadata
 from seals.learn.tensor_file import library, read_tensors, write_tensors
 from seals.logs.atomic import atomic_folder, write_json
+from seals.state_file import open_regular
 
 FILE = "episodes.safetensors"
 """Name of the file in the folder, beside the metadata."""
@@ -46,7 +49,7 @@ def write(demonstrations: Demonstrations, folder: str | Path, *, replace: bool =
     metadata = metadata_of(demonstrations)
     arrays = {
         name: np.concatenate([getattr(e, name) for e in demonstrations.episodes]).astype(kind, "C")
-        for name, (_, kind) in expected(declared(metadata, where=str(folder))).items()
+        for name, (_, kind) in _expected(declared(metadata, where=str(folder))).items()
     }
     with atomic_folder(folder, replace=replace) as beside:
         write_tensors(beside / FILE, arrays)
@@ -74,7 +77,7 @@ def read(folder: str | Path) -> Demonstrations:
     path = Path(folder) / FILE
     where = str(path.with_name(CARD))
     found = declared(read_metadata(Path(folder), form=FORM, key="demonstrations"), where=where)
-    wanted = expected(found)
+    wanted = _expected(found)
     if is_memory_mapped(path.parent) and not path.exists():
         arrays = read_memory_mapped(path.parent, list(found.steps), wanted)
     else:
@@ -102,7 +105,7 @@ def read(folder: str | Path) -> Demonstrations:
     return Demonstrations(origin=found.origin, episodes=episodes)
 
 
-def expected(found: Declared) -> dict[str, tuple[tuple[int, ...], str]]:
+def _expected(found: Declared) -> dict[str, tuple[tuple[int, ...], str]]:
     """Return shape and type of every array that metadata declares, by name."""
     steps = sum(found.steps)
     rows, (seen, done) = steps + len(found.steps), found.sizes
@@ -113,3 +116,58 @@ def expected(found: Declared) -> dict[str, tuple[tuple[int, ...], str]]:
         **dict.fromkeys(FLAGS, ((steps,), "uint8")),
     }
     return out if found.pixels is None else {**out, "pixels": ((rows, *found.pixels), "uint8")}
+
+
+SUFFIX = ".memmap"
+"""Ending of the files, one for each array."""
+Layout = Mapping[str, tuple[tuple[int, ...], str]]
+"""Shape and type of every array of the present format, by name."""
+
+
+def is_memory_mapped(folder: Path) -> bool:
+    """Return whether a folder holds demonstrations of the former format."""
+    return (folder / f"action{SUFFIX}").exists()
+
+
+def read_memory_mapped(folder: Path, steps: list[int], wanted: Layout) -> dict[str, NDArray[Any]]:
+    """Read the arrays in the present layout; descriptions by tensordict are not looked at.
+
+    Args:
+        folder: as ``TensorDict.memmap`` wrote it.
+        steps: of each episode.
+        wanted: of the present format.
+
+    Raises:
+        LogError: a file is missing, of another size than the metadata declares, or what a step ends
+            with is not what the next begins with.
+    """
+    total, ends = sum(steps), np.cumsum(steps)
+    inner = np.ones(total, dtype=bool)
+    inner[[0, *ends[:-1]]] = False
+    out = {}
+    for name, (shape, kind) in wanted.items():
+        if name == "action":
+            out[name] = _numbers(folder / f"{name}{SUFFIX}", shape, kind)
+            continue
+        rows = (total, *shape[1:])
+        following = _numbers(folder / "next" / f"{name}{SUFFIX}", rows, kind)
+        if shape[0] == total:
+            out[name] = following
+            continue
+        now = _numbers(folder / f"{name}{SUFFIX}", rows, kind)
+        if not np.array_equal(now[1:][inner[1:]], following[:-1][inner[1:]]):
+            raise LogError(
+                f"{folder}: what a step ends with is not what the next begins with, in '{name}'.\n"
+                "Steps were lost or mixed: record it again."
+            )
+        out[name] = np.insert(now, ends, following[ends - 1], axis=0)
+    return out
+
+
+def _numbers(path: Path, shape: tuple[int, ...], kind: str) -> NDArray[Any]:
+    size = math.prod(shape) * np.dtype(kind).itemsize
+    if not path.is_file() or path.stat().st_size != size:
+        given = f"{path.stat().st_size} bytes" if path.is_file() else "missing"
+        raise LogError(f"{path} is {given}.\nThe metadata promises {size} bytes.")
+    with open_regular(path) as file:
+        return np.frombuffer(file.read(size), dtype=kind).reshape(shape)

@@ -103,8 +103,7 @@ class Environments:
     def perceived(self) -> Instant:
         """The same as policies are told it: of a target that cameras see, what they see."""
         now = self.now
-        found: Instant = now if self.simulator.pure else self._told
-        return found
+        return now if self.simulator.pure else self._told
 
     def scripted_policy(self) -> Tensor:
         """Return the actions of the task's scripted policy, shape (N, a)."""
@@ -138,16 +137,14 @@ class Environments:
             callback = self.simulator.frame_callback
             if callback is not None and not self.simulator.films:
                 callback(self.simulator.frame(self.reached))
-            result: StepResult = found
-            return result
+            return found
 
     def _advance(self, scene: Scene, asked: Array) -> tuple[Scene, tuple[StepResult, Instant]]:
         """One control step of all environments, with random numbers for the episodes that begin."""
         chance = self._starts.chances(self.count, self._generator) if self._starts else None
         # looked up at each call: a bound method kept in its own object would be a reference cycle
         law = self._compiled or self._law
-        found: tuple[Scene, tuple[StepResult, Instant]] = law(scene, asked, chance)
-        return found
+        return law(scene, asked, chance)
 
     def _law(
         self, scene: Scene, asked: Array, chance: Array | None

@@ -64,8 +64,23 @@ class BatchCameras:
         import torch
 
         cameras = {n: s for n, s in settings.sensors.items() if sees(s)}
-        self.lens = _same_lens(cameras)
-        self._device, self._renderer = device, _batching(settings.viewer, device)
+        lenses = {name: camera.lens for name, camera in cameras.items()}
+        first = next(iter(lenses.values()))
+        for name, lens in lenses.items():
+            if lens != first:
+                raise ConfigError(
+                    f"sensors.{name} has another lens than other cameras: {lens} and {first}.\n"
+                    "A learner's picture holds all of them: give equal width, height, fov, near, "
+                    "far."
+                )
+        self.lens = first
+        if not hasattr(settings.viewer, "device"):
+            raise ConfigError(
+                f"viewer '{type(settings.viewer).__name__}' draws one world at a time; twins are "
+                "many.\n"
+                "Say viewer=raycast"
+            )
+        self._device, self._renderer = device, replace(settings.viewer, device=device)
         dry = settings.environment.water_level is None
         optics = settings.optics
         self._optics = replace(optics, water_type="none") if dry else optics
@@ -177,18 +192,6 @@ def with_ball(scene: Scene, radius: float) -> Scene:
     return Scene((*scene.shapes, ball), (*scene.names, TARGET), (*scene.frames, TARGET))
 
 
-def _same_lens(cameras: dict[str, Any]) -> Any:
-    lenses = {name: camera.lens for name, camera in cameras.items()}
-    first = next(iter(lenses.values()))
-    for name, lens in lenses.items():
-        if lens != first:
-            raise ConfigError(
-                f"sensors.{name} has another lens than other cameras: {lens} and {first}.\n"
-                "A learner's picture holds all of them: give equal width, height, fov, near, far."
-            )
-    return first
-
-
 def _link_of(name: str, camera: Any, robot: RobotModel) -> int:
     link = robot.links[0] if camera.link == "root" else camera.link
     if link not in robot.links:
@@ -197,13 +200,3 @@ def _link_of(name: str, camera: Any, robot: RobotModel) -> int:
             f"{suggestion(link, robot.links, label='Links')}"
         )
     return robot.links.index(link)
-
-
-def _batching(viewer: Any, device: str) -> Any:
-    """Return a renderer that draws many environments at once, on a device."""
-    if not hasattr(viewer, "device"):
-        raise ConfigError(
-            f"viewer '{type(viewer).__name__}' draws one world at a time; twins are many.\n"
-            "Say viewer=raycast"
-        )
-    return replace(viewer, device=device)

@@ -98,7 +98,9 @@ def batched_of(
     else:
         from seals.learn.environments.world import FullWorld, WorldsInTurn
 
-        episodes = _episodes(config, task, count)
+        steps = config.course.steps if config.get("course") is not None else 0
+        made = int(steps / (task.rate * task.duration)) + int(config.get("episodes") or 0)
+        episodes = max(1, made // count)
         worlds = [FullWorld(settings, task, episodes=episodes)]
         for _ in range(count - 1):
             # a scene belongs to one backend object: each world is built from the configuration anew
@@ -106,10 +108,3 @@ def batched_of(
         simulator = WorldsInTurn(worlds)
     found: Batched = batch(simulator, task, count=count, device=device, seed=seed, renew=renew)
     return found
-
-
-def _episodes(config: Any, task: Any, count: int) -> int:
-    """Return how many episodes of each world a command makes at least, one where nobody says."""
-    steps = config.course.steps if config.get("course") is not None else 0
-    made = int(steps / (task.rate * task.duration)) + int(config.get("episodes") or 0)
-    return max(1, made // count)

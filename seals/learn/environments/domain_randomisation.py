@@ -47,7 +47,7 @@ def drawn_parameters(
             if key in estimates:
                 mean, size = estimates[key]
             else:
-                mean, size = value, share * deviation(declared, value)
+                mean, size = value, share * _deviation(declared, value)
                 if size == 0.0:
                     continue
             about[key] = mean, size, declared.bounds
@@ -59,7 +59,7 @@ def drawn_parameters(
     return {key: np.clip(values, *ends) for key, (values, ends) in scaled.items()}
 
 
-def deviation(known: Parameter, value: Any) -> float:
+def _deviation(known: Parameter, value: Any) -> float:
     """Return the standard deviation of a parameter in its unit, 0 if unknown.
 
     Args:

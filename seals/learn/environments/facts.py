@@ -54,7 +54,27 @@ class Facts:
         self._tips = [t for hand in self._hands for t in hand.tips]
         self._feet = [leg.foot for leg in robot.legs.values()]
         self._toes = np.array([leg.toe for leg in robot.legs.values()])
-        self._needs()
+        # refuse quantities of parts that the robot or the world lacks
+        robot = self._actor.robot
+        needs = {
+            "grip": ("a gripper", bool(self._hands)),
+            "closed": ("a gripper", bool(self._hands)),
+            "touch": ("a gripper with tips", bool(self._tips)),
+            "phase": ("legs", bool(self._feet)),
+            "slip": ("legs", bool(self._feet)),
+            "power": (
+                "a backend whose bodies return joint forces, such as backend=pybullet",
+                self._body.joint_forces() is not None,
+            ),
+            "level": ("water: environment.water_level", self._water is not None),
+        }
+        for name in self._kinds:
+            what, there = needs.get(name, ("", True))
+            if not there:
+                raise ConfigError(
+                    f"the task asks for '{name}', which needs {what}; robot '{robot.name}' in this "
+                    "world is without.\nGive it, or choose another task."
+                )
         self._power = self._slip = 0.0
         self._steps = 0
         self._rates: Floats | None = None
@@ -85,29 +105,6 @@ class Facts:
     def now(self) -> dict[str, Floats]:
         """Return all requested quantities, shape (1, k) each."""
         return {name: measure().reshape(1, -1) for name, measure in self._kinds.items()}
-
-    def _needs(self) -> None:
-        """Refuse quantities of parts that the robot or the world lacks."""
-        robot = self._actor.robot
-        needs = {
-            "grip": ("a gripper", bool(self._hands)),
-            "closed": ("a gripper", bool(self._hands)),
-            "touch": ("a gripper with tips", bool(self._tips)),
-            "phase": ("legs", bool(self._feet)),
-            "slip": ("legs", bool(self._feet)),
-            "power": (
-                "a backend whose bodies return joint forces, such as backend=pybullet",
-                self._body.joint_forces() is not None,
-            ),
-            "level": ("water: environment.water_level", self._water is not None),
-        }
-        for name in self._kinds:
-            what, there = needs.get(name, ("", True))
-            if not there:
-                raise ConfigError(
-                    f"the task asks for '{name}', which needs {what}; robot '{robot.name}' in this "
-                    "world is without.\nGive it, or choose another task."
-                )
 
     def _grip(self) -> Floats:
         """Commanded grip, 0 for open and 1 for closed."""

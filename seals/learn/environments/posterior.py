@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,7 +14,7 @@ from seals.effects.effect import Effect, EffectOptions
 from seals.errors import ConfigError, suggestion
 from seals.plugin_options import options_of
 from seals.registry import get, names
-from seals.schema import parameters_of
+from seals.schema import parameters_of, read
 from seals.sysid.validation.answer import Finding, read_answer
 
 KEY = "varied_from"
@@ -38,6 +37,21 @@ class Estimate(NamedTuple):
 
     mean: float
     sd: float
+
+
+class _Fitted(NamedTuple):
+    """Value of the data sheet as an answer tells it."""
+
+    value: float
+    sd: float
+
+
+class _Interval(NamedTuple):
+    """Parameter of an effect as an answer tells it."""
+
+    value: float
+    low90: float
+    high90: float
 
 
 class Posterior(NamedTuple):
@@ -175,9 +189,9 @@ def _data_sheet_estimates(
         alike = [name for name in alike if not effects[name].correction]
         if len(alike) != 1 or field not in parameters_of(effects[alike[0]]):
             continue
-        value, sd = (_number(fitted.get(k), f"{finding.file}: {key}.{k}") for k in ("value", "sd"))
+        known = read(_Fitted, fitted, where=f"{finding.file}: {key}", extra=True)
         base = float(getattr(effects[alike[0]], field))
-        yield f"nominal.{key}", f"{alike[0]}.{field}", Estimate(base + value, sd)
+        yield f"nominal.{key}", f"{alike[0]}.{field}", Estimate(base + known.value, known.sd)
 
 
 def _kind(instance: str) -> tuple[str, dict[str, Any]]:
@@ -227,15 +241,8 @@ def _field(effect: Any, field: str, file: Path) -> str:
 
 def _interval(given: Any, where: str) -> tuple[float, float]:
     """Value and standard deviation of a 90 % interval."""
-    known = given if isinstance(given, Mapping) else {}
-    value, low, high = (_number(known.get(k), f"{where}.{k}") for k in ("value", "low90", "high90"))
-    return value, abs(high - low) / (2.0 * _NORMAL90)
-
-
-def _number(value: Any, where: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise ConfigError(f"{where}={value} is no finite number.\nDiagnose the log again.")
-    return float(value)
+    known = read(_Interval, given, where=where, extra=True)
+    return known.value, abs(known.high90 - known.low90) / (2.0 * _NORMAL90)
 
 
 def _refuse_other(finding: Finding, model: Mapping[str, Any]) -> None:

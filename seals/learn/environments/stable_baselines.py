@@ -106,5 +106,4 @@ class BatchVecEnv(VecEnv):
         return [False] * len(self._rows(indices))
 
     def _rows(self, indices: Any) -> Sequence[int]:
-        found: Sequence[int] = list(self._get_indices(indices))
-        return found
+        return list(self._get_indices(indices))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from seals.arrays import Array, Floats, as_like
+from seals.arrays import Array, as_like
 from seals.batch.piloted import Flight, PilotedTwin
 from seals.errors import ConfigError
 from seals.frames import matrix_of, quaternion_of, rotate
@@ -15,7 +15,6 @@ from seals.learn.environments.episode_frame import ActorPose, EpisodeFrame
 from seals.learn.environments.simulator import BatchSimulator
 from seals.learn.task import Draw, Instant, Task, WorldTask, tool_of
 from seals.multibody.tree import forward
-from seals.robot.model import RobotModel
 from seals.run.assembly import ROBOT, build_model
 from seals.run.hover_trim import carrying_speeds
 from seals.run.settings import RunSettings
@@ -83,7 +82,20 @@ class TwinSimulator(BatchSimulator):
         fused: bool | None = None,
     ) -> None:
         """Build the batch."""
-        _refuse(settings, task)
+        if isinstance(task, WorldTask):
+            raise ConfigError(
+                f"backend=twin flies robots with their joints held; {type(task).__name__} moves "
+                "joints and touches things.\nSay backend=pybullet or backend=mujoco"
+            )
+        for key, there in (
+            ("fluid", settings.fluid is not None),
+            ("objects", bool(settings.objects)),
+        ):
+            if there:
+                raise ConfigError(
+                    f"backend=twin knows no {key}: nothing touches anything there.\n"
+                    "Say backend=pybullet or backend=mujoco, or leave it out."
+                )
         self.robot, effects = build_model(settings)
         backend: Any = settings.backend
         self.task, self.fused = task, backend.fused if fused is None else fused
@@ -101,7 +113,11 @@ class TwinSimulator(BatchSimulator):
             fused=self.fused,
         )
         self._steps = max(1, round(1.0 / (task.rate * backend.interval)))
-        self._offset = as_like(tool_offset(self.robot, joints), self.like)
+        # the position of the hand in body axes, joints held [m], shape (3,)
+        places, _ = forward(self.robot.tree, np.zeros((1, 3)), np.eye(3)[None], joints[None])
+        self._offset = as_like(
+            np.asarray(places[0, list(tool_of(self.robot))].mean(axis=0)), self.like
+        )
         self._level = settings.environment.water_level
         self._drive = as_like(carrying_speeds(self.twin.plant, joints), self.like)
 
@@ -170,12 +186,6 @@ class TwinSimulator(BatchSimulator):
         return EpisodeFrame(float(time[0]), {ROBOT: robot}, target)
 
 
-def tool_offset(robot: RobotModel, joints: Floats) -> Floats:
-    """Return the position of the hand in body axes, joints held [m], shape (3,)."""
-    places, _ = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], joints[None])
-    return np.asarray(places[0, list(tool_of(robot))].mean(axis=0))
-
-
 def _like_on(device: str, *, double: bool, fused: bool) -> Array:
     """Return an array of the type and device of the batch dynamics.
 
@@ -187,17 +197,3 @@ def _like_on(device: str, *, double: bool, fused: bool) -> Array:
     import torch
 
     return torch.zeros(1, dtype=torch.float64 if double else torch.float32, device=device)
-
-
-def _refuse(settings: RunSettings, task: Task) -> None:
-    if isinstance(task, WorldTask):
-        raise ConfigError(
-            f"backend=twin flies robots with their joints held; {type(task).__name__} moves joints "
-            "and touches things.\nSay backend=pybullet or backend=mujoco"
-        )
-    for key, there in (("fluid", settings.fluid is not None), ("objects", bool(settings.objects))):
-        if there:
-            raise ConfigError(
-                f"backend=twin knows no {key}: nothing touches anything there.\n"
-                "Say backend=pybullet or backend=mujoco, or leave it out."
-            )

@@ -81,7 +81,21 @@ class FullWorld:
         self.world.seed = seed
         self._guide.tell(self._aim(np.zeros(3), float(draw.yaw[0, 0])))
         self.world.backend.restore(self._fresh)
-        self.world.reset({ROBOT: self._start(draw), **self._others(draw, seed)})
+        joints = self.task.posture
+        rpy = np.array([[0.0, 0.0, draw.yaw[0, 0]]])
+        self.world.reset(
+            {
+                ROBOT: Configuration(
+                    position=draw.position[0],
+                    quaternion=quaternion_of_rpy(rpy)[0],
+                    velocity=draw.velocity[0],
+                    angular_velocity=np.zeros(3),
+                    joints=joints,
+                    joint_velocity=np.zeros_like(joints),
+                ),
+                **self._others(draw, seed),
+            }
+        )
         self._facts.reset()
         self._goal = draw.goal
         if self.watcher is not None:
@@ -129,18 +143,6 @@ class FullWorld:
                 settings = replace(settings, position=place, rpy=rpy)
             found[name] = object_configuration(name, settings, thing.robot)
         return found
-
-    def _start(self, draw: Draw) -> Configuration:
-        joints = self.task.posture
-        rpy = np.array([[0.0, 0.0, draw.yaw[0, 0]]])
-        return Configuration(
-            position=draw.position[0],
-            quaternion=quaternion_of_rpy(rpy)[0],
-            velocity=draw.velocity[0],
-            angular_velocity=np.zeros(3),
-            joints=joints,
-            joint_velocity=np.zeros_like(joints),
-        )
 
     def _wanted(self, action: Floats, now: Instant) -> Reference:
         """Convert an action of shape (1, a) to a reference; arms hold the posture by default."""

@@ -13,7 +13,7 @@ from seals.learn.devices import usable_device
 from seals.learn.evaluation.page import write_results
 from seals.learn.evaluation.policies import policy_of
 from seals.learn.evaluation.result import EvaluationResult, summarise
-from seals.learn.evaluation.variants import Variant, variants_of, world_of
+from seals.learn.evaluation.variants import Variant, variants_of
 from seals.learn.evaluation.words import rows_of, sentences
 from seals.learn.film import FILM, film, refuse_unfilmed
 from seals.learn.learner import need_torch
@@ -26,7 +26,7 @@ _BATCH = 100
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Trial:
+class _Trial:
     """One policy in one world.
 
     Args:
@@ -45,6 +45,20 @@ class Trial:
     count: int
     device: str
 
+    @classmethod
+    def of(cls, policy: str, world: str, config: Any, variant: Variant, settings: Any) -> _Trial:
+        batch = "interval" in config.backend
+        count = variant.count or settings.count or (_BATCH if batch else 1)
+        episodes = variant.episodes or settings.episodes
+        return cls(
+            policy=policy,
+            world=world,
+            config=config,
+            episodes=episodes,
+            count=min(count, episodes),
+            device=usable_device(str(settings.device)),
+        )
+
 
 def execute(config: Any) -> int:
     """Evaluate the policies of a composed configuration and write tables and a page.
@@ -58,6 +72,7 @@ def execute(config: Any) -> int:
     """
     from hydra.core.hydra_config import HydraConfig
 
+    from seals.learn.comparison.words import text_table
     from seals.run.progress import progress
 
     need_torch()
@@ -65,7 +80,7 @@ def execute(config: Any) -> int:
     out = Path(str(config.out or settings.runtime.output_dir))
     if out.exists() and not out.is_dir():
         raise ConfigError(f"out={out} is a file.\nGive a folder.")
-    trials = trials_of(config, base=list(settings.overrides.task))
+    trials = _trials_of(config, base=list(settings.overrides.task))
     found: list[EvaluationResult] = []
     facts = {
         "env": str(config.name),
@@ -78,14 +93,17 @@ def execute(config: Any) -> int:
         with progress("judging", sum(trial.episodes for trial in trials)) as tell:
             for trial in trials:
                 done = sum(judged.episodes for judged in found)
-                found.append(evaluate_policy(trial, tell=lambda n, done=done: tell(done + n)))  # type: ignore[misc]
+                found.append(_evaluate_policy(trial, tell=lambda n, done=done: tell(done + n)))  # type: ignore[misc]
     finally:
         # one world that cannot be built must not cost what was judged before
         made = write_results(found, out, facts=facts) if found else []
     if config.film:
-        made.append(filmed(trials[0], out))
-    _print_lines(found)
-    remark = world_mismatch(config)
+        made.append(_filmed(trials[0], out))
+    print(text_table(*rows_of(found)))
+    print()
+    for line in sentences(found):
+        print(line)
+    remark = _world_mismatch(config)
     if remark:
         print(remark)
     for path in made:
@@ -93,7 +111,7 @@ def execute(config: Any) -> int:
     return 0
 
 
-def trials_of(config: Any, *, base: Sequence[str]) -> list[Trial]:
+def _trials_of(config: Any, *, base: Sequence[str]) -> list[_Trial]:
     """Return the trials: the policy, its baselines, then the policy in other worlds.
 
     Args:
@@ -110,28 +128,16 @@ def trials_of(config: Any, *, base: Sequence[str]) -> list[Trial]:
         )
     policy = str(config.policy)
     names = list(dict.fromkeys([policy, *map(str, config.beside)]))
-    trials = [_trial(name, "", config, Variant(), config) for name in names]
+    trials = [_Trial.of(name, "", config, Variant(), config) for name in names]
     for name, variant in variants_of(config.grid).items():
-        world = world_of(variant, base=base, root=ROOT, where=f"grid.{name}")
-        trials.append(_trial(policy, name, world, variant, config))
+        world = variant.world(base=base, root=ROOT, where=f"grid.{name}")
+        trials.append(_Trial.of(policy, name, world, variant, config))
     return trials
 
 
-def _trial(policy: str, world: str, config: Any, variant: Variant, settings: Any) -> Trial:
-    batch = "interval" in config.backend
-    count = variant.count or settings.count or (_BATCH if batch else 1)
-    episodes = variant.episodes or settings.episodes
-    return Trial(
-        policy=policy,
-        world=world,
-        config=config,
-        episodes=episodes,
-        count=min(count, episodes),
-        device=usable_device(str(settings.device)),
-    )
-
-
-def evaluate_policy(trial: Trial, *, tell: Callable[[int], None] | None = None) -> EvaluationResult:
+def _evaluate_policy(
+    trial: _Trial, *, tell: Callable[[int], None] | None = None
+) -> EvaluationResult:
     """Run a policy from the held-out starts.
 
     Args:
@@ -155,7 +161,7 @@ def evaluate_policy(trial: Trial, *, tell: Callable[[int], None] | None = None) 
     return summarise(scores, policy=trial.policy, world=trial.world, seconds=took)
 
 
-def filmed(trial: Trial, out: Path) -> Path:
+def _filmed(trial: _Trial, out: Path) -> Path:
     """Film the first episode of a trial; return the file.
 
     Raises:
@@ -173,7 +179,7 @@ def filmed(trial: Trial, out: Path) -> Path:
     return out / FILM
 
 
-def world_mismatch(config: Any) -> str:
+def _world_mismatch(config: Any) -> str:
     """Return a warning if the world differs from that of the policy's training."""
     from seals.learn.metadata import CARD
     from seals.learn.policy import read_policy_metadata
@@ -185,12 +191,3 @@ def world_mismatch(config: Any) -> str:
     if trained in (None, world_hash(config)):
         return ""
     return "This is not the world of its training: what is lost here is the gap between both."
-
-
-def _print_lines(found: Sequence[EvaluationResult]) -> None:
-    from seals.learn.comparison.words import text_table
-
-    print(text_table(*rows_of(found)))
-    print()
-    for line in sentences(found):
-        print(line)

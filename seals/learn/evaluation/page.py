@@ -50,13 +50,13 @@ def write_results(
         "judgements": [judged.to_dict() for judged in found],
     }
     write_json(out / NUMBERS, numbers)
-    write_table(out / EPISODES, episodes_of(found))
+    write_table(out / EPISODES, _episodes_of(found))
     words = f"{found[0].episodes} held-out starts, {facts['env']}"
     write_page(out / PAGE, f"Evaluation of {label(found[0])}", _sections(found), subtitle=words)
     return [out / NUMBERS, out / EPISODES, out / PAGE]
 
 
-def episodes_of(found: Sequence[EvaluationResult]) -> dict[str, Any]:
+def _episodes_of(found: Sequence[EvaluationResult]) -> dict[str, Any]:
     """Return a row for each episode of all results; NaN for missing columns."""
     names = list(dict.fromkeys(name for judged in found for name in judged.columns))
     columns: dict[str, Any] = {

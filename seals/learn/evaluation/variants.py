@@ -31,6 +31,26 @@ class Variant:
     episodes: int = 0
     count: int = 0
 
+    def world(self, *, base: Sequence[str], root: str, where: str) -> Any:
+        """Compose the configuration of a variant.
+
+        Args:
+            base: overrides that are in force already.
+            root: name of the root configuration.
+            where: full key of the variant, for the words of a refusal.
+
+        Raises:
+            ConfigError: an override is wrong, or a pattern meets no number.
+        """
+        kept = [word for word in base if _key(word) not in map(_key, self.overrides)]
+        try:
+            config = compose([*kept, *self.overrides], root=root)
+        except ConfigError as cause:
+            raise ConfigError(f"{where}: {cause}") from cause
+        for pattern, factor in self.scale.items():
+            _scale(config, pattern, factor, where)
+        return config
+
 
 def variants_of(node: Any) -> dict[str, Variant]:
     """Return the variants of a configuration's ``grid``.
@@ -39,28 +59,6 @@ def variants_of(node: Any) -> dict[str, Variant]:
         ConfigError: an entry has an unknown key, or a value of another type.
     """
     return typed_entries(Variant, node, where="grid")
-
-
-def world_of(variant: Variant, *, base: Sequence[str], root: str, where: str) -> Any:
-    """Compose the configuration of a variant.
-
-    Args:
-        variant: to be composed.
-        base: overrides that are in force already.
-        root: name of the root configuration.
-        where: full key of the variant, for the words of a refusal.
-
-    Raises:
-        ConfigError: an override is wrong, or a pattern meets no number.
-    """
-    kept = [word for word in base if _key(word) not in map(_key, variant.overrides)]
-    try:
-        config = compose([*kept, *variant.overrides], root=root)
-    except ConfigError as cause:
-        raise ConfigError(f"{where}: {cause}") from cause
-    for pattern, factor in variant.scale.items():
-        _scale(config, pattern, factor, where)
-    return config
 
 
 def _key(override: str) -> str:
@@ -72,7 +70,7 @@ def _scale(config: Any, pattern: str, factor: float, where: str) -> None:
 
     touched = 0
     keys = []
-    for key, value in numbers(config):
+    for key, value in _numbers(config):
         keys.append(key)
         if fnmatch.fnmatchcase(key, pattern) and value != 0.0:
             OmegaConf.update(config, key, value * factor)
@@ -82,13 +80,13 @@ def _scale(config: Any, pattern: str, factor: float, where: str) -> None:
         raise ConfigError(f"{where}.scale: '{pattern}' meets no number but zero.\n{near}")
 
 
-def numbers(node: Any, prefix: str = "") -> Iterator[tuple[str, float]]:
+def _numbers(node: Any, prefix: str = "") -> Iterator[tuple[str, float]]:
     """Yield the real numbers of a configuration with their full keys, in order.
 
     Example:
         >>> from omegaconf import OmegaConf
         >>> config = OmegaConf.create({"a": {"b": 2.0, "c": 1}, "d": "x"})
-        >>> list(numbers(config))
+        >>> list(_numbers(config))
         [('a.b', 2.0)]
     """
     from omegaconf import DictConfig
@@ -98,7 +96,7 @@ def numbers(node: Any, prefix: str = "") -> Iterator[tuple[str, float]]:
         full = f"{prefix}{key}"
         value = node._get_node(key)
         if isinstance(value, DictConfig) and not value._is_none():
-            yield from numbers(value, f"{full}.")
+            yield from _numbers(value, f"{full}.")
         elif not isinstance(value, DictConfig) and isinstance(
             value._value() if hasattr(value, "_value") else value, float
         ):

@@ -131,8 +131,7 @@ class Prioritised(Sampler):
 
     def _priority(self, index: Tensor, scaled: Tensor) -> Tensor:
         shown = (index < self.protected).to(scaled.dtype)
-        found: Tensor = (scaled + self.epsilon + self.bonus * shown) ** self.alpha
-        return found
+        return (scaled + self.epsilon + self.bonus * shown) ** self.alpha
 
 
 def _device(generator: Generator | None) -> Any:

@@ -40,8 +40,7 @@ def iqm(scores: ArrayLike) -> Floats:
     ordered = np.sort(np.asarray(scores, dtype=float), axis=-1)
     runs = ordered.shape[-1]
     cut = runs // 4
-    middle: Floats = np.asarray(ordered[..., cut : runs - cut].mean(axis=-1), dtype=float)
-    return middle
+    return np.asarray(ordered[..., cut : runs - cut].mean(axis=-1), dtype=float)
 
 
 def bootstrap(

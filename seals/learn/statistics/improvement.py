@@ -49,7 +49,7 @@ def improvement(better: ArrayLike, worse: ArrayLike, *, level: float = LEVEL) ->
         '1.00 (0.64 to 1.00)'
     """
     x, y = checked_scores(better), checked_scores(worse)
-    p = probability(x, y)
+    p = _probability(x, y)
     z2 = normal_quantile(level) ** 2
     runs = (len(x), len(y))
     low = 0.0 if p == 0.0 else _limit(p, 0.0, z2, runs)
@@ -57,7 +57,7 @@ def improvement(better: ArrayLike, worse: ArrayLike, *, level: float = LEVEL) ->
     return Interval(p, low, high)
 
 
-def probability(x: Floats, y: Floats) -> float:
+def _probability(x: Floats, y: Floats) -> float:
     """Return the fraction of pairs in which ``x`` is above ``y``; ties count half."""
     above = (x[:, None] > y[None, :]).mean()
     tied = (x[:, None] == y[None, :]).mean()
@@ -87,7 +87,7 @@ def improvement_bootstrap(
         return 0.5 + 0.5 * np.asarray(pairs.mean(axis=(-2, -1)))
 
     low, high = percentiles([x, y], share, level=level, resamples=resamples, seed=seed)
-    return Interval(probability(x, y), float(low), float(high))
+    return Interval(_probability(x, y), float(low), float(high))
 
 
 def paired(better: ArrayLike, worse: ArrayLike, *, level: float = LEVEL) -> Interval:

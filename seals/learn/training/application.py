@@ -45,16 +45,22 @@ def execute(config: Any) -> int:
     folder, overrides = Path(hydra.runtime.output_dir), list(hydra.overrides.task)
     resume, config.resume = config.resume is not None, None
     try:
-        outcome = train_into(folder, config, overrides=overrides, resume=resume)
+        outcome = _train_into(folder, config, overrides=overrides, resume=resume)
     except KeyboardInterrupt:
         if (folder / FILE).exists():
             print(f"To go on: seals train {typed('resume', str(folder))}", file=sys.stderr)
         raise
-    _print_lines(folder, outcome)
+    ended = "good enough early" if outcome.early else "done"
+    success = "" if outcome.success is None else f", success {outcome.success:.0%}"
+    print(
+        f"{ended}: {outcome.step} control steps, {outcome.updates} updates, "
+        f"{outcome.seconds:.0f} s{success}"
+    )
+    print(folder / POLICY)
     return 0
 
 
-def train_into(
+def _train_into(
     folder: Path, config: Any, *, overrides: list[str] | None = None, resume: bool = False
 ) -> Outcome:
     """Train and write a folder: curves, policy, ``run.json``.
@@ -197,13 +203,3 @@ def _metadata(facts: Mapping[str, Any], environment: Any) -> dict[str, Any]:
     task = environment.task
     names = {"observation": list(task.observation_names), "action": list(task.action_names)}
     return {**{key: facts[key] for key in keys}, "overrides": own, **names}
-
-
-def _print_lines(folder: Path, outcome: Outcome) -> None:
-    ended = "good enough early" if outcome.early else "done"
-    success = "" if outcome.success is None else f", success {outcome.success:.0%}"
-    print(
-        f"{ended}: {outcome.step} control steps, {outcome.updates} updates, "
-        f"{outcome.seconds:.0f} s{success}"
-    )
-    print(folder / POLICY)

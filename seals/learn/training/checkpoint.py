@@ -49,7 +49,9 @@ def read_checkpoint(folder: Path, *, device: str) -> dict[str, Any]:
             "A training that came to its end keeps none; begin anew without resume."
         )
     try:
-        state = read_state(path, KIND, most=_half_of_memory())
+        state = read_state(
+            path, KIND, most=os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 2
+        )
         if not isinstance(state, dict):
             raise StateError(f"it holds a {type(state).__name__}")
         found: dict[str, Any] = tensors_of(state, device)
@@ -70,8 +72,3 @@ def has_checkpoint(folder: Path) -> bool:
 def remove_checkpoint(folder: Path) -> None:
     """Remove the checkpoint of a training that is complete or restarted."""
     (folder / FILE).unlink(missing_ok=True)
-
-
-def _half_of_memory() -> int:
-    """Return the largest size of a checkpoint, half of the machine's memory [byte]."""
-    return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 2

@@ -15,16 +15,19 @@ from seals.learn.learner import Advised
 from seals.learn.networks import actor_of
 from seals.learn.policy import NetworkPolicy, save_policy
 from seals.learn.starts import validation_seeds
+from seals.learn.stateful import Stateful
 from seals.learn.training.checkpoint import remove_checkpoint, write_checkpoint
-from seals.learn.training.episode_statistics import EpisodeStatistics
 from seals.learn.training.rows import Rows
 from seals.learn.training.schedule import TrainingSchedule
 from seals.learn.training.scoring import Scores, score
 from seals.learn.training.tracking import Tracker
 
 if TYPE_CHECKING:
-    from seals.learn.batched import Batched
+    from torch import Tensor
+
+    from seals.learn.batched import Batched, StepResult
     from seals.learn.learner import Agent
+
 
 STOP = 2
 """What a process tells the others when it is asked to stop; 1 for a checkpoint that is due."""
@@ -96,7 +99,7 @@ class Training:
         self._looked = [-1, -1]
         self._row_counts: dict[str, int] = {}
         self._begun = self.stop = False
-        self._statistics = EpisodeStatistics(environment.count, environment.device)
+        self._statistics = _EpisodeStatistics(environment.count, environment.device)
         self._observation: Any = None
         self._rows: dict[str, Rows] = {}
         self._tracker = tracker
@@ -108,7 +111,13 @@ class Training:
             over: whether nothing comes after that, so that the checkpoint is removed.
         """
         if not self._begun:
-            self._begin()
+            self._begun = True
+            if self.agent.interactive:
+                # a seed for each environment, all below those of evaluations
+                first = (self.seed * 1_000_003 + self.step) % 900_000_000
+                seeds = [first + number for number in range(self.environment.count)]
+                self._observation = self.environment.reset(seeds)
+            self._evaluate()
         # a training taken up may stand between two updates
         self._update()
         self._log_evaluate_save()
@@ -124,15 +133,6 @@ class Training:
             self._update()
             self._log_evaluate_save()
         return self._end(over)
-
-    def _begin(self) -> None:
-        self._begun = True
-        if self.agent.interactive:
-            # a seed for each environment, all below those of evaluations
-            first = (self.seed * 1_000_003 + self.step) % 900_000_000
-            seeds = [first + number for number in range(self.environment.count)]
-            self._observation = self.environment.reset(seeds)
-        self._evaluate()
 
     def _update(self) -> None:
         """Make all updates that are due."""
@@ -341,3 +341,70 @@ def _mean(values: Any) -> float | None:
     """Return the mean over the episodes with a value, or None without one."""
     finite = values[~np.isnan(values)]
     return float(finite.mean()) if len(finite) else None
+
+
+class _EpisodeStatistics(Stateful):
+    """Running sums on the device of the environments, read once per log row.
+
+    Args:
+        count: environments.
+        device: theirs.
+    """
+
+    parts = ("returns", "length", "ended")
+    plain = ("sums", "updates")
+
+    def __init__(self, count: int, device: str) -> None:
+        """Start with empty sums."""
+        import torch
+
+        self.returns = torch.zeros(count, dtype=torch.float64, device=device)
+        self.length = torch.zeros(count, dtype=torch.float64, device=device)
+        self.ended = torch.zeros(4, dtype=torch.float64, device=device)
+        self.sums: dict[str, Tensor] = {}
+        self.updates = 0
+
+    def step(self, result: StepResult) -> None:
+        """Accumulate one step of all environments."""
+        import torch
+
+        self.returns += result.reward.double()
+        self.length += 1.0
+        ended = result.terminated | result.truncated
+        weight = ended.double()
+        self.ended += torch.stack(
+            [
+                weight.sum(),
+                (weight * result.success.double()).sum(),
+                (weight * self.returns).sum(),
+                (weight * self.length).sum(),
+            ]
+        )
+        self.returns.masked_fill_(ended, 0.0)
+        self.length.masked_fill_(ended, 0.0)
+
+    def update(self, figures: Mapping[str, Tensor]) -> None:
+        """Accumulate the statistics of one update."""
+        for name, value in figures.items():
+            self.sums[name] = self.sums[name] + value if name in self.sums else value
+        self.updates += 1
+
+    def row(self) -> dict[str, float | int]:
+        """Return the means since the last row and reset the sums; unknown ones are left out."""
+        episodes, success, returns, length = self.ended.tolist()
+        found: dict[str, float | int] = {"episodes": int(episodes)}
+        if episodes:
+            found |= {
+                "success": success / episodes,
+                "return": returns / episodes,
+                "length": length / episodes,
+            }
+        found |= {name: float(value) / self.updates for name, value in self.sums.items()}
+        self.ended.zero_()
+        self.sums, self.updates = {}, 0
+        return found
+
+    def fresh_episodes(self) -> None:
+        """Discard the running episodes: they were interrupted."""
+        self.returns.zero_()
+        self.length.zero_()

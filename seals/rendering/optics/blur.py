@@ -30,7 +30,7 @@ def pixel_angle(directions: Array) -> float:
     return 2.0 * math.asin(min(max(0.5 * chord, 1e-6), 1.0))
 
 
-def turned(length: Array, scattering: float) -> tuple[Array, Array]:
+def _turned(length: Array, scattering: float) -> tuple[Array, Array]:
     """Return the scattered fraction of the light, and its mean number of scatterings.
 
     Args:
@@ -64,7 +64,7 @@ def blurred(planes: Array, length: Array, scattering: float, angle: float, pixel
     References:
         McGlamery 1980, Proc. SPIE 208, doi:10.1117/12.958279; Wells 1973, AGARD LS-61.
     """
-    share, turns = turned(length, scattering)
+    share, turns = _turned(length, scattering)
     often = share * (turns - 1.0) * (1.0 / (MOST - 1.0))
     width = angle / math.sqrt(6.0) / pixel
     # the narrower Gaussian is to be well drawn by the pixels of the coarse picture

@@ -12,7 +12,7 @@ from seals.arrays import Array, namespace
 from seals.rendering.optics import blur, caustics
 from seals.rendering.optics.crossing import FAR, Crossing, crossing
 from seals.rendering.optics.interface import INDEX, fresnel
-from seals.rendering.optics.path import Medium, channels, direct, far_veil, veil
+from seals.rendering.optics.path import Medium, channels
 from seals.rendering.optics.sky import sky
 from seals.rendering.optics.surface import Surface, SurfaceSmooth, SurfaceStill
 
@@ -23,7 +23,7 @@ AT_ONCE = 1 << 16
 """Pixels that a processor works on together: their planes stay in its cache."""
 
 
-class Lines(NamedTuple):
+class _Lines(NamedTuple):
     """Pixel rays and their quantities for the image formation steps, shapes (N, H, W).
 
     Args:
@@ -79,7 +79,7 @@ def _seen(optics: Optics, medium: Medium, view: Sight, surface: Surface, time: A
     when = time if isinstance(time, int | float) else xp.reshape(time, (-1, 1, 1))
     lines = _lines(optics, view, surface, when)
     planes = xp.stack([view.colour[..., k] for k in range(3)])
-    planes = planes * direct(medium, lines.length, lines.depth)
+    planes = planes * medium.transmission(lines.length, lines.depth)
     light = _light(optics, view, lines, surface, time)
     planes = planes * (1.0 + xp.astype(lines.under, planes.dtype) * (light - 1.0))
     crosses = optics.surface and bool(xp.any(lines.cross.through))
@@ -89,13 +89,13 @@ def _seen(optics: Optics, medium: Medium, view: Sight, surface: Surface, time: A
         planes = mirror.behind(medium, planes)
     if optics.blur:
         planes = _blurred(optics, medium, view, lines, planes)
-    planes = planes + veil(medium, lines.length, lines.start, lines.rise)
+    planes = planes + medium.veil(lines.length, lines.start, lines.rise)
     if mirror is not None:
         planes = mirror.before(planes)
     return xp.stack([planes[k] for k in range(3)], axis=-1)
 
 
-def _lines(optics: Optics, view: Sight, surface: Surface, when: Array) -> Lines:
+def _lines(optics: Optics, view: Sight, surface: Surface, when: Array) -> _Lines:
     xp = namespace(view.colour)
     hit = view.ranges < FAR
     ends = xp.where(hit, view.ranges, FAR)
@@ -103,7 +103,7 @@ def _lines(optics: Optics, view: Sight, surface: Surface, when: Array) -> Lines:
     cross = crossing(view.origins, view.directions, ends, calm, when, port=optics.port)
     rise = view.directions[..., 2]
     below = (surface.level - view.origins[:, 2])[:, None, None]
-    return Lines(
+    return _Lines(
         hit=hit,
         ends=ends,
         rise=rise,
@@ -121,7 +121,7 @@ def _places(view: Sight, distance: Array) -> tuple[Array, Array]:
     return x, y
 
 
-def _slope(view: Sight, lines: Lines, surface: Surface, when: Array) -> tuple[Array, Array]:
+def _slope(view: Sight, lines: _Lines, surface: Surface, when: Array) -> tuple[Array, Array]:
     """Slope of the surface where lines of sight cross it, averaged over the pixel."""
     xp = namespace(view.colour)
     distance = lines.cross.distance
@@ -134,7 +134,7 @@ def _slope(view: Sight, lines: Lines, surface: Surface, when: Array) -> tuple[Ar
     return surface.slope_over(x, y, when, width)
 
 
-def _light(optics: Optics, view: Sight, lines: Lines, surface: Surface, time: Array) -> Array:
+def _light(optics: Optics, view: Sight, lines: _Lines, surface: Surface, time: Array) -> Array:
     """Light transmitted through the surface to the objects below, relative to full light [1]."""
     if not optics.caustics or surface.reach == 0.0 or optics.sun_share == 0.0:
         return optics.entering
@@ -150,19 +150,15 @@ def _light(optics: Optics, view: Sight, lines: Lines, surface: Surface, time: Ar
     loss = optics.fading
     share = optics.sun_share * xp.exp(-loss * lines.depth)
     if view.normals is not None:
-        share = share * _facing(optics, view.normals)
+        # sunlight on an inclined surface relative to a level one, at most 1 [1]
+        xp = namespace(view.normals)
+        east, north = optics.sun.drift()
+        toward = view.normals[..., 2] - east * view.normals[..., 0] - north * view.normals[..., 1]
+        share = share * xp.clip(toward, 0.0, 1.0)
     return optics.entering * (1.0 + share * (found - 1.0))
 
 
-def _facing(optics: Optics, normals: Array) -> Array:
-    """Sunlight on an inclined surface relative to a level one, at most 1 [1]."""
-    xp = namespace(normals)
-    east, north = optics.sun.drift()
-    toward = normals[..., 2] - east * normals[..., 0] - north * normals[..., 1]
-    return xp.clip(toward, 0.0, 1.0)
-
-
-def _blurred(optics: Optics, medium: Medium, view: Sight, lines: Lines, planes: Array) -> Array:
+def _blurred(optics: Optics, medium: Medium, view: Sight, lines: _Lines, planes: Array) -> Array:
     """Light from the scene, blurred by the water along the path."""
     xp = namespace(planes)
     wet = lines.cross.wet
@@ -181,7 +177,7 @@ class _Mirror:
     """Reflection and transmission at the surface where lines of sight cross it."""
 
     def __init__(
-        self, optics: Optics, lines: Lines, view: Sight, slope: tuple[Array, Array]
+        self, optics: Optics, lines: _Lines, view: Sight, slope: tuple[Array, Array]
     ) -> None:
         xp = namespace(lines.ends)
         self.optics, self.lines = optics, lines
@@ -207,7 +203,7 @@ class _Mirror:
         lines = self.lines
         arrives = xp.exp(-channels(medium.direct, lines.ends) * lines.length[None])
         air = xp.where(lines.hit[None], planes, self._sky(self.onward) * arrives)
-        water = far_veil(medium, lines.start * 0.0, self.back) * arrives
+        water = medium.far_veil(lines.start * 0.0, self.back) * arrives
         # radiance grows with the square of the index as light is squeezed into the water
         shown = (1.0 - self.share) * INDEX**2 * air + self.share * water
         return xp.where(self.out[None], shown, planes)

@@ -49,9 +49,19 @@ def crossing(
     wet, distance, through = _still(above, oz - surface.level, dz, ranges)
     if surface.reach == 0.0:
         return Crossing(wet, through, distance)
-    near = _near(above, oz + ranges * dz, surface)
+    # whether a ray enters the band of heights that the surface may reach
+    low, high = -surface.reach, surface.reach
+    end = oz + ranges * dz - surface.level
+    near = ~(((above < low) & (end < low)) | ((above > high) & (end > high)))
     if bool(xp.any(near)):
-        cut = _rows(near)
+        # rows of the images between the first and the last that the surface may cross. A camera
+        # that looks ahead has the surface in one half of its picture. On an accelerator all rows
+        # cost less than to wait for this answer
+        if namespace(near) is not np:
+            cut = slice(0, near.shape[1])
+        else:
+            found = np.flatnonzero(near.any(axis=(0, 2)))
+            cut = slice(int(found[0]), int(found[-1]) + 1)
         line = (
             *(origins[:, k][:, None, None] for k in range(3)),
             *(directions[:, cut, :, k] for k in range(3)),
@@ -60,18 +70,6 @@ def crossing(
         still = wet, distance, through
         wet, distance, through = (_put(*pair, cut) for pair in zip(still, moved, strict=True))
     return Crossing(wet, through, distance)
-
-
-def _rows(near: Array) -> slice:
-    """Rows of the images between the first and the last that the surface may cross.
-
-    A camera that looks ahead has the surface in one half of its picture. On an accelerator all rows
-    cost less than to wait for this answer.
-    """
-    if namespace(near) is not np:
-        return slice(0, near.shape[1])
-    found = np.flatnonzero(near.any(axis=(0, 2)))
-    return slice(int(found[0]), int(found[-1]) + 1)
 
 
 def _put(whole: Array, part: Array, cut: slice) -> Array:
@@ -89,13 +87,6 @@ def _still(above: Array, height: Array, dz: Array, ranges: Array) -> tuple[Array
     distance = -height / xp.where(leads, dz, 1.0)
     through = leads & (distance < ranges)
     return wet, xp.where(through, distance, ranges), through
-
-
-def _near(above: Array, end: Array, surface: Surface) -> Array:
-    """Return whether a ray enters the band of heights that the surface may reach."""
-    low, high = -surface.reach, surface.reach
-    end = end - surface.level
-    return ~(((above < low) & (end < low)) | ((above > high) & (end > high)))
 
 
 def _moving(

@@ -22,7 +22,7 @@ from seals.rendering.optics.path import Medium
 from seals.rendering.optics.sky import sky
 from seals.rendering.optics.surface import Surface
 from seals.rendering.optics.waters import WAVELENGTHS, Water, backscattering, water_of
-from seals.schema import check_tree, param, vector
+from seals.schema import check_tree, count, param, vector
 
 _CHOSEN = "chosen"
 _PETZOLD = "Petzold 1972, SIO Ref. 72-78, stations HAOCE 5 and 11, turns below 10 degrees"
@@ -143,8 +143,8 @@ class Optics:
         1e-4, "1", bounds=(0.0, 1.0), tolerance=5e-5, source="a full well of 10^4 electrons"
     )
     read: float = param(1e-3, "1", bounds=(0.0, 1.0), tolerance=5e-4, source="10 electrons of 10^4")
-    cells: int = 64
-    rays: int = 1
+    cells: int = count(64, bounds=(8, 1024))
+    rays: int = count(1, bounds=(1, 8))
     blur: bool = True
     caustics: bool = True
     surface: bool = True
@@ -161,10 +161,6 @@ class Optics:
                     f"optics.{name}={values} has {len(values)} numbers.\n"
                     "Allowed: three, for red, green and blue, or none for the water type's own."
                 )
-        if not 8 <= self.cells <= 1024:
-            raise ConfigError(f"optics.cells={self.cells} is not allowed.\nAllowed: 8 to 1024.")
-        if not 1 <= self.rays <= 8:
-            raise ConfigError(f"optics.rays={self.rays} is not allowed.\nAllowed: 1 to 8.")
 
     @cached_property
     def water(self) -> Water | None:

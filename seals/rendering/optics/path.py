@@ -25,73 +25,67 @@ class Medium(NamedTuple):
     diffuse: tuple[float, ...]
     spread: float
 
+    def transmission(self, length: Array, depth: Array) -> Array:
+        """Return the fraction of an object's radiance that arrives directly.
+
+        Equation:
+            exp(-K_d D) exp(-beta_D z): light falls to the depth of the object, and on its way to
+            the camera.
+
+        Args:
+            length: z, wet part of the line of sight [m], shape (N, H, W).
+            depth: D of the object [m], zero or more, shape (N, H, W).
+
+        Returns:
+            Shares [1], shape (3, N, H, W).
+        """
+        xp = namespace(length)
+        loss = channels(self.direct, length) * length[None]
+        return xp.exp(-(loss + channels(self.diffuse, length) * depth[None]))
+
+    def veil(self, length: Array, depth: Array, rise: Array) -> Array:
+        """Return the light backscattered by the water along a ray.
+
+        Equation:
+            B = s E(D) (1 - exp(-e z)) / e, e = beta_B - K_d u, E(D) = exp(-K_d D): the light
+            scattered towards the camera all along the path, brighter where the path leads up. Along
+            a level path it is B_inf (1 - exp(-beta_B z)) with B_inf = s E / beta_B.
+
+        Args:
+            length: z, wet part of the line of sight [m], shape (N, H, W).
+            depth: D where that part begins [m], zero or more, shape (N or 1, H or 1, W or 1).
+            rise: u, upward component of the line of sight [1], shape (N, H, W).
+
+        Returns:
+            Radiance, full light on white being one; shape (3, N, H, W).
+
+        References:
+            Duntley 1963, J. Opt. Soc. Am. 53, 214, doi:10.1364/JOSA.53.000214; Akkaynak and
+            Treibitz 2018, CVPR, doi:10.1109/CVPR.2018.00703.
+        """
+        xp = namespace(length)
+        fall = channels(self.diffuse, length)
+        rate = channels(self.veiling, length) - fall * rise[None]
+        steepest = min(v / max(k, 1e-9) for v, k in zip(self.veiling, self.diffuse, strict=True))
+        if bool(xp.any(rise > 0.99 * steepest)):
+            # an upward path may gain as much light as it loses: the limit of a rate of zero
+            rate = rate + 1e-4 * xp.astype(xp.abs(rate) < 5e-5, rate.dtype)
+        lit = channels(self.source, length) * xp.exp(-fall * depth[None])
+        return lit / rate * (1.0 - xp.exp(-rate * length[None]))
+
+    def far_veil(self, depth: Array, rise: Array) -> Array:
+        """Return the veil B_inf of an infinitely long ray that does not lead up.
+
+        Args:
+            depth: where it begins [m], shape (N or 1, H or 1, W or 1).
+            rise: u, upward component of the line of sight [1], zero or less, shape (N, H, W).
+        """
+        xp = namespace(rise)
+        fall = channels(self.diffuse, rise)
+        lit = channels(self.source, rise) * xp.exp(-fall * depth[None])
+        return lit / (channels(self.veiling, rise) - fall * xp.clip(rise, None, 0.0)[None])
+
 
 def channels(values: tuple[float, ...], like: Array) -> Array:
     """Return three numbers as an array that broadcasts against planes (3, N, H, W)."""
     return namespace(like).reshape(as_like(values, like), (3, 1, 1, 1))
-
-
-def direct(medium: Medium, length: Array, depth: Array) -> Array:
-    """Return the fraction of an object's radiance that arrives directly.
-
-    Equation:
-        exp(-K_d D) exp(-beta_D z): light falls to the depth of the object, and on its way to the
-        camera.
-
-    Args:
-        medium: coefficients.
-        length: z, wet part of the line of sight [m], shape (N, H, W).
-        depth: D of the object [m], zero or more, shape (N, H, W).
-
-    Returns:
-        Shares [1], shape (3, N, H, W).
-    """
-    xp = namespace(length)
-    loss = channels(medium.direct, length) * length[None]
-    return xp.exp(-(loss + channels(medium.diffuse, length) * depth[None]))
-
-
-def veil(medium: Medium, length: Array, depth: Array, rise: Array) -> Array:
-    """Return the light backscattered by the water along a ray.
-
-    Equation:
-        B = s E(D) (1 - exp(-e z)) / e, e = beta_B - K_d u, E(D) = exp(-K_d D): the light scattered
-        towards the camera all along the path, brighter where the path leads up. Along a level path
-        it is B_inf (1 - exp(-beta_B z)) with B_inf = s E / beta_B.
-
-    Args:
-        medium: coefficients.
-        length: z, wet part of the line of sight [m], shape (N, H, W).
-        depth: D where that part begins [m], zero or more, shape (N or 1, H or 1, W or 1).
-        rise: u, upward component of the line of sight [1], shape (N, H, W).
-
-    Returns:
-        Radiance, full light on white being one; shape (3, N, H, W).
-
-    References:
-        Duntley 1963, J. Opt. Soc. Am. 53, 214, doi:10.1364/JOSA.53.000214; Akkaynak and Treibitz
-        2018, CVPR, doi:10.1109/CVPR.2018.00703.
-    """
-    xp = namespace(length)
-    fall = channels(medium.diffuse, length)
-    rate = channels(medium.veiling, length) - fall * rise[None]
-    steepest = min(v / max(k, 1e-9) for v, k in zip(medium.veiling, medium.diffuse, strict=True))
-    if bool(xp.any(rise > 0.99 * steepest)):
-        # an upward path may gain as much light as it loses: the limit of a rate of zero
-        rate = rate + 1e-4 * xp.astype(xp.abs(rate) < 5e-5, rate.dtype)
-    lit = channels(medium.source, length) * xp.exp(-fall * depth[None])
-    return lit / rate * (1.0 - xp.exp(-rate * length[None]))
-
-
-def far_veil(medium: Medium, depth: Array, rise: Array) -> Array:
-    """Return the veil B_inf of an infinitely long ray that does not lead up.
-
-    Args:
-        medium: coefficients.
-        depth: where it begins [m], shape (N or 1, H or 1, W or 1).
-        rise: u, upward component of the line of sight [1], zero or less, shape (N, H, W).
-    """
-    xp = namespace(rise)
-    fall = channels(medium.diffuse, rise)
-    lit = channels(medium.source, rise) * xp.exp(-fall * depth[None])
-    return lit / (channels(medium.veiling, rise) - fall * xp.clip(rise, None, 0.0)[None])

@@ -10,9 +10,6 @@ from seals.scaffold.hydrodynamics.boundary_elements import positive as positive
 from seals.scaffold.hydrodynamics.boundary_elements import radiation_of as radiation_of
 from seals.scaffold.hydrodynamics.boundary_elements import wave_frequencies as wave_frequencies
 from seals.scaffold.hydrodynamics.ellipsoid import Ellipsoid as Ellipsoid
-from seals.scaffold.hydrodynamics.ellipsoid import (
-    added_mass_of_ellipsoid as added_mass_of_ellipsoid,
-)
 from seals.scaffold.hydrodynamics.ellipsoid import ellipsoid_of_moments as ellipsoid_of_moments
 from seals.scaffold.hydrodynamics.panels import Panels as Panels
 from seals.scaffold.hydrodynamics.panels import panels_of as panels_of

@@ -29,53 +29,51 @@ class Ellipsoid(NamedTuple):
     centre: Floats
     turn: Floats
 
+    def added_mass(self, density: float) -> Floats:
+        """Return the added mass of an ellipsoid about the link origin, link axes.
 
-def added_mass_of_ellipsoid(body: Ellipsoid, density: float) -> Floats:
-    """Return the added mass of an ellipsoid about the link origin, link axes.
+        Equation:
+            A_11 = rho V a_0 / (2 - a_0), a_0 = a b c int_0^inf dl / ((a^2 + l) D(l)),
+            D^2 = (a^2 + l)(b^2 + l)(c^2 + l);
+            A_44 = rho V / 5 (b^2 - c^2)^2 (g_0 - b_0) / (2 (b^2 - c^2) + (b^2 + c^2)(b_0 - g_0)),
+            and so on in turn. The integrals are Carlson's: a_0 = 2/3 a b c R_D(b^2, c^2, a^2).
 
-    Equation:
-        A_11 = rho V a_0 / (2 - a_0), a_0 = a b c int_0^inf dl / ((a^2 + l) D(l)), D^2 = (a^2 + l)
-        (b^2 + l)(c^2 + l); A_44 = rho V / 5 (b^2 - c^2)^2 (g_0 - b_0) / (2 (b^2 - c^2) + (b^2 +
-        c^2)(b_0 - g_0)), and so on in turn. The integrals are Carlson's: a_0 = 2/3 a b c R_D(b^2,
-        c^2, a^2).
+        Args:
+            density: of the water [kg/m^3].
 
-    Args:
-        body: the ellipsoid.
-        density: of the water [kg/m^3].
+        Returns:
+            Symmetric, positive semi-definite matrix, order [linear, angular], shape (6, 6)
+            [kg, kg m, kg m^2].
 
-    Returns:
-        Symmetric, positive semi-definite matrix, order [linear, angular], shape (6, 6)
-        [kg, kg m, kg m^2].
+        Raises:
+            RobotError: a semi-axis is not positive and finite.
 
-    Raises:
-        RobotError: a semi-axis is not positive and finite.
+        Assumptions: ideal flow without a free surface, walls or bottom.
 
-    Assumptions: ideal flow without a free surface, walls or bottom.
+        References: Lamb 1932, Hydrodynamics, art. 114 and 115; Carlson 1995, Numer. Algorithms 10.
 
-    References: Lamb 1932, Hydrodynamics, art. 114 and 115; Carlson 1995, Numer. Algorithms 10.
-
-    Example:
-        >>> ball = Ellipsoid(np.full(3, 0.1), np.zeros(3), np.eye(3))
-        >>> half = 0.5 * 1000.0 * 4.0 / 3.0 * np.pi * 0.1**3
-        >>> bool(np.allclose(np.diag(added_mass_of_ellipsoid(ball, 1000.0))[:3], half))
-        True
-    """
-    axes = np.asarray(body.semi_axes, dtype=float)
-    if not (np.all(np.isfinite(axes)) and np.all(axes > 0.0)):
-        raise RobotError(
-            f"an ellipsoid of semi-axes {axes.tolist()} m is not allowed.\nAllowed: positive."
+        Example:
+            >>> ball = Ellipsoid(np.full(3, 0.1), np.zeros(3), np.eye(3))
+            >>> half = 0.5 * 1000.0 * 4.0 / 3.0 * np.pi * 0.1**3
+            >>> bool(np.allclose(np.diag(ball.added_mass(1000.0))[:3], half))
+            True
+        """
+        axes = np.asarray(self.semi_axes, dtype=float)
+        if not (np.all(np.isfinite(axes)) and np.all(axes > 0.0)):
+            raise RobotError(
+                f"an ellipsoid of semi-axes {axes.tolist()} m is not allowed.\nAllowed: positive."
+            )
+        mass = density * 4.0 / 3.0 * math.pi * float(axes.prod())
+        # relative to the longest: Carlson's integral is the same, numbers stay near one
+        shape = axes / axes.max()
+        integrals = np.array([_integral(np.roll(shape, -k)) for k in range(3)])
+        diagonal = np.concatenate(
+            (
+                mass * integrals / (2.0 - integrals),
+                [_turning(np.roll(axes, -k), np.roll(integrals, -k), mass) for k in range(3)],
+            )
         )
-    mass = density * 4.0 / 3.0 * math.pi * float(axes.prod())
-    # relative to the longest: Carlson's integral is the same, numbers stay near one
-    shape = axes / axes.max()
-    integrals = np.array([_integral(np.roll(shape, -k)) for k in range(3)])
-    diagonal = np.concatenate(
-        (
-            mass * integrals / (2.0 - integrals),
-            [_turning(np.roll(axes, -k), np.roll(integrals, -k), mass) for k in range(3)],
-        )
-    )
-    return moved(np.diag(diagonal), body.centre, body.turn)
+        return moved(np.diag(diagonal), self.centre, self.turn)
 
 
 def _integral(axes: Floats) -> float:

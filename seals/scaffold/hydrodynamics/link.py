@@ -21,7 +21,6 @@ from seals.scaffold.hydrodynamics import (
     Ellipsoid,
     Panels,
     Radiation,
-    added_mass_of_ellipsoid,
     deep_added_mass,
     ellipsoid_of_moments,
     extrapolated,
@@ -100,8 +99,8 @@ def hydrodynamics_of(
         )
     entry: dict[str, Any] = {"effect": "added_mass", "links": [link]}
     if method is Method.ellipsoid:
-        body = ellipsoid_of_hull(hull)
-        entry |= added_mass_fields(added_mass_of_ellipsoid(body, density))
+        body = _ellipsoid_of_hull(hull)
+        entry |= added_mass_fields(body.added_mass(density))
         axes = " x ".join(f"{a:.4g}" for a in body.semi_axes)
         source = f"ellipsoid of semi-axes {axes} m, water of {density:g} kg/m^3"
         return Hydrodynamics({"added_mass": entry}, source, [f"{link}: {source}"])
@@ -145,7 +144,7 @@ def problems_of(robot: RobotModel, link: str, density: float) -> int:
     return 2 * FREQUENCIES if afloat else 1
 
 
-def ellipsoid_of_hull(hull: Hull) -> Ellipsoid:
+def _ellipsoid_of_hull(hull: Hull) -> Ellipsoid:
     """Return the ellipsoid that has the volume and the second moments of a hull.
 
     Args:

@@ -71,7 +71,9 @@ def fit_resonators(found: Radiation, *, tolerance: float = TOLERANCE) -> Resonat
     unit = np.sqrt(np.maximum(np.diag(found.limit), _least(found)))
     data = found.damping + 1j * w[:, None, None] * (found.added_mass - found.limit)
     data = data / np.outer(unit, unit) / centre
-    moving = _waving(data, found)
+    # motions with significant radiation: rotation about an axis of symmetry has none
+    power = np.abs(np.einsum("wii->wi", data)).max(axis=0) * (np.diag(found.limit) > _least(found))
+    moving = [k for k in range(6) if power[k] > _WEAK * power.max()]
     groups = _groups(data, moving)
     parts = [_fit_group(data[:, g][:, :, g], w / centre, tolerance) for g in groups]
     count = sum(len(part.frequency) for part in parts)
@@ -87,12 +89,6 @@ def fit_resonators(found: Radiation, *, tolerance: float = TOLERANCE) -> Resonat
     size, wrong = (float(np.linalg.norm(x[:, moving][:, :, moving])) for x in (data, apart))
     misfit = wrong / size if size > 0.0 else 0.0
     return Resonators(frequency, damping, coupling, misfit)
-
-
-def _waving(data: Floats, found: Radiation) -> list[int]:
-    """Motions with significant radiation; rotation about an axis of symmetry has none."""
-    size = np.abs(np.einsum("wii->wi", data)).max(axis=0) * (np.diag(found.limit) > _least(found))
-    return [k for k in range(6) if size[k] > _WEAK * size.max()]
 
 
 def _least(found: Radiation) -> Floats:

@@ -7,12 +7,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from seals import registry
 from seals.compare.settings import CompareSettings, PredictionMethod
 from seals.effects.binding import has_hook
 from seals.effects.derived import strengths_of, unit_scale
 from seals.effects.effect import Effect, MediumKind
-from seals.effects.identification import Comparison, Size, Stage
+from seals.effects.identification import Comparison, Stage, Subject
 from seals.errors import ConfigError, suggestion
 from seals.robot.model import RobotModel
 from seals.schema import parameters_of
@@ -223,14 +225,13 @@ class _Sizes:
     """Plausible sizes of missing effects, from the robot's own mass, size and speed."""
 
     def __init__(self, settings: CompareSettings, robot: RobotModel) -> None:
-        mass = float(robot.mass.sum())
-        volume = sum(h.volume for h in robot.hulls if h is not None)
-        self.volume = volume
         self.kick = 0.0 if settings.compare.course is PredictionMethod.simulated else 1.0
-        weight = mass * settings.environment.gravity
-        length = max((h.reach for h in robot.hulls if h is not None), default=0.15)
-        self.gravity = settings.environment.gravity
-        self.size = Size(mass=mass, weight=weight, volume=volume, length=length, speed=_FAST)
+        self.subject = Subject(
+            robot=robot,
+            effects=settings.effects,
+            environment=settings.environment,
+            speeds=np.full(3, _FAST),
+        )
 
     def parameter(self, effect: Effect, key: str, nominal: bool) -> Parameter:
         """Return one parameter of a candidate: nominal value, start, scale and bounds."""
@@ -238,7 +239,7 @@ class _Sizes:
         rules = law.identification.compared
         off = float(getattr(effect, name)) if nominal else 0.0
         if rules is not None and rules.whole:
-            off = -self.volume
+            off = -self.subject.volume
         scale = self._scale(law, name)
         # some laws have a corner at zero: a glide without any lift holds its axis, a lag far
         # shorter than a step or a damping far from resonance changes nothing
@@ -250,8 +251,8 @@ class _Sizes:
         rules = law.identification.compared or Comparison(order=(Stage.surroundings, 0))
         for stem, scale in rules.scales.items():
             if parameter.startswith(stem):
-                return scale(self.size)
+                return scale(self.subject)
         if rules.order[0] != Stage.installed:
             return 0.05
-        meta, size = parameters_of(law)[parameter], self.size
-        return unit_scale(meta, mass=size.mass, length=size.length, gravity=self.gravity)
+        meta, own = parameters_of(law)[parameter], self.subject
+        return unit_scale(meta, mass=own.mass, length=own.reach, gravity=own.environment.gravity)

@@ -9,7 +9,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.effects.discrepancy import SurfaceForce
-from seals.effects.effect import Effect, MediumKind
+from seals.effects.effect import Effect
 from seals.effects.identification import Addition, Freed, Identification, Stage, Subject
 from seals.errors import UnknownPlugin
 from seals.sysid.candidates.parameters import CandidateSet, Collector, Waves
@@ -38,7 +38,7 @@ def candidate_set_of(
         shortfall: typical missing share of the battery's full voltage [1].
         open_loop: whether the rotors' speeds were computed from signals to the motors.
     """
-    subject = replace(subject_of(vehicle, speeds), shortfall=shortfall, open_loop=open_loop)
+    subject = replace(vehicle, speeds=speeds, shortfall=shortfall, open_loop=open_loop)
     found: list[tuple[str, Identification, Addition]] = []
     for name, law in installed().items():
         known = law.identification
@@ -105,35 +105,6 @@ def formula_effect() -> str:
     if name is None:
         raise UnknownPlugin("no installed effect takes a formula.\nInstall one: see seals doctor")
     return name
-
-
-def subject_of(vehicle: Vehicle, speeds: Floats) -> Subject:
-    """Return the properties of a vehicle from which effects derive their candidates.
-
-    Args:
-        vehicle: nominal model.
-        speeds: typical speeds along the body axes [m/s], shape (3,).
-    """
-    rotors = vehicle.commands == "rotor_speed_cmd"
-    dry = vehicle.environment.water_level is None
-    media: tuple[MediumKind, ...] = (MediumKind.air if dry else MediumKind.water,)
-    if vehicle.has_water and rotors:
-        media = (MediumKind.water, MediumKind.air)
-    return Subject(
-        robot=vehicle.robot,
-        effects=vehicle.effects,
-        environment=vehicle.environment,
-        tolerance=vehicle.tolerance,
-        channels=frozenset(vehicle.sigma),
-        lag=vehicle.lag,
-        rotors=rotors,
-        full_voltage=vehicle.full_voltage,
-        servo=vehicle.servo,
-        speeds=speeds,
-        media=media,
-        noise=vehicle.sigma,
-        simulated=vehicle.simulated_step is not None,
-    )
 
 
 def _structure(subject: Subject) -> list[Addition]:

@@ -1,22 +1,27 @@
-"""Description of a robot from its folder: links, effects, actuators."""
+"""Description of a robot, from its folder, a run or the metadata of a log."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from seals.effects.effect import Effect
-from seals.errors import LogError
+from seals.errors import LogError, suggestion
+from seals.multibody.servo import GAINS
+from seals.registry import get
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
-from seals.robot.urdf import read_urdf
+from seals.robot.settings import HullSettings, RobotSettings, ShapeSettings, ShapeType
+from seals.robot.urdf import Urdf, UrdfJoint, UrdfLink, read_urdf
 
 
 @dataclass(frozen=True, kw_only=True)
 class RobotDescription:
-    """A robot as its folder describes it.
+    """A robot as its folder or a log describes it.
 
     Args:
         robot: links, joints, hulls.
@@ -24,6 +29,8 @@ class RobotDescription:
         actuators: of ``robot.yaml`` by instance name.
         listed: names of the movable joints in the order in which the URDF lists them.
         sea: waves of a run; None for what the log states.
+        of_log: whether the metadata of a log describe it: the baseline of that log lists all its
+            effects.
     """
 
     robot: RobotModel
@@ -31,6 +38,7 @@ class RobotDescription:
     actuators: Mapping[str, Effect]
     listed: tuple[str, ...] = ()
     sea: Any = None
+    of_log: bool = False
 
 
 def described(config: Any) -> RobotDescription | None:
@@ -108,3 +116,154 @@ def describe_robot(robot: str) -> RobotDescription:
     found = described(compose([override("robot", robot)], root="diagnose"))
     assert found is not None
     return found
+
+
+def describe_log(spec: Mapping[str, Any]) -> RobotDescription:
+    """Return the robot that a log's metadata describe.
+
+    Args:
+        spec: entry ``vehicle`` of the metadata; see docs/formats.md.
+
+    Raises:
+        SealsError: a part of it is of a kind that no robot has.
+    """
+    arm = spec.get("arm")
+    if arm is not None and not arm.get("controller"):
+        raise LogError(
+            "meta.yaml: vehicle.arm states no controller: its joints swing, or nobody says how "
+            "they are held.\nGive the robot's folder, robot=FOLDER, or gains in arm.controller."
+        )
+    links = [] if arm is None else list(arm["links"])
+    base = spec if arm is None else spec["base"]
+    bodies = [{**base, "name": "base", "hull": spec.get("hull")}, *links]
+    name = str(spec.get("name", "vehicle"))
+    urdf = Urdf(
+        name=name,
+        links=tuple(
+            UrdfLink(
+                name=body["name"],
+                mass=float(body["mass"]),
+                centre=np.array(body["centre_of_gravity"], dtype=float),
+                inertia=np.array(body["inertia"], dtype=float),
+            )
+            for body in bodies
+        ),
+        joints=_joints(links),
+    )
+    hulls = {body["name"]: _hull(body["hull"]) for body in bodies if body.get("hull") is not None}
+    robot = build_robot(RobotSettings(name=name, hulls=hulls), urdf)
+    actuators = _drives(spec)
+    if arm is not None:
+        actuators["servos"] = _servos(arm["controller"], robot.tree.joints)
+    return RobotDescription(robot=robot, effects={}, actuators=actuators, of_log=True)
+
+
+def _joints(links: Sequence[Mapping[str, Any]]) -> tuple[UrdfJoint, ...]:
+    """Joints above the links of an arm, which follow each other where they state no parents."""
+    made: list[UrdfJoint] = []
+    # the first link hangs on the base, whatever that is called
+    first = links[0]["joint"].get("parent") if links else None
+    known = {"base": "base", first or "base": "base"}
+    for link in links:
+        joint, name = link["joint"], str(link["name"])
+        parent = joint.get("parent") or (made[-1].child if made else "base")
+        if parent not in known or name in known:
+            raise LogError(
+                f"vehicle.arm: '{name}' hangs on '{parent}', which is no link before it, or has "
+                "the name of another link.\n"
+                "List every link once, under a name of its own, behind the link that carries it."
+            )
+        known[name] = name
+        moves = bool(_MOVING & set(joint))
+        # a run of SEALS states whether a joint slides by a flag, and no limit where there is none
+        made.append(
+            UrdfJoint(
+                name=joint["name"] if moves else "",
+                parent=known[parent],
+                child=name,
+                moves=moves,
+                prismatic=joint.get("type") == "prismatic" or joint.get("prismatic") is True,
+                origin=np.array(joint["origin"], dtype=float),
+                rotation=np.array(joint.get("rotation", np.eye(3)), dtype=float),
+                axis=np.array(joint["axis"] if moves else np.zeros(3), dtype=float),
+                lower=float(joint.get("lower", -np.inf)),
+                upper=float(joint.get("upper", np.inf)),
+            )
+        )
+    return tuple(made)
+
+
+_MOVING = {"name", "axis", "lower", "upper"}
+"""What no fixed joint states."""
+_SIZES = {"box": 3, "cylinder": 2, "sphere": 1, "capsule": 2}
+"""Shapes of a hull that a log may state, and the numbers of their sizes."""
+
+
+def _hull(spec: Mapping[str, Any]) -> HullSettings:
+    """Hull of a link."""
+    if not spec["primitives"]:
+        raise LogError("vehicle.hull has no primitives.\nGive at least one, or say hull: null")
+    shapes = []
+    for shape in spec["primitives"]:
+        kind = shape["type"]
+        if kind not in _SIZES:
+            raise LogError(f"vehicle.hull holds a '{kind}'.\n{suggestion(kind, _SIZES)}")
+        shapes.append(
+            ShapeSettings(
+                type=ShapeType(kind),
+                size=[float(x) for x in np.atleast_1d(shape["size"])[: _SIZES[kind]]],
+                position=shape["position"],
+                rpy=[0.0, 0.0, 0.0] if kind == "sphere" else shape["rpy"],
+            )
+        )
+    return HullSettings(
+        shapes=shapes,
+        displaced_volume=float(spec["displaced_volume"]),
+        centre_of_buoyancy=spec["centre_of_buoyancy"],
+        plan_area=float(spec["plan_area"]),
+    )
+
+
+_LISTS = {
+    "rotors": (
+        *("position", "axis", "direction", "thrust_coefficient", "torque_coefficient"),
+        *("time_constant", "radius", "max_speed"),
+    ),
+    "thrusters": ("position", "axis", "time_constant", "max_force"),
+}
+"""What a log states of every drive, as the actuator of the same name lists it."""
+_OPTIONAL = ("spin_down", "reverse", "friction_torque", "copper_loss")
+"""What it may state of every rotor."""
+
+
+def _drives(spec: Mapping[str, Any]) -> dict[str, Effect]:
+    """Rotors and thrusters."""
+    made: dict[str, Effect] = {}
+    for kind, keys in _LISTS.items():
+        drives = spec.get(kind) or []
+        optional = [k for k in _OPTIONAL if all(k in d for d in drives)]
+        if drives:
+            lists = {
+                k: np.asarray([d[k] for d in drives], dtype=float).tolist()
+                for k in (*keys, *optional)
+            }
+            made[kind] = get("actuator", kind).load()(**lists)
+    return made
+
+
+def _servos(controller: Mapping[str, Any], joints: int) -> Effect:
+    """Servos of an arm, from one gain for all joints or one for each."""
+    options: dict[str, Any] = {}
+    for gain in GAINS:
+        given = np.asarray(controller[gain], dtype=float)
+        if given.ndim > 1 or given.size not in (1, joints):
+            raise LogError(
+                f"meta.yaml: arm.controller.{gain} has {given.size} numbers for {joints} joints.\n"
+                "Give one for all joints, or one for each in the order of the links."
+            )
+        each = np.ravel(given).tolist()
+        options |= {gain: each[0]} if len(each) == 1 else {f"{gain}_each": each}
+    if "speed_limit" in controller:
+        options["speed_limit"] = np.ravel(controller["speed_limit"]).astype(float).tolist()
+    servos: Effect = get("actuator", "servos").load()(**options)
+    return servos

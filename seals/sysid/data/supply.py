@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.effects.binding import bind_effects, has_hook
+from seals.effects.binding import has_hook
 from seals.effects.effect import EffectOptions
 from seals.plugin_options import options_of
 from seals.sysid.data.vehicle import Vehicle
-from seals.world.drivetrain import Response, response_of
+from seals.world.drivetrain import response_of
 
 _NEAR = 0.9
 """Share of the limit from which on a low battery may limit a drive."""
@@ -37,7 +37,7 @@ def supplied(command: Floats, voltage: Floats, time: Floats, vehicle: Vehicle) -
         return command
     volts = np.interp(time, time[measured], voltage[measured])
     # when a command arrives makes no difference to how far it is followed
-    limited: Any = _response(vehicle).limited(command, (volts / full)[:, None])
+    limited: Any = response_of(vehicle.bound).limited(command, (volts / full)[:, None])
     return np.asarray(limited, dtype=np.float64)
 
 
@@ -80,7 +80,7 @@ def supply_words(command: Floats, vehicle: Vehicle) -> str:
     """
     if full_voltage(vehicle) is None or not command.size:
         return ""
-    near = (np.abs(command) > _NEAR * _response(vehicle).limit).any(axis=1)
+    near = (np.abs(command) > _NEAR * response_of(vehicle.bound).limit).any(axis=1)
     if not near.any():
         return ""
     return (
@@ -88,7 +88,3 @@ def supply_words(command: Floats, vehicle: Vehicle) -> str:
         "which falls with the battery's voltage: without battery_voltage in the log, all of it is "
         "taken as followed."
     )
-
-
-def _response(vehicle: Vehicle) -> Response:
-    return response_of(bind_effects(vehicle.effects, vehicle.robot.links))

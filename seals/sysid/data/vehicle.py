@@ -1,96 +1,93 @@
-"""Nominal model, sensors and tolerances of a vehicle, read from its log."""
+"""Vehicle of a log: nominal model, sensors and tolerances."""
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from enum import Enum
 from typing import Any
 
 import numpy as np
 
 from seals.arrays import Floats
+from seals.batch.holding import EVERYWHERE
+from seals.config.plugin_lookup import plugin_name
 from seals.control.actuator_response import JITTER
-from seals.effects.effect import Effect
+from seals.effects.binding import EffectSet, bind_effects, has_hook
+from seals.effects.effect import ActuatorOptions, Effect, number_lists
+from seals.effects.hooks import Hook
+from seals.effects.identification import Subject
 from seals.environment.seawater import FRESH_WATER
 from seals.environment.settings import EnvironmentSettings
 from seals.errors import LogError, suggestion
-from seals.hydrostatics import Hull, HullBox, HullCapsule, HullCompound, HullCylinder, HullSphere
-from seals.multibody.tree import Tree
+from seals.frames import matrix_of
+from seals.multibody.servo import GAINS
+from seals.plugin_options import options_of
 from seals.registry import get
+from seals.robot.fusing import fused
+from seals.robot.limbs import standing
 from seals.robot.model import RobotModel
+from seals.schema import parameters_of
+from seals.sysid.data.installed import loaded
 from seals.sysid.data.known_sea import known_sea, sea_laws
-from seals.sysid.data.robot_description import RobotDescription
-from seals.sysid.data.robot_vehicle import falls, parts_of, words_of
+from seals.sysid.data.robot_description import RobotDescription, describe_log
 
 _STRUCTURE = {"rotor_thrust": "rotors", "thruster_force": "thrusters", "arm": "servos"}
-"""Names in the baseline that stand for actuators."""
+"""Actuators in a log's description by the names that stand for them in its baseline."""
+_MOST_VOLTS = 1e4
+"""Largest voltage of a battery [V]: ten times that of any ship."""
+READ = (
+    "position",
+    "orientation",
+    "velocity",
+    "angular_velocity",
+    "specific_force",
+    "depth",
+    "joint_position",
+    "battery_voltage",
+)
+"""Channels that a diagnosis reads; readings of other sensors are carried along."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Vehicle:
-    """Nominal model of a vehicle and the accuracy of its properties.
+class Vehicle(Subject):
+    """Vehicle of a log: nominal model, and the accuracy of its properties and sensors.
 
     Args:
-        name: of the vehicle.
-        robot: links, masses, hulls.
-        effects: of the nominal model by name, actuators among them.
-        environment: air, water, ground.
-        lag: first-order time constants of the actuators [s], shape (n,).
-        commands: channel of the actuators' commands; empty for none.
-        full_voltage: of the battery [V]; None when not known.
-        sigma: white noise of each channel, 1-sigma, in the channel's unit.
-        tolerance: 1-sigma uncertainty of each nominal property, by name.
         gust: level of unmodelled force [N] and torque [N m], shape (2,).
         gust_time: correlation time of the gusts [s].
         imu_position: of the inertial sensor, body axes [m], shape (3,).
         imu_turn: from body to sensor axes, shape (3, 3).
         initial_state: of each segment, when stated.
-        servo: gains of the joint servos, shape (J,) each; empty without an arm.
         columns: for each joint the index of its column in the log; empty for their own order.
         written: key in ``robot.yaml`` of each effect that stands there.
         sea: known waves; None for calm water.
         fall: time constants of the actuators while they slow down [s], shape (n,); None for
             ``lag``.
         command_latency: mean time from the row of a command to its effect [s].
-        simulated_step: step of the simulation that made the log [s]; None for another log.
     """
 
-    name: str
-    robot: RobotModel
-    effects: Mapping[str, Effect]
-    environment: EnvironmentSettings
-    lag: Floats
-    commands: str
-    full_voltage: float | None
-    sigma: Mapping[str, float]
-    tolerance: Mapping[str, float]
     gust: Floats
     gust_time: float
     imu_position: Floats
     imu_turn: Floats
     initial_state: tuple[Mapping[str, Any], ...] = ()
-    servo: Mapping[str, Floats] = field(default_factory=dict)
     columns: tuple[int, ...] = ()
     written: Mapping[str, str] = field(default_factory=dict)
     sea: Any = None
     fall: Floats | None = None
     command_latency: float = JITTER
-    simulated_step: float | None = None
 
     @property
-    def hull(self) -> Hull | None:
-        """Hull of the base."""
-        return self.robot.hulls[0]
+    def name(self) -> str:
+        """Name of the vehicle."""
+        return self.robot.name
 
     @property
-    def has_water(self) -> bool:
-        """True where there is water and the base has a hull."""
-        return self.environment.water_level is not None and self.hull is not None
-
-    @property
-    def mass(self) -> float:
-        """Mass of the whole vehicle [kg]."""
-        return float(self.robot.mass.sum())
+    def bound(self) -> EffectSet:
+        """Effects of the nominal model on their links."""
+        return bind_effects(self.effects, self.robot.links)
 
 
 def read_vehicle(
@@ -122,26 +119,30 @@ def read_vehicle(
 def _vehicle_of(
     meta: Mapping[str, Any], robot: RobotDescription | None, still: Mapping[str, float]
 ) -> Vehicle:
-    if robot is None:
-        _part(meta, "vehicle")
+    description = describe_log(_part(meta, "vehicle")) if robot is None else robot
     environment = _environment(_part(meta, "environment"))
-    entries = [e for e in meta.get("baseline") or [] if e["name"] not in sea_laws()]
-    made = (
-        _of_meta(meta, environment, entries)
-        if robot is None
-        else _of_robot(meta, environment, entries, robot, still)
-    )
+    model, acts, effects, written = _nominal(description, environment, meta, still)
+    drives: list[Any] = [e for e in acts.values() if has_hook(e, "drives")]
+    drives.sort(key=lambda e: e.first)
     step = (meta.get("simulated") or {}).get("step")
     sea, beside = known_sea(meta, environment)
-    if sea is None and robot is not None and (meta["environment"].get("wave") is not None):
-        sea = robot.sea
-    made["effects"] = {**made["effects"], **beside}
+    if sea is None and meta["environment"].get("wave") is not None:
+        sea = description.sea
     imu = meta.get("sensors", {}).get("imu", {})
     channels = meta.get("sensors", {}).get("channels", {})
     gust = meta.get("disturbance") or {}
     return Vehicle(
-        **made,
+        robot=model,
+        effects={**effects, **beside},
         environment=environment,
+        lag=np.concatenate([np.zeros(0), *(d.lag for d in drives)]),
+        fall=_falls(drives),
+        commands=_channel(drives[0]) if drives else "",
+        servo=_servo(acts, model),
+        # joints of a log that describes them stand in its own order
+        columns=() if description.of_log else _columns(description, model, meta),
+        written=written,
+        full_voltage=_full_voltage(meta if robot is not None else meta["vehicle"]),
         sigma={k: float(v["sigma"]) for k, v in channels.items() if k in READ},
         tolerance={k: float(v["sigma"]) for k, v in meta.get("tolerance", {}).items()},
         gust=np.array([gust.get("force_sigma", 0.0), gust.get("torque_sigma", 0.0)], dtype=float),
@@ -156,32 +157,36 @@ def _vehicle_of(
     )
 
 
-def _of_meta(
-    meta: Mapping[str, Any], environment: EnvironmentSettings, entries: Sequence[Mapping[str, Any]]
-) -> dict[str, Any]:
-    """Build the vehicle that the metadata describe."""
-    spec = _part(meta, "vehicle")
-    arm = spec.get("arm")
-    if arm is not None and not arm.get("controller"):
-        raise LogError(
-            "meta.yaml: vehicle.arm states no controller: its joints swing, or nobody says how "
-            "they are held.\nGive the robot's folder, robot=FOLDER, or gains in arm.controller."
-        )
-    robot = _robot(spec, arm)
-    actuators, lag, commands = _actuators(spec)
-    effects: dict[str, Effect] = {}
-    for entry in entries:
-        effects |= _effect(entry, actuators, environment, arm)
-    return {
-        "name": str(spec.get("name", "vehicle")),
-        "robot": robot,
-        "effects": effects,
-        "lag": lag,
-        "fall": falls(actuators.values()),
-        "commands": commands,
-        "full_voltage": _full_voltage(spec),
-        "servo": {} if arm is None else {k: _gain(arm["controller"], k, robot) for k in _GAINS},
-    }
+def _nominal(
+    description: RobotDescription,
+    environment: EnvironmentSettings,
+    meta: Mapping[str, Any],
+    still: Mapping[str, float],
+) -> tuple[RobotModel, dict[str, Effect], dict[str, Effect], dict[str, str]]:
+    """Return the nominal model of a robot in the surroundings of a log.
+
+    These are the robot, what acts of its folder or is commanded by the log, all effects by their
+    instance names in a diagnosis, and the keys of those that stand in ``robot.yaml``.
+    """
+    model, acts, listed = description.robot, dict(description.actuators), None
+    if description.of_log or _instances_of(meta):
+        listed = {str(e["name"]) for e in meta.get("baseline") or []}
+    if description.of_log:
+        # a log may command drives whose forces its baseline does not list
+        made = _with_baseline(description, {}, {}, meta, environment)
+        if -1 in model.tree.joint[1:]:
+            rest = [0.0] * model.tree.joints
+            model = fused(model, rest, _named(made, model), moving=model.joints)
+        model = _with_motors(acts, model)
+        if any(model.hulls[1:]):
+            made = _surroundings(made, model, environment, listed=listed)
+        return model, acts, made, {}
+    acts = {**acting(description, meta), **({} if _undriven(meta) else acts)}
+    model, acts = _merged(model, acts, meta, still)
+    model = _with_motors(description.actuators, model)
+    made, written = _instances(description, acts, model, environment)
+    made = _surroundings(made, model, environment, listed=listed)
+    return model, acts, _with_baseline(description, made, written, meta, environment), written
 
 
 def _full_voltage(spec: Mapping[str, Any]) -> float | None:
@@ -200,67 +205,6 @@ def _full_voltage(spec: Mapping[str, Any]) -> float | None:
             f"Allowed: a number above 0, up to {_MOST_VOLTS:g} [V]"
         )
     return float(found)
-
-
-def _of_robot(
-    meta: Mapping[str, Any],
-    environment: EnvironmentSettings,
-    entries: Sequence[Mapping[str, Any]],
-    description: RobotDescription,
-    still: Mapping[str, float],
-) -> dict[str, Any]:
-    """Build the vehicle from a robot's folder; the metadata may add flows."""
-    parts = parts_of(description, environment, meta, still)
-    effects = dict(parts.effects)
-    known = {key.partition(".")[2] for key in parts.written.values()}
-    around = {type(effect) for effect in effects.values()}
-    for entry in entries:
-        # a run of SEALS lists the robot's own effects, too
-        if entry["name"] in _STRUCTURE or entry.get("instance") in {*known, *effects}:
-            continue
-        more = _effect(entry, {}, environment, None)
-        effects |= {k: e for k, e in more.items() if k not in effects and type(e) not in around}
-    return {
-        "name": parts.robot.name,
-        "robot": parts.robot,
-        "effects": effects,
-        "lag": parts.lag,
-        "fall": parts.fall,
-        "commands": parts.commands[0] if parts.commands else "",
-        "full_voltage": _full_voltage(meta),
-        "servo": parts.servo,
-        "columns": parts.columns,
-        "written": parts.written,
-    }
-
-
-_MOST_VOLTS = 1e4
-"""Largest voltage of a battery [V]: ten times that of any ship."""
-READ = (
-    "position",
-    "orientation",
-    "velocity",
-    "angular_velocity",
-    "specific_force",
-    "depth",
-    "joint_position",
-    "battery_voltage",
-)
-"""Channels that a diagnosis reads; readings of other sensors are carried along."""
-
-_GAINS = ("kp", "kd", "torque_limit", "armature")
-
-
-def _gain(controller: Mapping[str, Any], name: str, robot: RobotModel) -> Floats:
-    """Gain of every joint: one number for all of them, or a list in their order."""
-    given = np.asarray(controller[name], dtype=float)
-    joints = robot.tree.joints
-    if given.ndim > 1 or given.size not in (1, joints):
-        raise LogError(
-            f"meta.yaml: arm.controller.{name} has {given.size} numbers for {joints} joints.\n"
-            "Give one for all joints, or one for each in the order of the links."
-        )
-    return np.full(joints, given) if given.size == 1 else given
 
 
 def _part(meta: Mapping[str, Any], name: str) -> Mapping[str, Any]:
@@ -289,146 +233,285 @@ def _maybe(value: Any) -> float | None:
 
 
 def _turn(wxyz: Any) -> Floats:
-    from seals.frames import matrix_of
-
     w, x, y, z = (float(c) for c in wxyz)
     turned: Floats = matrix_of(np.array([[x, y, z, w]]))[0].T
     return turned
 
 
-def _robot(spec: Mapping[str, Any], arm: Mapping[str, Any] | None) -> RobotModel:
-    base = spec if arm is None else spec["base"]
-    links = [] if arm is None else list(arm["links"])
-    joints = [link["joint"] for link in links]
-    count = len(links)
-    _refuse_branches(links)
-    tree = Tree(
-        parent=(-1, *range(count)),
-        joint=(-1, *range(count)),
-        prismatic=tuple(j.get("type") == "prismatic" for j in joints),
-        axis=np.array([j["axis"] for j in joints], dtype=float).reshape(-1, 3),
-        origin=np.array([[0.0, 0.0, 0.0], *(j["origin"] for j in joints)], dtype=float),
-        rotation=np.repeat(np.eye(3)[None], count + 1, axis=0),
-        fixed_base=False,
-        drive_inertia=() if arm is None else _armature(arm["controller"]["armature"], count),
-    )
-    bodies = [base, *links]
-    return RobotModel(
-        name=str(spec.get("name", "vehicle")),
-        urdf="",
-        links=("base", *(link["name"] for link in links)),
-        joints=tuple(j["name"] for j in joints),
-        tree=tree,
-        mass=np.array([float(b["mass"]) for b in bodies]),
-        centre=np.array([b["centre_of_gravity"] for b in bodies], dtype=float),
-        inertia=np.array([b["inertia"] for b in bodies], dtype=float),
-        lower=np.array([float(j["lower"]) for j in joints]),
-        upper=np.array([float(j["upper"]) for j in joints]),
-        hulls=(_hull(spec.get("hull")), *(None for _ in links)),
-        has_collision=(False,) * (count + 1),
-    )
+def _merged(
+    robot: RobotModel,
+    effects: Mapping[str, Effect],
+    meta: Mapping[str, Any],
+    still: Mapping[str, float],
+) -> tuple[RobotModel, dict[str, Effect]]:
+    """Robot and effects of a log in which the joints move or are held.
 
-
-def _armature(given: Any, count: int) -> tuple[float, ...]:
-    each = np.ravel(np.asarray(given, dtype=float)).tolist()
-    return tuple(each * count) if len(each) == 1 else tuple(each)
-
-
-def _refuse_branches(links: list[Mapping[str, Any]]) -> None:
-    """Raise where the links are no serial chain of moving joints."""
-    last = None
-    for link in links:
-        joint, name = link["joint"], str(link["name"])
-        parent = joint.get("parent")
-        if "axis" not in joint or (last is not None and parent not in (None, last)):
-            raise LogError(
-                f"vehicle.arm: '{name}' hangs on '{parent or 'the base'}' "
-                f"{'by a fixed joint' if 'axis' not in joint else 'beside other links'}.\n"
-                "A diagnosis knows one arm whose links follow each other, all by moving joints; "
-                "grippers and fixed links are to be part of the last link or of the base."
-            )
-        last = name
-
-
-def _hull(spec: Mapping[str, Any] | None) -> Hull | None:
-    if spec is None:
-        return None
-    parts: list[Hull] = []
-    for shape in spec["primitives"]:
-        size = [float(x) for x in np.atleast_1d(shape["size"])]
-        place: dict[str, Any] = {"position": shape["position"]}
-        if shape["type"] != "sphere":
-            place["rpy"] = shape["rpy"]
-        if shape["type"] == "box":
-            parts.append(HullBox(size=size, **place))
-        elif shape["type"] == "sphere":
-            parts.append(HullSphere(radius=size[0], **place))
-        elif shape["type"] in ("cylinder", "capsule"):
-            made = HullCylinder if shape["type"] == "cylinder" else HullCapsule
-            parts.append(made(radius=size[0], length=size[1], **place))
-        else:
-            kinds = ("box", "cylinder", "sphere", "capsule")
-            raise LogError(
-                f"vehicle.hull holds a '{shape['type']}'.\n{suggestion(shape['type'], kinds)}"
-            )
-    return HullCompound(
-        parts=parts,
-        displaced_volume=float(spec["displaced_volume"]),
-        centre_of_buoyancy=spec["centre_of_buoyancy"],
-        plan_area=float(spec["plan_area"]),
-    )
-
-
-def _actuators(spec: Mapping[str, Any]) -> tuple[dict[str, Effect], Floats, str]:
-    """Actuators by name, time constants, and the channel of their commands."""
-    rotors, thrusters = spec.get("rotors") or [], spec.get("thrusters") or []
-    made: dict[str, Effect] = {}
-    lag = np.array([float(a["time_constant"]) for a in (*rotors, *thrusters)])
-    if rotors:
-        keys = ("position", "axis", "direction", "thrust_coefficient", "torque_coefficient")
-        table = {k: [r[k] for r in rotors] for k in (*keys, "time_constant", "radius", "max_speed")}
-        table["direction"] = [float(d) for d in table["direction"]]
-        if all("spin_down" in r for r in rotors):
-            table["spin_down"] = [r["spin_down"] for r in rotors]
-        made["rotors"] = get("actuator", "rotors").load()(**_floats(table))
-    if thrusters:
-        own = ("position", "axis", "time_constant", "max_force")
-        made["thrusters"] = get("actuator", "thrusters").load()(
-            **_floats({k: [r[k] for r in thrusters] for k in own})
+    Fixed links, and all others where the log measures no joints, become part of their parents;
+    links that effects name stay.
+    """
+    measured = "joint_position" in (meta.get("sensors", {}).get("channels") or {})
+    moving = robot.joints if measured and not still else ()
+    if robot.tree.fixed_base and not moving:
+        seen = "all its joints stand still" if measured else "none of its joints is measured"
+        raise LogError(
+            f"robot '{robot.name}' is bolted to the world, and {seen} in this log.\n"
+            "Only moving joints show what is missing: log joint_position while the arm moves, for "
+            "instance by controller=direct guide=hover guide.arm=random."
         )
-    commands = "rotor_speed_cmd" if rotors else "thruster_cmd" if thrusters else ""
-    return made, lag, commands
+    if not moving:
+        of_joints: tuple[Hook, ...] = ("joint_loads", "joint_drive")
+        effects = {k: e for k, e in effects.items() if not any(has_hook(e, h) for h in of_joints)}
+    stands = [still.get(n, q) for n, q in zip(robot.joints, _stowed(robot), strict=True)]
+    return fused(robot, stands, _named(effects, robot), moving=moving), dict(effects)
 
 
-def _floats(table: Mapping[str, list[Any]]) -> dict[str, Any]:
-    return {k: np.asarray(v, dtype=float).tolist() for k, v in table.items()}
-
-
-def _effect(
-    entry: Mapping[str, Any],
-    actuators: Mapping[str, Effect],
+def _with_baseline(
+    description: RobotDescription,
+    made: Mapping[str, Effect],
+    written: Mapping[str, str],
+    meta: Mapping[str, Any],
     environment: EnvironmentSettings,
-    arm: Mapping[str, Any] | None,
 ) -> dict[str, Effect]:
-    """Effects of one baseline entry by instance name."""
-    name = str(entry["name"])
-    if name in _STRUCTURE and _STRUCTURE[name] != "servos":
-        kind = _STRUCTURE[name]
-        if kind not in actuators:
-            raise LogError(
-                f"meta.yaml: baseline lists '{name}', but vehicle states no {kind}.\n"
-                f"List them under vehicle.{kind}, or give the robot's folder: robot=FOLDER"
-            )
-        return {kind: actuators[kind]}
-    if name == "arm" and arm is not None:
-        gains = arm["controller"]
-        options: dict[str, Any] = {}
-        for gain in ("kp", "kd", "torque_limit"):
-            each = np.ravel(np.asarray(gains[gain], dtype=float)).tolist()
-            options |= {gain: each[0]} if len(each) == 1 else {f"{gain}_each": each}
-        return {"servos": get("actuator", "servos").load()(**options)}
-    law: type[Effect] = get("effect", name).load()
-    parameters = {k: float(v) for k, v in (entry.get("parameters") or {}).items()}
-    instance, effect = law.of_log(name, parameters, entry.get("medium"), environment)
-    options = words_of(name, effect, entry.get("options") or {})
-    return {instance: replace(effect, **options) if options else effect}
+    """Return effects with those of the log's baseline that are none of the robot's own.
+
+    Args:
+        description: of the robot.
+        made: by instance.
+        written: their keys in ``robot.yaml``; a run of SEALS lists the robot's own effects, too.
+        meta: of the log.
+        environment: of the log.
+    """
+    effects = dict(made)
+    known = {*made, *(key.partition(".")[2] for key in written.values())}
+    around = {type(effect) for effect in made.values()}
+    for entry in meta.get("baseline") or []:
+        name = str(entry["name"])
+        if name in _STRUCTURE and description.of_log:
+            effects |= _listed(name, description.actuators)
+        if name in _STRUCTURE or name in sea_laws() or entry.get("instance") in known:
+            continue
+        law: type[Effect] = get("effect", name).load()
+        parameters = {k: float(v) for k, v in (entry.get("parameters") or {}).items()}
+        instance, effect = law.of_log(name, parameters, entry.get("medium"), environment)
+        if description.of_log:
+            instance, effect = _on_links(instance, effect, entry, description.robot)
+        if instance not in made and law not in around:
+            options = _words_of(name, effect, entry.get("options") or {})
+            effects[instance] = replace(effect, **options) if options else effect
+    return effects
+
+
+def _on_links(
+    instance: str, effect: Effect, entry: Mapping[str, Any], robot: RobotModel
+) -> tuple[str, Effect]:
+    """Instance name and effect on the links that its entry in a run's baseline lists."""
+    known = {*robot.links[1:], *EVERYWHERE}
+    # the base has no name in a description
+    links = [str(n) if n in known else "root" for n in entry.get("links") or []]
+    if len(robot.links) == 1 or not links or set(links) == {"root"}:
+        return instance, effect
+    name = instance if "*" in links else str(entry.get("instance", instance))
+    return name, replace(effect, links=links)
+
+
+def _listed(name: str, actuators: Mapping[str, Effect]) -> dict[str, Effect]:
+    """Actuator that an entry of a log's baseline stands for."""
+    kind = _STRUCTURE[name]
+    if kind not in actuators:
+        raise LogError(
+            f"meta.yaml: baseline lists '{name}', but vehicle states no {kind}.\n"
+            f"List them under vehicle.{'arm' if kind == 'servos' else kind}, or give the robot's "
+            "folder: robot=FOLDER"
+        )
+    return {kind: actuators[kind]}
+
+
+def _falls(actuators: Sequence[Any]) -> Floats:
+    """Spin-down time constants of the actuators [s], shape (n,)."""
+    own = [(options_of(e, ActuatorOptions).fall, e.lag) for e in actuators]
+    return np.concatenate([np.zeros(0), *(lag if fall is None else fall for fall, lag in own)])
+
+
+def _stowed(robot: RobotModel) -> Floats:
+    """Joint values at rest [rad or m], shape (J,): arms stowed, grippers open, legs in stance."""
+    stands = standing(robot.legs, robot.tree.joints)
+    values: Floats = np.clip(stands, robot.lower, robot.upper)
+    for arm in robot.arms.values():
+        values[list(arm.joints)] = arm.stowed
+    for gripper in robot.grippers.values():
+        values[list(gripper.joints)] = gripper.open
+    return values
+
+
+def _named(effects: Mapping[str, Effect], robot: RobotModel) -> set[str]:
+    """Links that effects name, and all links under an effect that acts on each."""
+    found = {link for e in effects.values() for link in e.links if link not in EVERYWHERE}
+    spread = [e for e in effects.values() if "*" in e.links and e.ambient() is None]
+    if any(has_hook(e, "loads") or has_hook(e, "inertia") for e in spread):
+        found |= set(robot.links)
+    return found
+
+
+def _servo(effects: Mapping[str, Effect], robot: RobotModel) -> dict[str, Floats]:
+    """Gains of the servos."""
+    driven = [e for e in effects.values() if has_hook(e, "joint_drive")]
+    joints = robot.tree.joints
+    if not driven or not joints:
+        return {}
+    one: Any = driven[0]
+    speed = one.speeds(joints) if hasattr(one, "speeds") else np.array([np.finfo(float).max])
+    limited = {"speed": speed} if (speed < np.finfo(float).max).any() else {}
+    return {name: np.asarray(one.of_joints(name, joints), dtype=float) for name in GAINS} | limited
+
+
+def _with_motors(actuators: Mapping[str, Effect], robot: RobotModel) -> RobotModel:
+    """Return the robot with the inertia of its joints' motors, driven or not."""
+    armature = _servo(actuators, robot).get("armature")
+    if armature is None:
+        return robot
+    return replace(robot, tree=replace(robot.tree, drive_inertia=tuple(armature.tolist())))
+
+
+def _instances(
+    description: RobotDescription,
+    effects: Mapping[str, Effect],
+    robot: RobotModel,
+    environment: EnvironmentSettings,
+) -> tuple[dict[str, Effect], dict[str, str]]:
+    """Effects by their instance names in a diagnosis, and their keys in ``robot.yaml``."""
+    made: dict[str, Effect] = {}
+    written: dict[str, str] = {}
+    for name, effect in effects.items():
+        actuator = name in description.actuators
+        if actuator:
+            own = plugin_name("actuator", type(effect))
+        else:
+            own = _instance(name, effect, robot, environment)
+        own = name if own in made else own
+        made[own] = copy.copy(effect)
+        written[own] = f"{'actuators' if actuator else 'effects'}.{name}"
+    return made, written
+
+
+def _instance(
+    name: str, effect: Effect, robot: RobotModel, environment: EnvironmentSettings
+) -> str:
+    """Return the instance name of an effect, as for an entry of a log."""
+    on_base = set(effect.links) <= {"root", robot.links[0]} or "*" in effect.links
+    if effect.correction or not on_base:
+        return name
+    law = type(effect)
+    medium = None if effect.medium is None else effect.medium.value
+    return law.of_log(plugin_name("effect", law), {}, medium, environment)[0]
+
+
+def _surroundings(
+    effects: Mapping[str, Effect],
+    robot: RobotModel,
+    environment: EnvironmentSettings,
+    *,
+    listed: set[str] | None,
+) -> dict[str, Effect]:
+    """Return effects with those that the environment adds to every robot, such as weight.
+
+    Args:
+        effects: by instance.
+        robot: on which they act.
+        environment: of the log.
+        listed: names of what the log lists, where it holds no others; those that the robot brings
+            are split among the links as a diagnosis needs them, where nothing is changed about
+            them. None for a log that lists what is beside the robot's own.
+    """
+    made = dict(effects)
+    for name, law in loaded("effect").items():
+        if not issubclass(law, Effect):
+            continue
+        own = [k for k, e in made.items() if isinstance(e, law)]
+        around = law.of_surroundings(name, robot, environment)
+        if not around or (not own and listed is not None and name not in listed):
+            continue
+        if not own:
+            made |= around
+        elif len(own) == 1 and _plain(made[own[0]]):
+            del made[own[0]]
+            made |= around
+    return made
+
+
+def _plain(effect: Effect) -> bool:
+    """Return true if all parameters of an effect have their defaults."""
+    other = type(effect)()
+    return all(getattr(effect, p) == getattr(other, p) for p in parameters_of(effect))
+
+
+def _instances_of(meta: Mapping[str, Any]) -> set[str]:
+    """Instances of effects that a log of SEALS lists; none in other logs."""
+    return {str(e["instance"]) for e in meta.get("baseline") or [] if "instance" in e}
+
+
+def _undriven(meta: Mapping[str, Any]) -> bool:
+    """Return true for a simulated log without drives: the actuators stood still."""
+    entries = meta.get("baseline") or []
+    return bool(_instances_of(meta)) and all("instance" in e for e in entries)
+
+
+def acting(description: RobotDescription, meta: Mapping[str, Any]) -> dict[str, Effect]:
+    """Return the robot's effects in the nominal model of a log; of a run, those that it lists.
+
+    Each has the form of its law that the log means.
+
+    Raises:
+        LogError: the log states a form that the law does not have.
+    """
+    listed = _instances_of(meta)
+    kept = {k: e for k, e in description.effects.items() if not listed or k in listed}
+    return {k: _as_logged(k, e, meta) for k, e in kept.items()}
+
+
+def _as_logged(name: str, effect: Effect, meta: Mapping[str, Any]) -> Effect:
+    """Return an effect of the robot in the form that a log's entry of it states or leaves open."""
+    if not effect.log_words:
+        return effect
+    own = plugin_name("effect", type(effect))
+    entries = [e for e in meta.get("baseline") or [] if e["name"] == own]
+    entry: Mapping[str, Any] = next((e for e in entries if e.get("instance", name) == name), {})
+    stated = _words_of(own, effect, entry.get("options") or {})
+    return replace(effect, **{**effect.log_words, **stated})
+
+
+def _words_of(name: str, effect: Effect, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Options of a baseline entry: one word of several, such as the form of a drag, or numbers."""
+    known = {k: type(v) for k, v in vars(effect).items() if isinstance(v, Enum) and k != "medium"}
+    lists = number_lists(effect)
+    for key, word in given.items():
+        where = f"meta.yaml: baseline: {name}.options"
+        if key not in known and key not in lists:
+            every = (*known, *lists)
+            raise LogError(f"{where}: there is no '{key}'.\n{suggestion(str(key), every)}")
+        words = [member.value for member in known[key]] if key in known else [word]
+        if word not in words:
+            raise LogError(f"{where}.{key}={word}.\n{suggestion(str(word), words)}")
+    return {
+        key: known[key](word) if key in known else np.asarray(word, dtype=float).tolist()
+        for key, word in given.items()
+    }
+
+
+def _channel(actuator: Effect) -> str:
+    """Channel of an actuator's commands: speeds of rotors, forces of others."""
+    rotor = "reaction_coefficient" in actuator.constants()
+    return "rotor_speed_cmd" if rotor else "thruster_cmd"
+
+
+def _columns(
+    description: RobotDescription, robot: RobotModel, meta: Mapping[str, Any]
+) -> tuple[int, ...]:
+    """Column of each joint, in the order of the log, else of the URDF."""
+    order: Sequence[str] = meta.get("joints") or description.listed or robot.joints
+    lost = [name for name in robot.joints if name not in order]
+    if lost:
+        raise LogError(
+            f"meta.yaml lists the joints {', '.join(map(str, order))}, but not '{lost[0]}' of "
+            f"robot '{robot.name}'.\nList all movable joints in the order of their columns."
+        )
+    return tuple(list(order).index(name) for name in robot.joints)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,6 @@ import yaml
 
 from seals.errors import ConfigError, suggestion
 from seals.logs.atomic import plain, write_text
-from seals.sysid.experiment_design.control import ROTORS, THRUSTERS, Gains
 from seals.sysid.experiment_design.motions import Path as Reference
 from seals.sysid.experiment_design.plan import Plan
 from seals.sysid.validation.answer_form import check_form
@@ -24,7 +23,7 @@ KIND = "planned-manoeuvre"
 """What the file says it is."""
 _OWN = ("logs", "recording", "date", "notes")
 """Facts of a log that are none of a flight of the same vehicle."""
-_KEYS = ("kind", "name", "words", "effects", "step", "tilt", "gains", "runs", "meta")
+_KEYS = ("kind", "name", "words", "effects", "step", "tilt", "runs", "meta")
 _MAY = ("without",)
 _STARTS = (("position", 3), ("orientation", 4), ("velocity", 3), ("angular_velocity", 3))
 """What a drop starts from, and how many numbers each has."""
@@ -44,7 +43,6 @@ class Experiment:
         meta: description of the vehicle, its sensors and its surroundings, as in ``meta.yaml``.
         step: time between rows of the log [s].
         tilt: largest lean [rad].
-        gains: of the controller.
         references: one for each run; empty for drops.
         releases: start state of each drop, as in ``initial_state``.
         voltages: of the battery in each run [V].
@@ -55,7 +53,6 @@ class Experiment:
     meta: Mapping[str, Any]
     step: float
     tilt: float
-    gains: Gains
     references: tuple[Reference, ...]
     releases: tuple[Mapping[str, Any], ...]
     voltages: tuple[float, ...]
@@ -92,7 +89,6 @@ def write_experiment(
         asked = manoeuvre.path(scene, np.arange(count, dtype=float) * _SPACING)
         full = vehicle.full_voltage or 0.0
         runs = [{**_columns(asked), "voltage": full * share} for share in manoeuvre.batteries]
-    gains = ROTORS if vehicle.commands == "rotor_speed_cmd" else THRUSTERS
     content = {
         "kind": KIND,
         "name": manoeuvre.name,
@@ -100,7 +96,6 @@ def write_experiment(
         "effects": list(plan.names),
         "step": plan.problem.samples.step,
         "tilt": scene.tilt,
-        "gains": asdict(gains),
         "runs": runs,
         "meta": {key: value for key, value in meta.items() if key not in _OWN},
         **({"without": list(without)} if without else {}),
@@ -145,7 +140,7 @@ def read_experiment(path: str | Path) -> Experiment:
             f"experiment={path} lacks {', '.join(lacking)}.\nLet seals plan write it again."
         )
     try:
-        check_form(content, {"gains?": {}, "meta?": {}, "runs?": [{}]}, "")
+        check_form(content, {"meta?": {}, "runs?": [{}]}, "")
         return _experiment(content)
     except (KeyError, TypeError, ValueError) as error:
         raise ConfigError(
@@ -156,9 +151,6 @@ def read_experiment(path: str | Path) -> Experiment:
 def _experiment(content: Mapping[str, Any]) -> Experiment:
     runs: Sequence[Mapping[str, Any]] = content["runs"]
     step = float(content["step"])
-    gains: dict[str, Any] = {
-        k: tuple(v) if isinstance(v, list) else float(v) for k, v in content["gains"].items()
-    }
     flying = [r for r in runs if "x" in r]
     falling = [r for r in runs if "x" not in r]
     length = sum(float(r["spacing"]) * len(r["yaw"]) for r in flying)
@@ -177,7 +169,6 @@ def _experiment(content: Mapping[str, Any]) -> Experiment:
         meta=content["meta"],
         step=step,
         tilt=float(content["tilt"]),
-        gains=Gains(**gains),
         references=tuple(_reference(r, step) for r in flying),
         releases=tuple(falling),
         voltages=tuple(float(r["voltage"]) for r in flying),

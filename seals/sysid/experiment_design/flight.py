@@ -7,14 +7,23 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy.signal import lfilter
 
 from seals.arrays import Floats
-from seals.batch import Rates, TwinState
-from seals.frames import quaternion_of_rpy
+from seals.batch.piloted import BatchPilot
+from seals.control import RobotState
+from seals.effects.binding import bind_effects
+from seals.frames import exponential, matrix_of, quaternion_of_rpy
 from seals.motion import Inputs
+from seals.run.hover_trim import carrying_speeds
 from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.data.vehicle import Vehicle
-from seals.sysid.experiment_design.control import Controller
+from seals.sysid.experiment_design.control import (
+    ALL,
+    Course,
+    controller_of,
+    plant_of,
+)
 from seals.sysid.experiment_design.manoeuvres import Manoeuvre
 from seals.sysid.experiment_design.motions import Path
 from seals.sysid.experiment_design.recording import planned_plant
@@ -22,6 +31,7 @@ from seals.sysid.experiment_design.scene import ARM, CROSSING, WATER, Scene
 from seals.sysid.predictors.plant import Plant
 from seals.sysid.predictors.problem import Problem, transient_rows
 from seals.sysid.predictors.rollout import simulated_trajectory
+from seals.world.drivetrain import Response, response_of
 
 STEPS = {WATER: 0.04, CROSSING: 0.04}
 """Time between rows of a planned flight [s]: finer logs bring less noise, not more knowledge."""
@@ -31,6 +41,8 @@ THINNED = {ARM: 2}
 """Rows of the loop for one row that is kept, where a model is dear to linearise."""
 _SETTLE = 2.0
 """Time on the first place of the reference before the log begins [s]."""
+_ESTIMATE = (0.002, 0.004, 0.004, 0.001)
+"""Noise of the estimates: place [m], velocity [m/s], body rates [rad/s], attitude [rad]."""
 _DISCHARGE = 0.002
 """Share of the battery's voltage that goes in a second."""
 _NAMES = ("position", "quaternion", "velocity", "angular_velocity", "joints", "joint_velocity")
@@ -183,51 +195,82 @@ def fly(
         scene: room and powers.
         flights: references, one row a step.
         values: changes of factors with which the true vehicle flies.
-        step: time between rows [s].
+        step: time between rows, integrator and controller [s].
         seed: of gusts and noise.
 
     Returns:
         States by name, shape (T, M, k) each, and commands, shape (T, M, n).
+
+    Raises:
+        ConfigError: no controller of the library flies this vehicle.
     """
-    vehicle, rng = problem.vehicle, np.random.default_rng(seed)
-    control = Controller(vehicle, flights, step=step, tilt=scene.tilt, rng=rng)
-    twin = problem.plant.twin(values, len(flights), stiff=False)
-    lag = np.maximum(vehicle.lag + problem.plant.timing(values)[1], 1e-3)
-    full, joints = vehicle.full_voltage, control.joints
-    volts = None if full is None else np.full((len(flights), 1), 0.95 * full)
-    level, keep = np.repeat(vehicle.gust, 3), float(np.exp(-step / vehicle.gust_time))
-    weight = np.concatenate([np.full(3, control.mass), control.inertia])
-    gust, (state, drive) = np.zeros((len(flights), 6)), control.start()
-    no_torque, settling = np.zeros((1, joints.shape[2])), round(_SETTLE / step)
+    vehicle, rng, count = problem.vehicle, np.random.default_rng(seed), len(flights)
+    twin = problem.plant.twin(values, count, stiff=False)
+    plant, courses = plant_of(vehicle, scene.joints), Course.of(flights, step)
+    controller = controller_of(vehicle, scene.tilt, rate=1.0 / step)
+    pilot = BatchPilot(controller, plant, twin, plant.effects)
+    response, memory = _response(problem, values), pilot.law.start(count)
+    full = vehicle.full_voltage
+    volts = None if full is None else np.full((count, 1), 0.95 * full)
+    drive = np.tile(carrying_speeds(plant, scene.joints), (count, 1))
+    state = courses.start()
+    still, settling = twin.no_torque(), round(_SETTLE / step)
+    kicks = _kicks(vehicle, settling + courses.rows, count, step, rng)
     states, commands = [], []
-    for k in range(-settling, control.rows):
-        row, time = max(k, 0), np.full((len(flights), 1), (k + settling) * step)
-        bent = joints[row] if joints.shape[2] else None
-        first = twin.rates(state, time, Inputs(0.0, no_torque, drive, volts, bent))
-        felt = (first.velocity, first.angular_velocity)
-        command = control.commands(row, state, felt, drive)
+    for k in range(-settling, courses.rows):
+        aim, time = courses.aim(max(k, 0)), np.full((count, 1), (k + settling) * step)
+        posture = twin.posture(state, time)
+        known = pilot.situation(state, time, posture, step)
+        command, memory = pilot.law.command(_blurred(known, rng), aim, memory)
         if k >= 0:
             states.append(state)
             commands.append(command)
-        half = command + (drive - command) * np.exp(-0.5 * step / lag)
-        middle = _moved(state, first, 0.5 * step)
-        second = twin.rates(middle, time, Inputs(0.0, no_torque, half, volts, bent))
-        gust = keep * gust + np.sqrt(1.0 - keep**2) * rng.standard_normal(gust.shape) * level
-        kick, state = gust / weight * step, _moved(state, second, step)
+        bent = aim.joints.get(ALL)
+        drives = [response.followed(drive, command, share * step) for share in (0.0, 0.5, 1.0)]
+        # the memory of effects rests, as it does along a log
+        first, middle, last = (Inputs(0.0, still, d, volts, bent) for d in drives)
+        state, _ = twin.advance(state, time, step, (first, middle, last), posture)
+        push, turn = np.split(kicks[k + settling], 2, axis=1)
         state = state._replace(
-            velocity=state.velocity + kick[:, :3],
-            angular_velocity=state.angular_velocity + kick[:, 3:],
+            velocity=state.velocity + push, angular_velocity=state.angular_velocity + turn
         )
-        drive = command + (drive - command) * np.exp(-step / lag)
+        drive = drives[2]
     return (
         {n: np.stack([s[i] for s in states]) for i, n in enumerate(_NAMES)},
         np.stack(commands),
     )
 
 
-def _moved(state: TwinState, rates: Rates, step: float) -> TwinState:
-    parts = [getattr(state, n) + step * getattr(rates, n) for n in _NAMES]
-    return TwinState(*parts).normal()
+def _response(problem: Problem, values: Mapping[str, float]) -> Response:
+    """Lag and limits of the drives with which the true vehicle flies."""
+    _, change, asymmetry = problem.plant.timing(values)
+    nominal = response_of(bind_effects(problem.vehicle.effects, problem.vehicle.robot.links))
+    lag = np.maximum(nominal.lag + change - asymmetry, 0.0)
+    fall = np.maximum(nominal.fall + change + asymmetry, 0.0)
+    return nominal._replace(lag=lag, fall=fall, delay=0.0).over_batch(np.zeros(1))
+
+
+def _blurred(known: RobotState, rng: np.random.Generator) -> RobotState:
+    """Add the noise of the estimates that a controller has."""
+    place, speed, spin, turn = (s * rng.standard_normal(known.position.shape) for s in _ESTIMATE)
+    return known._replace(
+        position=known.position + place,
+        velocity=known.velocity + speed,
+        angular_velocity=known.angular_velocity + spin,
+        rotation=known.rotation @ matrix_of(exponential(turn)),
+    )
+
+
+def _kicks(
+    vehicle: Vehicle, rows: int, count: int, step: float, rng: np.random.Generator
+) -> Floats:
+    """Changes of velocity and spin in every step by coloured gusts, shape (rows, M, 6)."""
+    keep = float(np.exp(-step / vehicle.gust_time))
+    white = rng.standard_normal((rows, count, 6)) * np.repeat(vehicle.gust, 3)
+    inertia = np.concatenate([np.full(3, vehicle.mass), np.diag(vehicle.robot.inertia[0])])
+    gusts = lfilter([np.sqrt(1.0 - keep**2)], [1.0, -keep], white, axis=0)
+    kicks: Floats = gusts * (step / inertia)
+    return kicks
 
 
 def _dropped(

@@ -177,9 +177,10 @@ def under_water(scene: Scene, time: Floats) -> Path:
     """Dive once and move about below the surface."""
     level = 0.0 if scene.level is None else scene.level
     z = (level - 0.9 - scene.home[2]) * (smooth(time, 0.5, 4.0) - smooth(time, 18.0, 3.5))
-    x = 0.5 * sine(np.maximum(time - 5.0, 0.0), size=1.0, period=5.0, seconds=12.0)
-    y = 0.4 * sine(np.maximum(time - 5.0, 0.0), size=1.0, period=6.0, seconds=12.0)
-    bob = sine(np.maximum(time - 5.0, 0.0), size=0.15, period=3.5, seconds=12.0)
+    under = np.maximum(time - 5.0, 0.0)
+    x = sine(under, size=0.5, period=5.0, seconds=12.0, last=2.5)
+    y = sine(under, size=0.4, period=6.0, seconds=12.0, last=2.5)
+    bob = sine(under, size=0.15, period=3.5, seconds=12.0)
     return _path(scene, time, x=x, y=y, z=z + bob)
 
 

@@ -24,11 +24,6 @@ class Path:
     yaw: Floats
     joints: Floats
 
-    def rates(self, step: float) -> tuple[Floats, Floats, Floats]:
-        """Velocity and acceleration in the world, (T, 3), and rate of the heading, (T,)."""
-        velocity = np.gradient(self.place, step, axis=0)
-        return velocity, np.gradient(velocity, step, axis=0), np.gradient(self.yaw, step)
-
 
 def smooth(time: Floats, start: float, width: float) -> Floats:
     """Smooth step from 0 to 1 with zero acceleration at both ends.
@@ -77,8 +72,19 @@ def sweep(time: Floats, *, push: float, low: float, high: float, seconds: float)
     return wave
 
 
-def sine(time: Floats, *, size: float, period: float, seconds: float, phase: float = 0.0) -> Floats:
-    """A sine that fades in and out."""
-    fade = smooth(time, 0.0, 0.5 * period) * (1.0 - smooth(time, seconds - 1.0, 1.0))
+def sine(
+    time: Floats,
+    *,
+    size: float,
+    period: float,
+    seconds: float,
+    phase: float = 0.0,
+    last: float = 1.0,
+) -> Floats:
+    """Sine that fades in over half a period, and out over the ``last`` seconds.
+
+    The end asks for an acceleration of up to 5.8 times its size over ``last`` squared.
+    """
+    fade = smooth(time, 0.0, 0.5 * period) * (1.0 - smooth(time, seconds - last, last))
     wave: Floats = fade * size * np.sin(2.0 * np.pi * time / period + phase)
     return wave

@@ -12,7 +12,6 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.backend import Configuration
-from seals.batch import TwinState
 from seals.config.overlay import find_overlay, load_overlay, overlay_names, read_overlay
 from seals.config.overrides import typed
 from seals.errors import ConfigError, suggestion
@@ -20,17 +19,20 @@ from seals.file_names import file_name
 from seals.frames import matrix_of
 from seals.logs.log import Log
 from seals.logs.native import write_native
+from seals.registry import get
+from seals.run.hover_trim import carrying_speeds
 from seals.run.progress import progress
 from seals.sysid.data.robot_description import describe_robot
 from seals.sysid.data.vehicle import read_vehicle
-from seals.sysid.experiment_design.control import Controller
+from seals.sysid.experiment_design.control import Course, controller_of, plant_of
 from seals.sysid.experiment_design.experiment import Experiment, read_experiment
 from seals.sysid.experiment_design.motions import Path as Reference
 from seals.sysid.experiment_design.sensed import Track, measured
 from seals.sysid.validation.model import Model, nominal
+from seals.sysid.validation.replay import stacked
 from seals.sysid.validation.scene import VEHICLE, build_scene
 from seals.world import World
-from seals.world.felt import accelerations
+from seals.world.pilot import Pilot
 
 _OPTIONS = ("experiment", "model", "out", "robot", "seed")
 _SETTLE = 3.0
@@ -143,7 +145,7 @@ def _run(
     rows = round(seconds / step)
     world = build_scene(model, step=step / parts, rows=(rows + round(_SETTLE / step) + 2) * parts)
     try:
-        track = _fly(world, model, experiment, job, rows=rows, parts=parts, volts=volts, rng=rng)
+        track = _fly(world, model, experiment, job, rows=rows, parts=parts, volts=volts)
     finally:
         world.close()
     return measured(experiment, model, track, parts=parts, volts=volts, rng=rng)
@@ -158,7 +160,6 @@ def _fly(
     rows: int,
     parts: int,
     volts: float | None,
-    rng: np.random.Generator,
 ) -> Track:
     """Let the transients of a vehicle decay, then record rows in which it follows commands or none.
 
@@ -170,68 +171,37 @@ def _fly(
         rows: of the log.
         parts: steps of the simulator between rows.
         volts: of the battery.
-        rng: of the controller's estimates.
     """
-    actor, control, step = world.actors[VEHICLE], None, experiment.step
+    actor, step, settling, guide = world.actors[VEHICLE], experiment.step, 0, None
     if isinstance(job, Mapping):
         world.reset({VEHICLE: _released(job)})
     else:
-        control = Controller(
-            model.vehicle, [job], step=step, tilt=experiment.tilt, rng=rng, gains=experiment.gains
+        settling, vehicle = round(_SETTLE / step), model.vehicle
+        course, guide = Course.of([job], step), get("guide", "commanded").load()(rate=1.0 / step)
+        actor.pilot = Pilot(
+            plant_of(vehicle, job.joints[0]),
+            controller_of(vehicle, experiment.tilt, rate=1.0 / step),
+            guide,
+            volume=actor.evaluator.surroundings.volume,
+            step=world.step_size,
         )
-        state, drive = control.start()
-        world.reset({VEHICLE: Configuration(*(part[0] for part in state))})
-        actor.drive = drive
-    track = Track(states=[], before=[], after=[], commands=[], joints=[])
-    last: list[Configuration] = []
-    settling = 0 if control is None else round(_SETTLE / step)
-    for k in range(-settling, rows):
-        now, command, joints = _copied(actor.body.read()), np.zeros(0), np.zeros(0)
-        if control is not None:
-            row = max(k, 0)
-            assert actor.drive is not None
-            state, felt = _felt([*last, now], world.step_size)
-            command, joints = (
-                control.commands(row, state, felt, actor.drive)[0],
-                control.joints[row, 0],
-            )
-            actor.command = command[None]
-            if joints.size:
-                actor.joint_command = joints[None]
+        actor.drive_at_start = carrying_speeds(actor.pilot.plant, job.joints[0])
+        world.reset({VEHICLE: Configuration(*(part[0] for part in course.start()))})
+    seen, orders = [], []
+    for k in range(-settling * parts, rows * parts):
         if k >= 0:
-            track.states.append(now)
-            track.before.append(last[-1] if last else None)
-            track.commands.append(command)
-            track.joints.append(joints)
-        for part in range(parts):
-            if volts:
-                actor.voltage = np.array([[volts]])
-            last = [*last[-1:], _copied(actor.body.read())]
-            world.step()
-            if part == 0 and k >= 0:
-                track.after.append(_copied(actor.body.read()))
-    return track
-
-
-def _felt(seen: list[Configuration], step: float) -> tuple[TwinState, tuple[Floats, Floats]]:
-    """Return the last of some states in body axes, and the rates of its velocity and spin."""
-    now = seen[-1]
-    turn = matrix_of(now.quaternion[None])[0]
-    velocity, spin, linear, angular = (
-        turn.T @ now.velocity,
-        turn.T @ now.angular_velocity,
-        *np.zeros((2, 3)),
-    )
-    if len(seen) > 1:
-        rates = accelerations(Configuration(*map(np.array, zip(*seen, strict=True))), step)
-        linear, angular = (rate[-1] for rate in rates)
-    parts = (now.position, now.quaternion, velocity, spin, now.joints, now.joint_velocity)
-    rate = turn.T @ linear - np.cross(spin, velocity)
-    return TwinState(*(part[None] for part in parts)), (rate[None], (turn.T @ angular)[None])
-
-
-def _copied(seen: Configuration) -> Configuration:
-    return Configuration(*(np.array(x, dtype=float) for x in seen))
+            seen.append(actor.body.read())
+        if guide is not None and k % parts == 0:
+            guide.tell(course.only(max(k // parts, 0)))
+        if volts:
+            actor.voltage = np.array([[volts]])
+        world.step()
+        if k >= 0 and k % parts == 0:
+            given = actor.command, actor.joint_command
+            orders.append([np.zeros(0) if x is None else x[0] for x in given])
+    seen.append(actor.body.read())
+    commands, joints = (np.array(x) for x in zip(*orders, strict=True))
+    return Track(stacked(seen), commands, joints)
 
 
 def _released(job: Mapping[str, Any]) -> Configuration:

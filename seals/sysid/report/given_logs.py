@@ -19,7 +19,7 @@ from seals.logs.shipped import find_log
 from seals.run.hidden import hide, holds
 from seals.sysid.data.join import join_logs
 from seals.sysid.data.robot_description import RobotDescription, describe_run, described
-from seals.sysid.data.robot_vehicle import acting
+from seals.sysid.data.vehicle import acting
 from seals.sysid.decision.verdict import Verdict
 
 _MOST = 12

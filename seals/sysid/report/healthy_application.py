@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from seals.errors import ConfigError, LogError
 from seals.file_names import short_path
@@ -15,6 +15,7 @@ from seals.logs.atomic import finite, write_json
 from seals.logs.log import Log
 from seals.report import Block, Facts, Paragraph, Section, Table, write_page
 from seals.run.progress import progress
+from seals.schema import Within, read
 from seals.sound_numbers import sound_numbers
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.healthy_flights.balance import has_inertial
@@ -80,6 +81,10 @@ def compare(given: GivenLogs, out: Path) -> int:
     return found.verdict.exit_code
 
 
+_SOME = Within(1, 10_000)
+_Sessions = Annotated[list[str | Annotated[list[str], _SOME]], _SOME]
+
+
 def _sessions(healthy: Any) -> list[list[str]]:
     """Return the healthy logs by session; of a plain list each is one of its own.
 
@@ -89,16 +94,14 @@ def _sessions(healthy: Any) -> list[list[str]]:
     from omegaconf import OmegaConf
 
     given: Any = OmegaConf.to_container(healthy) if OmegaConf.is_config(healthy) else healthy
-    parts = [given] if isinstance(given, str) else given
-    listed = isinstance(parts, list) and bool(parts)
-    found = [[p] if isinstance(p, str) else p for p in parts] if listed else []
-    good = all(isinstance(s, list) and s and all(isinstance(p, str) for p in s) for s in found)
-    if not found or not good:
+    try:
+        parts = read(_Sessions, [given] if isinstance(given, str) else given, where="healthy")
+        return [[part] if isinstance(part, str) else part for part in parts]
+    except ConfigError as cause:
         raise ConfigError(
             f"healthy={given!r:.80} is not allowed.\n"
             "Give logs, healthy=[A,B,C], or one list for each session: healthy=[[A,B],[C]]"
-        )
-    return found
+        ) from cause
 
 
 def _read(given: GivenLogs, words: Sequence[str]) -> list[Log]:

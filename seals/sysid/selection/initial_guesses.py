@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, TypeAlias
 
 from seals.effects.identification import Residual
 from seals.frames import matrix_of, rotate
 from seals.sysid.candidates.activity import ACTIVE, Activity
 from seals.sysid.candidates.parameters import Candidate, CandidateSet
-from seals.sysid.candidates.vehicle import subject_of
 from seals.sysid.predictors.problem import LOOSE, Problem, rewindowed, typical_speeds
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
@@ -78,6 +78,6 @@ def free_force(
         position=trajectory.position[rows],
         force=rotate(turn, force),
         time=samples.time[rows],
-        subject=subject_of(problem.vehicle, typical_speeds(trajectory)),
+        subject=replace(problem.vehicle, speeds=typical_speeds(trajectory)),
         log=samples.log_index[rows],
     )

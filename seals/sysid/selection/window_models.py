@@ -65,7 +65,7 @@ class WindowModels:
     ) -> tuple[EvidenceHypothesis, ...]:
         """Fit all models with one more effect; the first round also refits the nominal model."""
         problem, processes = self.problem, self.processes
-        tried = extensions(problem, self.nominal, base, processes=processes)
+        tried = extensions(problem, self.nominal, base, singles=singles, processes=processes)
         if problem.impact and not base.candidates:
             self.nominal, tried = refit_nominal(problem, self.nominal, tried, processes=processes)
         return tried
@@ -285,9 +285,18 @@ def refit_nominal(
 
 
 def extensions(
-    problem: Problem, nominal: EvidenceHypothesis, base: EvidenceHypothesis, *, processes: int = 1
+    problem: Problem,
+    nominal: EvidenceHypothesis,
+    base: EvidenceHypothesis,
+    *,
+    singles: Sequence[EvidenceHypothesis] = (),
+    processes: int = 1,
 ) -> tuple[EvidenceHypothesis, ...]:
-    """Fit all models with one more effect than ``base``, best first."""
+    """Fit all models with one more effect than ``base``, best first.
+
+    What starts elsewhere than at zero and was likely alone, among ``singles``, is fitted whatever
+    the linear screen says: a lag has no slope at zero beside other effects either.
+    """
     candidate_set = problem.plant.candidate_set
     taken = {c.label for c in base.candidates}
     families = {c.name for c in base.candidates}
@@ -298,7 +307,9 @@ def extensions(
     missing = noisy.level > 1.0 and noisy.gain > problem.policy.disturbance_search
     regular = [c for c in candidates if not c.identification.guessed]
     uncertain = [c.name for c in regular if c.identification.always_fitted]
-    table, first = linear_screen(base, regular, always=uncertain if missing else ())
+    likely = [h.candidates[-1].name for h in singles if h.score > problem.policy.evidence]
+    apart = [c.name for c in regular if c.starts and c.name in likely]
+    table, first = linear_screen(base, regular, always=[*apart, *(uncertain if missing else ())])
     first += (timed := proposals(problem, base, regular, table, processes=processes))
     jobs = [(c, begin) for c, values in first for begin in (values, *_starts_of(c, base))]
     if missing:

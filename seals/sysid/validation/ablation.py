@@ -123,7 +123,7 @@ def replay_variants(
         for part in parts[:-1]
     }
     if overlay.nominal:
-        values = {key: fitted.alone for key, fitted in overlay.nominal.items()}
+        values = {key: fitted.calibrated for key, fitted in overlay.nominal.items()}
         alone = nominal(problem.vehicle).changed(ALONE, values, library_for(problem, overlay))
     every = [*models, *others.values(), *([] if alone is None else [alone])]
     ruler = yardstick(problem, every)
@@ -201,7 +201,7 @@ def numbers_in_question(
         for number in stated_numbers(vehicle, sets, hull=hull_of(robot)).values()
         if number.value and not number.name.startswith(f"{SENSORS}.")
     ]
-    moved = {key: abs(fit.alone - fit.value) for key, fit in overlay.nominal.items()}
+    moved = {key: abs(fit.calibrated - fit.value) for key, fit in overlay.nominal.items()}
     far = {
         key: by / sets.parameters[key].tolerance
         for key, by in moved.items()
@@ -227,6 +227,6 @@ def _edge(rival: Misfit, last: Misfit, problem: Problem, overlay: Overlay) -> Fa
     for key, fitted in overlay.nominal.items():
         tolerance = parameters[key].tolerance
         if tolerance > 0.0:
-            penalty += (fitted.alone**2 - fitted.value**2) / tolerance**2
+            penalty += (fitted.calibrated**2 - fitted.value**2) / tolerance**2
     plain = fall(rival, last)
     return Fall(value=plain.value + penalty / last.windows.observed, noise=plain.noise)

@@ -9,7 +9,7 @@ from typing import Any
 
 from seals.arrays import Floats
 from seals.config.overlay import Overlay
-from seals.effects.binding import EffectSet, bind_effects, has_hook
+from seals.effects.binding import EffectSet, has_hook
 from seals.effects.discrepancy import DragExponent, WaveMoment
 from seals.effects.effect import Effect
 from seals.environment.waves import Waves
@@ -39,7 +39,7 @@ class Model:
     @property
     def bound(self) -> EffectSet:
         """Effects on their links."""
-        return bind_effects(self.vehicle.effects, self.vehicle.robot.links)
+        return self.vehicle.bound
 
     @property
     def lag(self) -> Floats:

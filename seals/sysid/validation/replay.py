@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -109,7 +109,7 @@ def replay(
     flat = trajectory.state(rows.ravel())
     joined = TwinState(*(np.concatenate([s[i] for s in states]) for i in range(6)))
     error = difference(joined, flat).reshape(*rows.shape, trajectory.size)
-    reading = _reported(model, np.array(felt), late, delay / samples.step)
+    reading = reported(model, np.array(felt), late, delay / samples.step)
     return Track(rows=rows, error=error, reading=reading)
 
 
@@ -170,7 +170,14 @@ class _Runner:
             self._command(row, part)
             world.step()
             seen.append(self.actor.body.read())
-        return self._felt(Configuration(*(np.array(x) for x in zip(*seen, strict=True))), length)
+        return felt_at(
+            stacked(seen),
+            np.arange(length) * self.parts,
+            step,
+            self.actor.gravity,
+            over=self.mean_over,
+            straddle=not self.samples.joint_command.shape[1],
+        )
 
     def _start(self, row: int) -> Configuration:
         c, turn = self.trajectory, self.turns[row]
@@ -195,26 +202,52 @@ class _Runner:
             both = samples.joint_command[[max(row - 1, samples.begins[row]), row]]
             actor.joint_command = (late * both[0] + (1.0 - late) * both[1])[None]
 
-    def _felt(self, seen: Configuration, length: int) -> tuple[TwinState, Floats]:
-        step, at = self.world.step_size, np.arange(length) * self.parts
-        turn = matrix_of(seen.quaternion)
-        rates = accelerations(seen, step)
-        then = np.maximum(at - self.mean_over, 0)
-        if self.mean_over:
-            linear, angular = (_before_rows(rate, at, self.mean_over) for rate in rates)
-        else:
-            straddle = not self.samples.joint_command.shape[1]
-            linear, angular = (_at_rows(rate, at, straddle=straddle) for rate in rates)
-        linear[:, 2] += self.actor.gravity
-        back, back_then = (turn[k].transpose(0, 2, 1) for k in (at, then))
-        velocity, spin = rotate(back, seen.velocity[at]), rotate(back, seen.angular_velocity[at])
-        force, angular = rotate(back_then, linear), rotate(back_then, angular)
-        # no step lies before the first row
-        force[0] += self.mean_over * step * np.cross(spin[0], force[0])
-        turning = rotate(back_then, seen.angular_velocity[then])
-        felt = np.concatenate([spin, force, angular, turning], axis=1)
-        parts = (seen.position[at], seen.quaternion[at], velocity, spin)
-        return TwinState(*parts, seen.joints[at], seen.joint_velocity[at]), felt
+
+def stacked(seen: Sequence[Configuration]) -> Configuration:
+    """Return configurations of one body as one, shape (N, ...)."""
+    return Configuration(*(np.array(x) for x in zip(*seen, strict=True)))
+
+
+def felt_at(
+    seen: Configuration,
+    at: NDArray[np.int64],
+    step: float,
+    gravity: float,
+    *,
+    over: int = 0,
+    straddle: bool = True,
+) -> tuple[TwinState, Floats]:
+    """Return states at some steps of a simulation, and the readings of ideal sensors at the origin.
+
+    Args:
+        seen: base and joints at the start and after every step, shape (N + 1, ...).
+        at: numbers of the steps that begin at the rows of a log, from 0 on.
+        step: of the simulation [s].
+        gravity: [m/s^2].
+        over: steps that make one of the simulation whose readings are followed; 0 for none.
+        straddle: see `_at_rows`.
+
+    Returns:
+        States, and angular velocity, specific force and angular acceleration, and the angular
+        velocity at the instant of these two, (rows, 12).
+    """
+    turn = matrix_of(seen.quaternion)
+    rates = accelerations(seen, step)
+    then = np.maximum(at - over, 0)
+    if over:
+        linear, angular = (_before_rows(rate, at, over) for rate in rates)
+    else:
+        linear, angular = (_at_rows(rate, at, straddle=straddle) for rate in rates)
+    linear[:, 2] += gravity
+    back, back_then = (turn[k].transpose(0, 2, 1) for k in (at, then))
+    velocity, spin = rotate(back, seen.velocity[at]), rotate(back, seen.angular_velocity[at])
+    force, angular = rotate(back_then, linear), rotate(back_then, angular)
+    # no step lies before the first row
+    force[0] += over * step * np.cross(spin[0], force[0])
+    turning = rotate(back_then, seen.angular_velocity[then])
+    felt = np.concatenate([spin, force, angular, turning], axis=1)
+    parts = (seen.position[at], seen.quaternion[at], velocity, spin)
+    return TwinState(*parts, seen.joints[at], seen.joint_velocity[at]), felt
 
 
 def _at_rows(rate: Floats, at: NDArray[np.int64], *, straddle: bool) -> Floats:
@@ -252,7 +285,7 @@ def _before_rows(rate: Floats, at: NDArray[np.int64], count: int) -> Floats:
     return out
 
 
-def _reported(model: Model, felt: Floats, late: int, delay: float) -> Floats:
+def reported(model: Model, felt: Floats, late: int, delay: float) -> Floats:
     """Return the readings of the inertial sensors and the turn of the pose, (W, K, 6 or 9).
 
     Args:

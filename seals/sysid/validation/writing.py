@@ -17,8 +17,8 @@ from seals.config.overlay import WAVE, free_name
 from seals.config.overrides import typed
 from seals.effects.effect import Effect, MediumKind
 from seals.errors import ConfigError, suggestion
-from seals.logs.atomic import plain, write_text
-from seals.schema import parameters_of
+from seals.logs.atomic import write_text
+from seals.schema import parameters_of, plain
 from seals.sysid.candidates.activity import active_words
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.candidates.vehicle import formula_effect, installed, wave_laws

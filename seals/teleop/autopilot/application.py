@@ -48,7 +48,7 @@ def execute(config: Any) -> int | None:
                 f"{kind}={type(chosen).__name__.lower()} takes no autopilot.\n"
                 f"Leave it out, or say {kind}={usual}"
             )
-    link = open_link(config, settings.time.step)
+    link = _open_link(config, settings.time.step)
     try:
         print(f"listening on {link.where}", flush=True)
         link.meet()
@@ -67,7 +67,7 @@ def execute(config: Any) -> int | None:
     return None
 
 
-def open_link(config: Any, step: float) -> Any:
+def _open_link(config: Any, step: float) -> Any:
     """Return the connection that a configuration asks for, listening.
 
     Raises:

@@ -29,7 +29,7 @@ MOST = 1024
 """Bytes of a packet that are read: one more than any good one has."""
 
 
-class Frame(NamedTuple):
+class _Frame(NamedTuple):
     """Outputs of the autopilot.
 
     Args:
@@ -43,13 +43,13 @@ class Frame(NamedTuple):
     pulses: Floats
 
 
-def parse(packet: bytes) -> Frame | str:
+def _parse(packet: bytes) -> _Frame | str:
     """Return the frame of a packet, or the reason why it is none.
 
     Example:
-        >>> parse(struct.pack("<HHI16H", 18458, 400, 7, *[1500] * 16)).number
+        >>> _parse(struct.pack("<HHI16H", 18458, 400, 7, *[1500] * 16)).number
         7
-        >>> parse(b"GET / HTTP/1.1")
+        >>> _parse(b"GET / HTTP/1.1")
         'a packet without the magic number 18458 or 29569'
     """
     magic = int.from_bytes(packet[:2], "little")
@@ -59,28 +59,7 @@ def parse(packet: bytes) -> Frame | str:
     if len(packet) != HEAD.size + 2 * count:
         return f"a packet of the wrong length: {count} outputs take {HEAD.size + 2 * count} bytes"
     _, rate, number = HEAD.unpack_from(packet)
-    return Frame(rate, number, np.frombuffer(packet, "<u2", count, HEAD.size).astype(float))
-
-
-def answer(state: FlightState) -> bytes:
-    """Return the line of JSON for a state.
-
-    Its reader looks for keys from the front and takes no blanks.
-    """
-    fields: dict[str, Any] = {
-        "timestamp": state.time,
-        "imu": {"gyro": state.gyro.tolist(), "accel_body": state.accelerometer.tolist()},
-        "position": state.position.tolist(),
-        "quaternion": state.quaternion.tolist(),
-        "velocity": state.velocity.tolist(),
-        "airspeed": state.airspeed,
-        "velocity_wind": state.wind.tolist(),
-    }
-    fields |= {f"rng_{k + 1}": value for k, value in enumerate(state.reading("range")[:6])}
-    voltage, current = state.reading("battery_voltage"), state.reading("battery_current")
-    if voltage and current:
-        fields["battery"] = {"voltage": voltage[0], "current": current[0]}
-    return f"\n{json.dumps(fields, separators=(',', ':'), allow_nan=False)}\n".encode()
+    return _Frame(rate, number, np.frombuffer(packet, "<u2", count, HEAD.size).astype(float))
 
 
 class ArduPilot:
@@ -116,7 +95,7 @@ class ArduPilot:
         self._timeout, self._step, self._speed, self._allowed = timeout, step, speed, allowed
         self.refusals = Refusals()
         self._peer: Any = None
-        self._first: tuple[Frame, Any] | None = None
+        self._first: tuple[_Frame, Any] | None = None
         self._forget()
 
     def _forget(self) -> None:
@@ -149,7 +128,24 @@ class ArduPilot:
         """Answer the last frame with a state, and return the pulses of the next [us]."""
         self._pace.wait(state.time)
         if self._count >= 0:
-            self._said = answer(state)
+            # the line of JSON for a state. Its reader looks for keys from the front and takes no
+            # blanks
+            fields: dict[str, Any] = {
+                "timestamp": state.time,
+                "imu": {"gyro": state.gyro.tolist(), "accel_body": state.accelerometer.tolist()},
+                "position": state.position.tolist(),
+                "quaternion": state.quaternion.tolist(),
+                "velocity": state.velocity.tolist(),
+                "airspeed": state.airspeed,
+                "velocity_wind": state.wind.tolist(),
+            }
+            fields |= {f"rng_{k + 1}": value for k, value in enumerate(state.reading("range")[:6])}
+            voltage, current = state.reading("battery_voltage"), state.reading("battery_current")
+            if voltage and current:
+                fields["battery"] = {"voltage": voltage[0], "current": current[0]}
+            self._said = (
+                f"\n{json.dumps(fields, separators=(',', ':'), allow_nan=False)}\n".encode()
+            )
             self._send()
         waiting, self._first = self._first, None
         found = waiting or self._next()
@@ -163,7 +159,7 @@ class ArduPilot:
         self.frames += 1
         return np.where(frame.pulses > 0.0, frame.pulses, np.nan)
 
-    def _next(self) -> tuple[Frame, Any] | None:
+    def _next(self) -> tuple[_Frame, Any] | None:
         """Wait for a frame that is new; None when there is none or the count began anew."""
         end, other = time.monotonic() + self._timeout, None
         while (found := self._heard(end)) is not None:
@@ -214,7 +210,7 @@ class ArduPilot:
     def _refuse_second(self, peer: Any) -> None:
         self.refusals.say("a frame of a second autopilot", f"at {peer[0]}:{peer[1]}")
 
-    def _heard(self, end: float) -> tuple[Frame, Any] | None:
+    def _heard(self, end: float) -> tuple[_Frame, Any] | None:
         """Wait for a good packet; None at a time of the clock [s]."""
         while (left := end - time.monotonic()) > 0.0:
             self._ear.settimeout(left)
@@ -231,8 +227,8 @@ class ArduPilot:
                     f"({peer[0]}:{peer[1]})",
                 )
                 continue
-            found = parse(packet)
-            if isinstance(found, Frame):
+            found = _parse(packet)
+            if isinstance(found, _Frame):
                 return found, peer
             self.refusals.say(found, f"({len(packet)} bytes from {peer[0]}:{peer[1]})")
         return None

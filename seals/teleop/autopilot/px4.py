@@ -30,11 +30,11 @@ START = 0.02
 """Wait for outputs in each step until the first come [s]: PX4 starts on sensors alone."""
 
 
-def air_pressure(height: float) -> float:
+def _air_pressure(height: float) -> float:
     """Return the pressure of the standard atmosphere at a height above the sea [Pa].
 
     Example:
-        >>> round(air_pressure(0.0)), round(air_pressure(1000.0))
+        >>> round(_air_pressure(0.0)), round(_air_pressure(1000.0))
         (101325, 89875)
     """
     return float(ATMOSPHERE * (1.0 - 2.25577e-5 * height) ** 5.25588)
@@ -146,7 +146,17 @@ class Px4:
             self._sensors(state, stamp)
             if self._fix.due(state.time):
                 self._satellites(state, stamp)
-            self._truth(state, stamp)
+            airspeed = max(_short(state.airspeed * 100.0), 0)
+            self._speaker.hil_state_quaternion_send(
+                stamp,
+                state.quaternion.tolist(),
+                *state.gyro.tolist(),
+                *self._place(*state.position.tolist()),
+                *(_short(v * 100.0) for v in state.velocity.tolist()),
+                airspeed,
+                airspeed,
+                *(_short(a / 9.80665 * 1e3) for a in state.accelerometer.tolist()),
+            )
             return self._controls(stamp)
         except (ConnectionError, EOFError):
             self.ended = "the autopilot closed the connection"
@@ -162,7 +172,7 @@ class Px4:
         hil = self._hil
         height = hil.origin[2] - float(state.position[2])
         deep = state.reading("pressure")
-        pressure = ATMOSPHERE + deep[0] if deep and deep[0] > 0.0 else air_pressure(height)
+        pressure = ATMOSPHERE + deep[0] if deep and deep[0] > 0.0 else _air_pressure(height)
         pressure = self._noisy(np.array([pressure]), hil.pressure_noise)[0]
         field = np.asarray(hil.field) @ state.rotation
         magnetic = np.array(self._noisy(field, hil.magnetometer_noise)) / GAUSS
@@ -208,19 +218,6 @@ class Px4:
             *(_short(v * 100.0) for v in (north, east, down)),
             course,
             12,
-        )
-
-    def _truth(self, state: FlightState, stamp: int) -> None:
-        airspeed = max(_short(state.airspeed * 100.0), 0)
-        self._speaker.hil_state_quaternion_send(
-            stamp,
-            state.quaternion.tolist(),
-            *state.gyro.tolist(),
-            *self._place(*state.position.tolist()),
-            *(_short(v * 100.0) for v in state.velocity.tolist()),
-            airspeed,
-            airspeed,
-            *(_short(a / 9.80665 * 1e3) for a in state.accelerometer.tolist()),
         )
 
     def _controls(self, stamp: int) -> Floats:

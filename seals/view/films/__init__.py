@@ -4,4 +4,3 @@ from seals.view.films.frame import Frame as Frame
 from seals.view.films.frame import Photographer as Photographer
 from seals.view.films.frame import WaterBody as WaterBody
 from seals.view.films.viewpoint import Viewpoint as Viewpoint
-from seals.view.films.viewpoint import looking as looking

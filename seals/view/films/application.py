@@ -58,6 +58,39 @@ class Shooting(NamedTuple):
     lens: Lens
     times: Floats
 
+    def draw(self, photographer: Photographer, frames: Frames, settings: RenderSettings) -> int:
+        """Render the missing frames; return their number."""
+        left = [k for k in range(len(self.times)) if not frames.done(k)]
+        if not left:
+            return 0
+        photographer.arrange(self.scene, self.optics, settings.quality)
+        with progress("render", len(left), lambda: f"{len(left)} frames") as tell:
+            for count, k in enumerate(left, start=1):
+                light = photographer.photograph(self.frame_at(k, settings.port))
+                frames.write(k, settings.exposure * light)
+                tell(count)
+        return len(left)
+
+    def frame_at(self, number: int, port: float) -> Frame:
+        """Return the content of a frame.
+
+        Args:
+            number: of the frame.
+            port: radius of the dome before the lens [m].
+        """
+        time = float(self.times[number])
+        replay = self.replay
+        track = next(iter(replay.tracks.values())).position
+        at = np.array([np.interp(time, replay.time, track[:, k]) for k in range(3)])
+        return Frame(
+            time,
+            replay.poses([time]),
+            self.camera(at),
+            self.lens,
+            self.water.at(time),
+            port,
+        )
+
 
 def execute(config: Any) -> int | None:
     """Render the missing frames of one film, then write the film.
@@ -83,7 +116,7 @@ def execute(config: Any) -> int | None:
     out = Path(settings.out) if settings.out else _folder(settings, str(chosen["_target_"]))
     frames = Frames(out, _card(settings, chosen), replace=settings.replace)
     try:
-        drawn = draw(shooting, photographer, frames, settings)
+        drawn = shooting.draw(photographer, frames, settings)
     finally:
         photographer.close()
     count = len(shooting.times)
@@ -162,44 +195,6 @@ def photographer_of(renderer: Any) -> Photographer:
     raise ConfigError(
         f"renderer '{type(renderer).__name__}' draws no frames.\n"
         f"{suggestion('', names('viewer'), label='Installed')}"
-    )
-
-
-def draw(
-    shooting: Shooting, photographer: Photographer, frames: Frames, settings: RenderSettings
-) -> int:
-    """Render the missing frames; return their number."""
-    left = [k for k in range(len(shooting.times)) if not frames.done(k)]
-    if not left:
-        return 0
-    photographer.arrange(shooting.scene, shooting.optics, settings.quality)
-    with progress("render", len(left), lambda: f"{len(left)} frames") as tell:
-        for count, k in enumerate(left, start=1):
-            light = photographer.photograph(frame_at(shooting, k, settings.port))
-            frames.write(k, settings.exposure * light)
-            tell(count)
-    return len(left)
-
-
-def frame_at(shooting: Shooting, number: int, port: float) -> Frame:
-    """Return the content of a frame.
-
-    Args:
-        shooting: the film.
-        number: of the frame.
-        port: radius of the dome before the lens [m].
-    """
-    time = float(shooting.times[number])
-    replay = shooting.replay
-    track = next(iter(replay.tracks.values())).position
-    at = np.array([np.interp(time, replay.time, track[:, k]) for k in range(3)])
-    return Frame(
-        time,
-        replay.poses([time]),
-        shooting.camera(at),
-        shooting.lens,
-        shooting.water.at(time),
-        port,
     )
 
 

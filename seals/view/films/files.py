@@ -12,9 +12,10 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import ConfigError, LogError
-from seals.logs.atomic import plain, write_bytes, write_json
+from seals.logs.atomic import write_bytes, write_json
 from seals.rendering.files import png
 from seals.rendering.optics import to_bytes
+from seals.schema import plain
 from seals.untrusted_io import read_json
 from seals.view.films.frame import Image
 
@@ -97,5 +98,4 @@ def times_of(start: float, end: float, *, fps: float, speed: float) -> Floats:
             f"start={start:g} s is after the end at {end:g} s.\nAllowed: up to {end:g} s."
         )
     count = math.floor((end - start) * fps / speed + 1e-6) + 1
-    times: Floats = start + np.arange(count, dtype=np.float64) * (speed / fps)
-    return times
+    return start + np.arange(count, dtype=np.float64) * (speed / fps)

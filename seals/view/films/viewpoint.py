@@ -37,6 +37,33 @@ class Viewpoint(NamedTuple):
     origin: Floats
     axes: Floats
 
+    @classmethod
+    def looking(cls, origin: Floats, target: Floats) -> Viewpoint:
+        """Return an upright camera that looks from one point at another.
+
+        Raises:
+            ConfigError: the two places are one.
+
+        Example:
+            >>> Viewpoint.looking(np.zeros(3), np.array([2.0, 0.0, 0.0])).axes[:, 2].tolist()
+            [1.0, 0.0, 0.0]
+        """
+        ahead = np.asarray(target, dtype=float) - origin
+        length = float(np.linalg.norm(ahead))
+        if length < 1e-6:
+            raise ConfigError(
+                f"camera and look_at are both {np.round(target, 3).tolist()}.\n"
+                "Give two places that differ."
+            )
+        ahead = ahead / length
+        # straight up or down: north is the upper edge
+        upper = UP if abs(ahead[2]) < 0.999 else np.array([0.0, 1.0, 0.0])
+        right = np.cross(ahead, upper)
+        right /= np.linalg.norm(right)
+        return cls(
+            np.asarray(origin, dtype=float), np.column_stack([right, np.cross(ahead, right), ahead])
+        )
+
 
 class Way(NamedTuple):
     """Region that a camera must show during a run.
@@ -52,33 +79,6 @@ class Way(NamedTuple):
     level: float | None
 
 
-def looking(origin: Floats, target: Floats) -> Viewpoint:
-    """Return an upright camera that looks from one point at another.
-
-    Raises:
-        ConfigError: the two places are one.
-
-    Example:
-        >>> looking(np.zeros(3), np.array([2.0, 0.0, 0.0])).axes[:, 2].tolist()
-        [1.0, 0.0, 0.0]
-    """
-    ahead = np.asarray(target, dtype=float) - origin
-    length = float(np.linalg.norm(ahead))
-    if length < 1e-6:
-        raise ConfigError(
-            f"camera and look_at are both {np.round(target, 3).tolist()}.\n"
-            "Give two places that differ."
-        )
-    ahead = ahead / length
-    # straight up or down: north is the upper edge
-    upper = UP if abs(ahead[2]) < 0.999 else np.array([0.0, 1.0, 0.0])
-    right = np.cross(ahead, upper)
-    right /= np.linalg.norm(right)
-    return Viewpoint(
-        np.asarray(origin, dtype=float), np.column_stack([right, np.cross(ahead, right), ahead])
-    )
-
-
 def camera_of(settings: RenderSettings, way: Way) -> Callable[[Floats], Viewpoint]:
     """Return the camera as a function of the robot's position [m], shape (3,).
 
@@ -91,13 +91,15 @@ def camera_of(settings: RenderSettings, way: Way) -> Callable[[Floats], Viewpoin
             f"look_at={settings.look_at} is not a position.\nAllowed: look_at=[x,y,z]"
         )
     origin = _origin(settings, way, target)
-    fixed = looking(origin, target)
+    fixed = Viewpoint.looking(origin, target)
     if not settings.follow:
         return lambda _: fixed
     reach = origin - target
     if settings.camera in ("split", "under_water"):
-        return lambda at: looking(np.array([at[0] + reach[0], at[1] + reach[1], origin[2]]), at)
-    return lambda at: looking(at + reach, at)
+        return lambda at: Viewpoint.looking(
+            np.array([at[0] + reach[0], at[1] + reach[1], origin[2]]), at
+        )
+    return lambda at: Viewpoint.looking(at + reach, at)
 
 
 def _origin(settings: RenderSettings, way: Way, target: Floats) -> Floats:

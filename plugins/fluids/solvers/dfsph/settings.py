@@ -35,11 +35,6 @@ class DfsphOptions:
     courant: float = setting(0.4, "1", bounds=(0.05, 1.0), source="Bender, Koschier 2015")
     warm: float = setting(1.0, "1", bounds=(0.0, 1.0), source="measured")
 
-    def __post_init__(self) -> None:
-        """Check the count."""
-        if self.iterations < 2:
-            raise ConfigError(f"iterations={self.iterations} must be at least 2.\nUse 100.")
-
 
 @dataclass(kw_only=True)
 class DfsphSettings(DeviceSettings):

@@ -35,9 +35,9 @@ def weights(
         stiff: smallest share of the spectrum that is damped at the full rate [1].
 
     Example:
-        >>> from seals.plugins.fluids.solvers.pbf.lattice import calibrate
+        >>> from seals.plugins.fluids.solvers.pbf.lattice import Calibration
         >>> from seals.plugins.fluids.solvers.pbf.choices import Kernel
-        >>> round(weights(1, softness=1e9, lattice=calibrate(Kernel.wendland))[0][0], 6)
+        >>> round(weights(1, softness=1e9, lattice=Calibration.of(Kernel.wendland))[0][0], 6)
         1.0
     """
     high = (margin * lattice.top + softness) / (1 + softness)

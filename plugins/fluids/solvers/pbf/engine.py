@@ -7,7 +7,6 @@ import os
 import time
 import weakref
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, ClassVar
 
 from seals.caches import cache_folder
@@ -94,7 +93,12 @@ class Engine:
         )
         if self.cache:
             folder = cache_folder("taichi")
-            _unlock(folder)
+            # remove a lock left by a killed process: with it, Taichi compiles everything anew for
+            # good
+            lock = folder / "ticache.lock"
+            with contextlib.suppress(OSError):  # absent, or another process was faster
+                if time.time() - lock.stat().st_mtime > LOCKED:
+                    lock.unlink()
             choice["offline_cache_file_path"] = str(folder)
         ti.init(
             **choice,
@@ -105,11 +109,3 @@ class Engine:
             log_level=ti.ERROR,
             random_seed=0,
         )
-
-
-def _unlock(folder: Path) -> None:
-    """Remove a lock left by a killed process: with it, Taichi compiles everything anew for good."""
-    lock = folder / "ticache.lock"
-    with contextlib.suppress(OSError):  # absent, or another process was faster
-        if time.time() - lock.stat().st_mtime > LOCKED:
-            lock.unlink()

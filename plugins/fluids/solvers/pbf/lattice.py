@@ -17,13 +17,13 @@ from seals.plugins.fluids.solvers.pbf.choices import Kernel
 Array = NDArray[np.float64]
 
 
-def wendland(q: Array) -> tuple[Array, Array]:
+def _wendland(q: Array) -> tuple[Array, Array]:
     """Wendland C2 of support two, not normalised: value, and radial derivative over distance."""
     u = np.maximum(1 - 0.5 * q, 0)
     return u**4 * (2 * q + 1), -5 * u**3
 
 
-def spline(q: Array) -> tuple[Array, Array]:
+def _spline(q: Array) -> tuple[Array, Array]:
     """Cubic spline of support two, not normalised: value, and radial derivative over distance."""
     u, t = np.maximum(2 - q, 0), np.maximum(1 - q, 0)
     safe = np.maximum(q, 1e-9)
@@ -33,8 +33,8 @@ def spline(q: Array) -> tuple[Array, Array]:
 # Water at rest is disordered: pressure over the lattice's estimate, from a hydrostatic column
 SETTLED = {Kernel.spline: 0.974, Kernel.wendland: 1.0}
 SHAPES: dict[Kernel, Callable[[Array], tuple[Array, Array]]] = {
-    Kernel.wendland: wendland,
-    Kernel.spline: spline,
+    Kernel.wendland: _wendland,
+    Kernel.spline: _spline,
 }
 
 
@@ -72,6 +72,47 @@ class Calibration(NamedTuple):
     solid: tuple[float, float]
     along: float
 
+    @classmethod
+    def of(cls, kernel: Kernel, support: float = 2.0) -> Calibration:
+        """Sum a kernel over the lattice.
+
+        Args:
+            kernel: which one.
+            support: its reach [1 spacing].
+
+        Example:
+            >>> round(Calibration.of(Kernel.wendland).own, 3)
+            0.404
+        """
+        shape, points = shape_of(kernel, support), lattice(support)
+        r = np.linalg.norm(points, axis=1)
+        own = float(shape(np.zeros(1))[0][0])
+        value, slope = shape(r)
+        # the lattice has the density one
+        factor = 1 / (own + float(value.sum()))
+        gradient = factor * slope[:, None] * points
+        stiffness = float((gradient**2).sum())
+        # eigenvalues of the constraints for plane waves along an axis, by wave number
+        waves = np.linspace(0.0, np.pi, 200)
+        response = np.abs((gradient[:, :1] * np.sin(points[:, :1] * waves)).sum(axis=0)) ** 2
+        flat = points[:, 2] == 0
+        layers = np.arange(1.0, support)
+        solid = solid_factors(shape, factor, support)
+        return cls(
+            support=support,
+            factor=factor,
+            own=own * factor,
+            sheet=factor * (own + float(value[flat].sum())),
+            spread=float((value * r**2)[flat].sum() / (own + value[flat].sum())),
+            stiffness=stiffness,
+            top=float(response.max()) / stiffness,
+            virial=-SETTLED[kernel] * float((gradient * points).sum()) / 3,
+            behind=factor * float(sum(sheet_mean(shape, float(k), support)[0] for k in layers)),
+            press=-2 * factor * float(sum(sheet_mean(shape, float(k), support)[1] for k in layers)),
+            solid=solid,
+            along=_along_over_across(solid, support),
+        )
+
 
 def shape_of(kernel: Kernel, support: float) -> Callable[[Array], tuple[Array, Array]]:
     """Return a kernel stretched to a support: value, and radial derivative over distance.
@@ -97,45 +138,6 @@ def lattice(support: float) -> Array:
     points = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), -1).reshape(-1, 3)
     r = np.linalg.norm(points, axis=1)
     return np.asarray(points[(r > 0) & (r < support)], dtype=np.float64)
-
-
-def calibrate(kernel: Kernel, support: float = 2.0) -> Calibration:
-    """Sum a kernel over the lattice.
-
-    Args:
-        kernel: which one.
-        support: its reach [1 spacing].
-
-    Example:
-        >>> round(calibrate(Kernel.wendland).own, 3)
-        0.404
-    """
-    shape, points = shape_of(kernel, support), lattice(support)
-    r = np.linalg.norm(points, axis=1)
-    own = float(shape(np.zeros(1))[0][0])
-    value, slope = shape(r)
-    factor = 1 / (own + float(value.sum()))
-    gradient = factor * slope[:, None] * points
-    stiffness = float((gradient**2).sum())
-    waves = np.linspace(0.0, np.pi, 200)
-    response = np.abs((gradient[:, :1] * np.sin(points[:, :1] * waves)).sum(axis=0)) ** 2
-    flat = points[:, 2] == 0
-    layers = np.arange(1.0, support)
-    solid = solid_factors(shape, factor, support)
-    return Calibration(
-        support=support,
-        factor=factor,
-        own=own * factor,
-        sheet=factor * (own + float(value[flat].sum())),
-        spread=float((value * r**2)[flat].sum() / (own + value[flat].sum())),
-        stiffness=stiffness,
-        top=float(response.max()) / stiffness,
-        virial=-SETTLED[kernel] * float((gradient * points).sum()) / 3,
-        behind=factor * float(sum(sheet_mean(shape, float(k), support)[0] for k in layers)),
-        press=-2 * factor * float(sum(sheet_mean(shape, float(k), support)[1] for k in layers)),
-        solid=solid,
-        along=along_over_across(solid, support),
-    )
 
 
 def sheet_mean(
@@ -181,7 +183,7 @@ def solid_factors(
     return float(a), float(b)
 
 
-def along_over_across(solid: tuple[float, float], support: float) -> float:
+def _along_over_across(solid: tuple[float, float], support: float) -> float:
     """Return the ratio of the second moments of a sheet's forces, parallel to it over normal to it.
 
     Seen from the layer of water on it, one spacing away; averaged over places along the sheet.

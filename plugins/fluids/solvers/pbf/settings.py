@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from seals.errors import ConfigError
 from seals.plugins.fluids.solver import Domain
 from seals.plugins.fluids.solvers.device_settings import DeviceSettings
 from seals.schema import count, setting
@@ -27,12 +26,6 @@ class PbfSettings(DeviceSettings):
     iterations: int = count(4, bounds=(1, 1000))
     tolerance: float = setting(0.0, "1", bounds=(0.0, 0.1), source="chosen")
     warm_start: float = setting(0.0, "1", bounds=(0.0, 1.0), source="chosen")
-
-    def __post_init__(self) -> None:
-        """Check the counts."""
-        super().__post_init__()
-        if self.iterations < 1:
-            raise ConfigError(f"iterations={self.iterations} must be at least 1.\nUse 4.")
 
     def build(self, domain: Domain, *, device: str, threads: int) -> DeviceSolver:
         """Allocate the solver, see `SolverSettings.build`; Taichi starts with the first one."""

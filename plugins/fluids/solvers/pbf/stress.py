@@ -15,7 +15,7 @@ from seals.plugins.fluids.solvers.pbf.points import close_pairs
 Array = NDArray[np.float64]
 
 
-class Pairs(NamedTuple):
+class _Pairs(NamedTuple):
     """Pairs of a particle and a neighbour: rows, offset [1 spacing], value and slope, share."""
 
     i: NDArray[np.int64]
@@ -23,6 +23,27 @@ class Pairs(NamedTuple):
     offset: Array
     value: Array
     slope: Array
+
+    @classmethod
+    def of(cls, a: Array, b: Array, method: Method, weights: Array | None = None) -> _Pairs:
+        """Pairs in reach; with weights those with boundary samples, by their kernel."""
+        lattice, d = method.lattice, method.spacing
+        found = list(close_pairs(a, b, lattice.support * d))
+        if not found:
+            none = np.zeros(0, dtype=np.int64)
+            return cls(none, none, np.zeros((0, 3)), np.zeros(0), np.zeros(0))
+        i, j, r = (np.concatenate(x) for x in zip(*found, strict=True))
+        if weights is None:
+            i, j, r = (x[i != j] for x in (i, j, r))
+            value, slope = shape_of(method.kernel, lattice.support)(r / d)
+            value, slope = lattice.factor * value, lattice.factor * slope
+        else:
+            # u^7 (p + q u) with u = 1 - r / support, see `lattice.solid_factors`
+            (p, q), u = lattice.solid, 1 - r / d / lattice.support
+            part = method.scale * weights[j]
+            value = part * u**7 * (p + q * u)
+            slope = -part * u**6 * (7 * p + 8 * q * u) / (lattice.support * np.maximum(r / d, 1e-3))
+        return cls(i, j, (a[i] - b[j]) / d, value, slope)
 
 
 class Method(NamedTuple):
@@ -66,44 +87,27 @@ def mean_stress(
     References:
         Irving and Kirkwood 1950, doi 10.1063/1.1747782.
     """
-    water, wall = _pairs(places, places, method), _pairs(places, samples, method, weights)
+    water, wall = _Pairs.of(places, places, method), _Pairs.of(places, samples, method, weights)
     n, lattice = len(places), method.lattice
     turn = _corrections(water, wall, n, method)
     force = -water.slope[:, None] * water.offset
+    # either end of a pair has half of its stress: 1/2 (lambda_i L_i + lambda_j L_j) (-grad W) . x
     pull = np.einsum("nab,nb->na", turn[water.i], force) * multipliers[water.i, None]
     pull += np.einsum("nab,nb->na", turn[water.j], force) * multipliers[water.j, None]
     stress = _summed(water.i, 0.5 * (pull * water.offset).sum(axis=1), n)
     force = -wall.slope[:, None] * wall.offset
     push = np.einsum("nab,nb->na", turn[wall.i], force)
+    # of a wall the part normal to it alone: `along` is the share that its samples add beside it
     normal = _summed(wall.i, 0.5 * (push * wall.offset).sum(axis=1), n)
     stress += normal / (1 + 2 * lattice.along) * multipliers
     near = lattice.own + _summed(water.i, water.value, n)
     stress *= (near + _summed(wall.i, wall.value, n)) / 3
+    # averaged with the kernel: single particles in layers differ by a tenth
     whole = lattice.own * stress + _summed(water.i, water.value * stress[water.j], n)
     return np.asarray(whole / near)
 
 
-def _pairs(a: Array, b: Array, method: Method, weights: Array | None = None) -> Pairs:
-    """Pairs in reach; with weights those with boundary samples, by their kernel."""
-    lattice, d = method.lattice, method.spacing
-    found = list(close_pairs(a, b, lattice.support * d))
-    if not found:
-        none = np.zeros(0, dtype=np.int64)
-        return Pairs(none, none, np.zeros((0, 3)), np.zeros(0), np.zeros(0))
-    i, j, r = (np.concatenate(x) for x in zip(*found, strict=True))
-    if weights is None:
-        i, j, r = (x[i != j] for x in (i, j, r))
-        value, slope = shape_of(method.kernel, lattice.support)(r / d)
-        value, slope = lattice.factor * value, lattice.factor * slope
-    else:
-        (p, q), u = lattice.solid, 1 - r / d / lattice.support
-        part = method.scale * weights[j]
-        value = part * u**7 * (p + q * u)
-        slope = -part * u**6 * (7 * p + 8 * q * u) / (lattice.support * np.maximum(r / d, 1e-3))
-    return Pairs(i, j, (a[i] - b[j]) / d, value, slope)
-
-
-def _corrections(water: Pairs, wall: Pairs, n: int, method: Method) -> Array:
+def _corrections(water: _Pairs, wall: _Pairs, n: int, method: Method) -> Array:
     """Isotropy corrections, shape (n, 3, 3), see `device.isotropy`."""
     one, along = np.eye(3), method.lattice.along
     if method.share <= 0.0:
@@ -119,7 +123,7 @@ def _corrections(water: Pairs, wall: Pairs, n: int, method: Method) -> Array:
     return np.asarray(np.linalg.inv(one + part * uneven))
 
 
-def _moments(pairs: Pairs, n: int) -> Array:
+def _moments(pairs: _Pairs, n: int) -> Array:
     """Sum -slope e e^T over the pairs of each particle, shape (n, 3, 3)."""
     e = pairs.offset
     out = np.zeros((n, 3, 3))

@@ -79,12 +79,14 @@ class Incompressible:
                 rate = 0.0
                 if self.p.density[i] > ENOUGH:
                     rate = self.g.step[None] * self.divergence_of(i, self.p.velocity[1])
+                # Jacobi step on d rho/dt = 0: gain times residual, and a share of the last change
                 have, size = self.own.divergence[i], self.own.diagonal[i]
                 old = self.p.place[1].get(i)[3] if memory != 0.0 else 0.0
                 least = self.own.least[i]
                 new = ti.max(have + gain * rate / size + memory * old, least)
                 self.own.divergence[i] = new
                 self.p.place[1].set_last(i, new - have)
+                # complementarity: what draws apart is solved once its multiplier is least
                 self.count_residual(i, ti.max(rate, (least - have) * size))
 
     @ti.kernel
@@ -94,6 +96,7 @@ class Incompressible:
             if i < self.g.count[None]:
                 have, soft = self.p.multiplier[i], self.g.compliance[None]
                 rate = self.g.step[None] * self.divergence_of(i, self.p.velocity[0])
+                # density at the end of the substep, rho + h d rho/dt, against 1 + alpha lambda
                 over = self.p.density[i] + rate - 1.0 - soft * have
                 old = self.p.place[1].get(i)[3] if memory != 0.0 else 0.0
                 size = self.own.diagonal[i] + soft
@@ -106,6 +109,7 @@ class Incompressible:
     @ti.func
     def count_residual(self, i, left):
         """Add the residual of a constraint to its bucket, by its absolute value."""
+        # integers add up to the same sum in every order; rounded to the next quantum
         part = ti.cast(ti.min(ti.abs(left), 1.0) / QUANTUM + 0.5, ti.i32)
         if part > 0:
             # at most 2^30 in a bucket
@@ -119,6 +123,7 @@ class Incompressible:
         """
         at, v = self.p.place[1].get(i), values.get(i)
         q = ti.Vector([at[0], at[1], at[2]])
+        # d rho_i/dt = sum_j g_ij (K_i e_ij) . (v_i - v_j)
         rate = 0.0
         if ti.static(self.listed):
             for k in range(self.p.filled[i]):
@@ -223,6 +228,7 @@ class Incompressible:
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
                 h, at = self.g.step[None], self.p.place[1].get(i)
+                # buffer 1 holds what `keep_off` adds: contact acts on the way of this substep
                 v = self.p.velocity[0].get(i) + self.p.velocity[1].get(i)
                 self.p.velocity[0].set(i, v)
                 q = ti.Vector([at[0] + h * v[0], at[1] + h * v[1], at[2] + h * v[2]])

@@ -86,6 +86,7 @@ class Adhesion:
         """Acceleration of a particle towards a sample, ``e`` from it [m/s^2]."""
         r = e.norm() + 1e-9
         share = r / self.support
+        # eq. 7: A = (-4 s^2 + 6 s - 2)^(1/4) for s = r / h from 1/2 to 1, zero elsewhere
         inside = -4.0 * share * share + 6.0 * share - 2.0
         size = 0.0
         if inside > 0.0 and share < 1.0:
@@ -107,6 +108,7 @@ class Adhesion:
                     total += part
                     if self.s.owner[t] == 0:
                         still += part
+                # impulse on walls times the step: `Finish.sum_walls` divides by it
                 h = self.g.step[None]
                 self.p.velocity[1].add(i, h * total)
                 self.p.wall[i] += (h * h) * still

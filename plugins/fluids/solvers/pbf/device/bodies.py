@@ -88,6 +88,7 @@ class Bodies:
     @ti.func
     def body_response(self, body, slope, turn) -> Any:
         """Return the mobility of a body for a density gradient and its moment [1/m^2]."""
+        # the sum over all particles that press it bounds the answer to each of them, see SHARE
         count, c = self.neighbour_count[body], self.compact[body]
         return self.mass * (
             c[3] * slope * ti.max(slope, SHARE * count[0])
@@ -158,6 +159,7 @@ class Bodies:
     def turn(self, b, angle):
         """Rotate a body by a small rotation vector, to second order."""
         r = self.rotation[b]
+        # exp(w) = 1 + w + w^2 / 2 + O(w^3)
         w = ti.Matrix(
             [[0.0, -angle[2], angle[1]], [angle[2], 0.0, -angle[0]], [-angle[1], angle[0], 0.0]],
             dt=ti.f64,
@@ -174,6 +176,7 @@ class Bodies:
                 ti.cast(c[1], ti.f32),
                 ti.cast(c[2], ti.f32),
                 ti.cast(self.inverse_mass[b], ti.f32),
+                # the trace bounds the inverse inertia about every axis
                 ti.cast(j[0, 0] + j[1, 1] + j[2, 2], ti.f32),
             ]
         )
@@ -228,6 +231,7 @@ class Bodies:
         moment *= self.mass
         self.impulse[b] += force / h
         self.moment[b] += moment / h
+        # pushes are displacements of particles: times the mass they are impulse times step
         shift = self.inverse_mass[b] * force
         angle = self.inverse_inertia[b] @ moment
         self.velocity[b] += shift / h

@@ -68,6 +68,7 @@ class Cohesion:
     @ti.func
     def spline(self, r) -> Any:
         """Attraction beyond half the support, repulsion below it [1/m^3]."""
+        # eq. 2: (h - r)^3 r^3, below h / 2 twice that less h^6 / 64, which repels
         h = self.support
         value = (h - r) ** 3 * r**3
         if 2 * r <= h:
@@ -79,6 +80,7 @@ class Cohesion:
     @ti.func
     def pull(self):
         """Apply surface tension. Data in: buffer 1, densities. Data out: its velocities."""
+        # all normals first: a force needs those of the neighbours too
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
                 self.normal[i] = self.gather(i, False)
@@ -116,6 +118,7 @@ class Cohesion:
         s = self.support * self.kernel.gradient(r2) * e
         if ti.static(force):
             r = ti.sqrt(r2) + 1e-9
+            # K_ij makes up for the neighbours that particles at the surface lack
             both = ti.max(self.p.density[i] + self.p.density[j], 0.2)
             s = (2 / both) * (
                 (self.mass * self.spline(r) / r) * e + (self.normal[i] - self.normal[j])

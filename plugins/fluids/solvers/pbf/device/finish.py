@@ -74,6 +74,7 @@ class Finish:
                 v = self.p.velocity[1].get(i)
                 if ti.static(self.damped):
                     v += self.g.blend[None] * self.p.laplacian.get(i)
+                    # biharmonic: the Laplacian of the Laplacian that `find_laplacian` left
                     v -= self.g.damping[None] * self.laplacian(i, self.p.laplacian)
                 elif ti.static(self.blended):
                     v += self.g.blend[None] * self.laplacian(i, self.p.velocity[1])
@@ -122,10 +123,12 @@ class Finish:
                 normal -= o[3] * g * (q - x)
                 if ti.static(moving):
                     v0 += o[3] * w * self.b.velocity_at(body, x)
+        # slip along the wall: the flow past the body without its part normal to the surface
         size = normal.norm() + 1e-9
         past = v - v0 / ti.max(near, 1e-9)
         along = past - past.dot(normal) / (size * size) * normal
         share = ti.min(near / self.full, 1.0)
+        # dv/dt = -c_f / 2 |v| v / d over a layer one spacing deep; implicit Euler: v / (1 + h rate)
         rate = 0.5 * friction * share * along.norm() / self.spacing
         return -(1.0 - 1.0 / (1.0 + rate * self.g.step[None])) * along, near
 
@@ -160,6 +163,7 @@ class Finish:
     def sums(self, velocity: ti.template(), src: ti.template()):
         """Sum velocity, its square and compression by chunk, with the largest values."""
         for c in range(self.g.chunks):
+            # one thread sums a chunk in order: the result is the same for any number of them
             flow = ti.Vector([0.0, 0.0, 0.0], dt=ti.f64)
             energy, squeezed, residual = ti.f64(0.0), ti.f64(0.0), ti.f64(0.0)
             most = 0.0
@@ -170,6 +174,7 @@ class Finish:
                 over = ti.max(self.p.density[i] - 1.0, 0.0)
                 squeezed += over
                 most = ti.max(most, over)
+                # what is left of C - alpha lambda = 0 where it presses
                 held = ti.max(self.p.multiplier[i], 0.0)
                 residual += ti.max(over - self.g.compliance[None] * held, 0.0)
             for k in ti.static(range(3)):

@@ -57,6 +57,7 @@ class Grid:
     @ti.func
     def column(self, p) -> Any:
         """Column of a point; points outside fall into the columns at the edge."""
+        # one column of padding on either side: a walk around the edge needs no test
         cx = ti.cast(ti.floor(p[0] / self.support), ti.i32) + 1
         cy = ti.cast(ti.floor(p[1] / self.support), ti.i32) + 1
         return ti.min(ti.max(cx, 1), self.nx - 2), ti.min(ti.max(cy, 1), self.ny - 2)
@@ -86,6 +87,7 @@ class Grid:
     def run(self, start: ti.template(), p, ox, oy, reach) -> Any:
         """Index range of the candidates in one of the columns around a point."""
         cx, cy = self.column(p)
+        # half height of the sphere of reach above the nearest point of the column
         dx, dy = self.aside(cx, ox, p[0]), self.aside(cy, oy, p[1])
         rest = reach * reach - dx * dx - dy * dy
         first, last = 0, 0
@@ -109,6 +111,7 @@ class Grid:
         for ox in range(-1, 2):
             for oy in range(-1, 2):
                 base = ((cx + ox) * self.ny + cy + oy) * self.nz
+                # with slack: points move between the sort and the last sweep
                 low = self.level(p[2] - SLACK * self.support)
                 for z in range(low, self.level(p[2] + SLACK * self.support) + 1):
                     self.mark[base + z] = 1
@@ -150,6 +153,7 @@ class Grid:
         for c in range(self.cells):
             first, last = self.start[c], self.start[c + 1]
             for a in range(first + 1, last):
+                # insertion sort: a cell has few members
                 held = order[a]
                 b = a - 1
                 while b >= first and number[order[b]] > number[held]:

@@ -73,9 +73,13 @@ class Isotropy:
     @ti.func
     def note(self, i, a, b, c, d):
         """Write the correction of a particle from the moments of water and of boundary samples."""
+        # a single sheet of samples stands for half a space of water: its moments along and across
+        # it are brought into the ratio of the water's
         a += self.across * (c - self.along * (c[0] + c[1] + c[2]))
         b += self.across * d
         third = (a[0] + a[1] + a[2]) / 3
+        # M = third (I + uneven); K = (I + part uneven)^-1, with the part limited so that it stays
+        # positive definite
         a, b = a / (third + 1e-9) - 1.0, b / (third + 1e-9)
         size = ti.sqrt(a.norm_sqr() + 2 * b.norm_sqr())
         part = self.share * ti.min(1.0, LIMIT / (size + 1e-9))
@@ -120,6 +124,7 @@ def moment(a, b, e, weight) -> Any:
 @ti.func
 def inverse(a, b) -> Any:
     """Return A^-1 - I of a symmetric matrix A, six numbers: diagonal, and (yz, xz, xy)."""
+    # cofactors of the symmetric matrix over its determinant
     xx, yy, zz = a[1] * a[2] - b[0] * b[0], a[0] * a[2] - b[1] * b[1], a[0] * a[1] - b[2] * b[2]
     yz, xz, xy = b[1] * b[2] - a[0] * b[0], b[0] * b[2] - a[1] * b[1], b[0] * b[1] - a[2] * b[2]
     det = a[0] * xx + b[2] * xy + b[1] * xz

@@ -4,7 +4,7 @@ from typing import Any
 
 from seals.plugins.fluids.solvers.pbf.choices import Kernel
 from seals.plugins.fluids.solvers.pbf.language import ti
-from seals.plugins.fluids.solvers.pbf.lattice import calibrate
+from seals.plugins.fluids.solvers.pbf.lattice import Calibration
 
 # least distance that is divided by [halves of the support]
 NEAREST = 1e-4
@@ -26,7 +26,7 @@ class Smoothing:
     ) -> None:
         self.inverse = inverse
         self.kind = {Kernel.wendland: 0, Kernel.spline: 1}[kernel]
-        self.lattice = calibrate(kernel, reach)
+        self.lattice = Calibration.of(kernel, reach)
         self.support = reach * spacing
         # distances are in halves of the support below
         self.per_half = 2 / self.support
@@ -54,11 +54,13 @@ class Smoothing:
         q, over = self.halves(r2)
         w, g = 0.0, 0.0
         if ti.static(self.kind == 0):
+            # Wendland C2: W = u^4 (2 q + 1), W'/q = -5 u^3, u = 1 - q / 2
             u = ti.max(1 - 0.5 * q, 0.0)
             u3 = u * u * u
             w = self.factor * u3 * u * (2 * q + 1)
             g = -5 * self.slope * u3
         else:
+            # cubic spline: W = (2 - q)^3 / 4 - (1 - q)^3; W'/q is 0/0 at zero distance
             u, t = ti.max(2 - q, 0.0), ti.max(1 - q, 0.0)
             u2, t2 = u * u, t * t
             w = self.factor * (0.25 * u2 * u - t2 * t)
@@ -84,6 +86,7 @@ class Smoothing:
         u = ti.max(1 - 0.5 * q, 0.0)
         u3 = u * u * u
         u6 = u3 * u3
+        # u^7 (a + b u) and its derivative over distance, see `lattice.solid_factors`
         w = u6 * u * (self.solid_a + self.solid_b * u)
         g = -0.5 * u6 * (7 * self.solid_a + 8 * self.solid_b * u) / ti.max(q, 1e-3)
         return w, g * (self.per_half * self.per_half)

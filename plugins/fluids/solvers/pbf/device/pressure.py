@@ -91,10 +91,12 @@ class Pressure:
     @ti.func
     def gather(self, i, q) -> Any:
         """Density of the water around a particle, its gradient, and the sum of their squares."""
+        # rho_i = W(0) + sum_j W_ij, grad rho_i = sum_j g_ij e_ij; e_ij = x_i - x_j, grad W = g e
         rho, square = self.own(i), 0.0
         slope = ti.Vector([0.0, 0.0, 0.0])
         for c in range(self.near.columns):
             first, last = self.near.water(i, q, c)
+            # the next member is read one turn ahead, so that its latency hides behind the sum
             ahead = self.near.member(i, first)
             for k in range(first, last):
                 j = self.near.member(i, k)
@@ -102,6 +104,7 @@ class Pressure:
                     j, ahead = ahead, self.near.member(i, k + 1)
                 e = q - self.p.place[1].get(j).xyz
                 r2 = e.norm_sqr()
+                # cells also hold the particle itself and what is out of reach, lists do not
                 if ti.static(self.listed) or (j != i and r2 < self.support2):
                     w, g = self.kernel.both(r2)
                     rho += w
@@ -142,6 +145,7 @@ class Pressure:
     @ti.func
     def own(self, i) -> Any:
         """Density by a particle itself, less what it adds where it fills up its list."""
+        # a list is filled up to whole lanes with the particle itself, whose W(0) is taken out again
         more = 0.0
         if ti.static(self.listed and self.p.lanes > 1):
             more = ti.cast(self.p.filled[i] - self.p.near[i], ti.f32)
@@ -154,6 +158,8 @@ class Pressure:
         rho, slope, square = self.with_walls(i, q, rho, slope, square)
         self.p.density[i] = rho
         have, least = self.p.multiplier[i], self.tension(rho, slope)
+        # XPBD: d lambda = (C - alpha lambda) / (|grad C|^2 + alpha), C = rho - 1; the floor holds a
+        # lone particle, whose gradients vanish. Chebyshev adds a share of the last change, at[3]
         soft = self.g.compliance[None]
         wanted = (rho - 1.0 - soft * have) / (ti.max(square, self.floor) + soft)
         new = ti.max(have + weights[0] * wanted + weights[1] * at[3], least)
@@ -184,6 +190,7 @@ class Pressure:
             more, extra, wall = self.boundary_density(i, q, slope, square)
             rho += more
             square = extra
+            # `tension` reads how open the water is: a wall beside it is not open
             slope -= along(slope, wall)
         return rho, slope, square
 
@@ -205,6 +212,7 @@ class Pressure:
                     body, moved, turned = owner, moved + f, turned + arm.cross(f)
         whole = slope + wall
         total = square - slope.norm_sqr() + whole.norm_sqr()
+        # a body that gives way makes the constraint softer: its mobility joins the diagonal
         if body > 0:
             total += self.b.body_response(body, moved.norm(), turned.norm())
         return rho, total, wall
@@ -249,6 +257,8 @@ class Pressure:
         """Displacement of a particle by the multipliers around it, those of buffer ``src``."""
         at = self.p.place[src].get(i)
         q, mine = at.xyz, at[3]
+        # dx_i = -sum_j g_ij (K_j d lambda_j + K_i d lambda_i) e_ij, K the isotropy correction:
+        # equal and opposite in each pair, so that momentum is kept
         s, own = ti.Vector([0.0, 0.0, 0.0]), ti.Vector([0.0, 0.0, 0.0])
         for c in range(self.near.columns):
             first, last = self.near.water(i, q, c)
@@ -328,6 +338,7 @@ class Pressure:
                         for k in range(first, last):
                             j = self.near.found(s, k)
                             at = self.p.place[self.changes].get(j)
+                            # action and reaction: what the sample does to the particle, reversed
                             total -= self.push(j, t, at.xyz, at[3])
                 self.s.push[s] = total
                 self.s.pressed[s] += total

@@ -58,6 +58,7 @@ class Sorting:
                 if ti.static(self.predicting):
                     h = self.g.step[None]
                     v = self.p.velocity[0].get(i)
+                    # symplectic Euler: the velocity first, then the place with it
                     v[2] -= h * self.g.gravity[None]
                     self.p.velocity[0].set(i, v)
                     q = ti.Vector([old[0] + h * v[0], old[1] + h * v[1], old[2] + h * v[2]])
@@ -77,6 +78,7 @@ class Sorting:
             if j < self.g.count[None]:
                 i = self.p.order[j]
                 q = self.p.place[0].get(i)
+                # multipliers of the last substep travel with their particles, in q[3]
                 warm = self.g.warm[None] * q[3]
                 self.p.multiplier[j] = warm
                 self.p.place[1].set(j, ti.Vector([q[0], q[1], q[2], warm]))
@@ -149,6 +151,7 @@ class Sorting:
                 for j in range(first, last):
                     e = q - self.p.place[1].get(j).xyz
                     n = self.note(i, n, j, e.norm_sqr() < self.support2 and j != i)
+        # the list is filled up to whole lanes with the particle itself, see `Pressure.own`
         near = ti.min(n, self.p.longest)
         filled = (near + self.p.lanes - 1) // self.p.lanes * self.p.lanes
         for k in ti.static(range(self.p.lanes - 1)):

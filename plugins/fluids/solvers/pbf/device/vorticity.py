@@ -60,6 +60,7 @@ class Vorticity:
                 n = self.gather(i, True)
                 c = self.curl[i]
                 w = ti.Vector([c[0], c[1], c[2]])
+                # eq. 16: strength (N x w), N = n / |n|; none where the vorticity is even
                 size = n.norm()
                 if size > 1e-6:
                     self.p.velocity[1].add(
