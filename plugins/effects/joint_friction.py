@@ -167,8 +167,7 @@ def friction_as_catalogued(
 
     Equation:
         least squares over the log of C sign(q') + B q' against
-        coulomb tanh(q' / threshold) + viscous q', where the joint slides: abs(q') > threshold. At
-        rest the ideal law bears any torque up to C, and such rows say nothing of it.
+        coulomb tanh(q' / threshold) + viscous q'.
 
     Args:
         coulomb: [N m].
@@ -180,8 +179,6 @@ def friction_as_catalogued(
         >>> friction_as_catalogued(0.1, 0.02, 1e-6, np.array([-0.3, 0.2, 0.5]))
         (0.1, 0.02)
     """
-    slides = np.abs(rates) > threshold
-    rates = rates[slides] if slides.any() else rates
     torque = coulomb * np.tanh(rates / threshold) + viscous * rates
     laws = np.stack((np.sign(rates), rates), axis=1)
     found = np.linalg.lstsq(laws, torque, rcond=None)[0]
