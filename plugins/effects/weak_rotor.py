@@ -11,7 +11,7 @@ from seals.arrays import Floats, namespace
 from seals.effects.effect import Effect, Parameters
 from seals.effects.identification import Addition, Comparison, Freed, Identification, Stage, Subject
 from seals.motion import Drives, Inputs, Medium, Motion
-from seals.schema import count, param
+from seals.schema import check_fields, count, param
 
 
 @dataclass(kw_only=True)
@@ -90,6 +90,10 @@ class WeakRotor(Effect):
             for k in drives
         ]
         return [*found, *(slips if subject.rotors else [])]
+
+    def __post_init__(self) -> None:
+        """Refuse what the fields do not allow, as the reading of a configuration does."""
+        check_fields(type(self), {"rotor": self.rotor}, where="weak_rotor")
 
     def constants(self) -> dict[str, Floats]:
         """Return the drive's index."""

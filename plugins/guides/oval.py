@@ -11,7 +11,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.control import Plant, Reference, RobotState
 from seals.control.tracking import Place, pursued
-from seals.schema import count, setting, vector
+from seals.schema import check_fields, count, setting, vars_of, vector
 from seals.state_records import state_record
 
 
@@ -61,6 +61,10 @@ class Oval:
         1.5, "1/s", bounds=(0.0, 50.0), source="chosen: below the speed's"
     )
     speed: float = setting(1.0, "m/s", bounds=(0.0, 50.0), source="chosen")
+
+    def __post_init__(self) -> None:
+        """Refuse what the fields do not allow, as the reading of a configuration does."""
+        check_fields(type(self), vars_of(self), where="oval")
 
     def bind(self, plant: Plant) -> None:
         """Accept any robot."""

@@ -15,7 +15,7 @@ from seals.logs.log import Log
 from seals.logs.table import header, read_csv_columns
 from seals.logs.units import find_unit
 from seals.plugins.readers.mapped import ReaderMapped
-from seals.schema import count, setting
+from seals.schema import check_fields, count, setting, vars_of
 from seals.untrusted_io import read_bytes
 
 _FIRST_LINES = 400
@@ -55,6 +55,10 @@ class ReaderBetaflight(ReaderMapped):
     gyro_scale: float = setting(0.0, "deg/s", bounds=(0.0, 1e3), source="not set")
     acc_1g: float = setting(0.0, "1", bounds=(0.0, 1e6), source="not set")
     poles: int = count(14, bounds=(2, 1000))
+
+    def __post_init__(self) -> None:
+        """Refuse what the fields do not allow, as the reading of a configuration does."""
+        check_fields(type(self), vars_of(self), where="reader")
 
     def read(self, source: str | Path | None = None) -> list[Log]:
         """Return the one log of the table.

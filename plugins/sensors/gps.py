@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from seals.schema import param, setting, vector
+from seals.schema import check_fields, param, setting, vector
 from seals.sensors.instrument import Instrument, TrueValues
 from seals.sensors.noise import Noise
 from seals.sensors.protocol import SensorInput
@@ -69,6 +69,11 @@ class SensorGps(Instrument):
     )
     bias: list[float] = vector((0.0, 0.0, 0.0), "m", bounds=(-1e5, 1e5), source="chosen")
     acquire: float = setting(1.0, "s", bounds=(0.0, 1e4), source="u-blox M8: hot start")
+
+    def __post_init__(self) -> None:
+        """Refuse what the fields do not allow, as the reading of a configuration does."""
+        check_fields(type(self), {"bias": self.bias}, where="gps")
+        super().__post_init__()
 
     def channels(self) -> dict[str, int]:
         """Return the channels."""

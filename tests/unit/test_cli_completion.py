@@ -12,10 +12,10 @@ import pytest
 import seals
 from seals.cli.completion import SHELLS, words_of_verbs
 from seals.cli.main import VERBS, main
-from seals.config.build import _as_annotated
 from seals.errors import ConfigError
 from seals.plugins.effects.quadratic_drag import DragQuadratic
 from seals.registry import blame
+from seals.schema import read
 
 ASK = """
 {script}
@@ -127,7 +127,7 @@ def test_a_fault_elsewhere_blames_nobody() -> None:
 )
 def test_whole_numbers_in_nested_lists(hint: Any, given: Any, wanted: Any) -> None:
     """However deep, whole numbers are numbers; nothing else becomes one."""
-    found = _as_annotated(hint, given, "effects.x.y")
+    found = read(hint, given, where="effects.x.y")
     assert repr(found) == repr(wanted)
-    with pytest.raises(ConfigError, match=r"effects\.x\.y\[0\]\[1\]: 'True' is no number"):
-        _as_annotated(list[list[float]], [[1, True]], "effects.x.y")
+    with pytest.raises(ConfigError, match=r"effects\.x\.y\[0\]\[1\]=True is not allowed"):
+        read(list[list[float]], [[1, True]], where="effects.x.y")

@@ -78,7 +78,7 @@ def test_values_that_types_let_through_are_refused(override: str, words: str) ->
         (["learner=visual_sac"], "needs pictures"),
         (["learner=ppo", "count=1", "learner.horizon=7"], "two steps or more in each minibatch"),
         (["course.steps=-1"], "course.steps=-1"),
-        (["learner.hidden=[[8]]"], "hidden=[[8]] is not allowed"),
+        (["learner.hidden=[[8]]"], "hidden[0]=[8] is not allowed"),
         (["count=0"], "count=0"),
         (["device=gpu"], "Did you mean 'cuda'"),
         (["device=cuda:1"], "CUDA_VISIBLE_DEVICES"),

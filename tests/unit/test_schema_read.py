@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from seals.errors import ConfigError, LogError
+from seals.registry import get
 from seals.schema import Within, count, param, plain, read
 
 
@@ -135,3 +136,23 @@ def test_words_of_a_file() -> None:
     assert read(Part, {"name": "a", "more": 1}, where="a", extra=True) == Part(name="a")
     with pytest.raises(ConfigError, match="p=a b"):
         read(float, "a\nb", where="p")
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "given"),
+    [
+        ("effect", "weak_rotor", {"rotor": 0}),
+        ("guide", "seek", {"place": [1.0]}),
+        ("guide", "seek", {"place": [1.0, math.nan]}),
+        ("guide", "learned", {"place": [1.0]}),
+        ("guide", "oval", {"laps": 0}),
+        ("sensor", "gps", {"bias": [0.0, math.inf, 0.0]}),
+        ("reader", "betaflight", {"poles": 1}),
+    ],
+)
+def test_constructors_refuse_what_a_configuration_refuses(
+    kind: str, name: str, given: Mapping[str, Any]
+) -> None:
+    """A class that is called in Python keeps its bounds, too."""
+    with pytest.raises(ConfigError, match=rf"{next(iter(given))}.*\nAllowed"):
+        get(kind, name).load()(**given)

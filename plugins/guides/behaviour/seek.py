@@ -10,7 +10,7 @@ import numpy as np
 from seals.control import Reference, RobotState
 from seals.field_roles import roles
 from seals.plugins.guides.behaviour.over_ground import Behaviour, apart, heading_for, place_of
-from seals.schema import setting, vector
+from seals.schema import check_fields, setting, vars_of, vector
 from seals.state_records import state_record
 
 
@@ -46,6 +46,10 @@ class Seek(Behaviour):
     speed: float = setting(0.1, "m/s", bounds=(1e-3, 50.0), source="chosen")
     near: float = setting(0.02, "m", bounds=(1e-4, 100.0), source="chosen")
     slow: float = setting(0.05, "m", bounds=(1e-4, 100.0), source="chosen")
+
+    def __post_init__(self) -> None:
+        """Refuse what the fields do not allow, as the reading of a configuration does."""
+        check_fields(type(self), vars_of(self), where="seek")
 
     def start(self, situation: RobotState) -> SeekState:
         """Return the initial state: the heading."""
