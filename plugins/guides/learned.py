@@ -13,7 +13,7 @@ from seals.errors import ConfigError
 from seals.field_roles import roles
 from seals.learn.task import Instant, WorldTask
 from seals.plugins.guides.behaviour.over_ground import place_of
-from seals.schema import check_fields, vars_of, vector
+from seals.schema import check_tree, vector
 from seals.state_records import state_record
 
 KNOWN = ("phase", "power", "slip")
@@ -61,7 +61,7 @@ class Learned:
 
     def __post_init__(self) -> None:
         """Refuse what the fields do not allow, as the reading of a configuration does."""
-        check_fields(type(self), vars_of(self), where="learned")
+        check_tree(self, where="learned")
 
     def bind(self, plant: Plant) -> None:
         """Read the policy, and build its task for this robot.

@@ -11,7 +11,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.control import Plant, Reference, RobotState
 from seals.control.tracking import Place, pursued
-from seals.schema import check_fields, count, setting, vars_of, vector
+from seals.schema import check_tree, count, setting, vector
 from seals.state_records import state_record
 
 
@@ -64,7 +64,7 @@ class Oval:
 
     def __post_init__(self) -> None:
         """Refuse what the fields do not allow, as the reading of a configuration does."""
-        check_fields(type(self), vars_of(self), where="oval")
+        check_tree(self, where="oval")
 
     def bind(self, plant: Plant) -> None:
         """Accept any robot."""

@@ -18,7 +18,7 @@ from seals.plugins.live.foxglove_shapes import arrows, solids
 from seals.plugins.live.gate import Gate, private_addresses
 from seals.run.live_output import Beat, Pace
 from seals.run.settings import RunSettings
-from seals.schema import count, param, parameters_of
+from seals.schema import check_tree, count, param, parameters_of
 from seals.world import World
 
 ROBOT, WORLD = "robot", "world"
@@ -61,6 +61,10 @@ class LiveFoxglove:
     force_scale: float = param(
         0.02, "m/N", bounds=(0.0, 100.0), tolerance=0.0, source="chosen", fit=False
     )
+
+    def __post_init__(self) -> None:
+        """Refuse what the fields do not allow, as the reading of a configuration does."""
+        check_tree(self, where="live")
 
     def open(self, settings: RunSettings, folder: Path) -> None:
         """Listen.

@@ -20,7 +20,7 @@ from seals.plugins.live.ros_messages import ROBOT, Messages
 from seals.plugins.live.zenoh_node import ZenohNode, session_of, topic_key
 from seals.run.live_output import Beat, Pace
 from seals.run.settings import RunSettings
-from seals.schema import count, param
+from seals.schema import check_tree, count, param
 from seals.world import World
 
 VELOCITY, COMMANDS = "cmd_vel", "commands"
@@ -55,6 +55,10 @@ class LiveRos2:
     connect: list[str] = field(default_factory=lambda: ["tcp/127.0.0.1:7447"])
     listen: list[str] = field(default_factory=lambda: ["tcp/127.0.0.1:0"])
     record: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuse what the fields do not allow, as the reading of a configuration does."""
+        check_tree(self, where="live")
 
     def open(self, settings: RunSettings, folder: Path) -> None:
         """Join the graph; listen to commands where guide or controller take them.

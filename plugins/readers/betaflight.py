@@ -15,7 +15,7 @@ from seals.logs.log import Log
 from seals.logs.table import header, read_csv_columns
 from seals.logs.units import find_unit
 from seals.plugins.readers.mapped import ReaderMapped
-from seals.schema import check_fields, count, setting, vars_of
+from seals.schema import check_tree, count, setting
 from seals.untrusted_io import read_bytes
 
 _FIRST_LINES = 400
@@ -58,7 +58,7 @@ class ReaderBetaflight(ReaderMapped):
 
     def __post_init__(self) -> None:
         """Refuse what the fields do not allow, as the reading of a configuration does."""
-        check_fields(type(self), vars_of(self), where="reader")
+        check_tree(self, where="reader")
 
     def read(self, source: str | Path | None = None) -> list[Log]:
         """Return the one log of the table.

@@ -11,7 +11,7 @@ from seals.field_roles import roles
 from seals.logs.csv import read_csv
 from seals.logs.log import Log
 from seals.plugins.readers.mapped import ReaderMapped
-from seals.schema import count
+from seals.schema import check_fields, count
 
 
 @roles(data="delimiter")
@@ -39,6 +39,7 @@ class ReaderCsv(ReaderMapped):
     skip_lines: int = count(0, bounds=(0, 1_000_000))
 
     def __post_init__(self) -> None:
+        check_fields(type(self), {"skip_lines": self.skip_lines}, where="reader")
         if len(self.delimiter) != 1 or self.delimiter in '\r\n"':
             raise LogError(
                 f"delimiter={self.delimiter!r} is not allowed.\nAllowed: one character, such as , ;"

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from seals.schema import param, setting, vector
+from seals.schema import check_tree, param, setting, vector
 from seals.sensors.instrument import Instrument, TrueValues
 from seals.sensors.noise import Noise
 from seals.sensors.protocol import SensorInput
@@ -60,6 +60,7 @@ class SensorMagnetometer(Instrument):
 
     def __post_init__(self) -> None:
         """Store the field as a vector."""
+        check_tree(self, where="magnetometer")
         super().__post_init__()
         self._field = np.array([self.east, self.north, self.up])
 

@@ -12,7 +12,7 @@ from seals.arrays import Array, Floats, as_like, columns, namespace
 from seals.environment.linear_waves import jonswap, wavenumber
 from seals.environment.waves import Sea, WaveOptions, gradient_along
 from seals.errors import ConfigError
-from seals.schema import count, optional, param
+from seals.schema import check_tree, count, optional, param
 
 _CHOSEN = "chosen"
 STEEPEST = 2.0 * math.pi / 15.0
@@ -90,6 +90,7 @@ class WaveSea(WaveOptions):
 
     def __post_init__(self) -> None:
         """Find the waves; refuse what linear theory does not describe."""
+        check_tree(self, where="sea")
         rates, self._amplitude = (
             np.array([2.0 * math.pi / self.period]),
             np.array([self.height / 2]),

@@ -148,6 +148,12 @@ def test_words_of_a_file() -> None:
         ("guide", "oval", {"laps": 0}),
         ("sensor", "gps", {"bias": [0.0, math.inf, 0.0]}),
         ("reader", "betaflight", {"poles": 1}),
+        ("reader", "csv", {"skip_lines": -1}),
+        ("viewer", "mitsuba", {"samples": -1}),
+        ("sensor", "magnetometer", {"hard_iron": [0.0, math.nan, 0.0]}),
+        ("wave", "sea", {"components": 0}),
+        ("live", "foxglove", {"port": 70_000}),
+        ("live", "ros2", {"domain": 999}),
     ],
 )
 def test_constructors_refuse_what_a_configuration_refuses(

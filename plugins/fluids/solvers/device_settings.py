@@ -11,7 +11,7 @@ from seals.errors import ConfigError
 from seals.field_roles import roles
 from seals.plugins.fluids.solver import Domain
 from seals.plugins.fluids.solvers.pbf.choices import Kernel, Search
-from seals.schema import count, param, setting
+from seals.schema import check_tree, count, param, setting
 
 if TYPE_CHECKING:
     from seals.plugins.fluids.solvers.device_solver import DeviceSolver
@@ -94,6 +94,7 @@ class DeviceSettings(ABC):
 
     def __post_init__(self) -> None:
         """Check that what needs stored lists has them."""
+        check_tree(self, where="physics")
         asked = [n for n in ("wall_friction", "body_friction", "adhesion") if getattr(self, n) > 0]
         if asked and self.search is Search.cells:
             raise ConfigError(

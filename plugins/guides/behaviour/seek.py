@@ -10,7 +10,7 @@ import numpy as np
 from seals.control import Reference, RobotState
 from seals.field_roles import roles
 from seals.plugins.guides.behaviour.over_ground import Behaviour, apart, heading_for, place_of
-from seals.schema import check_fields, setting, vars_of, vector
+from seals.schema import check_tree, setting, vector
 from seals.state_records import state_record
 
 
@@ -49,7 +49,7 @@ class Seek(Behaviour):
 
     def __post_init__(self) -> None:
         """Refuse what the fields do not allow, as the reading of a configuration does."""
-        check_fields(type(self), vars_of(self), where="seek")
+        check_tree(self, where="seek")
 
     def start(self, situation: RobotState) -> SeekState:
         """Return the initial state: the heading."""

@@ -19,7 +19,7 @@ from seals.plugins.viewers.mitsuba.variant import Variant, mitsuba
 from seals.rendering import Cameras, Lens, Light, Picture, Poses, Scene
 from seals.rendering.optics import Optics
 from seals.rendering.scene import check_scene
-from seals.schema import count, setting
+from seals.schema import check_tree, count, setting
 from seals.view.films import Frame
 from seals.view.films.settings import Quality
 
@@ -73,6 +73,7 @@ class RendererMitsuba:
 
     def __post_init__(self) -> None:
         """Start closed."""
+        check_tree(self, where="viewer")
         self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._plain: Plain | None = None
         self._build: Build | None = None

@@ -9,7 +9,7 @@ from seals.errors import ConfigError
 from seals.plugins.fluids.solver import Domain
 from seals.plugins.fluids.solvers.device_settings import DeviceSettings
 from seals.plugins.fluids.solvers.pbf.choices import Kernel
-from seals.schema import count, setting
+from seals.schema import check_tree, count, setting
 
 if TYPE_CHECKING:
     from seals.plugins.fluids.solvers.device_solver import DeviceSolver
@@ -34,6 +34,10 @@ class DfsphOptions:
     iterations: int = count(100, bounds=(2, 10_000))
     courant: float = setting(0.4, "1", bounds=(0.05, 1.0), source="Bender, Koschier 2015")
     warm: float = setting(1.0, "1", bounds=(0.0, 1.0), source="measured")
+
+    def __post_init__(self) -> None:
+        """Refuse what the fields do not allow, as the reading of a configuration does."""
+        check_tree(self, where="dfsph")
 
 
 @dataclass(kw_only=True)
