@@ -86,7 +86,7 @@ def driven(matrix: Array, right: Array, drive: JointDrive, gain: Array) -> tuple
     left = (1.0 - at_limit) * gain
     change = _solve(matrix, right, held, left)
     wanted = held - left * change[:, lead:]
-    return change, limit * xp.clip(wanted / limit, -1.0, 1.0)
+    return change, xp.clip(wanted, -limit, limit)
 
 
 def heavier(matrix: Array, armature: Array) -> Array:

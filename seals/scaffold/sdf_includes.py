@@ -12,6 +12,7 @@ from xml.etree import ElementTree
 from seals.check.finding import listed
 from seals.errors import RobotError
 from seals.scaffold.resources import read_tree
+from seals.untrusted_io import read_bytes
 
 _DEEPEST = 8
 _LONGEST_CONFIG = 100_000
@@ -200,6 +201,6 @@ def _named_file(config: Path) -> str:
     beside = config.resolve().parent == config.parent.resolve()
     if not (beside and config.is_file()) or config.stat().st_size > _LONGEST_CONFIG:
         return "model.sdf"
-    text = config.read_text(encoding="utf-8", errors="replace")
+    text = read_bytes(config, most=_LONGEST_CONFIG).decode(errors="replace")
     names = re.findall(r"<sdf\b[^>]*>\s*([\w.+-]+\.sdf)\s*</sdf>", text)
     return str(names[-1]) if names else "model.sdf"

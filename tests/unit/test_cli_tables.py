@@ -95,7 +95,7 @@ def test_describe_shows_units_bounds_and_equation(capsys: pytest.CaptureFixture[
     assert "Equation:" in out
     row = next(line for line in out.splitlines() if line.startswith("  coefficient_x "))
     assert "N s^2/m^2" in row
-    assert "0 to 100000" in row
+    assert "0 to 1e+07" in row
 
 
 def test_one_broken_package_is_reported_and_stops_nothing(
