@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,10 +13,12 @@ from seals.logs.native import read_native
 from seals.logs.shipped import shipped_logs
 from seals.sysid.predictors.linear_screen import candidate_keys
 from seals.sysid.predictors.problem import Problem, prepare
+from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.scores import self_check as module
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, scored
 from seals.sysid.scores.self_check import self_check, simulated_readings, tipped
-from seals.sysid.selection.relinearised import repeat_worse_fits
+from seals.sysid.selection import relinearised
+from seals.sysid.selection.relinearised import refit_about_own_values, repeat_worse_fits
 
 ROWS = 400
 
@@ -87,3 +91,21 @@ def test_a_fit_with_one_more_effect_is_never_left_worse_than_without(
     )
     repeat_worse_fits(problem, stated, base, chosen, 1)
     assert chosen[payload.label][1].cost < base.fit.cost + 1.0
+
+
+def test_tolerances_that_run_away_do_not_spoil_a_repeated_fit(
+    fitted: tuple[Problem, EvidenceHypothesis], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Linear about its own tolerances a model may not fly: then it is so about the effect alone."""
+    problem, wind = fitted
+    keys, own = wind.fit.free, relinearised.linearise_model
+
+    def astray(plant: Any, trajectory: Any, at: Mapping[str, float], **more: Any) -> Fitter:
+        # the further the tolerances, the worse: a centre of gravity half a metre below the rotors
+        far = {"centre_of_gravity.offset_z": -0.5} if set(at) - set(keys) else {}
+        return own(plant, trajectory, {**at, **far}, **more)
+
+    monkeypatch.setattr(relinearised, "linearise_model", astray)
+    found = refit_about_own_values(problem, wind, wind)
+    assert set(found.fitter.at) == set(keys)
+    assert found.fit.cost == pytest.approx(wind.fit.cost, rel=0.01)

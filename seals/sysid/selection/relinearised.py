@@ -74,22 +74,35 @@ def _about_own_values(hypothesis: EvidenceHypothesis) -> bool:
 def refit_about_own_values(
     problem: Problem, nominal: EvidenceHypothesis, hypothesis: EvidenceHypothesis
 ) -> EvidenceHypothesis:
-    """Relinearise a hypothesis about its own values and fit it again."""
+    """Relinearise a hypothesis about its own values and fit it again.
+
+    Where that is worse, the tolerances stay where the hypothesis had them: one that stands in for
+    what is still missing, such as a centre of gravity far away, makes the dynamics of a model that
+    does not fly, and the next fit moves it further. The base is not linear about them either.
+    """
     keys = hypothesis.fit.free
     if problem.plant.candidate_set.sensor_delay in keys and hypothesis.fitter.windows.delay:
         hypothesis = estimate_sensor_delay(nominal, hypothesis)
-    fit, fitter = hypothesis.fit, hypothesis.fitter
-    known = fit.known
-    for _ in range(_ROUNDS):
-        at = dict(fit.values)
-        if problem.samples.posed and not problem.impact:
-            level = fitter.windows.gusts
-            fitter = linearise_model(fitter.plant, fitter.trajectory, at, gusts=level)
-        else:
-            fitter = follow_measurements(fitter, keys, at=at, rounds=1)
-        before, fit = fit, fitter.fit(keys, start=fit.values)
-        if abs(before.cost - fit.cost) < _SETTLED:
-            break
+    known = hypothesis.fit.known
+    followed = problem.impact or not problem.samples.posed
+
+    def repeated(moving: Sequence[str]) -> tuple[Fit, Fitter]:
+        fit, fitter = hypothesis.fit, hypothesis.fitter
+        for _ in range(_ROUNDS):
+            at = {**fitter.at, **{k: fit.values[k] for k in moving}}
+            if followed:
+                fitter = follow_measurements(fitter, keys, at=at, rounds=1)
+            else:
+                level = fitter.windows.gusts
+                fitter = linearise_model(fitter.plant, fitter.trajectory, at, gusts=level)
+            before, fit = fit, fitter.fit(keys, start=fit.values)
+            if abs(before.cost - fit.cost) < _SETTLED:
+                break
+        return fit, fitter
+
+    fit, fitter = repeated(hypothesis.fit.keys)
+    if not followed and fit.cost > hypothesis.fit.cost + problem.policy.screen_near:
+        fit, fitter = min((fit, fitter), repeated(keys), key=lambda one: one[0].cost)
     return scored(hypothesis.candidates, replace(fit, known=known), fitter, nominal)
 
 
