@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from types import SimpleNamespace
+from types import MappingProxyType, SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from seals.effects.identification import Identification
 from seals.errors import LogError
 from seals.plugins.effects.rotor_drag import DragRotor
 from seals.plugins.effects.rotor_lag import RotorLag
@@ -30,6 +31,8 @@ from seals.sysid.selection.search import Search
 
 POLICY = DecisionPolicy()
 DELAY = "sensor_delay.delay"
+MOTIONS = ("linear_drag", "rotor_drag", "angular_drag", "inertia")
+"""Effects that only motion shows."""
 
 
 def moved(sigmas: Sequence[float], *, unknown: Sequence[float] | float = 0.1) -> EvidenceHypothesis:
@@ -53,7 +56,11 @@ def moved(sigmas: Sequence[float], *, unknown: Sequence[float] | float = 0.1) ->
     wind = Candidate(name="wind", keys=("wind.size",), reported=("size",))
     late = Candidate(name="sensor_delay", keys=(DELAY,), reported=("delay",))
     known = numbers | {k: Parameter(key=k) for k in ("wind.size", DELAY)}
-    sets = CandidateSet(effects={}, parameters=known, candidates=(wind, late))
+    moving = [
+        Candidate(name=n, keys=(), reported=(), identification=Identification(needs_motion=k))
+        for k, n in enumerate(MOTIONS)
+    ]
+    sets = CandidateSet(effects={}, parameters=known, candidates=(wind, late, *moving))
     sets.__dict__["sensor_delay"] = DELAY
     fitter: Any = SimpleNamespace(
         windows=SimpleNamespace(observed=1000.0, count=10, delay=0.0),
@@ -126,12 +133,13 @@ def answer(
     stated: float = 3.0,
     sigmas: Sequence[float] = (0.1,) * 26,
     simulated_step: float | None = None,
+    gains: Mapping[str, float] = MappingProxyType({"wind": 1e3}),
 ) -> EvidenceAnswer:
     """Decide on a model with some effects of one size."""
     calm = DisturbanceLevel(level=1.0, gain=0.0, allowance=0.0, between=1.0)
     monkeypatch.setattr(evidence, "disturbance_level", lambda best: calm)
     monkeypatch.setattr(evidence, "self_check", lambda best: None)
-    monkeypatch.setattr(evidence, "expected_gains", lambda base: {"wind": 1e3})
+    monkeypatch.setattr(evidence, "expected_gains", lambda base: gains)
     monkeypatch.setattr(evidence, "channel_errors", lambda *given: errors)
     monkeypatch.setattr(evidence, "stated_misfit", lambda nominal: stated)
     monkeypatch.setattr(evidence, "held_out_misfit", lambda best: 1.0)
@@ -173,6 +181,17 @@ def test_a_channel_outside_its_band_is_not_nothing_missing(monkeypatch: pytest.M
     said = answer(monkeypatch, channel(8.1, 8.1, 8.1))
     assert said.verdict is Verdict.cannot_tell
     assert "position x is 8.1 times its expected error" in said.reasons[0]
+
+
+@pytest.mark.parametrize(("drag", "verdict"), [(40.0, "nothing_missing"), (4.0, "cannot_tell")])
+def test_few_effects_that_a_log_could_not_show_hinder_no_verdict(
+    monkeypatch: pytest.MonkeyPatch, drag: float, verdict: str
+) -> None:
+    """A slow flight shows every drag and no inertia; one that hovers shows neither."""
+    motions = dict(zip(MOTIONS, (drag, drag, 80.0, 3.0), strict=True))
+    said = answer(monkeypatch, channel(1.1, 1.0, 1.0), gains=motions)
+    assert said.verdict.value == verdict
+    assert "inertia" in said.blind
 
 
 def test_a_moved_number_is_told_and_never_nothing_missing(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -39,7 +39,7 @@ class EvidenceAnswer(Answer[EvidenceHypothesis]):
         disturbance_level: of the residual.
         explained: share of the misfit that the claims explain.
         excitation: expected gain by candidate.
-        blind: effects that the log could not show.
+        blind: effects that the log could not show; few of them do not hinder a verdict.
         channels: errors by channel under the stated, the calibrated and the best model.
         stated_wrong: stated numbers that lie too far off to be chance.
     """
@@ -315,8 +315,11 @@ def _quiet(
     ranks = {c.name: c.identification.needs_motion for c in nominal.fitter.candidate_set.candidates}
     asked = sorted((rank, n) for n, rank in ranks.items() if rank is not None and n in names)
     # what acts in the other medium alone is nothing that this log could show
-    blind = [*blind, *(n for _, n in asked if policy.absent < names[n] < policy.excitation)]
-    reasons = [f"this log could not show {', '.join(blind)}"] if blind else []
+    unseen = [n for _, n in asked if policy.absent < names[n] < policy.excitation]
+    # most of what needs motion was seen: the few that were not are told beside the verdict
+    still = bool(blind) or len(unseen) >= policy.unseen * len(asked) > 0.0
+    blind = [*blind, *unseen]
+    reasons = [f"this log could not show {', '.join(blind)}"] if still else []
     if open_answer.channels.outside and not search.best.candidates:
         worst = open_answer.channels.outside[0]
         reasons.append(
@@ -325,7 +328,7 @@ def _quiet(
         )
     reasons += _passed(problem, search)
     step = problem.vehicle.simulated_step
-    if step and len(reasons) > bool(blind):
+    if step and len(reasons) > still:
         reasons[-1] += f"; {_of_step(step)}"
     wrong = _wrong_numbers(problem, nominal)
     if wrong:

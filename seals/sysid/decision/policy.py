@@ -207,6 +207,12 @@ class DecisionPolicy:
     excitation: float = threshold(
         15.0, EVIDENCE, "expected gain of a plausible effect below which a log cannot show it"
     )
+    unseen: float = threshold(
+        0.5,
+        "1",
+        "share of the effects that need motion from which on a log shows too few of them for a "
+        "verdict",
+    )
     absent: float = threshold(
         1e-6, EVIDENCE, "expected gain below which an effect cannot act where the log was made"
     )

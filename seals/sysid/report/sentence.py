@@ -26,7 +26,8 @@ def sentence(found: Diagnosis) -> str:
     beside = [f"  {why}: {effect['name']}" for effect in table["fitted"] if not effect["named"]]
     if verdict is Verdict.nothing_missing:
         said = "Nothing is missing: the misfit is within noise and tolerances."
-        return "\n".join([said, *error_lines(table)]) + _by_log(found, table)
+        unseen = [f"  not to be seen in this log: {', '.join(answer.blind)}"] * bool(answer.blind)
+        return "\n".join([said, *unseen, *error_lines(table)]) + _by_log(found, table)
     if verdict is Verdict.cannot_tell:
         advice = " Move the vehicle more." if answer.blind else ""
         return "\n".join([f"Cannot tell: {reasons}.{advice}", *wrong, *error_lines(table)])
