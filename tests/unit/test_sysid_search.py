@@ -117,6 +117,14 @@ def test_backward_drops_what_is_not_worth_its_place() -> None:
     assert set(kept.best.names) == {"a", "b", "c"}
 
 
+def test_what_was_hidden_by_a_dropped_effect_is_tried_without_it() -> None:
+    """The first effect does not pay in the end; without it a third one does."""
+    scores = {"a": 5.0, "ab": 7.0, "abc": 8.5, "abd": 8.2, "bc": 8.0}
+    stages = SearchStages(effects=3, last=(Refinement.backward,))
+    assert set(search(Table(scores), stages).best.names) == {"b", "c"}
+    assert set(search(Table({**scores, "bcd": 9.5}), stages).best.names) == {"b", "c", "d"}
+
+
 def test_one_effect_at_most() -> None:
     """Without a second step the best single stands, and the nominal model where none suffices."""
     assert search(Table(HIDDEN), SearchStages(effects=1)).best.names == ("c",)
