@@ -309,6 +309,18 @@ def test_the_printed_error_has_three_steps() -> None:
     ]
 
 
+def test_noise_that_is_stated_too_large_is_told() -> None:
+    """A third of it is left: smaller effects hide in the rest."""
+    table = {
+        "effects": [],
+        "held_out_error": {"stated": 0.4, "before": 0.2, "after": 0.2},
+        "channels": [e.to_dict() for e in channel(0.8, 0.33, 0.33).errors],
+    }
+    assert error_lines(table)[-1].startswith(
+        "  stated noise and gusts are too large: position is left 0.33 of its own."
+    )
+
+
 def test_a_wrong_number_is_printed_with_what_to_do() -> None:
     """Both values, how far, the sign, and the command that calibrates it."""
     number = {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -14,6 +15,9 @@ from seals.sysid.report.naming import figure, interval
 
 SHOWN = ("position", "specific_force", "angular_velocity")
 """Channels whose errors stand beside the misfit."""
+QUIET = 0.6
+"""Error in units of the expected one below which too much noise was stated: about a third of the
+variance; the expected one holds gusts that are good to a factor of two."""
 
 
 def sentence(found: Diagnosis) -> str:
@@ -129,7 +133,27 @@ def error_lines(table: Mapping[str, Any]) -> list[str]:
             most = max(own, key=lambda e: e["stated"] ** 2 - e["after"] ** 2)
             unit = unit_text(most["unit"])
             lines.append(f"  {most['name']} {_fall(most['rms'][:count])} {unit} within a second")
+    quiet = overstated(table)
+    if quiet:
+        lines.append(
+            f"  stated noise and gusts are too large: {quiet}. With smaller ones in datasheet.yaml "
+            "smaller effects show."
+        )
     return lines
+
+
+def overstated(table: Mapping[str, Any]) -> str:
+    """Return in words which channels are left far below the noise and gusts that are stated.
+
+    Args:
+        table: of the diagnosis, as `Diagnosis.to_dict` returns it.
+    """
+    levels: dict[str, list[float]] = {}
+    for error in table["channels"]:
+        levels.setdefault(error["channel"], []).append(error["after"])
+    found = {c: math.sqrt(sum(x * x for x in own) / len(own)) for c, own in levels.items()}
+    parts = [f"{c} is left {figure(x)} of its own" for c, x in found.items() if x < QUIET]
+    return ", ".join(parts)
 
 
 def _fall(values: Sequence[float]) -> str:
