@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Array, as_like, namespace, on_accelerator, some
+from seals.errors import PhysicsError
 from seals.learn.batched import StepResult
 from seals.learn.environments.episode_frame import FrameCallback
 from seals.learn.environments.episodes import FARTHEST, EpisodeOutcome, Episodes, EpisodeState
@@ -115,11 +116,21 @@ class Environments:
         self._set(self._opened(*self.simulator.begin(draw, None, seeds)))
         return self._observation(self._perceive(self._scene.now, None))
 
+    def begin_anew(self, rows: Any) -> Any:
+        """Begin the episodes of some rows anew, bool (N,); return all observations."""
+        if self._scene is None:
+            self.reset()
+        mask = as_like(np.asarray(rows, dtype=float), self.simulator.like) > 0.5
+        chance = self._starts.chances(self.count, self._generator) if self._starts else None
+        self._set(self._reset_ended(self._scene, mask, chance))
+        return self._observation(self._perceive(self._scene.now, mask))
+
     def step(self, action: Tensor) -> StepResult:
         """Step all environments; see `seals.learn.batched.Batched`."""
         import torch
 
         with torch.no_grad():
+            self._refuse_undefined("action", action)
             asked = self._as_action(action)
             if self._scene is None:
                 self.reset()
@@ -137,6 +148,7 @@ class Environments:
             callback = self.simulator.frame_callback
             if callback is not None and not self.simulator.films:
                 callback(self.simulator.frame(self.reached))
+            self._refuse_undefined("reward", found.reward)
             return found
 
     def _advance(self, scene: Scene, asked: Array) -> tuple[Scene, tuple[StepResult, Instant]]:
@@ -181,7 +193,10 @@ class Environments:
             lost = lost | failed
         terminated = verdict.terminated | lost
         ended = terminated | verdict.truncated
+        zero = xp.zeros_like(verdict.reward)
         verdict = verdict._replace(
+            # of a robot without a position nothing is known, of any other the reward is the task's
+            reward=xp.where(lost & ~xp.isfinite(verdict.reward), zero, verdict.reward),
             terminated=terminated,
             truncated=verdict.truncated & ~lost,
             success=verdict.success & ended & ~lost,
@@ -293,7 +308,7 @@ class Environments:
         """Return the result of a step as tensors."""
         return StepResult(
             observation=observation,
-            reward=self._as_tensor(verdict.reward),
+            reward=self._as_tensor(verdict.reward, none=float("nan")),
             terminated=self._flag(verdict.terminated),
             truncated=self._flag(verdict.truncated),
             final=final,
@@ -317,6 +332,28 @@ class Environments:
         tensor = torch.from_numpy(values) if isinstance(values, np.ndarray) else values
         return torch.nan_to_num(tensor.to(self.device, torch.float32), none, none, none)
 
+    def _refuse_undefined(self, what: str, values: Any) -> None:
+        """Refuse numbers that are not finite; nobody waits for those on an accelerator.
+
+        Raises:
+            PhysicsError: an environment has one.
+        """
+        if on_accelerator(values):
+            return
+        xp = namespace(values)
+        odd = ~xp.isfinite(xp.reshape(values, (self.count, -1)))
+        if bool(odd.any()):
+            k = int(np.flatnonzero(np.asarray(odd).any(axis=1))[0])
+            task = type(self.task).__name__
+            raise PhysicsError(
+                f"the {what} of environment {k} is not finite ({task}).\n"
+                + (
+                    "Look into the policy: its network has diverged, or was given odd numbers."
+                    if what == "action"
+                    else f"Let the task return finite numbers: seals check, or its {what}."
+                )
+            )
+
     def _flag(self, flags: Array) -> Tensor:
         import torch
 
@@ -324,7 +361,12 @@ class Environments:
         return found.to(self.device)
 
     def _observation(self, now: Instant) -> Tensor:
-        return self._as_tensor(self.task.observation(now)).clamp(-FARTHEST, FARTHEST)
+        values = self.task.observation(now)
+        if not self.simulator.pure:
+            xp = namespace(values)
+            known = xp.all(xp.isfinite(now.position), axis=1, keepdims=True)
+            self._refuse_undefined("observation", xp.where(known, values, xp.zeros_like(values)))
+        return self._as_tensor(values).clamp(-FARTHEST, FARTHEST)
 
 
 def _plain(value: Any) -> Any:

@@ -138,8 +138,9 @@ class SealsEnv(gymnasium.Env[Numbers, Numbers]):
 class SealsVectorEnv(VectorEnv[Numbers, Numbers, Any]):
     """Gymnasium vector environment of N robots: one batch, or N worlds.
 
-    An episode that ends begins anew in the same step; its last observation is ``final_obs`` of the
-    infos.
+    An episode that ends begins anew in the same step, and its last observation is ``final_obs`` of
+    the infos; or in the next one, whose action it ignores; or when ``reset`` is called with its
+    row in ``options={"reset_mask": ...}``.
 
     Args:
         env: recipe of the group ``env``.
@@ -148,11 +149,12 @@ class SealsVectorEnv(VectorEnv[Numbers, Numbers, Any]):
             where they can do the task.
         overrides: Hydra overrides.
         device: of the twins.
-    """
+        autoreset_mode: of Gymnasium, or its value: ``SameStep``, ``NextStep``, ``Disabled``.
+        render_mode: ``rgb_array`` for pictures of the first robot, None for none.
 
-    metadata = {"autoreset_mode": AutoresetMode.SAME_STEP}  # noqa: RUF012  the interface has it so
-    autoreset_mode = AutoresetMode.SAME_STEP
-    """The same, where Gymnasium's own vector environments have it and TorchRL looks for it."""
+    Raises:
+        SealsError: an override is wrong, the robot cannot do the task, or a mode is not known.
+    """
 
     def __init__(
         self,
@@ -162,25 +164,70 @@ class SealsVectorEnv(VectorEnv[Numbers, Numbers, Any]):
         backend: str = "",
         overrides: Sequence[str] = (),
         device: str = "cpu",
+        autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP,
+        render_mode: str | None = None,
     ) -> None:
         """Build all environments."""
+        modes = {mode.value: mode for mode in AutoresetMode}
+        mode = getattr(autoreset_mode, "value", autoreset_mode)
+        if mode not in modes:
+            raise ConfigError(f"autoreset_mode={mode}\n{suggestion(str(mode), list(modes))}")
+        if render_mode not in (None, "rgb_array"):
+            raise ConfigError(f"render_mode={render_mode}\nAllowed for many: rgb_array, or none.")
         config = composed(env, backend, overrides)
-        self.batched = batched_of(config, count=num_envs, device=device)
+        self.autoreset_mode, self.render_mode = modes[mode], render_mode
+        self.metadata = {
+            "autoreset_mode": self.autoreset_mode,
+            "render_modes": ["rgb_array"],
+            "render_fps": float(config.task.rate),
+        }
+        same = self.autoreset_mode is AutoresetMode.SAME_STEP
+        self.batched = batched_of(config, count=num_envs, device=device, renew=same)
         self.num_envs = num_envs
         self.single_observation_space, self.single_action_space = _spaces(self.batched)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
+        self._ended = np.zeros(num_envs, dtype=bool)
+        self._picture: Any = None
+        self._frame: Any = None
+        if render_mode is not None:
+            from seals.learn.picture import Picture
+
+            self._picture = Picture(config)
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: Any = None
     ) -> tuple[Numbers, dict[str, Any]]:
-        """Reset all environments."""
+        """Reset all environments, or those of ``options["reset_mask"]``, shape (N,).
+
+        Args:
+            seed: of all, or one each; None leaves an environment to chance.
+            options: may hold the mask.
+
+        Raises:
+            ConfigError: a mask of another shape, or seeds of some environments only.
+        """
+        mask = (options or {}).get("reset_mask")
+        if mask is not None:
+            rows = np.asarray(mask, dtype=bool)
+            if rows.shape != (self.num_envs,) or seed is not None:
+                raise ConfigError(
+                    f"a reset_mask of shape {rows.shape} for {self.num_envs} environments, or a "
+                    "seed beside it.\nGive one flag for each of them, and no seed."
+                )
+            return _numbers(self.batched.begin_anew(rows)), {}
+        self._ended[:] = False
         if seed is None or isinstance(seed, int):
             super().reset(seed=seed)
             seeds = self.np_random.integers(1_000_000_000, size=self.num_envs).tolist()
         else:
-            seeds = [int(s or 0) for s in seed]
-        return _numbers(self.batched.reset(seeds)), {}
+            fresh = self.np_random.integers(1_000_000_000, size=self.num_envs).tolist()
+            seeds = [f if s is None else int(s) for s, f in zip(seed, fresh, strict=True)]
+        found = _numbers(self.batched.reset(seeds))
+        if self._picture is not None:
+            self.batched.set_frame_callback(self._see)
+            self._picture.begin(self._frame)
+        return found, {}
 
     def step(
         self, actions: Numbers
@@ -191,15 +238,34 @@ class SealsVectorEnv(VectorEnv[Numbers, Numbers, Any]):
         turn = self.batched.step(torch.as_tensor(np.asarray(actions, dtype=np.float32)))
         terminated, truncated = turn.terminated.cpu().numpy(), turn.truncated.cpu().numpy()
         infos: dict[str, Any] = {name: x.cpu().numpy() for name, x in turn.facts.items()}
-        ended = terminated | truncated
-        if ended.any():
-            infos |= {"final_obs": _numbers(turn.final), "_final_obs": ended}
         reward = turn.reward.cpu().numpy().astype(np.float64)
-        return _numbers(turn.observation), reward, terminated, truncated, infos
+        seen, ended = turn.observation, terminated | truncated
+        if self.autoreset_mode is AutoresetMode.NEXT_STEP:
+            # what moved on after its end is put back, to a start
+            before, self._ended = self._ended, ended & ~self._ended
+            if before.any():
+                seen = self.batched.begin_anew(before)
+                reward[before], terminated, truncated = (
+                    0.0,
+                    terminated & ~before,
+                    truncated & ~before,
+                )
+        elif self.autoreset_mode is AutoresetMode.SAME_STEP and ended.any():
+            infos |= {"final_obs": _numbers(turn.final), "_final_obs": ended}
+        return _numbers(seen), reward, terminated, truncated, infos
+
+    def render(self) -> tuple[NDArray[np.uint8], ...] | None:
+        """Return the picture of the first robot, in a tuple; None without ``render_mode``."""
+        return None if self._frame is None else (self._picture.image(self._frame),)
 
     def close_extras(self, **kwargs: Any) -> None:
-        """Release all worlds."""
+        """Release all worlds, and the renderer."""
         self.batched.close()
+        if self._picture is not None:
+            self._picture.close()
+
+    def _see(self, frame: EpisodeFrame) -> None:
+        self._frame = frame
 
 
 def _spaces(batched: Any) -> tuple[Any, Any]:

@@ -48,6 +48,15 @@ class PixelEnvironments(Environments):
         self._film = self._still(self.cameras.look(self.now))
         return {"state": state, "pixels": self._film}
 
+    def begin_anew(self, rows: Any) -> Any:
+        """Begin the episodes of some rows anew, bool (N,); return all observations."""
+        import torch
+
+        state = super().begin_anew(rows)
+        fresh = torch.as_tensor(rows, device=self._film.device)[:, None, None, None]
+        self._film = torch.where(fresh, self._still(self.cameras.look(self.now)), self._film)
+        return {"state": state, "pixels": self._film}
+
     def step(self, action: Tensor) -> StepResult:
         """Step all environments; see `seals.learn.batched.Batched`."""
         import torch

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from seals.errors import PhysicsError
 from seals.learn.devices import largest_of_all
 from seals.learn.learner import Advised
 from seals.learn.networks import actor_of
@@ -189,8 +190,25 @@ class Training:
 
     def _log(self) -> None:
         figures = {**self._place(), **self._statistics.row()}
+        self._refuse_undefined(figures)
         self._table("training", (*TRAINED, *self.agent.reports)).append(figures)
         self._chart("training", figures)
+
+    def _refuse_undefined(self, figures: Mapping[str, Any]) -> None:
+        """Stop where a reward, or what the agent reports, is no number any more.
+
+        Raises:
+            PhysicsError: one is not finite; environments on the processor say so at once.
+        """
+        odd = [name for name, value in figures.items() if not math.isfinite(value)]
+        running = self._statistics.returns
+        if not bool(running.isfinite().all()):
+            odd.append("return of an episode under way")
+        if odd:
+            raise PhysicsError(
+                f"not finite by step {self.step}: {', '.join(odd)}. The training stops.\n"
+                "Lower the learning rate, or let the task return finite rewards."
+            )
 
     def _evaluate(self) -> None:
         """Evaluate the present policy on the validation seeds, and save it."""
