@@ -180,7 +180,9 @@ def _left_in_channels(problem: Problem, best: EvidenceHypothesis, errors: Channe
 
     Play and dry friction in an arm shake the base as well: their laws are judged by the misfit.
     """
-    left = [e for e in errors.outside if not e.share >= problem.policy.channel_explained]
+    policy = problem.policy
+    most = (e for e in errors.outside if not e.after <= policy.channel_left)
+    left = [e for e in most if not e.share >= policy.channel_explained]
     if not left or (problem.vehicle.servo and any(c.in_arm for c in best.candidates)):
         return ""
     worst = left[0]

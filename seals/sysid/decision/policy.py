@@ -170,6 +170,12 @@ class DecisionPolicy:
         "of a channel's own misfit above 1, by the number of independent samples, from which "
         "something is left in it: right models stay below 1.2, a missing current left 50",
     )
+    channel_left: float = threshold(
+        1.5,
+        "1",
+        "error of a channel, in units of the expected one, up to which it refuses no name: the "
+        "noise of a real sensor is not known better",
+    )
     channel_explained: float = threshold(
         0.95,
         "1",

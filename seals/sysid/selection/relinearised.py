@@ -101,7 +101,8 @@ def refit_about_own_values(
         return fit, fitter
 
     fit, fitter = repeated(hypothesis.fit.keys)
-    if not followed and fit.cost > hypothesis.fit.cost + problem.policy.screen_near:
+    alone = len(hypothesis.candidates) == 1
+    if alone and not followed and fit.cost > hypothesis.fit.cost + problem.policy.screen_near:
         fit, fitter = min((fit, fitter), repeated(keys), key=lambda one: one[0].cost)
     return scored(hypothesis.candidates, replace(fit, known=known), fitter, nominal)
 
