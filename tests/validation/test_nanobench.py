@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.signal import savgol_filter
 
-from benchmarks.nanobench import Flight
+from benchmarks.nanobench import Flight, diagnosed
 from benchmarks.real_data import BESIDE
 from seals.logs.time_offset import delay_between
 from seals.plugins.readers.nanobench import ReaderNanobench
 
 pytestmark = pytest.mark.validation
+PAIR = ("battery_sag", "rotor_lag")
 ESTIMATOR = 0.017
 """By how much the position estimate on board is late by itself, as the data's description says."""
 
@@ -36,3 +39,18 @@ def test_clocks_agree_with_the_estimate_on_board() -> None:
         found = float(told["time_offset_s"])
         assert found == pytest.approx(0.5 * (found + other), abs=0.02), log.name
     assert bad == {"B9_trefoil_medium_rep13"}
+
+
+@pytest.mark.slow
+def test_a_fast_flight_shows_drag_sag_and_lag_at_once(tmp_path: Path) -> None:
+    """A healthy Crazyflie against a simple model, by the commands of the own-flight tutorial."""
+    table = BESIDE / "nanobench" / "flights" / "B3_figure8_fast_rep1.parquet"
+    if not table.is_file():
+        pytest.skip(f"the flights are not there: {table}")
+    (log,) = ReaderNanobench().read(table)
+    found = diagnosed(Flight.of(log), table, tmp_path)
+    named = {effect["name"]: effect["parameters"] for effect in found["effects"]}
+    assert set(named) in ({"rotor_drag", *PAIR}, {"linear_drag", *PAIR})
+    # 1.3 to 2.6 and 20 to 65 ms, as the description of these flights says by simple statistics
+    assert 1.3 < named["battery_sag"]["sensitivity"]["value"] < 2.6
+    assert 0.02 < named["rotor_lag"]["time_constant_change"]["value"] < 0.065
