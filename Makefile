@@ -67,7 +67,7 @@ demo: .venv/installed
 
 .venv/installed: pyproject.toml setup.py $(LISTS)
 	@python=$$($(FIND_PYTHON)); venv=.venv; \
-	echo "Installing SEALS with $$python into $$venv (about 290 MB to download, once)"; \
+	echo "Installing SEALS with $$python into $$venv (about 350 MB to download, once)"; \
 	$$python -m venv $$venv; $$venv/$(PIP) $(CONSTRAINED) -e .; touch $@
 
 # one process each, so two at a time: types, examples; then the tests, on two cores: one builds the documentation

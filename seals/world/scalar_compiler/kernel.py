@@ -176,7 +176,7 @@ def _target() -> tuple[Any, Any]:
     """Return LLVM and a fresh machine: an engine takes it over."""
     with optional_import(
         "backend.compiled=true needs the package llvmlite",
-        "Install it: pip install 'aam-seals[fast]', or take backend.compiled=auto",
+        "Install it: pip install llvmlite, or take backend.compiled=auto",
     ):
         from llvmlite import binding
     binding.initialize_native_target()
