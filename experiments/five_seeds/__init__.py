@@ -39,6 +39,8 @@ def main(words: Sequence[str] | None = None) -> int:
             (
                 "train",
                 *lessons,
+                # tables are of the last policy where a recipe does not say otherwise
+                "course.best=false",
                 *recipe.training,
                 *shown,
                 *given.more,

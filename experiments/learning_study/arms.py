@@ -20,6 +20,7 @@ COMMON = (
     "count=16",
     "course.look_every=2500",
     "course.episodes=50",
+    "course.best=false",
     f"learner.random_steps={RANDOM}",
     "learner.gamma=0.98",
     "learner.learning_rate=0.001",

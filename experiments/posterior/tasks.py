@@ -27,6 +27,7 @@ LEARNER = (
     "course.episodes=50",
     "course.checkpoint=0",
     "course.keep=true",
+    "course.best=false",
 )
 """Of every training: half the steps of the recipe ``reach_many``."""
 REAL = ("backend=mujoco", "backend.compiled=true")

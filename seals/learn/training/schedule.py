@@ -35,4 +35,4 @@ class TrainingSchedule:
     in_a_row: int = count(2, bounds=(1, MOST))
     checkpoint: float = setting(60.0, "s", bounds=(0.0, 1e6), source="chosen")
     keep: bool = False
-    best: bool = False
+    best: bool = True
