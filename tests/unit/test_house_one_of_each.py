@@ -39,7 +39,6 @@ ONE = {
         "seals/config/strangers.py",
         "seals/sweep/job.py",
         "seals/sweep/metrics.py",
-        "seals/sysid/experiment_design/experiment.py",
     },
     r"\bsetrlimit\(": {
         "seals/isolated_reading.py",

@@ -6,7 +6,7 @@ import copy
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -28,15 +28,15 @@ from seals.registry import get
 from seals.robot.fusing import fused
 from seals.robot.limbs import standing
 from seals.robot.model import RobotModel
-from seals.schema import parameters_of
+from seals.schema import Within, parameters_of, read
 from seals.sysid.data.installed import loaded
 from seals.sysid.data.known_sea import known_sea, sea_laws
 from seals.sysid.data.robot_description import RobotDescription, describe_log
 
 _STRUCTURE = {"rotor_thrust": "rotors", "thruster_force": "thrusters", "arm": "servos"}
 """Actuators in a log's description by the names that stand for them in its baseline."""
-_MOST_VOLTS = 1e4
-"""Largest voltage of a battery [V]: ten times that of any ship."""
+_Volts = Annotated[float, Within(0.0, 1e4, above=True)] | None
+"""Voltage of a battery [V], up to ten times that of any ship."""
 READ = (
     "position",
     "orientation",
@@ -195,16 +195,9 @@ def _full_voltage(spec: Mapping[str, Any]) -> float | None:
     Raises:
         LogError: it is no voltage.
     """
-    found = (spec.get("battery") or {}).get("full_voltage")
-    if found is None:
-        return None
-    number = isinstance(found, int | float) and not isinstance(found, bool)
-    if not number or not 0.0 < found <= _MOST_VOLTS:
-        raise LogError(
-            f"battery.full_voltage={found!r:.60} is not allowed.\n"
-            f"Allowed: a number above 0, up to {_MOST_VOLTS:g} [V]"
-        )
-    return float(found)
+    given = (spec.get("battery") or {}).get("full_voltage")
+    found: float | None = read(_Volts, given, where="battery.full_voltage", error=LogError)
+    return found
 
 
 def _part(meta: Mapping[str, Any], name: str) -> Mapping[str, Any]:
