@@ -10,7 +10,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.batch import Rates, TwinState
-from seals.frames import exponential, matrix_of, multiply
+from seals.frames import matrix_of
 from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.predictors.delayed_readings import delayed
 from seals.sysid.predictors.plant import Plant, Values, nonzero
@@ -389,16 +389,7 @@ def _shifted(state: TwinState, error: Floats) -> TwinState:
     """Return states with one error added to each."""
     if not error.any():
         return state
-    joints = state.joints.shape[1]
-    parts = (
-        state.position + error[:, :3],
-        multiply(state.quaternion, exponential(error[:, 3:6])),
-        state.velocity + error[:, 6:9],
-        state.angular_velocity + error[:, 9:12],
-        state.joints + error[:, 12 : 12 + joints],
-        state.joint_velocity + error[:, 12 + joints :],
-    )
-    return TwinState(*(np.asfortranarray(x) for x in parts))
+    return Trajectory(*state).moved(error).state(slice(None))
 
 
 def _wrench_columns(cache: TrajectoryCache, used: Mapping[str, float]) -> tuple[Floats, Floats]:

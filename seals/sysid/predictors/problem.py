@@ -31,7 +31,7 @@ from seals.sysid.predictors.linearise import (
 )
 from seals.sysid.predictors.plant import Plant
 from seals.sysid.predictors.releasable import ReleasableDynamics
-from seals.sysid.predictors.rollout import simulated_trajectory, start_states
+from seals.sysid.predictors.rollout import simulated_trajectory, start_sigma, start_states
 from seals.sysid.predictors.surface_model_error import enters, surface_model_error
 from seals.sysid.predictors.trajectory_cache import TrajectoryCache
 from seals.sysid.predictors.windows import Windows
@@ -441,7 +441,4 @@ def stated_starts(plant: Plant, trajectory: Trajectory) -> tuple[Floats, Floats]
     vehicle, runs = plant.vehicle, plant.samples.runs
     stated = start_states(vehicle, len(runs))
     firsts = np.array([first for first, _ in runs])
-    sigma = vehicle.initial_state[0]["sigma"]
-    names = ("position", "orientation", "velocity", "angular_velocity")
-    spread: Floats = np.repeat([float(sigma[n]) for n in names], 3)
-    return difference(stated, trajectory.state(firsts)), spread
+    return difference(stated, trajectory.state(firsts)), start_sigma(vehicle)

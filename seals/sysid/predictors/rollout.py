@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from seals.arrays import Floats
 from seals.batch import TwinState
 from seals.errors import LogError
 from seals.frames import normalised
@@ -56,14 +57,7 @@ def simulated_trajectory(
         rows = np.minimum(firsts + k, samples.rows - 1)
         state, _ = plant.advance(twin, state, rows, drive)
         seen.append(state)
-    joined = [
-        np.concatenate(
-            [np.stack([s[i][r] for s in seen[:length]]) for r, length in enumerate(lengths)]
-        )
-        for i in range(6)
-    ]
-    names = ("position", "quaternion", "velocity", "angular_velocity", "joints", "joint_velocity")
-    return Trajectory(**dict(zip(names, joined, strict=True)))
+    return Trajectory.joined(seen, lengths)
 
 
 def start_states(vehicle: Vehicle, count: int) -> TwinState:
@@ -72,6 +66,14 @@ def start_states(vehicle: Vehicle, count: int) -> TwinState:
     position, quaternion, velocity, spin = (np.array(x) for x in zip(*rows, strict=True))
     joints = np.zeros((count, 0))
     return TwinState(position, normalised(quaternion), velocity, spin, joints, joints)
+
+
+def start_sigma(vehicle: Vehicle) -> Floats:
+    """1-sigma of the stated start states, shape (12,)."""
+    sigma = vehicle.initial_state[0]["sigma"]
+    names = ("position", "orientation", "velocity", "angular_velocity")
+    spread: Floats = np.repeat([float(sigma[n]) for n in names], 3)
+    return spread
 
 
 def _numbers(entry: Mapping[str, Any]) -> tuple[list[float], ...]:

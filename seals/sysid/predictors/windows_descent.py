@@ -81,7 +81,7 @@ class Descent:
     def _point(self, task: WindowTask, share: float) -> TrialPoint:
         fitter, now = self.fitter, task.fit
         values = fitter.moved(now, task.step, share)
-        misfit = fitter.near(values, self.expansion_point)
+        misfit = fitter.misfit(values, self.expansion_point)
         trial, misfit = fitter.equations(now.keys, now.free, values, now.precision, misfit)
         return TrialPoint(trial.cost - reserve(trial, self.fixed), trial, misfit)
 

@@ -186,17 +186,12 @@ class Fitter:
             out[:, :, k : k + BLOCK] = self.windows.responses(self.columns_at(block, values))
         return self.windows.whiten(out)
 
-    def misfit(self, values: Mapping[str, float]) -> Whitened:
-        """Whitened misfit of the model at given values."""
-        return self._misfit(values, None)
-
-    def near(self, values: Mapping[str, float], expansion_point: ExpansionPoint | None) -> Whitened:
-        """Whitened misfit, with steps to first order about an expansion point."""
-        return (
-            self.misfit(values)
-            if expansion_point is None
-            else self._misfit(values, expansion_point)
-        )
+    def misfit(
+        self, values: Mapping[str, float], expansion_point: ExpansionPoint | None = None
+    ) -> Whitened:
+        """Whitened misfit of the model at given values, see `prediction`."""
+        prediction = self.prediction(values, expansion_point)
+        return self.windows.whiten(self.windows.residual(prediction)[:, :, None])
 
     def prediction(
         self, values: Mapping[str, float], expansion_point: ExpansionPoint | None = None
@@ -211,12 +206,6 @@ class Fitter:
             expansion_point=expansion_point,
             dynamics=self.dynamics,
         )
-
-    def _misfit(
-        self, values: Mapping[str, float], expansion_point: ExpansionPoint | None
-    ) -> Whitened:
-        prediction = self.prediction(values, expansion_point)
-        return self.windows.whiten(self.windows.residual(prediction)[:, :, None])
 
     def _expansion_point(self, values: Mapping[str, float]) -> ExpansionPoint | None:
         """Exact steps at some values, where the plant along the trajectory is known."""
@@ -368,7 +357,7 @@ class Fitter:
         expansion_point: ExpansionPoint | None = None,
     ) -> Fit:
         """Misfit and normal equations at given values."""
-        misfit = self.near(values, expansion_point)
+        misfit = self.misfit(values, expansion_point)
         return self.with_free(*self.equations(keys, free, values, precision, misfit))
 
     def equations(
