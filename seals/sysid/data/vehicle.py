@@ -14,6 +14,7 @@ from seals.arrays import Floats
 from seals.batch.holding import EVERYWHERE
 from seals.config.plugin_lookup import plugin_name
 from seals.control.actuator_response import JITTER
+from seals.control.limbs import stowed
 from seals.effects.binding import EffectSet, bind_effects, has_hook
 from seals.effects.effect import ActuatorOptions, Effect, number_lists
 from seals.effects.hooks import Hook
@@ -26,7 +27,6 @@ from seals.multibody.servo import GAINS
 from seals.plugin_options import options_of
 from seals.registry import get
 from seals.robot.fusing import fused
-from seals.robot.limbs import standing
 from seals.robot.model import RobotModel
 from seals.schema import Within, parameters_of, read
 from seals.sysid.data.installed import loaded
@@ -254,7 +254,7 @@ def _merged(
     if not moving:
         of_joints: tuple[Hook, ...] = ("joint_loads", "joint_drive")
         effects = {k: e for k, e in effects.items() if not any(has_hook(e, h) for h in of_joints)}
-    stands = [still.get(n, q) for n, q in zip(robot.joints, _stowed(robot), strict=True)]
+    stands = [still.get(n, q) for n, q in zip(robot.joints, stowed(robot), strict=True)]
     return fused(robot, stands, _named(effects, robot), moving=moving), dict(effects)
 
 
@@ -323,17 +323,6 @@ def _falls(actuators: Sequence[Any]) -> Floats:
     """Spin-down time constants of the actuators [s], shape (n,)."""
     own = [(options_of(e, ActuatorOptions).fall, e.lag) for e in actuators]
     return np.concatenate([np.zeros(0), *(lag if fall is None else fall for fall, lag in own)])
-
-
-def _stowed(robot: RobotModel) -> Floats:
-    """Joint values at rest [rad or m], shape (J,): arms stowed, grippers open, legs in stance."""
-    stands = standing(robot.legs, robot.tree.joints)
-    values: Floats = np.clip(stands, robot.lower, robot.upper)
-    for arm in robot.arms.values():
-        values[list(arm.joints)] = arm.stowed
-    for gripper in robot.grippers.values():
-        values[list(gripper.joints)] = gripper.open
-    return values
 
 
 def _named(effects: Mapping[str, Effect], robot: RobotModel) -> set[str]:

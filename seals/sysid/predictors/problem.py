@@ -26,11 +26,11 @@ from seals.sysid.data.vehicle import Vehicle, read_vehicle
 from seals.sysid.decision.policy import DecisionPolicy, SearchBudget
 from seals.sysid.predictors.linearise import (
     Dynamics,
+    ReleasableDynamics,
     dynamics_along,
     predict,
 )
 from seals.sysid.predictors.plant import Plant
-from seals.sysid.predictors.releasable import ReleasableDynamics
 from seals.sysid.predictors.rollout import simulated_trajectory, start_sigma, start_states
 from seals.sysid.predictors.surface_model_error import enters, surface_model_error
 from seals.sysid.predictors.trajectory_cache import TrajectoryCache

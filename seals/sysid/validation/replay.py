@@ -301,10 +301,7 @@ def reported(model: Model, felt: Floats, late: int, delay: float) -> Floats:
         force = force + np.cross(rate, arm) + np.cross(turning, np.cross(turning, arm))
     both = np.concatenate([part @ turn for part in (spin, force, rate, turning)], axis=2)
     at = np.arange(late, both.shape[1]) - delay
-    # a reading ahead of its time continues the last stretch
-    low = np.clip(np.floor(at).astype(int), 0, both.shape[1] - 2)
-    share = (at - low)[None, :, None]
-    seen = both[:, low] + share * (both[:, low + 1] - both[:, low])
+    seen = between_rows(both, at)
     flat = seen.reshape(-1, 12)
     reading = Reading(*np.split(flat, 4, axis=1))
     for b in ReadingChain(model.bound).errors:
@@ -315,3 +312,11 @@ def reported(model: Model, felt: Floats, late: int, delay: float) -> Floats:
         parts.append(np.broadcast_to(np.sum(turns, axis=0), (len(flat), 3)))
     shaped: Floats = np.concatenate(parts, axis=1).reshape(*seen.shape[:2], -1)
     return shaped
+
+
+def between_rows(values: Floats, at: Floats) -> Floats:
+    """Interpolate values (W, K, k) at fractions of rows ``at`` (n,); ends continue straight."""
+    low = np.clip(np.floor(at).astype(int), 0, values.shape[1] - 2)
+    share = (at - low)[None, :, None]
+    found: Floats = values[:, low] + share * (values[:, low + 1] - values[:, low])
+    return found
