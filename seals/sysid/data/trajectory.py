@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.batch import TwinState
-from seals.frames import exponential, matrix_of, multiply, rotation_vector
+from seals.frames import matrix_of, multiply, rotation_vector
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.smoothing import adaptive_polynomial, local_polynomial
 from seals.sysid.data.vehicle import Vehicle
@@ -29,18 +29,6 @@ class Trajectory(TwinState):
     def state(self, rows: NDArray[np.integer[Any]] | slice) -> TwinState:
         """Return the states at some rows."""
         return TwinState(*(np.asfortranarray(x[rows]) for x in self))
-
-    def moved(self, error: Floats) -> Trajectory:
-        """Return the trajectory moved by state errors of shape (T, size) or (1, size)."""
-        j = self.joints.shape[1]
-        return self._replace(
-            position=self.position + error[:, :3],
-            quaternion=multiply(self.quaternion, exponential(error[:, 3:6])),
-            velocity=self.velocity + error[:, 6:9],
-            angular_velocity=self.angular_velocity + error[:, 9:12],
-            joints=self.joints + error[:, 12 : 12 + j],
-            joint_velocity=self.joint_velocity + error[:, 12 + j :],
-        )
 
     @classmethod
     def joined(cls, states: Sequence[TwinState], lengths: Sequence[int]) -> Trajectory:

@@ -394,7 +394,7 @@ def _shifted(state: TwinState, error: Floats) -> TwinState:
     """Return states with one error added to each."""
     if not error.any():
         return state
-    return Trajectory(*state).moved(error).state(slice(None))
+    return TwinState(*map(np.asfortranarray, state.moved(error)))
 
 
 def _wrench_columns(cache: TrajectoryCache, used: Mapping[str, float]) -> tuple[Floats, Floats]:

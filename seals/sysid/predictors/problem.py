@@ -439,6 +439,6 @@ def _stretches(values: Floats, count: int) -> Floats:
 def stated_starts(plant: Plant, trajectory: Trajectory) -> tuple[Floats, Floats]:
     """Return stated less estimated start states, shape (runs, 12), and their 1-sigma (12,)."""
     vehicle, runs = plant.vehicle, plant.samples.runs
-    stated = start_states(vehicle, len(runs))
+    stated = start_states(vehicle.initial_state[: len(runs)])
     firsts = np.array([first for first, _ in runs])
     return difference(stated, trajectory.state(firsts)), start_sigma(vehicle)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -50,7 +50,7 @@ def simulated_trajectory(
     used = nonzero(values or {})
     lengths = [last - first for first, last in samples.runs]
     firsts = np.array([first for first, _ in samples.runs])
-    state = start_states(vehicle, len(lengths))
+    state = start_states(vehicle.initial_state[: len(lengths)])
     twin, drive = plant.twin(used, len(lengths)), plant.drive(used)
     seen = [state]
     for k in range(max(lengths) - 1):
@@ -60,12 +60,14 @@ def simulated_trajectory(
     return Trajectory.joined(seen, lengths)
 
 
-def start_states(vehicle: Vehicle, count: int) -> TwinState:
-    """Stated start states of the runs."""
-    rows = [_numbers(entry) for entry in vehicle.initial_state[:count]]
-    position, quaternion, velocity, spin = (np.array(x) for x in zip(*rows, strict=True))
-    joints = np.zeros((count, 0))
-    return TwinState(position, normalised(quaternion), velocity, spin, joints, joints)
+def start_states(entries: Sequence[Mapping[str, Any]]) -> TwinState:
+    """Return the stated starts of runs, as in ``initial_state`` of the metadata."""
+    names = ("position", "orientation", "velocity", "angular_velocity")
+    rows = (np.array([entry[name] for entry in entries], dtype=float) for name in names)
+    position, turn, velocity, spin = rows
+    joints = np.zeros((len(position), 0))
+    quaternion = normalised(np.roll(turn, -1, axis=1))
+    return TwinState(position, quaternion, velocity, spin, joints, joints)
 
 
 def start_sigma(vehicle: Vehicle) -> Floats:
@@ -74,8 +76,3 @@ def start_sigma(vehicle: Vehicle) -> Floats:
     names = ("position", "orientation", "velocity", "angular_velocity")
     spread: Floats = np.repeat([float(sigma[n]) for n in names], 3)
     return spread
-
-
-def _numbers(entry: Mapping[str, Any]) -> tuple[list[float], ...]:
-    w, x, y, z = entry["orientation"]
-    return entry["position"], [x, y, z, w], entry["velocity"], entry["angular_velocity"]

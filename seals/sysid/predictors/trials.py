@@ -191,7 +191,7 @@ def simulated(plant: Plant, chosen: Sequence[Trial]) -> tuple[Floats, list[Float
 
 def _starts(plant: Plant, chosen: Sequence[Trial]) -> TwinState:
     """Start states of all runs in all trials."""
-    stated = start_states(plant.vehicle, len(plant.samples.runs))
+    stated = start_states(plant.vehicle.initial_state[: len(plant.samples.runs)])
     tiled = (np.tile(x, (len(chosen), 1)) for x in stated)
     return Trajectory(*tiled).moved(np.concatenate([t.start for t in chosen])).state(slice(None))
 

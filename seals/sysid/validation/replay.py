@@ -147,7 +147,6 @@ class _Runner:
         self.world, self.samples, self.trajectory = world, samples, trajectory
         self.drive, self.parts = drive_states(model, samples, parts=parts), parts
         self.actor = world.actors[VEHICLE]
-        self.turns = matrix_of(trajectory.quaternion)
         if samples.voltage is not None:
             # as measured: the model's battery is full again at the start of every window
             self.actor.battery, self.actor.evaluator.fed = None, True
@@ -161,7 +160,7 @@ class _Runner:
         """
         first = max(first, 0)
         world, step = self.world, self.world.step_size
-        world.reset({VEHICLE: self._start(first)})
+        world.reset({VEHICLE: placed(self.trajectory, first)})
         begin = float(self.samples.time[first])
         world.restore(world.snapshot()._replace(time=begin, steps=round(begin / step)))
         seen = [self.actor.body.read()]
@@ -179,17 +178,6 @@ class _Runner:
             straddle=not self.samples.joint_command.shape[1],
         )
 
-    def _start(self, row: int) -> Configuration:
-        c, turn = self.trajectory, self.turns[row]
-        return Configuration(
-            position=c.position[row],
-            quaternion=c.quaternion[row],
-            velocity=turn @ c.velocity[row],
-            angular_velocity=turn @ c.angular_velocity[row],
-            joints=c.joints[row],
-            joint_velocity=c.joint_velocity[row],
-        )
-
     def _command(self, row: int, part: int) -> None:
         """Inputs of one step; joint commands arrive shortly after their row."""
         samples, actor = self.samples, self.actor
@@ -201,6 +189,19 @@ class _Runner:
             late = min(self.latency / self.world.step_size, 1.0) if part == 0 else 0.0
             both = samples.joint_command[[max(row - 1, samples.begins[row]), row]]
             actor.joint_command = (late * both[0] + (1.0 - late) * both[1])[None]
+
+
+def placed(state: TwinState, row: int) -> Configuration:
+    """Return one state of a batch as a backend takes it, velocities in world axes."""
+    turn = matrix_of(state.quaternion[row : row + 1])[0]
+    return Configuration(
+        position=state.position[row],
+        quaternion=state.quaternion[row],
+        velocity=turn @ state.velocity[row],
+        angular_velocity=turn @ state.angular_velocity[row],
+        joints=state.joints[row],
+        joint_velocity=state.joint_velocity[row],
+    )
 
 
 def stacked(seen: Sequence[Configuration]) -> Configuration:
