@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -315,7 +316,7 @@ def reported(model: Model, felt: Floats, late: int, delay: float) -> Floats:
     return shaped
 
 
-def between_rows(values: Floats, at: Floats) -> Floats:
+def between_rows(values: Floats, at: NDArray[np.floating[Any]]) -> Floats:
     """Interpolate values (W, K, k) at fractions of rows ``at`` (n,); ends continue straight."""
     low = np.clip(np.floor(at).astype(int), 0, values.shape[1] - 2)
     share = (at - low)[None, :, None]

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 import seals
-from seals import registry
 from seals.config.overlay import WAVE, free_name
 from seals.config.overrides import typed
+from seals.config.plugin_lookup import plugin_name
 from seals.effects.effect import Effect, MediumKind
 from seals.errors import ConfigError, suggestion
 from seals.logs.atomic import write_text
@@ -90,12 +90,15 @@ def _entries(
         for instance, moved in by_instance(values).items():
             short = {k: _short(v) for k, v in moved.items()}
             if instance in known.waves:
-                plugin = _plugin_of(known.waves[instance].law, "wave")
+                plugin = plugin_name("wave", known.waves[instance].law)
                 made["wave"] = {"wave": plugin, **short}
                 made["intervals"][WAVE] = limits.get(instance, {})
                 continue
             law = known.effects[instance]
-            section, entry = "changes", {"effect": _plugin_of(type(law)), **_medium(law), **short}
+            section, entry = (
+                "changes",
+                {"effect": plugin_name("effect", type(law)), **_medium(law), **short},
+            )
             if instance not in found.problem.vehicle.effects and not _below_bounds(law, moved):
                 total = {k: _short(float(getattr(law, k)) + v) for k, v in moved.items()}
                 section, entry = "effects", {"effect": entry["effect"], **_options(law), **total}
@@ -258,14 +261,6 @@ def _options(law: Effect) -> dict[str, Any]:
 def _medium(law: Effect) -> dict[str, str]:
     medium = getattr(law, "medium", None)
     return {"medium": medium.value} if isinstance(medium, MediumKind) else {}
-
-
-def _plugin_of(law: type, kind: str = "effect") -> str:
-    target = f"{law.__module__}:{law.__qualname__}"
-    for name, plugin in registry.plugins(kind).items():
-        if plugin.value == target:
-            return name
-    raise ConfigError(f"{target} is not installed as a plug-in.\nSee: seals list {kind}")
 
 
 def _refuse_twice(
