@@ -252,7 +252,9 @@ class Fitter:
         precision = self.precision(keys, free)
         begin = self.at if around is None else around
         first = {k: float(begin.get(k, 0.0)) for k in keys}
-        first |= {k: self._allowed(k, v) for k, v in (start or {}).items() if k in free}
+        first |= {
+            k: self.candidate_set.allowed(k, v) for k, v in (start or {}).items() if k in free
+        }
         late = self.candidate_set.sensor_delay
         if self.windows.delay and late in first:
             first[late] = self.windows.delay
@@ -341,13 +343,9 @@ class Fitter:
     def moved(self, fit: Fit, step: Floats, share: float) -> dict[str, float]:
         """Return the values after a fraction of a step, inside the bounds."""
         return {
-            k: self._allowed(k, fit.values[k] + share * step[i]) for i, k in enumerate(fit.keys)
+            k: self.candidate_set.allowed(k, fit.values[k] + share * step[i])
+            for i, k in enumerate(fit.keys)
         }
-
-    def _allowed(self, key: str, value: float) -> float:
-        """Return a value, or the bound of the parameter that it passes."""
-        low, high = self.candidate_set.parameters[key].bounds
-        return float(min(max(value, low), high))
 
     def _linear(
         self,
