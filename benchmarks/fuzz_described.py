@@ -156,23 +156,19 @@ def _answer() -> Target:
     from seals.errors import ConfigError
     from seals.learn.environments.posterior import posterior_of
     from seals.registry import get
-    from seals.sysid.candidates.activity import read_activity
-    from seals.sysid.experiment_design.application import read_diagnosis
-    from seals.sysid.validation.answer import read_answer
+    from seals.sysid.validation.answer import load_answer, read_answer
     from seals.sysid.validation.writing import overlay_of, timed_words
 
     payload: Effect = get("effect", "payload").load()(mass=0.1)
 
     def load(path: Path) -> None:
         for effect in read_answer(path).effects:
-            if "active" in effect:
-                timed_words(effect)
-                read_activity(effect["active"], [entry["log"] for entry in effect["active"]])
+            timed_words(effect)
         with contextlib.suppress(ConfigError):
             read_overlay(overlay_of(read_answer(path), {}, source={}))
         with contextlib.suppress(ConfigError):
             posterior_of(path, {"load": payload})
-        read_diagnosis(path)
+        load_answer(path)
 
     return _target(_timed(), "diagnosis.json", load, form=_json)
 

@@ -61,11 +61,10 @@ def _manoeuvre() -> Target:
 
 
 def _answer() -> Target:
-    from seals.sysid.experiment_design.application import read_diagnosis
-    from seals.sysid.validation.answer import read_answer
+    from seals.sysid.validation.answer import load_answer, read_answer
 
     def load(path: Path) -> None:
-        read_diagnosis(path)
+        load_answer(path)
         read_answer(path)
 
     return Target(whole=json.dumps(_ANSWER).encode(), name="diagnosis.json", load=load)

@@ -7,7 +7,7 @@ from benchmarks.guard import FOUND, Guard
 ODD, TRIAL = "tests/unit/test_hostile_descriptions.py", "tests/unit/test_isolated_reading.py"
 COUNTS, MODELS = "tests/unit/test_hostile_counts.py", "tests/unit/test_answer_models.py"
 _MOTORS, _SHEET = "seals.logs.motor_curve", "seals.scaffold.datasheet"
-_FORM, _EDIT = "seals.sysid.validation.answer_form", "seals.robot.yaml_edit"
+_FORM, _EDIT = "seals.sysid.validation.answer", "seals.robot.yaml_edit"
 _MODEL = "seals.config.overlay"
 
 TERMINAL = "tests/unit/test_terminal.py"
@@ -37,13 +37,17 @@ DESCRIPTIONS: dict[str, Guard] = {
     ),
     "length of a turn": Guard(
         _KINDS,
-        "(want.shape != (4,) or abs(float(given @ given) - 1.0) < _UNIT)",
-        "True",
+        "not abs(sum(x * x for x in found) - 1.0) < _UNIT",
+        "False",
         _SHEETS,
         "odd_data_sheet",
     ),
     "least of a number": Guard(
-        _KINDS, "bool((given >= want.least).all())", "True", _SHEETS, "odd_data_sheet"
+        _KINDS,
+        "_Level = Annotated[float, Within(0.0, math.inf)]",
+        "_Level = float",
+        _SHEETS,
+        "odd_data_sheet",
     ),
     "weight of healthy flights": Guard(
         "seals.sysid.healthy_flights.balance",
@@ -131,16 +135,16 @@ DESCRIPTIONS: dict[str, Guard] = {
     ),
     "entries of an answer": Guard(
         "seals.sysid.validation.answer",
-        "        refuse_damaged(raw)\n",
-        "",
+        'answer = read(Answer, raw, where=f"{path} is damaged:", extra=True)',
+        "answer = raw",
         ODD,
         "odd_answer",
     ),
     "battery of a log": Guard(_MOTORS, "if not good.any():", "if False:", ODD, "without_a_voltage"),
     "full voltage of a vehicle": Guard(
         "seals.sysid.data.vehicle",
-        "if not number or not 0.0 < found <= _MOST_VOLTS:",
-        "if False:",
+        "Annotated[float, Within(0.0, 1e4, above=True)] | None",
+        "Any",
         ODD,
         "full_voltage",
     ),
@@ -183,41 +187,41 @@ DESCRIPTIONS: dict[str, Guard] = {
         "too_large and window",
     ),
     "size of an answer": Guard(
-        _FORM, "if len(effects) > _MOST_EFFECTS:", "if False:", ODD, "odd_answer and hundreds"
+        _FORM, "Within(0, 32)", "Within(0, 1e9)", ODD, "odd_answer and hundreds"
     ),
     "confidence in an answer": Guard(
         _FORM,
-        """    "confidence": _NUMBER,\n""",
-        "",
+        "confidence: _Number = 0.0",
+        "confidence: Any = 0.0",
         ODD,
         "odd_answer and confidence",
     ),
     "nuisances of an answer": Guard(
         _FORM,
-        """    "nuisance": {_EACH: _NUMBER},\n""",
-        "",
+        "nuisance: _Table[_Number]",
+        "nuisance: Any",
         ODD,
         "odd_answer and nuisance",
     ),
     "largest number of an answer": Guard(
-        _FORM, "_LARGEST = 1e30", "_LARGEST = 1e300", ODD, "odd_answer and beyond"
+        _FORM, "Within(-1e30, 1e30)", "Within(-1e300, 1e300)", ODD, "odd_answer and beyond"
     ),
     "verdict of an answer": Guard(
         "seals.sysid.validation.answer",
-        "if verdict not in (*_GIVING, *_REFUSED) or (verdict in _GIVING and not names):",
-        "if False:",
+        "answer.verdict not in (*_GIVING, *_REFUSED)",
+        "False",
         ODD,
         "without_an_effect",
     ),
     "models of an answer": Guard(
-        _FORM, """    "models": {_EACH: _MODEL},\n""", "", MODELS, "odd_model"
+        _FORM, "models: _Table[AnswerModel] | None", "models: Any", MODELS, "odd_model"
     ),
     "entries of a model in an answer": Guard(
-        _FORM, "if len(value) > _MOST_ENTRIES:", "if False:", MODELS, "odd_model and many"
+        _FORM, "Within(0, 1024)", "Within(0, 1e9)", MODELS, "odd_model and many"
     ),
     "references in an answer": Guard(
         "seals.sysid.validation.writing",
-        "    refuse_references(finding.models[own], where=str(finding.file))\n",
+        "    refuse_references(plain(found), where=str(finding.file))\n",
         "",
         MODELS,
         "odd_model and reference",
@@ -236,20 +240,13 @@ DESCRIPTIONS: dict[str, Guard] = {
         MODELS,
         "sets_no_path",
     ),
-    "entries of an answer that is planned with": Guard(
-        "seals.sysid.experiment_design.application",
-        "        refuse_damaged(answer)\n",
-        "        pass\n",
-        ODD,
-        "odd_answer",
-    ),
     "numbers of an answer": Guard(
-        _FORM, "if not (whole and -_LARGEST < value < _LARGEST):", "if False:", ODD, "odd_answer"
+        _FORM, "_Number = Annotated[float, Within(-1e30, 1e30)]", "_Number = Any", ODD, "odd_answer"
     ),
     "moments of an answer": Guard(
         _FORM,
-        'if form is _MOMENT and set(value) != {"value", "low90", "high90"}:',
-        "if False:",
+        "start: Moment | None",
+        "start: Any",
         ODD,
         "odd_answer",
     ),
@@ -299,8 +296,8 @@ DESCRIPTIONS: dict[str, Guard] = {
     ),
     "channels of sensors": Guard(
         "seals.logs.check_meta",
-        "if any(not isinstance(entry, Mapping) for entry in entries):",
-        "if False:",
+        '(*given, ("sensors.channels", Mapping[str, _Part], channels))',
+        "given",
         FOUND,
         "channels_of_another_kind",
     ),
@@ -337,7 +334,7 @@ DESCRIPTIONS: dict[str, Guard] = {
     ),
     "steps of an experiment": Guard(
         "seals.sysid.experiment_design.experiment",
-        "if not 0.0 < step < math.inf or not 0.0 <= length <= MOST_ROWS * step:",
+        "if not length <= MOST_ROWS * found.step:",
         "if False:",
         FOUND,
         "manoeuvre",

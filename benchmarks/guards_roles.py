@@ -247,7 +247,7 @@ ROLES_AND_READERS: dict[str, Guard] = {
     ),
     "end of a planned drop": Guard(
         "seals.sysid.experiment_design.experiment",
-        '    length += sum(float(r["seconds"]) for r in falling)\n',
+        '    length += sum(drop["seconds"] for drop in drops)\n',
         "",
         NUMBERS,
         "have_an_end",

@@ -80,6 +80,22 @@ def optional_import(need: str, remedy: str) -> Iterator[None]:
         raise MissingExtra(f"{need}, which cannot be imported.\n{remedy}") from cause
 
 
+def line_in_law(problem: BaseException, own: tuple[str, ...]) -> str:
+    """Return module and line of the law in which a problem arose.
+
+    Args:
+        problem: that was raised.
+        own: how the modules begin that followed the law.
+    """
+    trace, place = problem.__traceback__, "a law"
+    while trace is not None:
+        name = trace.tb_frame.f_globals.get("__name__", "")
+        if not name.startswith(own):
+            place = f"{name}, line {trace.tb_lineno}"
+        trace = trace.tb_next
+    return place
+
+
 def nearest(name: str, allowed: Iterable[str]) -> str | None:
     """Return the allowed name closest to ``name``, or None when nothing is close.
 

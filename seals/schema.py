@@ -322,10 +322,20 @@ class Within(NamedTuple):
     Args:
         low: lowest value, or fewest entries.
         high: highest value, or most entries.
+        above: whether ``low`` itself is not allowed.
     """
 
     low: float
     high: float
+    above: bool = False
+
+    @property
+    def words(self) -> str:
+        """Describe the bounds of a number in words."""
+        low, high = (f"{end:,}" if isinstance(end, int) else f"{end:g}" for end in self[:2])
+        if self.high == math.inf:
+            return f"a number above {low}" if self.above else f"a number from {low} on"
+        return f"{'above' if self.above else 'from'} {low} to {high}"
 
 
 _WORDS: dict[Any, tuple[str, str]] = {
@@ -433,21 +443,18 @@ def _scalar(kind: type, raw: Any, where: str) -> Any:
             value = kind(raw)
     fits = isinstance(value, kind) and (kind is bool or not isinstance(value, bool))
     if not fits or (kind is float and not math.isfinite(value)):
-        raise _refusal(where, raw, _words(kind))
+        raise _refusal(where, raw, words(kind))
     return value
 
 
 def _bounded(value: Any, span: Within, where: str) -> Any:
     many = isinstance(value, list | tuple | dict)
     size = len(value) if many else value
-    if value is None or span.low <= size <= span.high:
+    if value is None or (span.low <= size <= span.high and (size > span.low or not span.above)):
         return value
-    low, high = (f"{end:,}" if isinstance(end, int) else f"{end:g}" for end in span)
     if many:
-        raise ConfigError(
-            f"{where.rstrip(':')} has {size:,} entries.\nAllowed: from {low} to {high}"
-        )
-    raise _refusal(where, value, f"from {low} to {high}")
+        raise ConfigError(f"{where.rstrip(':')} has {size:,} entries.\nAllowed: {span.words}")
+    raise _refusal(where, value, span.words)
 
 
 def _one_of(kinds: Sequence[Any], raw: Any, where: str, extra: bool) -> Any:
@@ -459,13 +466,13 @@ def _one_of(kinds: Sequence[Any], raw: Any, where: str, extra: bool) -> Any:
             refusals += [] if kind is type(None) else [cause]
     if len(refusals) == 1:
         raise refusals[0]
-    raise _refusal(where, raw, " or ".join(dict.fromkeys(map(_words, kinds))))
+    raise _refusal(where, raw, " or ".join(dict.fromkeys(map(words, kinds))))
 
 
 def _sequence(kind: Any, raw: Any, where: str, extra: bool) -> Any:
     base, inner = typing.get_origin(kind) or kind, typing.get_args(kind)
     if not isinstance(raw, list | tuple):
-        raise _refusal(where, raw, _words(kind))
+        raise _refusal(where, raw, words(kind))
     free = base is not tuple or len(inner) < 1 or inner[-1] is Ellipsis
     if not free and len(raw) != len(inner):
         raise ConfigError(
@@ -518,13 +525,25 @@ def _form(cls: Any) -> tuple[Mapping[str, Any], frozenset[str]]:
     return {field.name: hints[field.name] for field in fields}, frozenset(needed)
 
 
-def _words(kind: Any, many: bool = False) -> str:
-    """Return what an annotation allows, in words."""
+def words(kind: Any, many: bool = False) -> str:
+    """Return what an annotation allows, in words.
+
+    Args:
+        kind: annotation, see `read`.
+        many: whether in the plural.
+
+    Example:
+        >>> words(list[float]), words(typing.Annotated[float, Within(0.0, math.inf, above=True)])
+        ('a list of finite numbers', 'a number above 0')
+    """
     base, inner = typing.get_origin(kind) or kind, typing.get_args(kind)
+    if base is typing.Annotated:
+        scalar = inner[0] in (int, float) and not many
+        return inner[1].words if scalar else words(inner[0], many)
     if isinstance(base, type) and issubclass(base, Sequence) and inner:
         fixed = base is tuple and inner[-1] is not Ellipsis
         lists = "lists of " if many else "" if fixed else "a list of "
-        return f"{lists}{f'{len(inner)} ' if fixed else ''}{_words(inner[0], True)}"
+        return f"{lists}{f'{len(inner)} ' if fixed else ''}{words(inner[0], True)}"
     return _WORDS.get(base, _MAPPING)[many]
 
 
@@ -552,7 +571,7 @@ def plain(value: Any) -> Any:
         >>> plain({"mass": np.float64(1.5), "axis": np.array([0, 1]), "file": Path("a")})
         {'mass': 1.5, 'axis': [0, 1], 'file': 'a'}
         >>> plain(Within(0, 1))
-        {'low': 0, 'high': 1}
+        {'low': 0, 'high': 1, 'above': False}
     """
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         value = vars_of(value)

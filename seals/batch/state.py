@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
 from seals.arrays import Array, as_like
 from seals.environment.sample import Sample
-from seals.frames import normalised, quaternion_of_rpy
+from seals.frames import exponential, multiply, normalised, quaternion_of_rpy
 from seals.motion import Motion
 from seals.multibody.kinematics import Kinematics, LinkVelocities
+
+S = TypeVar("S", bound="TwinState")
 
 
 class TwinState(NamedTuple):
@@ -35,6 +37,23 @@ class TwinState(NamedTuple):
     def normal(self) -> TwinState:
         """Return the state with the quaternion scaled to unit length."""
         return self._replace(quaternion=normalised(self.quaternion))
+
+    def moved(self: S, error: Array) -> S:
+        """Return the states moved by errors.
+
+        Args:
+            error: position, rotation vector in base axes, velocities, joints and joint rates, shape
+                (B, 12 + 2 J) or (1, 12 + 2 J).
+        """
+        j = self.joints.shape[1]
+        return self._replace(
+            position=self.position + error[:, :3],
+            quaternion=multiply(self.quaternion, exponential(error[:, 3:6])),
+            velocity=self.velocity + error[:, 6:9],
+            angular_velocity=self.angular_velocity + error[:, 9:12],
+            joints=self.joints + error[:, 12 : 12 + j],
+            joint_velocity=self.joint_velocity + error[:, 12 + j :],
+        )
 
     @staticmethod
     def at_rest(batch: int, joint_count: int, like: Array, **values: Any) -> TwinState:

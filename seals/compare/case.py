@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from seals.arrays import Floats
+from seals.batch import TwinState
 from seals.compare.regimes import Regimes
-from seals.frames import exponential, multiply
 
 
 def start_names(joints: int) -> list[str]:
@@ -29,23 +29,13 @@ class Start:
     """State at the first row, and its uncertainty.
 
     Args:
-        position: base origin, world [m], shape (3,).
-        quaternion: q_WB_xyzw, shape (4,).
-        velocity: of the base origin, base axes [m/s], shape (3,).
-        angular_velocity: base axes [rad/s], shape (3,).
-        joints: [rad or m], shape (J,).
-        joint_velocity: [rad/s or m/s], shape (J,).
-        sigma: one standard deviation of the deviations [position, attitude, velocity, spin,
-            joints, rates], shape (12 + 2 J,); 0 holds a component.
+        state: batch of one.
+        sigma: one standard deviation of its errors, see `TwinState.moved`, shape (12 + 2 J,); 0
+            holds a component.
         source: in words.
     """
 
-    position: Floats
-    quaternion: Floats
-    velocity: Floats
-    angular_velocity: Floats
-    joints: Floats
-    joint_velocity: Floats
+    state: TwinState
     sigma: Floats
     source: str
 
@@ -53,21 +43,6 @@ class Start:
     def free(self) -> list[int]:
         """Components that may be estimated."""
         return [int(k) for k in np.flatnonzero(self.sigma > 0.0)]
-
-    def moved(self, deviations: Floats) -> dict[str, Floats]:
-        """Return the initial state of the batch dynamics for deviations of shape (B, 12 + 2 J)."""
-        count = len(deviations)
-        j = len(self.joints)
-        d = deviations
-        turn = exponential(d[:, 3:6])
-        return {
-            "position": self.position + d[:, 0:3],
-            "quaternion": multiply(np.broadcast_to(self.quaternion, (count, 4)), turn),
-            "velocity": self.velocity + d[:, 6:9],
-            "angular_velocity": self.angular_velocity + d[:, 9:12],
-            "joints": self.joints + d[:, 12 : 12 + j],
-            "joint_velocity": self.joint_velocity + d[:, 12 + j : 12 + 2 * j],
-        }
 
 
 @dataclass(frozen=True, kw_only=True)

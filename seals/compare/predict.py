@@ -64,8 +64,9 @@ class Predictor:
     def run(self, jobs: Sequence[Job]) -> list[dict[str, Floats]]:
         """Return the predicted samples of every job, channel to shape (rows, k)."""
         twin = self.twin_of(jobs, [1] * len(jobs), more={}, waves=self.settings.wave)
-        starts = [self.cases[j.case].start.moved(j.deviation[None]) for j in jobs]
-        state = twin.start(**{k: np.concatenate([s[k] for s in starts]) for k in starts[0]})
+        starts = [self.cases[j.case].start.state.moved(j.deviation[None]) for j in jobs]
+        state = TwinState(*map(np.concatenate, zip(*starts, strict=True)))
+        state = twin.start(**state._asdict())
         steps = max(int(np.ceil(self.cases[j.case].time[-1] / self.step - 1e-9)) for j in jobs) + 1
         wanted = sorted({channel for j in jobs for channel in self.cases[j.case].measured})
         record: dict[str, list[Floats]] = {channel: [] for channel in wanted}

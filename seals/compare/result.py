@@ -98,7 +98,7 @@ def _group(group: Group) -> dict[str, Any]:
 
 def _start(case: Case, variant: ModelVariant, k: int) -> dict[str, Any]:
     """Origin of the start, and its shift by the data: [value, standard deviation]."""
-    names = start_names(len(case.start.joints))
+    names = start_names(case.start.state.joints.shape[1])
     pairs = zip(names, variant.deviations[k], variant.start_sigma[k], strict=True)
     free = set(case.start.free)
     moved = {n: [float(d), float(s)] for i, (n, d, s) in enumerate(pairs) if i in free}

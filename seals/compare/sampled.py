@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
+from seals.batch import TwinState
 from seals.compare.case import Case, Start
 from seals.compare.cases import matching
 from seals.compare.predict import Job, Predictor
@@ -25,14 +26,8 @@ def bare_case(
     **more: Any,
 ) -> Case:
     """Return a case that needs no start state."""
-    still = np.zeros(3)
     start = Start(
-        position=still,
-        quaternion=np.array([0.0, 0.0, 0.0, 1.0]),
-        velocity=still,
-        angular_velocity=still,
-        joints=np.zeros(0),
-        joint_velocity=np.zeros(0),
+        state=TwinState.at_rest(1, 0, np.zeros(1)),
         sigma=np.zeros(12),
         source="none needed: every sample stands for itself",
     )

@@ -267,27 +267,6 @@ class CaseFitter(ABC):
         return values, deviations
 
 
-@dataclass(frozen=True, kw_only=True)
-class Solution:
-    """Estimated parameters and starts.
-
-    Args:
-        values: of the fitted parameters, shape (P,).
-        sigma: their standard deviations from the curvature, scaled by the misfit, shape (P,).
-        deviations: of the starts, one (12 + 2 J,) per case.
-        start_sigma: standard deviations of the starts, like ``deviations``; 0 where held.
-        predicted: samples of the model, one dict per case.
-        at_bound: whether a parameter stands on a bound, shape (P,).
-    """
-
-    values: Floats
-    sigma: Floats
-    deviations: list[Floats]
-    start_sigma: list[Floats]
-    predicted: list[dict[str, Floats]]
-    at_bound: list[bool]
-
-
 class Solver(CaseFitter):
     """Fit of a comparison: no prior on the parameters, finite differences tuned to the noise.
 
@@ -308,8 +287,8 @@ class Solver(CaseFitter):
         """Whitened residuals of one case as one vector."""
         return whitened(self.cases[case], residuals(self.cases[case], predicted))
 
-    def fit(self, values: Floats, *, free: Sequence[int]) -> Solution:
-        """Estimate the parameters ``free`` (indices) and all starts.
+    def fit(self, values: Floats, *, free: Sequence[int]) -> FitTask:
+        """Return the task that estimates the parameters ``free`` (indices) and all starts, solved.
 
         Args:
             values: parameters at the outset, shape (P,).
@@ -321,7 +300,7 @@ class Solver(CaseFitter):
         self.begin([task])
         task.damping = RULE.start
         self.solve([task])
-        return self._solution(task)
+        return task
 
     def step(self, key: int, value: float) -> float:
         """Finite difference of a key, away from its upper bound."""
@@ -342,7 +321,8 @@ class Solver(CaseFitter):
             return trial
         return float(np.clip(trial * _STEP_NORM / size, 1e-3 * trial, 1e3 * trial))
 
-    def _solution(self, task: FitTask) -> Solution:
+    def spreads(self, task: FitTask) -> tuple[Floats, list[Floats]]:
+        """Return 1-sigma of the parameters, shape (P,), and of each case's start; 0 where held."""
         spread, at = self._spread(task), len(task.free)
         sigma, starts = np.zeros(len(task.values)), []
         sigma[list(task.free)] = spread[:at]
@@ -351,16 +331,7 @@ class Solver(CaseFitter):
             own[case.start.free] = spread[at : at + len(case.start.free)]
             at += len(case.start.free)
             starts.append(own)
-        low, high = self.bounds.T
-        on = (task.values <= low) | (task.values >= high)
-        return Solution(
-            values=task.values,
-            sigma=sigma,
-            deviations=[task.deviations[c] for c in task.cases],
-            start_sigma=starts,
-            predicted=[task.predicted[c] for c in task.cases],
-            at_bound=[bool(p in task.free and on[p]) for p in range(len(on))],
-        )
+        return sigma, starts
 
     def _spread(self, task: FitTask) -> Floats:
         """Standard deviations of all unknowns from the curvature, scaled by the misfit."""

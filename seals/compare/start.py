@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from seals.arrays import Floats
+from seals.batch import TwinState
 from seals.compare.case import Start
 from seals.compare.events import DropEvents
 from seals.frames import matrix_of, quaternion_of_rpy
@@ -58,16 +59,9 @@ def start_of_pose(log: Log, initial: InitialSettings, joints: int) -> Start:
     seen = _first(log, "joint_velocity", joints)
     rate = np.where(np.isfinite(seen), seen, rate)
     rates = _filled(rate, initial.joint_velocity, sigma[12 + joints :], WIDE["rates"])
-    return Start(
-        position=position,
-        quaternion=quaternion,
-        velocity=velocity,
-        angular_velocity=spin,
-        joints=q,
-        joint_velocity=rates,
-        sigma=sigma,
-        source="first samples of the pose",
-    )
+    parts = (position, quaternion, velocity, spin, q, rates)
+    state = TwinState(*(x[None] for x in parts))
+    return Start(state=state, sigma=sigma, source="first samples of the pose")
 
 
 def start_of_drop(
@@ -95,16 +89,11 @@ def start_of_drop(
     )
     height = water - lowest + speed * before + 0.5 * gravity * before**2
     joints = robot.tree.joints
-    sigma = np.zeros(12 + 2 * joints)
+    place, falling = [0.0, 0.0, height], [0.0, 0.0, -speed]
     # held: a model that lacks a force would buy its fit by moving the contact
     return Start(
-        position=np.array([0.0, 0.0, height]),
-        quaternion=np.array([0.0, 0.0, 0.0, 1.0]),
-        velocity=np.array([0.0, 0.0, -speed]),
-        angular_velocity=np.zeros(3),
-        joints=np.zeros(joints),
-        joint_velocity=np.zeros(joints),
-        sigma=sigma,
+        state=TwinState.at_rest(1, joints, np.zeros(1), position=place, velocity=falling),
+        sigma=np.zeros(12 + 2 * joints),
         source=(
             f"release from rest {events.fall:.3f} s before the entry: "
             f"{speed:.2f} +- {gravity * events.spread:.3f} m/s at first contact, "

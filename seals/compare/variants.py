@@ -110,16 +110,21 @@ def _variant(
         if chosen:
             predictor = predictor_of(settings)(settings, robot, bound, keys, chosen, step=step)
             solver = Solver(predictor, iterations=settings.compare.iterations)
-            got = solver.fit(values, free=free)
-            parts = zip(got.predicted, got.deviations, got.start_sigma, strict=True)
-            found.update({case.name: part for case, part in zip(chosen, parts, strict=True)})
+            task = solver.fit(values, free=free)
+            sigma, starts = solver.spreads(task)
+            for k, case in enumerate(chosen):
+                found[case.name] = task.predicted[k], task.deviations[k], starts[k]
             if free:
-                values = got.values
+                values = task.values
                 fitted = [
                     FittedValue(
-                        key=k.key, value=float(v), sigma=float(s), unit=k.parameter.unit, at_bound=b
+                        key=key.key,
+                        value=float(v),
+                        sigma=float(s),
+                        unit=key.parameter.unit,
+                        at_bound=bool(v <= key.parameter.bounds[0] or v >= key.parameter.bounds[1]),
                     )
-                    for k, v, s, b in zip(keys, values, got.sigma, got.at_bound, strict=True)
+                    for key, v, s in zip(keys, values, sigma, strict=True)
                 ]
     ordered = [found[c.name] for c in cases]
     return ModelVariant(

@@ -15,6 +15,7 @@ from seals.effects.effect import Effect, EffectOptions, MediumKind
 from seals.environment.waves import Waves
 from seals.errors import ConfigError, refuse_unlisted
 from seals.plugin_options import options_of
+from seals.robot.robot_file import taken_name
 from seals.schema import check_value, parameters_of, read
 from seals.untrusted_io import read_file, refuse_references
 
@@ -249,28 +250,18 @@ def _plugin(kind: str, raw: Any, where: str, **values: Any) -> Any:
     from seals.registry import get
 
     values |= read(dict[str, Any], raw, where=where)
-    plugin = _plugin_name(kind, values, where)
+    plugin = taken_name(kind, values, where)
     known = [f.name for f in fields(schema_of(get(kind, plugin))) if not f.name.startswith("_")]
     for key in values:
         refuse_unlisted(str(key), known, f"{where}: '{key}' is not a parameter of {plugin}")
     return build_from_values(kind, plugin, values, {}, where=where)
 
 
-def _plugin_name(kind: str, values: dict[str, Any], where: str) -> str:
-    plugin = values.pop(kind, None)
-    if not isinstance(plugin, str):
-        raise ConfigError(
-            f"{where} does not say which {kind} it is.\n"
-            f"Add the line '{kind}: NAME'; the names are shown by: seals list {kind}"
-        )
-    return plugin
-
-
 def _change(name: str, raw: Any, where: str) -> Change:
     from seals.registry import get
 
     values = read(dict[str, Any], raw, where=where)
-    plugin = _plugin_name("effect", values, where)
+    plugin = taken_name("effect", values, where)
     get("effect", plugin)
     told: dict[str, Any] = {"name": name, "effect": plugin}
     told |= {key: values.pop(key, None) for key in ("medium", "links")}

@@ -152,6 +152,26 @@ def columns_of(stem: str, present: Iterable[str]) -> tuple[str, ...]:
     return tuple(sorted(mine, key=lambda column: ("wxyz".find(column[-1]), column)))
 
 
+def column_names(name: str, width: int, channel: str) -> list[str]:
+    """Return the names of the columns of a channel.
+
+    Args:
+        name: of the channel in the log.
+        width: number of its components.
+        channel: that it is of, known or not; components of joints are numbered.
+
+    Example:
+        >>> column_names("gps_velocity", 3, "velocity"), column_names("q", 2, "joint_position")
+        (['gps_velocity_x', 'gps_velocity_y', 'gps_velocity_z'], ['q_1', 'q_2'])
+    """
+    known = CHANNELS.get(channel)
+    numbered = channel.startswith("joint_") or (known is not None and known.numbered)
+    if width == 1 and not numbered:
+        return [name]
+    letters = "" if numbered else {3: "xyz", 4: "wxyz"}.get(width, "")
+    return [f"{name}_{part}" for part in letters or range(1, width + 1)]
+
+
 def unit_of(column: str) -> str | None:
     """Return the SI unit of a column, or None for an unknown one.
 

@@ -2,67 +2,64 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Any, NamedTuple
 
-import numpy as np
-
+from seals.errors import ConfigError
 from seals.logs.channels import CHANNELS
 from seals.logs.finding import Finding, Severity
 from seals.logs.log import Log
+from seals.schema import Within, plain, read, words
+
+_Positive = Annotated[float, Within(0.0, math.inf, above=True)]
+_Level = Annotated[float, Within(0.0, math.inf)]
+_Three = tuple[float, float, float]
+_Matrix = tuple[_Three, _Three, _Three]
+_Turn = tuple[float, float, float, float]
+_Part = Mapping[str, Any]
 
 
-class _Wanted(NamedTuple):
-    """Type and range that a key must have."""
+class _Named(NamedTuple):
+    """Entry of a list in which each has its name."""
 
-    key: str
-    shape: tuple[int, ...] = ()
-    positive: bool = False
-    needed: bool = True
-    least: float = -np.inf
+    name: str
 
 
-_BODY = (
-    _Wanted("mass", positive=True),
-    _Wanted("inertia", (3, 3)),
-    _Wanted("centre_of_gravity", (3,)),
-)
-_ROTOR = (
-    _Wanted("position", (3,)),
-    _Wanted("axis", (3,)),
-    _Wanted("direction"),
-    _Wanted("thrust_coefficient", positive=True),
-    _Wanted("torque_coefficient"),
-    _Wanted("time_constant", positive=True),
-    _Wanted("radius", positive=True),
-    _Wanted("max_speed", positive=True),
-)
-_THRUSTER = (
-    _Wanted("position", (3,)),
-    _Wanted("axis", (3,)),
-    _Wanted("time_constant", positive=True),
-    _Wanted("max_force", positive=True),
-)
-_HULL = (
-    _Wanted("displaced_volume", positive=True),
-    _Wanted("centre_of_buoyancy", (3,)),
-    _Wanted("plan_area", positive=True),
-)
-_AROUND = (
-    _Wanted("gravity", (3,), needed=False),
-    _Wanted("air_density", positive=True, needed=False),
-    _Wanted("water_density", positive=True, needed=False),
-)
-_GUSTS = (
-    _Wanted("force_sigma", least=0.0),
-    _Wanted("torque_sigma", least=0.0),
-    _Wanted("correlation_time", positive=True),
-)
-_SIGMA = (_Wanted("sigma", positive=True),)
-_IMU = (_Wanted("position", (3,), needed=False), _Wanted("orientation", (4,), needed=False))
+_BODY = {"mass": _Positive, "inertia": _Matrix, "centre_of_gravity": _Three}
+_ROTOR = {
+    "position": _Three,
+    "axis": _Three,
+    "direction": float,
+    "thrust_coefficient": _Positive,
+    "torque_coefficient": float,
+    "time_constant": _Positive,
+    "radius": _Positive,
+    "max_speed": _Positive,
+}
+_THRUSTER = {
+    "position": _Three,
+    "axis": _Three,
+    "time_constant": _Positive,
+    "max_force": _Positive,
+}
+_HULL = {"displaced_volume": _Positive, "centre_of_buoyancy": _Three, "plan_area": _Positive}
+_SIGMA = {"sigma": _Positive}
+_GUSTS = {"force_sigma": _Level, "torque_sigma": _Level, "correlation_time": _Positive}
+_AROUND = {"gravity": _Three, "air_density": _Positive, "water_density": _Positive}
+_IMU = {"position": _Three, "orientation": _Turn}
+_STEP = {"step": _Positive}
+_MAY_LACK = (_AROUND, _IMU, _STEP)
+"""Parts whose entries may be left out of a whole description, too."""
 _UNIT = 0.05
 """Largest miss of the square of a quaternion's length."""
-_STEP = (_Wanted("step", positive=True, needed=False),)
+_SECTIONS = {
+    **dict.fromkeys(("vehicle", "environment", "sensors", "tolerance"), _Part),
+    **dict.fromkeys(("disturbance", "battery", "simulated"), _Part),
+    "baseline": Sequence[_Named],
+    "initial_state": Sequence[_Part],
+}
+"""Kinds that every reader of the sections takes for granted."""
 
 
 def check_meta(log: Log) -> list[Finding]:
@@ -82,42 +79,19 @@ def check_meta(log: Log) -> list[Finding]:
     return [finding for part in _parts(log.meta) for finding in _wrong(*part, whole=whole)]
 
 
-_MAPPINGS = (
-    "vehicle",
-    "environment",
-    "sensors",
-    "tolerance",
-    "disturbance",
-    "battery",
-    "simulated",
-)
-_LISTS = ("baseline", "initial_state")
-
-
 def _misshapen(meta: Mapping[str, Any]) -> Iterator[Finding]:
     """Yield sections that are of another kind than every reader of them takes for granted."""
-    for name in _MAPPINGS:
-        if meta.get(name) is not None and not isinstance(meta[name], Mapping):
-            yield _finding(name, meta[name], "a mapping of names to values")
-    sensors = meta.get("sensors")
+    sensors, gusts = meta.get("sensors"), meta.get("disturbance")
     channels = sensors.get("channels") if isinstance(sensors, Mapping) else None
-    entries = channels.values() if isinstance(channels, Mapping) else [channels or {}]
-    if any(not isinstance(entry, Mapping) for entry in entries):
-        yield _finding("sensors.channels", channels, "a mapping of channels to mappings")
-    gusts = meta.get("disturbance")
+    given = [(name, kind, meta.get(name)) for name, kind in _SECTIONS.items()]
+    for place, kind, value in (*given, ("sensors.channels", Mapping[str, _Part], channels)):
+        if value is not None:
+            yield from _refused(place, value, kind)
     if isinstance(gusts, Mapping):
         yield from _wrong("disturbance", gusts, _GUSTS, whole=False)
-    for name in _LISTS:
-        listed = meta.get(name)
-        if listed is None:
-            continue
-        if not isinstance(listed, list | tuple) or any(not isinstance(e, Mapping) for e in listed):
-            yield _finding(name, listed, "a list of mappings")
-        elif name == "baseline" and any(not isinstance(e.get("name"), str) for e in listed):
-            yield _finding(name, listed, "a list of effects, each with its name")
 
 
-def _parts(meta: Mapping[str, Any]) -> Iterator[tuple[str, Any, tuple[_Wanted, ...]]]:
+def _parts(meta: Mapping[str, Any]) -> Iterator[tuple[str, Any, dict[str, Any]]]:
     """Yield the parts of a description, their place in it, and what they must hold."""
     vehicle = meta.get("vehicle") or {}
     armed = isinstance(vehicle.get("arm"), Mapping)
@@ -144,37 +118,26 @@ def _parts(meta: Mapping[str, Any]) -> Iterator[tuple[str, Any, tuple[_Wanted, .
                 yield f"{place}.{name}", entry, _SIGMA
 
 
-def _wrong(place: str, part: Any, wanted: tuple[_Wanted, ...], *, whole: bool) -> Iterator[Finding]:
+def _wrong(place: str, part: Any, wanted: dict[str, Any], *, whole: bool) -> Iterator[Finding]:
     if not isinstance(part, Mapping):
-        yield _finding(place, part, "a mapping of names to values")
+        yield _finding(place, part, words(_Part))
         return
-    for want in wanted:
-        value = part.get(want.key)
-        if value is None and not (want.needed and whole):
-            continue
-        try:
-            given = np.asarray(value, dtype=float)
-            good = given.shape == want.shape and not isinstance(value, bool)
-            good = good and bool(np.isfinite(given).all())
-            good = (
-                good and not (want.positive and given <= 0.0) and bool((given >= want.least).all())
-            )
-            # turns are quaternions: one far from unit length would scale what is turned
-            good = good and (want.shape != (4,) or abs(float(given @ given) - 1.0) < _UNIT)
-        except (TypeError, ValueError):
-            good = False
-        if not good:
-            yield _finding(f"{place}.{want.key}", value, _allowed(want))
+    for key, kind in wanted.items():
+        value = part.get(key)
+        if value is not None or (whole and wanted not in _MAY_LACK):
+            yield from _refused(f"{place}.{key}", value, kind)
 
 
-def _allowed(want: _Wanted) -> str:
-    if want.shape == (4,):
-        return "4 numbers w, x, y, z of length 1"
-    if want.least == 0.0:
-        return "a number that is not below 0"
-    if want.shape:
-        return f"{' x '.join(map(str, want.shape))} numbers"
-    return f"a number{' above 0' if want.positive else ''}"
+def _refused(place: str, value: Any, kind: Any) -> Iterator[Finding]:
+    """Yield a value that is not of its kind; turns are quaternions of length 1."""
+    try:
+        found = read(kind, plain(value), where=place, extra=True)
+    except ConfigError:
+        yield _finding(place, value, words(kind))
+        return
+    # one far from unit length would scale what is turned
+    if kind is _Turn and not abs(sum(x * x for x in found) - 1.0) < _UNIT:
+        yield _finding(place, value, "4 numbers w, x, y, z of length 1")
 
 
 def _finding(place: str, value: Any, allowed: str) -> Finding:

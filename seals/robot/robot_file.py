@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from seals.errors import RobotError, suggestion
+from seals.errors import ConfigError, RobotError, SealsError, suggestion
 from seals.robot.settings import RobotSettings
 from seals.schema import read
 from seals.untrusted_io import entries, read_file, refuse_references
@@ -110,6 +110,23 @@ def read_robot(folder: Path, *, name: str | None = None) -> RobotFile:
     return RobotFile(settings=settings, hulls=found.hulls, limbs=limbs, parts=parts)
 
 
+def taken_name(
+    kind: str, values: dict[str, Any], where: str, error: type[SealsError] = ConfigError
+) -> str:
+    """Return the plug-in that an entry of a file names, and take it out of the entry.
+
+    Raises:
+        SealsError: ``error``: it names none.
+    """
+    plugin = values.pop(kind, None)
+    if not isinstance(plugin, str):
+        raise error(
+            f"{where} does not say which {kind} it is.\n"
+            f"Add the line '{kind}: NAME'; the names are shown by: seals list {kind}"
+        )
+    return plugin
+
+
 def _parts(raw: _Parts, where: str, word: str) -> dict[str, tuple[str, dict[str, Any]]]:
     found = {}
     for name, entry in raw.items():
@@ -118,12 +135,7 @@ def _parts(raw: _Parts, where: str, word: str) -> dict[str, tuple[str, dict[str,
                 f"{where}: '{name}' is not a valid name.\nAllowed: letters, digits, '_' and '-'"
             )
         values = dict(entry or {})
-        plugin = values.pop(word, None)
-        if not isinstance(plugin, str):
-            raise RobotError(
-                f"{where}.{name} does not say which {word} it is.\n"
-                f"Add the line '{word}: NAME'; the names are shown by: seals list {word}"
-            )
+        plugin = taken_name(word, values, f"{where}.{name}", RobotError)
         hidden = [key for key in values if str(key).startswith("_")]
         if hidden:
             raise RobotError(

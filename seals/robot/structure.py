@@ -5,6 +5,7 @@ The parsers behind it repair what they can; a robot that was repaired silently i
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 from pathlib import Path
@@ -177,14 +178,27 @@ def _numbers(where: str, element: Element | None, name: str, count: int) -> list
     given = None if element is None else element.get(name)
     if given is None:
         raise RobotError(f"{where}: {name} is missing.\nGive it: {name}=...")
-    numbers = list(_floats(given))
-    if len(numbers) != count or not all(abs(x) < LARGEST for x in numbers):
+    return numbers(where, name, given, count)
+
+
+def numbers(where: str, name: str, text: str | None, count: int) -> list[float]:
+    """Return the numbers in a text; refuse those that are not finite.
+
+    Raises:
+        RobotError: another count, or one is not finite or beyond every size of a robot.
+
+    Example:
+        >>> numbers("link", "size", "1 2 3", 3)
+        [1.0, 2.0, 3.0]
+    """
+    values = list(itertools.islice(_floats(text or ""), count + 1))
+    if len(values) != count or not all(abs(x) < LARGEST for x in values):
         allowed = "a finite number" if count == 1 else f"{count} finite numbers"
         raise RobotError(
-            f"{where}: {name}='{given[:60]}' is not {allowed}.\n"
+            f"{where}: {name}='{(text or '').strip()[:60]}' is not {allowed}.\n"
             f"Allowed: {allowed}, with a decimal point."
         )
-    return numbers
+    return values
 
 
 def _floats(text: str) -> Iterator[float]:

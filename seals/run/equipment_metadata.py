@@ -17,7 +17,6 @@ from seals.logs.check_meta import check_meta
 from seals.logs.log import Log
 from seals.multibody.servo import GAINS
 from seals.plugin_options import options_of
-from seals.robot.limbs import standing
 from seals.robot.model import RobotModel
 from seals.robot.whole_body import whole_body
 from seals.run.settings import RunSettings
@@ -92,15 +91,6 @@ def describe_battery(settings: RunSettings) -> dict[str, float] | None:
         if voltage is not None:
             return {"full_voltage": float(voltage)}
     return None
-
-
-def stowed(robot: RobotModel) -> list[float]:
-    """Return the joint values of rest: arms stowed, legs in stance, others at zero."""
-    out: list[float] = standing(robot.legs, robot.tree.joints).tolist()
-    for arm in robot.arms.values():
-        for joint, value in zip(arm.joints, arm.stowed, strict=True):
-            out[joint] = float(value)
-    return out
 
 
 def held(vehicle: Mapping[str, Any]) -> list[dict[str, str]]:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from seals.config.plugin_lookup import plugin_name
+from seals.control.limbs import stowed
 from seals.control.plant import Layout
 from seals.effects.binding import has_hook
 from seals.effects.effect import EffectOptions, number_lists
@@ -24,7 +25,6 @@ from seals.run.equipment_metadata import (
     describe_battery,
     describe_servos,
     held,
-    stowed,
     vehicle_of,
 )
 from seals.run.hidden import hide
@@ -93,7 +93,7 @@ def describe_vehicle(
         vehicle["base"] = _mass_of(robot, 0)
         links = [_link(settings, robot, k) for k in range(1, len(robot.links))]
         servos = None if layout is None else describe_servos(settings, robot)
-        vehicle["arm"] = {"links": links, "stowed": stowed(robot), "controller": servos}
+        vehicle["arm"] = {"links": links, "stowed": stowed(robot).tolist(), "controller": servos}
     return vehicle
 
 

@@ -10,12 +10,11 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.frames import matrix_of, unrotate
-from seals.logs.channels import CHANNELS
+from seals.logs.channels import column_names
 from seals.robot.whole_body import place_on_base
 from seals.run.recorder import Moment, Recorder, refill
 from seals.world.actor import Actor
 
-AXES = ("x", "y", "z")
 BATTERY = ("battery_voltage", "battery_current", "battery_charge")
 """Channels of a battery [V, A, 1]."""
 
@@ -142,7 +141,7 @@ class RobotRecorder(Recorder):
         out = {"t": self.time}
         own = {name: channel for (_, channel), name in self._names.items()}
         for name, values in channels.items():
-            names = _named(name, values.shape[1], own.get(name, name))
+            names = column_names(name, values.shape[1], own.get(name, name))
             out |= dict(zip(names, values.T, strict=True))
         return {name: np.ascontiguousarray(values) for name, values in out.items()}
 
@@ -164,15 +163,3 @@ def _names_of(actor: Actor) -> dict[tuple[str, str], str]:
             free = on_base and channel not in names.values()
             names[sensor, channel] = channel if free else f"{sensor}_{channel}"
     return names
-
-
-def _named(name: str, width: int, channel: str) -> list[str]:
-    """Column names of one channel: its name in the log with the suffixes of the log format."""
-    known = CHANNELS.get(channel)
-    if channel.startswith("joint_") or (known is not None and known.numbered):
-        return [f"{name}_{k + 1}" for k in range(width)]
-    if width == 1:
-        return [name]
-    if width in (3, 4):
-        return [f"{name}_{axis}" for axis in (AXES if width == 3 else ("w", *AXES))]
-    return [f"{name}_{k + 1}" for k in range(width)]

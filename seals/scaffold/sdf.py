@@ -13,6 +13,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import RobotError, suggestion
 from seals.frames import matrix_of, quaternion_of_rpy
+from seals.robot.structure import numbers
 from seals.scaffold.plug_in_values import last_name
 from seals.scaffold.sdf_includes import with_includes
 from seals.scaffold.urdf import (
@@ -24,7 +25,6 @@ from seals.scaffold.urdf import (
     inertial_element,
     joint_element,
     number_or,
-    numbers,
     pose_at,
     pose_text,
 )

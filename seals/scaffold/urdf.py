@@ -13,7 +13,6 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import RobotError, suggestion
 from seals.frames import matrix_of, quaternion_of_rpy
-from seals.robot.structure import LARGEST
 
 Element: TypeAlias = "ElementTree.Element[str]"
 WORLD = "world"
@@ -228,27 +227,3 @@ def pose_text(pose: Floats) -> dict[str, str]:
     rpy = np.round([roll, pitch, yaw], 9) + 0.0
     place = np.round(pose[:3, 3], 9) + 0.0
     return {key: " ".join(f"{x:.9g}" for x in row) for key, row in (("xyz", place), ("rpy", rpy))}
-
-
-def numbers(where: str, name: str, text: str | None, count: int) -> list[float]:
-    """Return the numbers in a text; refuse those that are not finite.
-
-    Raises:
-        RobotError: another count, or one is not finite or beyond every size of a robot.
-
-    Example:
-        >>> numbers("link", "size", "1 2 3", 3)
-        [1.0, 2.0, 3.0]
-    """
-    words = (text or "").split()
-    try:
-        values = [float(word) for word in words[: count + 1]]
-    except ValueError:
-        values = []
-    if len(values) != count or not all(abs(x) < LARGEST for x in values):
-        allowed = "a finite number" if count == 1 else f"{count} finite numbers"
-        raise RobotError(
-            f"{where}: {name}='{(text or '').strip()[:60]}' is not {allowed}.\n"
-            f"Allowed: {allowed}, with a decimal point."
-        )
-    return values

@@ -19,8 +19,7 @@ from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.candidates.reported_values import with_interval
 from seals.sysid.decision.cross_validation import RunsAnswer, RunsClaim, decide
 from seals.sysid.decision.verdict import Verdict
-from seals.sysid.predictors.batch import prepare
-from seals.sysid.predictors.batch_fit import spread_of
+from seals.sysid.predictors.batch import prepare, spread_of
 from seals.sysid.scores.cross_validation import ValidatedHypothesis
 from seals.sysid.selection.run_models import RunsSearch, expected_fits, search_runs
 

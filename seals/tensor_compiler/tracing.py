@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from seals.arrays import undecided
-from seals.errors import ConfigError
+from seals.errors import ConfigError, line_in_law
 from seals.tensor_compiler.constants import draws, moved, worked_out
 from seals.tensor_compiler.entrywise import FEWEST, entrywise
 
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from torch.fx import GraphModule, Node
 
 _FOLLOWING: list[bool] = []
+_FOLLOWERS = ("torch", "seals.tensor_compiler", "seals.arrays", "array_api_compat")
 
 
 def following() -> bool:
@@ -43,26 +44,13 @@ def traced(law: Callable[..., list[Tensor]], given: Sequence[Tensor]) -> GraphMo
         if "tracing tensor" not in str(problem):
             raise
         raise ConfigError(
-            f"this robot cannot be fused: {_place(problem)} asks for a number to decide what "
-            "comes next.\nGive it one way for all rows, as seals.arrays.some says, or leave out "
-            "backend.fused, or fused=True"
+            f"this robot cannot be fused: {line_in_law(problem, _FOLLOWERS)} asks for a number to "
+            "decide what comes next.\nGive it one way for all rows, as seals.arrays.some says, or "
+            "leave out backend.fused, or fused=True"
         ) from problem
     finally:
         _FOLLOWING.pop()
     return tidied(graph, given[0].device)
-
-
-def _place(problem: BaseException) -> str:
-    """Return file and line of a law that caused a problem."""
-    trace, place = problem.__traceback__, "a law"
-    while trace is not None:
-        name = trace.tb_frame.f_globals.get("__name__", "")
-        if not name.startswith(
-            ("torch", "seals.tensor_compiler", "seals.arrays", "array_api_compat")
-        ):
-            place = f"{name}, line {trace.tb_lineno},"
-        trace = trace.tb_next
-    return place
 
 
 def without_writes(law: Callable[..., list[Tensor]], given: Sequence[Tensor]) -> GraphModule:

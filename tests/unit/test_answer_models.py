@@ -15,12 +15,12 @@ from seals.config.overlay import load_overlay, read_overlay
 from seals.errors import ConfigError
 from seals.field_roles import Role
 from seals.logs.shipped import shipped_logs
+from seals.schema import read
 from seals.sysid.candidates.vehicle import candidate_set_of
 from seals.sysid.data.robot_description import describe_robot
 from seals.sysid.data.vehicle import read_vehicle
 from seals.sysid.experiment_design.application import _known
-from seals.sysid.validation.answer import log_digest, read_answer
-from seals.sysid.validation.answer_form import refuse_damaged
+from seals.sysid.validation.answer import Answer, log_digest, read_answer
 from seals.sysid.validation.writing import overlay_of
 
 WIND = {"effect": "wind", "medium": "air", "velocity_x": 2.5}
@@ -106,14 +106,14 @@ def test_an_answer_without_models_says_what_to_do(
 
 
 ODD: dict[str, tuple[Any, str]] = {
-    "list": ([WIND], "models is a list"),
-    "model of text": ({"wind,payload": "wind"}, "models.wind,payload is a str"),
-    "entry of text": ({"wind,payload": {"effects": {"wind": "wind"}}}, "effects.wind is a str"),
-    "wave of text": ({"wind,payload": {"wave": "airy"}}, "wave is a str"),
+    "list": ([WIND], "models=[{"),
+    "model of text": ({"wind,payload": "wind"}, "models.wind,payload=wind is"),
+    "entry of text": ({"wind,payload": {"effects": {"wind": "wind"}}}, "effects.wind=wind is"),
+    "wave of text": ({"wind,payload": {"wave": "airy"}}, "wave=airy is"),
     "interval of text": ({"wind,payload": {"intervals": {"a": {"b": ["c"]}}}}, "finite number"),
     "many entries": (
         {"wind,payload": {"effects": {f"a{k}": LOAD for k in range(1025)}}},
-        "1025 entries",
+        "1,025 entries",
     ),
     "class": (
         {"wind,payload": {"effects": {"a": {**WIND, "_target_": "os.system"}}}},
@@ -175,8 +175,8 @@ def test_what_was_left_out_stays_out(folder: Path, capsys: pytest.CaptureFixture
 def test_damaged_numbers_are_refused(damaged: Any) -> None:
     """Nuisance parameters as those of the effect itself are."""
     effect = {"name": "payload", "parameters": {"mass": {"value": 0.31}}, "nuisance": damaged}
-    with pytest.raises(ValueError, match=r"effects\[0\]\.nuisance"):
-        refuse_damaged({"verdict": "named", "effects": [effect]})
+    with pytest.raises(ConfigError, match=r"effects\[0\]\.nuisance"):
+        read(Answer, {"verdict": "named", "effects": [effect]}, where="")
 
 
 @pytest.mark.parametrize("value", [0.4, "much"])
@@ -187,5 +187,5 @@ def test_a_size_in_words_is_none(value: Any) -> None:
     candidates = candidate_set_of(vehicle, speeds=np.ones(3))
     told = {"relative_loss": {"value": value}, "rotor": {"value": 2.0}}
     effect = {"name": "weak_rotor", "parameters": told}
-    found = _known(candidates, {"effects": [effect]}, ["weak_rotor"])
+    found = _known(candidates, read(Answer, {"effects": [effect]}, where=""), ["weak_rotor"])
     assert found == ({"weak_rotor": {"weak_rotor_2.relative_loss": 0.4}} if value == 0.4 else {})

@@ -14,8 +14,8 @@ import pytest
 from seals.errors import SealsError
 from seals.logs.atomic import finite, write_json
 from seals.report import Bar, Bars, Mark, Section, page
-from seals.sysid.predictors.delayed_readings import delayed
 from seals.sysid.predictors.normal_equations import Fit, newton_step, posterior_covariance
+from seals.sysid.predictors.sensor_readings import delayed
 
 
 def fit_of(normal: np.ndarray, precision: np.ndarray) -> Fit:

@@ -204,7 +204,7 @@ def test_an_answer_tells_a_link_by_its_number_or_name(
     """Links of a robot's folder have names, those of a log numbers."""
     effect = {"name": "payload", "parameters": {}, "link": link}
     (tmp_path / "diagnosis.json").write_text(json.dumps({"verdict": "named", "effects": [effect]}))
-    assert read_answer(tmp_path).effects[0]["link"] == link
+    assert read_answer(tmp_path).effects[0].link == link
 
 
 def test_a_motor_that_states_no_thrust(tmp_path: Path) -> None:

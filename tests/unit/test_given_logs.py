@@ -144,9 +144,9 @@ def test_an_answer_tells_all_its_logs_and_what_was_left_out(tmp_path: Path) -> N
     answer = {"verdict": "named", "effects": [{"name": "wind"}], "without": ["drag"]}
     place = tmp_path / "diagnosis.json"
     place.write_text(json.dumps({**answer, "log": {"logs": logs}}))
-    found = read_answer(place)
-    assert found.logs == {"/a": "1", "/b": "2"}
-    assert found.without == ("drag",)
+    found = read_answer(place).answer
+    assert found.tables == {"/a": "1", "/b": "2"}
+    assert found.without == ["drag"]
     for wrong in ({"log": {"logs": [3]}}, {"log": {"path": 3}}, {"without": [3]}, {"without": "x"}):
         place.write_text(json.dumps({**answer, **wrong}))
         with pytest.raises(ConfigError, match="is damaged"):

@@ -23,10 +23,16 @@ from seals.logs.shipped import shipped_logs
 from seals.plugins.readers.nanobench import _PUBLIC, ReaderNanobench
 from seals.robot.yaml_edit import with_entry, with_number
 from seals.scaffold.datasheet import write_datasheet
+from seals.sysid.candidates.activity import Moment
 from seals.sysid.data.vehicle import read_vehicle
-from seals.sysid.experiment_design.application import read_diagnosis
 from seals.sysid.validation import answer
-from seals.sysid.validation.answer import log_digest, read_answer
+from seals.sysid.validation.answer import (
+    ActiveSpan,
+    Estimate,
+    load_answer,
+    log_digest,
+    read_answer,
+)
 from seals.sysid.validation.application import _lies_in
 from seals.untrusted_io import plain_json, plain_yaml
 
@@ -233,14 +239,10 @@ ANSWERS: dict[str, Any] = {
     "value left out": {"effects": [{"name": "a", "parameters": {"mass": {}}}]},
     "end as text": {"effects": [{"name": "a", "parameters": {"b": {"value": 1, "low90": "x"}}}]},
     "spans as number": {"effects": [{**EFFECT, "active": 0}]},
-    "spans as nothing": {"effects": [{**EFFECT, "active": None}]},
     "span as text": {"effects": [{**EFFECT, "active": ["a"]}]},
     "span without log": {"effects": [{**EFFECT, "active": [{"start": None, "end": None}]}]},
     "span without end": {"effects": [{**EFFECT, "active": [{"log": "a", "start": MOMENT}]}]},
     "moment as number": {"effects": [{**EFFECT, "active": [{"log": "a", "start": 1, "end": 2}]}]},
-    "moment with more": {
-        "effects": [{**EFFECT, "active": [{"log": "a", "start": {**MOMENT, "x": 1}, "end": None}]}]
-    },
     "endless moment": {
         "effects": [
             {**EFFECT, "active": [{"log": "a", "end": {**MOMENT, "value": 1e999}, "start": None}]}
@@ -267,7 +269,7 @@ def test_an_odd_answer_is_refused(name: str, tmp_path: Path) -> None:
     """``add``, ``verify``, ``train`` and ``plan`` take answers of a diagnosis."""
     content = {"verdict": "named", "effects": [EFFECT], **ANSWERS[name]}
     (tmp_path / "diagnosis.json").write_text(json.dumps(content))
-    for read in (read_answer, read_diagnosis):
+    for read in (read_answer, load_answer):
         with pytest.raises(ConfigError, match="is damaged"):
             read(tmp_path)
 
@@ -292,10 +294,22 @@ def test_a_sound_answer_is_read(tmp_path: Path) -> None:
         "nominal": {"mass": {"value": 1, "sd": None}},
     }
     (tmp_path / "diagnosis.json").write_text(json.dumps(content))
-    found = read_answer(tmp_path)
-    assert found.effects == (effect,)
-    assert found.nominal == {"mass": {"value": 1}}
-    assert read_diagnosis(tmp_path)["effects"] == [effect]
+    (found,) = read_answer(tmp_path).effects
+    assert (found.name, found.link) == ("payload", 0)
+    assert found.parameters["mass"] == Estimate(value=0.3, low90=None)
+    assert found.parameters["rotor"].value == 2
+    assert found.active[0] == ActiveSpan(log="a", start=Moment(**MOMENT), end=None)
+    assert found.active[1] == ActiveSpan(log="b", start=None, end=None)
+    assert load_answer(tmp_path)[1].nominal == {"mass": {"value": 1, "sd": None}}
+
+
+def test_what_nobody_reads_is_passed_over(tmp_path: Path) -> None:
+    """Keys of a later version, and null for what has a default."""
+    spans = [{"log": "a", "start": {**MOMENT, "x": 1}, "end": None}]
+    for active, wanted in ((None, 0), (spans, 1)):
+        content = {"verdict": "named", "effects": [{**EFFECT, "active": active}], "later": {}}
+        (tmp_path / "diagnosis.json").write_text(json.dumps(content))
+        assert len(read_answer(tmp_path).effects[0].active) == wanted
 
 
 DRAG = {"effect": "quadratic_drag", "medium": "water"}

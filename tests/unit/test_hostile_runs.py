@@ -200,10 +200,9 @@ def test_strange_notes_are_answered_at_once(
 @pytest.mark.parametrize("how", BAD)
 def test_strange_answers_are_refused_at_once(elsewhere: Path, how: str) -> None:
     """``add`` and ``plan`` read the answer of a diagnosis."""
-    from seals.sysid.experiment_design.application import read_diagnosis
-    from seals.sysid.validation.answer import read_answer
+    from seals.sysid.validation.answer import load_answer, read_answer
 
     spoil(elsewhere / "diagnosis.json", how)
-    for read in (read_diagnosis, lambda place: read_answer(place, choose=None)):
+    for read in (load_answer, lambda place: read_answer(place, choose=None)):
         with pytest.raises(ConfigError):
             read(elsewhere)

@@ -194,7 +194,7 @@ def test_what_was_found_on_the_root_link_is_known_by_its_name(tmp_path: Path) ->
             {"name": "wind", "parameters": {"velocity_x": {"value": 1}}},
             {},
             [WIND],
-            "has no 'low90'",
+            "low90=None is not allowed",
         ),
         ({"name": "wind", "parameters": {"speed": number(1, 1)}}, {}, [WIND], "'speed' is not"),
     ],

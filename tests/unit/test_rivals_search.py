@@ -15,8 +15,7 @@ from seals.compare.solve import FitTask
 from seals.least_squares import bounded_step
 from seals.sysid.candidates.parameters import Candidate, CandidateSet, Parameter
 from seals.sysid.decision.cross_validation import decide
-from seals.sysid.predictors.batch import Experiment
-from seals.sysid.predictors.batch_fit import RunFitter, spread_of
+from seals.sysid.predictors.batch import Experiment, RunFitter, spread_of
 from seals.sysid.scores.cross_validation import CrossValidator
 from seals.sysid.selection.run_models import search_runs
 

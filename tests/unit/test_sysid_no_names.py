@@ -37,7 +37,6 @@ OTHER_MEANING = {
     "residual_force/localisation.py": {"formula"},
     "residual_force/terms.py": {"lift"},
     "validation/answer.py": {"formula"},
-    "validation/answer_form.py": {"formula"},
     "data/known_sea.py": {"gravity"},
     "data/vehicle.py": {"battery", "gravity", "inertia"},
 }

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from seals.frames import exponential, matrix_of
-from seals.sysid.predictors.sensor_place import add_centripetal, at_sensor
+from seals.sysid.predictors.sensor_readings import add_centripetal, at_sensor
 
 RNG = np.random.default_rng(3)
 SENSOR: Any = SimpleNamespace(

@@ -17,7 +17,7 @@ from seals.config.overlay import load_overlay, read_overlay
 from seals.logs.native import read_native
 from seals.sysid.predictors.linearise import predict
 from seals.sysid.predictors.problem import Problem, prepare
-from seals.sysid.predictors.window_rows import window_rows
+from seals.sysid.predictors.windows import window_rows
 from seals.sysid.validation.ablation import model_variants
 from seals.sysid.validation.misfit import Misfit, Yardstick, measure, yardstick
 from seals.sysid.validation.model import Model, nominal

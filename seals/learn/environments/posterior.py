@@ -14,8 +14,8 @@ from seals.effects.effect import Effect, EffectOptions
 from seals.errors import ConfigError, suggestion
 from seals.plugin_options import options_of
 from seals.registry import get, names
-from seals.schema import parameters_of, read
-from seals.sysid.validation.answer import Finding, read_answer
+from seals.schema import parameters_of, read, vars_of
+from seals.sysid.validation.answer import Finding, FoundEffect, read_answer
 
 KEY = "varied_from"
 _NORMAL90 = 1.6449
@@ -114,12 +114,12 @@ def posterior_of(
 def _correlation(finding: Finding, names: Sequence[str]) -> Floats:
     """Return the correlations of some parameters by their names in the covariance."""
     found = np.eye(len(names))
-    known = list(finding.covariance.get("parameters", ()))
+    known = list(finding.answer.covariance.parameters)
     here = [k for k, name in enumerate(names) if name in known]
     if not here:
         return found
     at = [known.index(names[k]) for k in here]
-    matrix = np.array(finding.covariance["matrix"], dtype=float)[np.ix_(at, at)]
+    matrix = np.array(finding.answer.covariance.matrix, dtype=float)[np.ix_(at, at)]
     # null stands for what the log did not determine
     matrix = np.where(np.isnan(matrix), 0.0, matrix)
     size = np.sqrt(np.maximum(np.diag(matrix), 0.0))
@@ -136,16 +136,16 @@ def _correlation(finding: Finding, names: Sequence[str]) -> Floats:
 
 def _effect_estimates(
     finding: Finding,
-    entry: Mapping[str, Any],
+    entry: FoundEffect,
     effects: Mapping[str, Any],
     root: str,
     *,
     added: bool,
 ) -> Iterator[tuple[str, str, Estimate]]:
     """Yield the estimates of one missing effect; ``added`` if the environment has them."""
-    kind, parameters = str(entry["name"]), entry.get("parameters") or {}
-    places = {k: parameters[k]["value"] for k in _PLACES if k in parameters}
-    alike = _matching_effects(kind, effects, medium=str(entry.get("medium") or ""), **places)
+    kind, parameters = entry.name, entry.parameters
+    places = {k: parameters[k].value for k in _PLACES if k in parameters}
+    alike = _matching_effects(kind, effects, medium=entry.medium or "", **places)
     if added:
         alike = [name for name in alike if effects[name].correction] or alike
     if not alike:
@@ -155,12 +155,12 @@ def _effect_estimates(
             f"has no such effect.\nAdd it: '+effect@effects.{kind}={kind}', or +model=NAME that "
             f"seals add made.  {suggestion(kind, effects, label='Effects')}"
         )
-    place = entry.get("link") or root
+    place = entry.link or root
     elsewhere = (
         place not in (root, "root", *(n for a in alike for n in effects[a].links)) and not added
     )
     if len(alike) > 1 or elsewhere:
-        where = f"it found {kind} on link {entry['link']}" if elsewhere else f"it found {kind}"
+        where = f"it found {kind} on link {entry.link}" if elsewhere else f"it found {kind}"
         raise ConfigError(
             f"{KEY}={finding.file.parent}: {where}, and which one of the environment that is "
             f"cannot be distinguished: {', '.join(alike)}.\n"
@@ -169,10 +169,11 @@ def _effect_estimates(
     for field, given in parameters.items():
         if field in _PLACES:
             continue
-        value, sd = _interval(given, f"{finding.file}: {kind}.{field}")
+        known = read(_Interval, vars_of(given), where=f"{finding.file}: {kind}.{field}")
+        sd = abs(known.high90 - known.low90) / (2.0 * _NORMAL90)
         own = _field(effects[alike[0]], field, finding.file)
         base = float(getattr(effects[alike[0]], own))
-        yield field, f"{alike[0]}.{own}", Estimate(base if added else base + value, sd)
+        yield field, f"{alike[0]}.{own}", Estimate(base if added else base + known.value, sd)
 
 
 def _data_sheet_estimates(
@@ -182,14 +183,15 @@ def _data_sheet_estimates(
 
     Others are of sensors, or of the body itself, whose parameters the environment does not vary.
     """
-    for key, fitted in finding.nominal.items():
+    for key, fitted in finding.answer.nominal.items():
         instance, _, field = key.partition(".")
         kind, places = _kind(instance)
         alike = _matching_effects(kind, effects, **places) if kind in names("effect") else []
         alike = [name for name in alike if not effects[name].correction]
         if len(alike) != 1 or field not in parameters_of(effects[alike[0]]):
             continue
-        known = read(_Fitted, fitted, where=f"{finding.file}: {key}", extra=True)
+        told = {k: v for k, v in fitted.items() if v is not None}
+        known = read(_Fitted, told, where=f"{finding.file}: {key}", extra=True)
         base = float(getattr(effects[alike[0]], field))
         yield f"nominal.{key}", f"{alike[0]}.{field}", Estimate(base + known.value, known.sd)
 
@@ -237,12 +239,6 @@ def _field(effect: Any, field: str, file: Path) -> str:
     raise ConfigError(
         f"{file}: '{field}' is not a parameter of {type(effect).__name__}.\nDiagnose the log again."
     )
-
-
-def _interval(given: Any, where: str) -> tuple[float, float]:
-    """Value and standard deviation of a 90 % interval."""
-    known = read(_Interval, given, where=where, extra=True)
-    return known.value, abs(known.high90 - known.low90) / (2.0 * _NORMAL90)
 
 
 def _refuse_other(finding: Finding, model: Mapping[str, Any]) -> None:

@@ -10,10 +10,12 @@ from typing import Any
 from seals.errors import ConfigError, printable
 from seals.logs.atomic import finite, write_json, write_text
 from seals.logs.shipped import find_log
+from seals.report import Chart, Choice, write_picture
 from seals.schema import check_value, parameters_of
 from seals.sysid.calibration.applying import DIFF, Edited, edited, write_robot
 from seals.sysid.calibration.calibration import STAGES, Calibration, calibrated
 from seals.sysid.calibration.next_flight import NextFlight, next_flight
+from seals.sysid.calibration.report import overlays
 from seals.sysid.calibration.settings import CalibrateSettings
 from seals.sysid.calibration.words import HEAD, error_sentence, remarks, row
 from seals.sysid.report.given_logs import GivenLogs, given_logs, make_folder, sources
@@ -105,7 +107,7 @@ def _write(config: Any, outcome: Outcome, out: Path) -> list[Path]:
         write_text(out / DIFF, edit.diff)
         pages.append(out / DIFF)
     if config.report:
-        from seals.sysid.calibration.picture import draw
+        from seals.sysid.calibration.application import draw
         from seals.sysid.calibration.report import write_report
 
         diff, notes = ("", ()) if edit is None else (edit.diff, edit.notes)
@@ -133,3 +135,18 @@ def _print(outcome: Outcome) -> None:
     flight = [] if outcome.flight is None else [outcome.flight.sentence]
     notes = () if outcome.edit is None else outcome.edit.notes
     print("\n".join([error_sentence(found), *remarks(found), *flight, *notes]))
+
+
+PICTURE = "calibration.png"
+
+
+def draw(found: Calibration, folder: Path) -> Path:
+    """Draw measurement and model before and after, the residuals below; return the path.
+
+    Raises:
+        MissingExtra: matplotlib is not installed.
+    """
+    choice = next(block for block in overlays(found) if isinstance(block, Choice))
+    worst = next(iter(choice.options.values()))
+    charts = [replace(chart, note="") for chart in worst if isinstance(chart, Chart)]
+    return write_picture(folder / PICTURE, charts)

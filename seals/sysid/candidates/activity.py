@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
+from seals.schema import plain
 from seals.sysid.data.samples import Samples
 
 ACTIVE = "|active"
@@ -28,10 +29,6 @@ class Moment:
     value: float
     low90: float
     high90: float
-
-    def to_dict(self) -> dict[str, float]:
-        """Return the moment in the form of ``diagnosis.json``."""
-        return {"value": self.value, "low90": self.low90, "high90": self.high90}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,14 +99,7 @@ class Activity:
 
     def to_list(self, names: Sequence[str]) -> list[dict[str, Any]]:
         """Return the activity in the form of ``diagnosis.json``."""
-        return [
-            {
-                "log": names[span.log],
-                "start": None if span.start is None else span.start.to_dict(),
-                "end": None if span.end is None else span.end.to_dict(),
-            }
-            for span in self.spans
-        ]
+        return [{**plain(span), "log": names[span.log]} for span in self.spans]
 
 
 def _passed(
@@ -120,24 +110,6 @@ def _passed(
         return np.full(len(time), open_is)
     late = (time - moment.value) / step
     return np.clip(late + 1.0, 0.0, 1.0) if over_steps else (late >= 0.0).astype(float)
-
-
-def read_activity(entries: Sequence[Mapping[str, Any]], names: Sequence[str]) -> Activity:
-    """Read the entry ``active`` of an answer."""
-
-    def moment(entry: Mapping[str, Any] | None) -> Moment | None:
-        return None if entry is None else Moment(**{k: float(v) for k, v in entry.items()})
-
-    return Activity(
-        spans=tuple(
-            Span(
-                log=list(names).index(str(entry["log"])),
-                start=moment(entry["start"]),
-                end=moment(entry["end"]),
-            )
-            for entry in entries
-        )
-    )
 
 
 def log_rows(samples: Samples) -> tuple[tuple[int, int], ...]:

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from seals import registry
 from seals.compare.settings import CompareSettings, PredictionMethod
+from seals.config.plugin_lookup import plugin_name
 from seals.effects.binding import has_hook
 from seals.effects.derived import strengths_of, unit_scale
 from seals.effects.effect import Effect, MediumKind
@@ -67,15 +66,6 @@ def candidate_set_of(settings: CompareSettings, robot: RobotModel) -> CandidateS
     )
 
 
-@functools.cache
-def _names() -> dict[type, str]:
-    return {
-        plugin.load(): name
-        for kind in ("effect", "actuator")
-        for name, plugin in registry.plugins(kind).items()
-    }
-
-
 def name_of(effect: Effect) -> str:
     """Return the name of an effect among the candidates.
 
@@ -84,7 +74,9 @@ def name_of(effect: Effect) -> str:
         >>> name_of(get("effect", "lift").load()())
         'lift'
     """
-    return _names().get(type(effect), type(effect).__name__)
+    law = type(effect)
+    names = (plugin_name(kind, law) for kind in ("effect", "actuator"))
+    return next((name for name in names if name != law.__name__), law.__name__)
 
 
 def _nominal(settings: CompareSettings) -> list[str]:

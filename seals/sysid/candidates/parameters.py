@@ -215,6 +215,11 @@ class CandidateSet:
         kept = tuple(c for c in self.candidates if c not in out)
         return replace(self, candidates=kept, unobservable=(*self.unobservable, *out))
 
+    def allowed(self, key: str, value: float) -> float:
+        """Return a value, or the bound of the parameter that it passes."""
+        low, high = self.parameters[key].bounds
+        return float(min(max(value, low), high))
+
     def nominal_of(self, key: str) -> float:
         """Return the value in the extended model to which the change ``key`` is added."""
         effect = self.effects.get(self.parameters[key].instance)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,31 +10,16 @@ from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.batch import TwinState
-from seals.frames import exponential, matrix_of, multiply, rotation_vector
+from seals.frames import matrix_of, multiply, rotation_vector
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.smoothing import adaptive_polynomial, local_polynomial
 from seals.sysid.data.vehicle import Vehicle
 
 
-@dataclass(frozen=True, kw_only=True)
-class Trajectory:
-    """States of the vehicle at every row of a log; T rows, J joints.
+class Trajectory(TwinState):
+    """States of the vehicle at every row of a log; T rows, J joints."""
 
-    Args:
-        position: p_WB [m], shape (T, 3).
-        quaternion: q_WB_xyzw, shape (T, 4).
-        velocity: body axes [m/s], shape (T, 3).
-        angular_velocity: body axes [rad/s], shape (T, 3).
-        joints: [rad], shape (T, J).
-        joint_velocity: [rad/s], shape (T, J).
-    """
-
-    position: Floats
-    quaternion: Floats
-    velocity: Floats
-    angular_velocity: Floats
-    joints: Floats
-    joint_velocity: Floats
+    __slots__ = ()
 
     @property
     def size(self) -> int:
@@ -44,28 +28,18 @@ class Trajectory:
 
     def state(self, rows: NDArray[np.integer[Any]] | slice) -> TwinState:
         """Return the states at some rows."""
-        parts = (
-            self.position,
-            self.quaternion,
-            self.velocity,
-            self.angular_velocity,
-            self.joints,
-            self.joint_velocity,
-        )
-        return TwinState(*(np.asfortranarray(x[rows]) for x in parts))
+        return TwinState(*(np.asfortranarray(x[rows]) for x in self))
 
-    def moved(self, error: Floats) -> Trajectory:
-        """Return the trajectory moved by state errors of shape (T, size)."""
-        j = self.joints.shape[1]
-        return replace(
-            self,
-            position=self.position + error[:, :3],
-            quaternion=multiply(self.quaternion, exponential(error[:, 3:6])),
-            velocity=self.velocity + error[:, 6:9],
-            angular_velocity=self.angular_velocity + error[:, 9:12],
-            joints=self.joints + error[:, 12 : 12 + j],
-            joint_velocity=self.joint_velocity + error[:, 12 + j :],
-        )
+    @classmethod
+    def joined(cls, states: Sequence[TwinState], lengths: Sequence[int]) -> Trajectory:
+        """Join simulated runs, one behind another.
+
+        Args:
+            states: of all runs at one row after another, each (runs, ...).
+            lengths: rows of each run.
+        """
+        kept = np.arange(len(states)) < np.asarray(lengths)[:, None]
+        return cls(*(np.stack([s[i] for s in states], axis=1)[kept] for i in range(6)))
 
 
 def difference(above: TwinState, below: TwinState) -> Floats:
@@ -84,8 +58,7 @@ def difference(above: TwinState, below: TwinState) -> Floats:
 def measured_trajectory(samples: Samples, vehicle: Vehicle) -> Trajectory:
     """Estimate the trajectory from measured position and orientation."""
     pieces = [_piece(samples, vehicle, *run) for run in samples.runs]
-    names = ("position", "quaternion", "velocity", "angular_velocity", "joints", "joint_velocity")
-    return Trajectory(**{n: np.concatenate([getattr(p, n) for p in pieces]) for n in names})
+    return Trajectory(*map(np.concatenate, zip(*pieces, strict=True)))
 
 
 def _piece(samples: Samples, vehicle: Vehicle, first: int, last: int) -> Trajectory:

@@ -6,7 +6,7 @@ import copy
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from seals.arrays import Floats
 from seals.batch.holding import EVERYWHERE
 from seals.config.plugin_lookup import plugin_name
 from seals.control.actuator_response import JITTER
+from seals.control.limbs import stowed
 from seals.effects.binding import EffectSet, bind_effects, has_hook
 from seals.effects.effect import ActuatorOptions, Effect, number_lists
 from seals.effects.hooks import Hook
@@ -26,17 +27,16 @@ from seals.multibody.servo import GAINS
 from seals.plugin_options import options_of
 from seals.registry import get
 from seals.robot.fusing import fused
-from seals.robot.limbs import standing
 from seals.robot.model import RobotModel
-from seals.schema import parameters_of
+from seals.schema import Within, parameters_of, read
 from seals.sysid.data.installed import loaded
 from seals.sysid.data.known_sea import known_sea, sea_laws
 from seals.sysid.data.robot_description import RobotDescription, describe_log
 
 _STRUCTURE = {"rotor_thrust": "rotors", "thruster_force": "thrusters", "arm": "servos"}
 """Actuators in a log's description by the names that stand for them in its baseline."""
-_MOST_VOLTS = 1e4
-"""Largest voltage of a battery [V]: ten times that of any ship."""
+_Volts = Annotated[float, Within(0.0, 1e4, above=True)] | None
+"""Voltage of a battery [V], up to ten times that of any ship."""
 READ = (
     "position",
     "orientation",
@@ -195,16 +195,9 @@ def _full_voltage(spec: Mapping[str, Any]) -> float | None:
     Raises:
         LogError: it is no voltage.
     """
-    found = (spec.get("battery") or {}).get("full_voltage")
-    if found is None:
-        return None
-    number = isinstance(found, int | float) and not isinstance(found, bool)
-    if not number or not 0.0 < found <= _MOST_VOLTS:
-        raise LogError(
-            f"battery.full_voltage={found!r:.60} is not allowed.\n"
-            f"Allowed: a number above 0, up to {_MOST_VOLTS:g} [V]"
-        )
-    return float(found)
+    given = (spec.get("battery") or {}).get("full_voltage")
+    found: float | None = read(_Volts, given, where="battery.full_voltage", error=LogError)
+    return found
 
 
 def _part(meta: Mapping[str, Any], name: str) -> Mapping[str, Any]:
@@ -261,7 +254,7 @@ def _merged(
     if not moving:
         of_joints: tuple[Hook, ...] = ("joint_loads", "joint_drive")
         effects = {k: e for k, e in effects.items() if not any(has_hook(e, h) for h in of_joints)}
-    stands = [still.get(n, q) for n, q in zip(robot.joints, _stowed(robot), strict=True)]
+    stands = [still.get(n, q) for n, q in zip(robot.joints, stowed(robot), strict=True)]
     return fused(robot, stands, _named(effects, robot), moving=moving), dict(effects)
 
 
@@ -330,17 +323,6 @@ def _falls(actuators: Sequence[Any]) -> Floats:
     """Spin-down time constants of the actuators [s], shape (n,)."""
     own = [(options_of(e, ActuatorOptions).fall, e.lag) for e in actuators]
     return np.concatenate([np.zeros(0), *(lag if fall is None else fall for fall, lag in own)])
-
-
-def _stowed(robot: RobotModel) -> Floats:
-    """Joint values at rest [rad or m], shape (J,): arms stowed, grippers open, legs in stance."""
-    stands = standing(robot.legs, robot.tree.joints)
-    values: Floats = np.clip(stands, robot.lower, robot.upper)
-    for arm in robot.arms.values():
-        values[list(arm.joints)] = arm.stowed
-    for gripper in robot.grippers.values():
-        values[list(gripper.joints)] = gripper.open
-    return values
 
 
 def _named(effects: Mapping[str, Effect], robot: RobotModel) -> set[str]:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from seals.errors import ConfigError, LogError
+from seals.errors import ConfigError
 from seals.logs.atomic import write_json
 from seals.sound_numbers import refuse_undefined, trials
 from seals.sysid.candidates.parameters import CandidateSet
@@ -16,12 +16,9 @@ from seals.sysid.experiment_design.ranking import STAGES, propose
 from seals.sysid.experiment_design.supposed import variants_of
 from seals.sysid.predictors.problem import prepare
 from seals.sysid.report.given_logs import GivenLogs, given_logs, make_folder, robot_name
-from seals.sysid.validation.answer import logs_of, noted_logs
-from seals.sysid.validation.answer_form import refuse_damaged
-from seals.untrusted_io import read_json
+from seals.sysid.validation.answer import Answer, load_answer, noted_logs
 
 ANSWER, PICTURE, EXPERIMENT = "plan.json", "plan.png", "experiment.yaml"
-_DIAGNOSIS = "diagnosis.json"
 
 
 def execute(config: Any) -> int:
@@ -35,15 +32,14 @@ def execute(config: Any) -> int:
 
     from seals.run.progress import progress
 
-    answer = {} if config.diagnosis is None else read_diagnosis(Path(str(config.diagnosis)))
+    answer = Answer() if config.diagnosis is None else load_answer(str(config.diagnosis))[1]
     names = [str(n) for n in config.between] or _open_question(answer, str(config.diagnosis))
-    noted = [str(name) for name in answer.get("without") or ()]
-    places = config.log if config.log is not None else noted_logs(logs_of(answer))
+    places = config.log if config.log is not None else noted_logs(answer.tables)
     if not places:
         raise ConfigError(
             "log is not given.\nSay of which vehicle: seals plan effects=[NAME,NAME] log=FOLDER"
         )
-    given = given_logs(config, places, noted=noted)
+    given = given_logs(config, places, noted=answer.without)
     out = Path(config.out or HydraConfig.get().runtime.output_dir)
     with progress("planning", STAGES + 2) as tell, trials():
         log, robot = given.read()
@@ -94,66 +90,39 @@ def write_plan(
     write_pictures(out / PICTURE, plan)
 
 
-def read_diagnosis(place: Path) -> dict[str, Any]:
-    """Read the answer of an earlier diagnosis.
-
-    Raises:
-        ConfigError: there is none.
-    """
-    path = place / _DIAGNOSIS if place.is_dir() else place
-    try:
-        answer = read_json(path)
-    except LogError as error:
-        fault = str(error).partition("\n")[0].rstrip(".")
-        raise ConfigError(
-            f"diagnosis={place}: {fault}.\n"
-            "Give the folder of an answer: seals diagnose log=FOLDER out=FOLDER writes one."
-        ) from error
-    if not isinstance(answer, dict) or "verdict" not in answer:
-        raise ConfigError(
-            f"diagnosis={place} holds no verdict.\nGive what seals diagnose wrote, {_DIAGNOSIS}."
-        )
-    try:
-        refuse_damaged(answer)
-    except ValueError as cause:
-        raise ConfigError(f"{path} is damaged: {cause}.\nDiagnose the log again.") from cause
-    return answer
-
-
-def _open_question(given: Mapping[str, Any], place: str) -> list[str]:
+def _open_question(given: Answer, place: str) -> list[str]:
     """Return the effects that a diagnosis could not tell apart."""
-    if not given:
+    if not given.verdict:
         raise ConfigError(
             "effects is not given.\nSay which: seals plan effects=[payload,thrust_coefficient]"
             " log=FOLDER, or diagnosis=FOLDER"
         )
-    sets = [list(map(str, s)) for s in given.get("ambiguous_with") or []]
-    if not sets:
+    if not given.ambiguous_with:
         raise ConfigError(
-            f"diagnosis={place}: the verdict is '{given['verdict']}', with nothing left open.\n"
+            f"diagnosis={place}: the verdict is '{given.verdict}', with nothing left open.\n"
             "Name the effects yourself: effects=[payload,thrust_coefficient]"
         )
-    return list(dict.fromkeys(sets[0]))
+    return list(dict.fromkeys(given.ambiguous_with[0]))
 
 
 def _known(
-    candidate_set: CandidateSet, given: Mapping[str, Any], names: list[str]
+    candidate_set: CandidateSet, given: Answer, names: list[str]
 ) -> dict[str, dict[str, float]]:
     """Fitted values of the effects of a diagnosis, by parameter key."""
     out: dict[str, dict[str, float]] = {}
-    for effect in given.get("effects", []):
-        name, parameters = str(effect.get("name")), effect.get("parameters") or {}
+    for effect in given.effects:
+        name, told = effect.name, {key: one.value for key, one in effect.parameters.items()}
         if name not in names:
             continue
         for candidate in variants_of(candidate_set, name):
             if candidate.identification.guessed:
                 continue
             variant = {k: v for k, v in candidate.variant.items() if k in ("rotor", "joint")}
-            if any(parameters.get(k, {}).get("value") != v for k, v in variant.items()):
+            if any(told.get(k) != v for k, v in variant.items()):
                 continue
             pairs = zip(candidate.keys, candidate.reported, strict=True)
-            shown = {k: parameters[r]["value"] for k, r in pairs if r in parameters}
-            found = {k: float(v) for k, v in shown.items() if not isinstance(v, str)}
+            shown = {k: told.get(r) for k, r in pairs}
+            found = {k: v for k, v in shown.items() if isinstance(v, float)}
             if len(found) == len(candidate.keys) and any(found.values()):
                 out[name] = found
                 break

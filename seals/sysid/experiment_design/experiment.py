@@ -2,32 +2,26 @@
 
 from __future__ import annotations
 
-import math
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import yaml
 
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError
 from seals.logs.atomic import plain, write_text
+from seals.schema import Within, read, vars_of
 from seals.sysid.experiment_design.motions import Path as Reference
 from seals.sysid.experiment_design.plan import Plan
-from seals.sysid.validation.answer_form import check_form
-from seals.untrusted_io import read_plain_yaml
+from seals.untrusted_io import read_file
 
 KIND = "planned-manoeuvre"
 """What the file says it is."""
 _OWN = ("logs", "recording", "date", "notes")
 """Facts of a log that are none of a flight of the same vehicle."""
-_KEYS = ("kind", "name", "words", "effects", "step", "tilt", "runs", "meta")
-_MAY = ("without",)
-_STARTS = (("position", 3), ("orientation", 4), ("velocity", 3), ("angular_velocity", 3))
-"""What a drop starts from, and how many numbers each has."""
-"""Keys that may be left out."""
 _SPACING = 0.02
 """Time between two points of a written reference [s]."""
 MOST_ROWS = 10_000_000
@@ -57,6 +51,49 @@ class Experiment:
     releases: tuple[Mapping[str, Any], ...]
     voltages: tuple[float, ...]
     without: tuple[str, ...] = ()
+
+
+_Length = Annotated[float, Within(0.0, 1e9)]
+_Three = tuple[float, float, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Flight:
+    """Run along a reference: columns at equal times, and the battery."""
+
+    spacing: _Length
+    x: Sequence[float]
+    y: Sequence[float]
+    z: Sequence[float]
+    yaw: Sequence[float]
+    joints: Sequence[Sequence[float]] = ()
+    voltage: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Drop:
+    """Run from a start state."""
+
+    seconds: _Length
+    position: _Three
+    orientation: tuple[float, float, float, float]
+    velocity: _Three
+    angular_velocity: _Three
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Planned:
+    """File of a planned manoeuvre; of its runs, those with columns are flights."""
+
+    kind: Literal["planned-manoeuvre"]
+    name: str
+    words: str
+    effects: Sequence[str]
+    step: Annotated[float, Within(1e-9, 1e9)]
+    tilt: float
+    runs: Sequence[Mapping[str, Any]]
+    meta: Mapping[str, Any]
+    without: Sequence[str] = ()
 
 
 def write_experiment(
@@ -121,70 +158,46 @@ def read_experiment(path: str | Path) -> Experiment:
     Raises:
         ConfigError: the file is not one, or lacks something.
     """
-    try:
-        content = read_plain_yaml(Path(path))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        first = str(error).partition("\n")[0]
+    found = read_file(_Planned, path, remedy="Give a file that seals plan wrote.")
+    flights, drops = [], []
+    for k, run in enumerate(found.runs):
+        where = f"{path}: runs[{k}]"
+        if "x" in run:
+            flights.append(read(_Flight, run, where=where))
+        else:
+            drops.append({**run, **vars_of(read(_Drop, run, where=where, extra=True))})
+    length = sum(flight.spacing * len(flight.yaw) for flight in flights)
+    length += sum(drop["seconds"] for drop in drops)
+    if not length <= MOST_ROWS * found.step:
         raise ConfigError(
-            f"experiment={path} cannot be read: {first}.\nGive a file that seals plan wrote."
-        ) from error
-    if not isinstance(content, dict) or content.get("kind") != KIND:
-        raise ConfigError(f"experiment={path} is not a planned manoeuvre.\nAllowed: kind: {KIND}")
-    for key in content:
-        if key not in (*_KEYS, *_MAY):
-            near = suggestion(str(key), (*_KEYS, *_MAY))
-            raise ConfigError(f"experiment={path}: '{key}' is unknown.\n{near}")
-    lacking = [key for key in _KEYS if key not in content]
-    if lacking:
-        raise ConfigError(
-            f"experiment={path} lacks {', '.join(lacking)}.\nLet seals plan write it again."
+            f"{path} is damaged: {length:g} s in steps of {found.step:g} s.\n"
+            f"Allowed: at most {MOST_ROWS:,} steps. Let seals plan write it again."
         )
     try:
-        check_form(content, {"meta?": {}, "runs?": [{}]}, "")
-        return _experiment(content)
-    except (KeyError, TypeError, ValueError) as error:
-        raise ConfigError(
-            f"experiment={path} is damaged: {error}.\nLet seals plan write it again."
-        ) from error
-
-
-def _experiment(content: Mapping[str, Any]) -> Experiment:
-    runs: Sequence[Mapping[str, Any]] = content["runs"]
-    step = float(content["step"])
-    flying = [r for r in runs if "x" in r]
-    falling = [r for r in runs if "x" not in r]
-    length = sum(float(r["spacing"]) * len(r["yaw"]) for r in flying)
-    length += sum(float(r["seconds"]) for r in falling)
-    if not 0.0 < step < math.inf or not 0.0 <= length <= MOST_ROWS * step:
-        raise ValueError(f"{length:g} s in steps of {step:g} s; at most {MOST_ROWS:,} steps")
-    for k, run in enumerate(runs):
-        for name, count in () if "x" in run else _STARTS:
-            given = run.get(name)
-            numbers: list[Any] = given if isinstance(given, list) else []
-            sound = all(type(v) in (int, float) and math.isfinite(v) for v in numbers)
-            if len(numbers) != count or not sound:
-                raise ValueError(f"runs[{k}].{name} needs {count} finite numbers")
+        references = tuple(_reference(flight, found.step) for flight in flights)
+    except (IndexError, ValueError) as error:
+        raise ConfigError(f"{path} is damaged: {error}.\nLet seals plan write it again.") from error
     return Experiment(
-        name=str(content["name"]),
-        meta=content["meta"],
-        step=step,
-        tilt=float(content["tilt"]),
-        references=tuple(_reference(r, step) for r in flying),
-        releases=tuple(falling),
-        voltages=tuple(float(r["voltage"]) for r in flying),
-        without=tuple(str(name) for name in content.get("without") or ()),
+        name=found.name,
+        meta=found.meta,
+        step=found.step,
+        tilt=found.tilt,
+        references=references,
+        releases=tuple(drops),
+        voltages=tuple(flight.voltage for flight in flights),
+        without=tuple(found.without),
     )
 
 
-def _reference(run: Mapping[str, Any], step: float) -> Reference:
+def _reference(flight: _Flight, step: float) -> Reference:
     """A written reference at the rows of the log."""
     from scipy.interpolate import CubicSpline
 
-    place = np.array([run[a] for a in "xyz"], dtype=float).T
-    yaw = np.array(run["yaw"], dtype=float)
-    joints = np.array(run["joints"], dtype=float).reshape(len(yaw), -1)
-    every = np.concatenate([place, yaw[:, None], joints], axis=1)
-    at = np.arange(len(yaw)) * float(run["spacing"])
+    yaw = np.array(flight.yaw)
+    joints = np.array(flight.joints).reshape(len(yaw), -1)
+    columns = [np.array(axis)[:, None] for axis in (flight.x, flight.y, flight.z, flight.yaw)]
+    every = np.concatenate([*columns, joints], axis=1)
+    at = np.arange(len(yaw)) * flight.spacing
     time = np.arange(round(at[-1] / step)) * step
     dense = CubicSpline(at, every, axis=0)(time)
     return Reference(place=dense[:, :3], yaw=dense[:, 3], joints=dense[:, 4:])

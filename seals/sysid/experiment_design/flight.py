@@ -10,6 +10,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from seals.arrays import Floats
+from seals.batch import TwinState
 from seals.batch.piloted import BatchPilot
 from seals.control import RobotState
 from seals.effects.binding import bind_effects
@@ -45,7 +46,6 @@ _ESTIMATE = (0.002, 0.004, 0.004, 0.001)
 """Noise of the estimates: place [m], velocity [m/s], body rates [rad/s], attitude [rad]."""
 _DISCHARGE = 0.002
 """Share of the battery's voltage that goes in a second."""
-_NAMES = ("position", "quaternion", "velocity", "angular_velocity", "joints", "joint_velocity")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -129,10 +129,9 @@ def _flown(
     flights = [_reference(scene, m, step, lead) for m, _ in jobs]
     if load:
         values = {**values, LOAD: values.get(LOAD, 0.0) + load * problem.vehicle.mass}
-    seen, command = fly(problem, scene, flights, values, step=step, seed=seed)
+    states, command = fly(problem, scene, flights, values, step=step, seed=seed)
     thin = THINNED.get(scene.kind, 1)
     step, command = step * thin, command[::thin]
-    seen = {n: v[::thin] for n, v in seen.items()}
     flights = [
         Path(place=p.place[::thin], yaw=p.yaw[::thin], joints=p.joints[::thin]) for p in flights
     ]
@@ -140,8 +139,8 @@ def _flown(
     voltage = [
         _voltage(problem.vehicle, b, n, step) for (_, b), n in zip(jobs, lengths, strict=True)
     ]
-    trajectory = Trajectory(**{n: _joined(seen[n], lengths) for n in _NAMES})
-    commands = _joined(command, lengths)
+    trajectory = Trajectory.joined(states[::thin], lengths)
+    commands = np.concatenate([command[:n, k] for k, n in enumerate(lengths)])
     bends = np.concatenate([p.joints for p in flights])
     plant = planned_plant(
         problem,
@@ -175,10 +174,6 @@ def _voltage(vehicle: Vehicle, share: float, rows: int, step: float) -> Floats:
     return fall
 
 
-def _joined(values: Floats, lengths: Sequence[int]) -> Floats:
-    return np.concatenate([values[:n, k] for k, n in enumerate(lengths)])
-
-
 def fly(
     problem: Problem,
     scene: Scene,
@@ -187,7 +182,7 @@ def fly(
     *,
     step: float,
     seed: int = 0,
-) -> tuple[dict[str, Floats], Floats]:
+) -> tuple[list[TwinState], Floats]:
     """Simulate a batch of controlled vehicles.
 
     Args:
@@ -199,7 +194,7 @@ def fly(
         seed: of gusts and noise.
 
     Returns:
-        States by name, shape (T, M, k) each, and commands, shape (T, M, n).
+        States of the M vehicles at each of T rows, and commands, shape (T, M, n).
 
     Raises:
         ConfigError: no controller of the library flies this vehicle.
@@ -235,10 +230,7 @@ def fly(
             velocity=state.velocity + push, angular_velocity=state.angular_velocity + turn
         )
         drive = drives[2]
-    return (
-        {n: np.stack([s[i] for s in states]) for i, n in enumerate(_NAMES)},
-        np.stack(commands),
-    )
+    return states, np.stack(commands)
 
 
 def _response(problem: Problem, values: Mapping[str, float]) -> Response:

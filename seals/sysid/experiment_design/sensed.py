@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from seals.arrays import Floats
 from seals.backend import Configuration
 from seals.frames import exponential, multiply
+from seals.logs.channels import column_names
 from seals.sysid.experiment_design.experiment import Experiment
 from seals.sysid.validation.model import Model
 from seals.sysid.validation.replay import felt_at, reported
@@ -57,7 +58,8 @@ def measured(
             continue
         every = max(1, round(1.0 / (float(channels[name]["rate"]) * experiment.step)))
         seen = np.arange(rows)[:, None] % every == 0
-        out |= _named(name, np.where(seen, _noisy(name, values, vehicle.sigma[name], rng), np.nan))
+        read = np.where(seen, _noisy(name, values, vehicle.sigma[name], rng), np.nan)
+        out |= zip(column_names(name, read.shape[1], name), read.T, strict=True)
     if "battery_voltage" in channels and volts:
         noise = vehicle.sigma["battery_voltage"] * rng.standard_normal(rows)
         out["battery_voltage"] = volts + noise
@@ -71,15 +73,6 @@ def _noisy(name: str, values: Floats, sigma: float, rng: np.random.Generator) ->
         return np.asarray(turned, dtype=np.float64)[:, [3, 0, 1, 2]]
     noisy: Floats = values + sigma * rng.standard_normal(values.shape)
     return noisy
-
-
-def _named(name: str, values: Floats) -> dict[str, Floats]:
-    if values.shape[1] == 1 and name == "depth":
-        return {name: values[:, 0]}
-    letters: Any = "wxyz" if name == "orientation" else "xyz"
-    if name == "joint_position":
-        letters = [str(k + 1) for k in range(values.shape[1])]
-    return {f"{name}_{a}": values[:, k] for k, a in enumerate(letters)}
 
 
 def _exact(experiment: Experiment, model: Model, track: Track, parts: int) -> dict[str, Floats]:

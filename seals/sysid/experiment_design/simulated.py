@@ -16,7 +16,6 @@ from seals.config.overlay import find_overlay, load_overlay, overlay_names, read
 from seals.config.overrides import typed
 from seals.errors import ConfigError, suggestion
 from seals.file_names import file_name
-from seals.frames import matrix_of
 from seals.logs.log import Log
 from seals.logs.native import write_native
 from seals.registry import get
@@ -28,8 +27,9 @@ from seals.sysid.experiment_design.control import Course, controller_of, plant_o
 from seals.sysid.experiment_design.experiment import Experiment, read_experiment
 from seals.sysid.experiment_design.motions import Path as Reference
 from seals.sysid.experiment_design.sensed import Track, measured
+from seals.sysid.predictors.rollout import start_states
 from seals.sysid.validation.model import Model, nominal
-from seals.sysid.validation.replay import stacked
+from seals.sysid.validation.replay import placed, stacked
 from seals.sysid.validation.scene import VEHICLE, build_scene
 from seals.world import World
 from seals.world.pilot import Pilot
@@ -174,7 +174,7 @@ def _fly(
     """
     actor, step, settling, guide = world.actors[VEHICLE], experiment.step, 0, None
     if isinstance(job, Mapping):
-        world.reset({VEHICLE: _released(job)})
+        world.reset({VEHICLE: placed(start_states([job]), 0)})
     else:
         settling, vehicle = round(_SETTLE / step), model.vehicle
         course, guide = Course.of([job], step), get("guide", "commanded").load()(rate=1.0 / step)
@@ -202,17 +202,3 @@ def _fly(
     seen.append(actor.body.read())
     commands, joints = (np.array(x) for x in zip(*orders, strict=True))
     return Track(stacked(seen), commands, joints)
-
-
-def _released(job: Mapping[str, Any]) -> Configuration:
-    w, x, y, z = (float(c) for c in job["orientation"])
-    quaternion = np.array([x, y, z, w])
-    turn = matrix_of(quaternion[None])[0]
-    return Configuration(
-        position=np.array(job["position"], dtype=float),
-        quaternion=quaternion,
-        velocity=turn @ np.array(job["velocity"], dtype=float),
-        angular_velocity=turn @ np.array(job["angular_velocity"], dtype=float),
-        joints=np.zeros(0),
-        joint_velocity=np.zeros(0),
-    )

@@ -10,11 +10,16 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.batch import Rates, TwinState
-from seals.frames import exponential, matrix_of, multiply
+from seals.frames import matrix_of
 from seals.sysid.data.trajectory import Trajectory
-from seals.sysid.predictors.delayed_readings import delayed
 from seals.sysid.predictors.plant import Plant, Values, nonzero
-from seals.sysid.predictors.sensor_place import add_centripetal, as_simulated, at_sensor, skew
+from seals.sysid.predictors.sensor_readings import (
+    add_centripetal,
+    as_simulated,
+    at_sensor,
+    delayed,
+    skew,
+)
 from seals.sysid.predictors.trajectory_cache import (
     ExpansionPoint,
     TrajectoryCache,
@@ -389,16 +394,7 @@ def _shifted(state: TwinState, error: Floats) -> TwinState:
     """Return states with one error added to each."""
     if not error.any():
         return state
-    joints = state.joints.shape[1]
-    parts = (
-        state.position + error[:, :3],
-        multiply(state.quaternion, exponential(error[:, 3:6])),
-        state.velocity + error[:, 6:9],
-        state.angular_velocity + error[:, 9:12],
-        state.joints + error[:, 12 : 12 + joints],
-        state.joint_velocity + error[:, 12 + joints :],
-    )
-    return TwinState(*(np.asfortranarray(x) for x in parts))
+    return TwinState(*map(np.asfortranarray, state.moved(error)))
 
 
 def _wrench_columns(cache: TrajectoryCache, used: Mapping[str, float]) -> tuple[Floats, Floats]:
@@ -433,3 +429,38 @@ def read_rows(plant: Plant, state: TwinState, rates: Rates, values: Values) -> F
     turn = plant.pose_turn(values, len(parts[0]))
     both: Floats = np.concatenate(parts if turn is None else [*parts, turn], axis=1)
     return both
+
+
+class ReleasableDynamics:
+    """Dynamics along a trajectory that are computed where they are used, and again once released.
+
+    Args:
+        plant: extended model.
+        trajectory: about which it is linear.
+        at: values of the linearisation by parameter key.
+        cache: the plant along the trajectory.
+    """
+
+    def __init__(
+        self,
+        plant: Plant,
+        trajectory: Trajectory,
+        at: Mapping[str, float],
+        cache: TrajectoryCache,
+    ) -> None:
+        self.plant, self.trajectory, self.at, self.cache = plant, trajectory, at, cache
+
+    @cached_property
+    def found(self) -> Dynamics:
+        """The dynamics."""
+        return dynamics_along(self.plant, self.trajectory, self.at, cache=self.cache)
+
+    def release(self) -> None:
+        """Release the memory of the dynamics and of the evaluations along the trajectory."""
+        self.__dict__.pop("found", None)
+        self.cache.release()
+
+
+def dynamics_of(given: Dynamics | ReleasableDynamics) -> Dynamics:
+    """Return dynamics, computed where they are not at hand."""
+    return given if isinstance(given, Dynamics) else given.found

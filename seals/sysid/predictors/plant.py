@@ -69,7 +69,7 @@ class Plant:
         command_delay: delay of all commands besides that of those instances [s].
         activity: when the effects act that do so for a time, by the keys of their parameters.
         half_step_readings: step of a simulation whose half steps the inertial readings follow
-            [s], see `seals.sysid.predictors.sensor_place.as_simulated`; 0 for none.
+            [s], see `seals.sysid.predictors.sensor_readings.as_simulated`; 0 for none.
     """
 
     def __init__(

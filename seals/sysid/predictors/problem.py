@@ -26,12 +26,12 @@ from seals.sysid.data.vehicle import Vehicle, read_vehicle
 from seals.sysid.decision.policy import DecisionPolicy, SearchBudget
 from seals.sysid.predictors.linearise import (
     Dynamics,
+    ReleasableDynamics,
     dynamics_along,
     predict,
 )
 from seals.sysid.predictors.plant import Plant
-from seals.sysid.predictors.releasable import ReleasableDynamics
-from seals.sysid.predictors.rollout import simulated_trajectory, start_states
+from seals.sysid.predictors.rollout import simulated_trajectory, start_sigma, start_states
 from seals.sysid.predictors.surface_model_error import enters, surface_model_error
 from seals.sysid.predictors.trajectory_cache import TrajectoryCache
 from seals.sysid.predictors.windows import Windows
@@ -439,9 +439,6 @@ def _stretches(values: Floats, count: int) -> Floats:
 def stated_starts(plant: Plant, trajectory: Trajectory) -> tuple[Floats, Floats]:
     """Return stated less estimated start states, shape (runs, 12), and their 1-sigma (12,)."""
     vehicle, runs = plant.vehicle, plant.samples.runs
-    stated = start_states(vehicle, len(runs))
+    stated = start_states(vehicle.initial_state[: len(runs)])
     firsts = np.array([first for first, _ in runs])
-    sigma = vehicle.initial_state[0]["sigma"]
-    names = ("position", "orientation", "velocity", "angular_velocity")
-    spread: Floats = np.repeat([float(sigma[n]) for n in names], 3)
-    return difference(stated, trajectory.state(firsts)), spread
+    return difference(stated, trajectory.state(firsts)), start_sigma(vehicle)

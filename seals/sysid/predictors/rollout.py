@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from seals.arrays import Floats
 from seals.batch import TwinState
 from seals.errors import LogError
 from seals.frames import normalised
@@ -49,31 +50,29 @@ def simulated_trajectory(
     used = nonzero(values or {})
     lengths = [last - first for first, last in samples.runs]
     firsts = np.array([first for first, _ in samples.runs])
-    state = start_states(vehicle, len(lengths))
+    state = start_states(vehicle.initial_state[: len(lengths)])
     twin, drive = plant.twin(used, len(lengths)), plant.drive(used)
     seen = [state]
     for k in range(max(lengths) - 1):
         rows = np.minimum(firsts + k, samples.rows - 1)
         state, _ = plant.advance(twin, state, rows, drive)
         seen.append(state)
-    joined = [
-        np.concatenate(
-            [np.stack([s[i][r] for s in seen[:length]]) for r, length in enumerate(lengths)]
-        )
-        for i in range(6)
-    ]
-    names = ("position", "quaternion", "velocity", "angular_velocity", "joints", "joint_velocity")
-    return Trajectory(**dict(zip(names, joined, strict=True)))
+    return Trajectory.joined(seen, lengths)
 
 
-def start_states(vehicle: Vehicle, count: int) -> TwinState:
-    """Stated start states of the runs."""
-    rows = [_numbers(entry) for entry in vehicle.initial_state[:count]]
-    position, quaternion, velocity, spin = (np.array(x) for x in zip(*rows, strict=True))
-    joints = np.zeros((count, 0))
-    return TwinState(position, normalised(quaternion), velocity, spin, joints, joints)
+def start_states(entries: Sequence[Mapping[str, Any]]) -> TwinState:
+    """Return the stated starts of runs, as in ``initial_state`` of the metadata."""
+    names = ("position", "orientation", "velocity", "angular_velocity")
+    rows = (np.array([entry[name] for entry in entries], dtype=float) for name in names)
+    position, turn, velocity, spin = rows
+    joints = np.zeros((len(position), 0))
+    quaternion = normalised(np.roll(turn, -1, axis=1))
+    return TwinState(position, quaternion, velocity, spin, joints, joints)
 
 
-def _numbers(entry: Mapping[str, Any]) -> tuple[list[float], ...]:
-    w, x, y, z = entry["orientation"]
-    return entry["position"], [x, y, z, w], entry["velocity"], entry["angular_velocity"]
+def start_sigma(vehicle: Vehicle) -> Floats:
+    """1-sigma of the stated start states, shape (12,)."""
+    sigma = vehicle.initial_state[0]["sigma"]
+    names = ("position", "orientation", "velocity", "angular_velocity")
+    spread: Floats = np.repeat([float(sigma[n]) for n in names], 3)
+    return spread

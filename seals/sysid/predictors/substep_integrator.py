@@ -21,6 +21,7 @@ from seals.sysid.predictors.linearise import (
     read_rows,
 )
 from seals.sysid.predictors.plant import Plant, nonzero
+from seals.sysid.predictors.trajectory_cache import ExpansionPoint
 from seals.sysid.predictors.whitened import Whitened
 from seals.sysid.predictors.windows import Windows
 from seals.sysid.predictors.windows_fit import Fitter
@@ -65,18 +66,8 @@ class SubstepIntegrator:
             states.append(state)
             state, rates = self.fine.advance(twin, state, rows * self.parts + part, None)
             readings.append(read_rows(self.fine, states[-1], rates, used))
-        names = (
-            "position",
-            "quaternion",
-            "velocity",
-            "angular_velocity",
-            "joints",
-            "joint_velocity",
-        )
-        joined = (np.stack([s[i] for s in states], axis=1) for i in range(len(names)))
-        flat = (x.reshape(count * self.parts, -1) for x in joined)
         return SubstepTrajectory(
-            trajectory=Trajectory(**dict(zip(names, flat, strict=True))),
+            trajectory=Trajectory.joined(states, [self.parts] * count),
             reading=np.stack(readings, axis=1).reshape(count * self.parts, -1),
             defect=difference(state, trajectory.state(np.minimum(rows + 1, count - 1))),
         )
@@ -213,14 +204,12 @@ class SubstepFitter(Fitter):
         self.integrator, self.plant, self.candidate_set = integrator, plant, plant.candidate_set
         self.windows.vehicle, self.windows.samples = plant.vehicle, plant.samples
 
-    def predicted(self, values: Mapping[str, float]) -> Prediction:
-        """Predict one step from every row, and the readings."""
+    def prediction(
+        self, values: Mapping[str, float], expansion_point: ExpansionPoint | None = None
+    ) -> Prediction:
+        """Predict one step from every row, always exactly, and the readings."""
         late = float(values.get(self.candidate_set.sensor_delay, 0.0)) - self.windows.delay
         return self.integrator.predict(self.substeps(values), late)
-
-    def misfit(self, values: Mapping[str, float]) -> Whitened:
-        """Whitened misfit of the model at given values."""
-        return self.windows.whiten(self.windows.residual(self.predicted(values))[:, :, None])
 
     def columns_at(self, keys: Sequence[str], values: Mapping[str, float]) -> Columns:
         """Return the derivatives by parameters at given values, from row to row."""

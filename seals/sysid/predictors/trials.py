@@ -17,10 +17,8 @@ from seals.sysid.data.samples import IMU
 from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.parallel import spread
 from seals.sysid.predictors.plant import Plant
-from seals.sysid.predictors.rollout import start_states
+from seals.sysid.predictors.rollout import start_sigma, start_states
 
-FIELDS = ("position", "quaternion", "velocity", "angular_velocity", "joints", "joint_velocity")
-"""Parts of a trajectory."""
 COUNT = 140
 """Simulations of all runs in one generation."""
 _GENERATIONS, _PARENTS = 2, 7
@@ -58,7 +56,7 @@ def trials(plant: Plant, *, leave: Sequence[str]) -> list[Trial]:
         plant: extended model.
         leave: names of effects that are left out.
     """
-    candidate_set, start_sigma = plant.candidate_set, _start_sigma(plant)
+    candidate_set, spread = plant.candidate_set, start_sigma(plant.vehicle)
     rng = np.random.default_rng(_SEED)
     sizes = _sizes(candidate_set, leave)
     acting = [k for k in candidate_set.tolerances if not _silent(candidate_set, k)]
@@ -70,7 +68,7 @@ def trials(plant: Plant, *, leave: Sequence[str]) -> list[Trial]:
         }
         for key, size in sizes[k % len(sizes)].items():
             values[key] = values.get(key, 0.0) + size
-        start = start_sigma * rng.standard_normal((len(plant.samples.runs), 12))
+        start = spread * rng.standard_normal((len(plant.samples.runs), 12))
         out.append(
             Trial(
                 values={
@@ -107,7 +105,7 @@ def mutated(plant: Plant, about: Sequence[Trial]) -> list[Trial]:
         plant: extended model.
         about: trials near which they lie.
     """
-    parameters, start_sigma = plant.candidate_set.parameters, _start_sigma(plant)
+    parameters, spread = plant.candidate_set.parameters, start_sigma(plant.vehicle)
     rng = np.random.default_rng(_SEED + 1)
     out = []
     for k in range(COUNT):
@@ -118,7 +116,7 @@ def mutated(plant: Plant, about: Sequence[Trial]) -> list[Trial]:
             grown = float(rng.uniform(*_GROWN)) if abs(value) > 2.5 * tolerance else 1.0
             drawn = grown * value + _NEARBY * tolerance * float(rng.standard_normal())
             values[key] = _inside(drawn, parameters[key].bounds)
-        start = parent.start + _NEARBY * start_sigma * rng.standard_normal(parent.start.shape)
+        start = parent.start + _NEARBY * spread * rng.standard_normal(parent.start.shape)
         out.append(Trial(values=values, start=start, kind=parent.kind))
     return out
 
@@ -157,12 +155,9 @@ def nearest_trajectories(
 
 def _course(plant: Plant, tracks: Sequence[Floats], taken: Any) -> Trajectory:
     """Join one trajectory from the trial chosen for each run."""
-    parts: dict[str, Floats] = {}
-    for name, track in zip(FIELDS, tracks, strict=True):
-        parts[name] = np.concatenate(
-            [track[taken[r], r, : b - a] for r, (a, b) in enumerate(plant.samples.runs)]
-        )
-    return Trajectory(**parts)
+    runs = enumerate(plant.samples.runs)
+    rows = [(taken[r], r, slice(b - a)) for r, (a, b) in runs]
+    return Trajectory(*(np.concatenate([track[part] for part in rows]) for track in tracks))
 
 
 def parents(chosen: Sequence[Trial], misfit: Floats) -> list[Trial]:
@@ -189,25 +184,16 @@ def simulated(plant: Plant, chosen: Sequence[Trial]) -> tuple[Floats, list[Float
         state, rates = plant.advance(twin, state, rows, None)
         seen = plant.reading(states[-1], rates, {})
         readings.append(np.concatenate([seen.angular_velocity, seen.specific_force], axis=1))
-    joined = (np.stack([s[i] for s in states], axis=1) for i in range(len(FIELDS)))
+    joined = (np.stack([s[i] for s in states], axis=1) for i in range(6))
     tracks = [x.reshape(count, len(runs), *x.shape[1:]) for x in joined]
     return _misfit(plant, np.stack(readings, axis=1), count), tracks
 
 
 def _starts(plant: Plant, chosen: Sequence[Trial]) -> TwinState:
     """Start states of all runs in all trials."""
-    stated = start_states(plant.vehicle, len(plant.samples.runs))
+    stated = start_states(plant.vehicle.initial_state[: len(plant.samples.runs)])
     tiled = (np.tile(x, (len(chosen), 1)) for x in stated)
-    trajectory = Trajectory(**dict(zip(FIELDS, tiled, strict=True)))
-    return trajectory.moved(np.concatenate([t.start for t in chosen])).state(slice(None))
-
-
-def _start_sigma(plant: Plant) -> Floats:
-    """1-sigma of the stated starts, shape (12,)."""
-    sigma = plant.vehicle.initial_state[0]["sigma"]
-    names = ("position", "orientation", "velocity", "angular_velocity")
-    start_sigma: Floats = np.repeat([float(sigma[n]) for n in names], 3)
-    return start_sigma
+    return Trajectory(*tiled).moved(np.concatenate([t.start for t in chosen])).state(slice(None))
 
 
 def _misfit(plant: Plant, readings: Floats, count: int) -> Floats:

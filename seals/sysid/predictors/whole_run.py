@@ -165,18 +165,15 @@ def _stepped(now: LinearisedModel, pace: Floats) -> _Step | None:
 
     None where the step is not finite: the equations, or the trajectory that it leads to.
     """
-    fitter, parameters, values = now.fitter, now.fitter.candidate_set.parameters, {}
+    fitter = now.fitter
     step, _ = newton_step(now.fit)
     if not np.isfinite(step).all():
         return None
-    for i, key in enumerate(now.fit.keys):
-        low, high = parameters[key].bounds
-        aim = now.fit.values[key] + float(pace.mean()) * step[i]
-        values[key] = float(min(max(aim, low), high))
+    values = fitter.moved(now.fit, step, float(pace.mean()))
     windows = fitter.windows
     # a trial from a trajectory far off may run away, and is refused below
     with np.errstate(over="ignore", invalid="ignore"):
-        prediction = fitter.predicted(values)
+        prediction = fitter.prediction(values)
     error = windows.states(windows.residual(prediction), prediction)
     if not np.isfinite(error).all():
         return None

@@ -3,30 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from seals.arrays import Floats
-from seals.least_squares import Backtracking, minimise
+from seals.least_squares import Backtracking, Iterate, Proposal, minimise
 from seals.sysid.candidates.parameters import Candidate, CandidateSet
 from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.predictors.linearise import (
     Columns,
     Dynamics,
     Prediction,
+    ReleasableDynamics,
     columns_along,
+    dynamics_of,
     predict,
 )
-from seals.sysid.predictors.normal_equations import Fit
+from seals.sysid.predictors.normal_equations import Fit, newton_step, reserve
 from seals.sysid.predictors.plant import Plant
-from seals.sysid.predictors.releasable import ReleasableDynamics, dynamics_of
 from seals.sysid.predictors.tempering import approached
 from seals.sysid.predictors.trajectory_cache import ExpansionPoint, TrajectoryCache
 from seals.sysid.predictors.whitened import Whitened
 from seals.sysid.predictors.windows import BLOCK, Windows
-from seals.sysid.predictors.windows_descent import Descent
 
 _AGAIN = 2
 """Times that a fit is repeated about exact steps at its own values."""
@@ -186,17 +187,12 @@ class Fitter:
             out[:, :, k : k + BLOCK] = self.windows.responses(self.columns_at(block, values))
         return self.windows.whiten(out)
 
-    def misfit(self, values: Mapping[str, float]) -> Whitened:
-        """Whitened misfit of the model at given values."""
-        return self._misfit(values, None)
-
-    def near(self, values: Mapping[str, float], expansion_point: ExpansionPoint | None) -> Whitened:
-        """Whitened misfit, with steps to first order about an expansion point."""
-        return (
-            self.misfit(values)
-            if expansion_point is None
-            else self._misfit(values, expansion_point)
-        )
+    def misfit(
+        self, values: Mapping[str, float], expansion_point: ExpansionPoint | None = None
+    ) -> Whitened:
+        """Whitened misfit of the model at given values, see `prediction`."""
+        prediction = self.prediction(values, expansion_point)
+        return self.windows.whiten(self.windows.residual(prediction)[:, :, None])
 
     def prediction(
         self, values: Mapping[str, float], expansion_point: ExpansionPoint | None = None
@@ -211,12 +207,6 @@ class Fitter:
             expansion_point=expansion_point,
             dynamics=self.dynamics,
         )
-
-    def _misfit(
-        self, values: Mapping[str, float], expansion_point: ExpansionPoint | None
-    ) -> Whitened:
-        prediction = self.prediction(values, expansion_point)
-        return self.windows.whiten(self.windows.residual(prediction)[:, :, None])
 
     def _expansion_point(self, values: Mapping[str, float]) -> ExpansionPoint | None:
         """Exact steps at some values, where the plant along the trajectory is known."""
@@ -262,7 +252,9 @@ class Fitter:
         precision = self.precision(keys, free)
         begin = self.at if around is None else around
         first = {k: float(begin.get(k, 0.0)) for k in keys}
-        first |= {k: self._allowed(k, v) for k, v in (start or {}).items() if k in free}
+        first |= {
+            k: self.candidate_set.allowed(k, v) for k, v in (start or {}).items() if k in free
+        }
         late = self.candidate_set.sensor_delay
         if self.windows.delay and late in first:
             first[late] = self.windows.delay
@@ -351,13 +343,9 @@ class Fitter:
     def moved(self, fit: Fit, step: Floats, share: float) -> dict[str, float]:
         """Return the values after a fraction of a step, inside the bounds."""
         return {
-            k: self._allowed(k, fit.values[k] + share * step[i]) for i, k in enumerate(fit.keys)
+            k: self.candidate_set.allowed(k, fit.values[k] + share * step[i])
+            for i, k in enumerate(fit.keys)
         }
-
-    def _allowed(self, key: str, value: float) -> float:
-        """Return a value, or the bound of the parameter that it passes."""
-        low, high = self.candidate_set.parameters[key].bounds
-        return float(min(max(value, low), high))
 
     def _linear(
         self,
@@ -368,7 +356,7 @@ class Fitter:
         expansion_point: ExpansionPoint | None = None,
     ) -> Fit:
         """Misfit and normal equations at given values."""
-        misfit = self.near(values, expansion_point)
+        misfit = self.misfit(values, expansion_point)
         return self.with_free(*self.equations(keys, free, values, precision, misfit))
 
     def equations(
@@ -444,3 +432,75 @@ def is_determined(misfit: Floats) -> bool:
 def _silence(normal: Floats, right: Floats, held: int) -> None:
     """Remove one parameter from the equations."""
     normal[:, held, :], normal[:, :, held], right[:, held] = 0.0, 0.0, 0.0
+
+
+@dataclass(kw_only=True)
+class WindowTask(Iterate):
+    """Iterate of a window fit with its next step."""
+
+    fit: Fit
+    step: Floats = field(default_factory=lambda: np.zeros(0))
+
+
+class TrialPoint(NamedTuple):
+    """Fit at trial values, minimised over the nuisance parameters."""
+
+    cost: float
+    fit: Fit
+    misfit: Whitened
+
+
+class Descent:
+    """Least-squares problem of some parameters of a fitter.
+
+    Args:
+        fitter: of the linearisation.
+        keys: of the fit.
+        moving: keys that move; the others are eliminated to first order.
+        tolerance: predicted fall of the cost below which no step is taken.
+        expansion_point: about which steps are exact to first order.
+    """
+
+    def __init__(
+        self,
+        fitter: Fitter,
+        keys: Sequence[str],
+        moving: Sequence[str],
+        tolerance: float,
+        expansion_point: ExpansionPoint | None,
+    ) -> None:
+        self.fitter, self.tolerance, self.expansion_point = fitter, tolerance, expansion_point
+        self.bounds = fitter.bounds(keys)
+        self.fixed = [i for i, k in enumerate(keys) if k not in set(moving)]
+
+    def task(self, fit: Fit) -> WindowTask:
+        """Start an iteration at a fit."""
+        observed = float(self.fitter.windows.observed)
+        return WindowTask(fit=fit, cost=fit.cost - reserve(fit, self.fixed), floor=observed)
+
+    def linearise(self, tasks: Sequence[WindowTask]) -> None:
+        """Compute the steps of all tasks."""
+        for task in tasks:
+            task.step, predicted = newton_step(task.fit, self.bounds)
+            task.done = predicted - reserve(task.fit, self.fixed) < self.tolerance
+            task.step[self.fixed], task.linear = 0.0, True
+
+    def evaluate(
+        self, tasks: Sequence[WindowTask], proposals: Sequence[Sequence[Proposal]]
+    ) -> list[list[TrialPoint]]:
+        """Evaluate fractions of the steps."""
+        return [
+            [self._point(task, p.share) for p in row]
+            for task, row in zip(tasks, proposals, strict=True)
+        ]
+
+    def _point(self, task: WindowTask, share: float) -> TrialPoint:
+        fitter, now = self.fitter, task.fit
+        values = fitter.moved(now, task.step, share)
+        misfit = fitter.misfit(values, self.expansion_point)
+        trial, misfit = fitter.equations(now.keys, now.free, values, now.precision, misfit)
+        return TrialPoint(trial.cost - reserve(trial, self.fixed), trial, misfit)
+
+    def keep(self, task: WindowTask, outcome: TrialPoint) -> None:
+        """Accept a point and compute its equations."""
+        task.fit = self.fitter.with_free(outcome.fit, outcome.misfit)

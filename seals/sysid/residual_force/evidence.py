@@ -195,8 +195,8 @@ def evidence(problem: Problem, hypothesis: EvidenceHypothesis | None = None) -> 
         columns = np.concatenate([columns, loose.whitened(fresh, values).outputs], axis=2)
     found = _collected(windows, loose, columns, values, keys, precision, mean)
     for _ in range(ROUNDS):
-        step = found.posterior[2]
-        values = _moved(fitter.candidate_set, keys, values, step)
+        moves = zip(keys, found.posterior[2], strict=True)
+        values = {k: fitter.candidate_set.allowed(k, values[k] + move) for k, move in moves}
         found = _collected(windows, loose, columns, values, keys, precision, mean)
     return found
 
@@ -239,13 +239,3 @@ def _priors(
             if key in fit.free and key in width:
                 mean[key], width[key] = fit.values[key], float(uncertainty)
     return mean, width
-
-
-def _moved(
-    candidate_set: CandidateSet, keys: tuple[str, ...], values: dict[str, float], step: Floats
-) -> dict[str, float]:
-    out = {}
-    for key, change in zip(keys, step, strict=True):
-        low, high = candidate_set.parameters[key].bounds
-        out[key] = float(min(max(values[key] + change, low), high))
-    return out

@@ -12,8 +12,7 @@ from seals.compare.solve import FitTask
 from seals.least_squares import Tell
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.decision.policy import DecisionPolicy
-from seals.sysid.predictors.batch import Experiment
-from seals.sysid.predictors.batch_fit import RunFitter
+from seals.sysid.predictors.batch import Experiment, RunFitter
 from seals.sysid.scores.hypothesis import Hypothesis
 from seals.sysid.scores.innovations import autocorrelation, gain, innovations
 

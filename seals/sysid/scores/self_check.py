@@ -138,4 +138,4 @@ def simulated_readings(
         for name in channels.keys() & found.keys():
             channels[name][rows[:, k]] = found[name]
         state = after
-    return replace(plant.samples, channels=channels), replace(fitter.trajectory, **states)
+    return replace(plant.samples, channels=channels), fitter.trajectory._replace(**states)

@@ -1,4 +1,4 @@
-"""Reading of a diagnosis file, and choice of the effects to add."""
+"""Answer of a diagnosis: its file, and choice of the effects to add."""
 
 from __future__ import annotations
 
@@ -6,12 +6,13 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, TypeVar
 
 from seals.config.overrides import typed
 from seals.errors import ConfigError, LogError, suggestion
 from seals.logs.native import TABLES
-from seals.sysid.validation.answer_form import refuse_damaged
+from seals.schema import Within, plain, read
+from seals.sysid.candidates.activity import Moment
 from seals.untrusted_io import read_bytes, read_json
 
 ANSWER = "diagnosis.json"
@@ -27,6 +28,117 @@ _REFUSED = {
     "cannot_tell": "the log could not show what is missing",
     "bad_data": "the log failed its data check",
 }
+T = TypeVar("T")
+_Number = Annotated[float, Within(-1e30, 1e30)]
+"""Numbers beyond are no measurement; the squares and cubes of these still are numbers."""
+_Table = Annotated[Mapping[str, T], Within(0, 1024)]
+"""Entries of the largest vehicle are some hundred."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Estimate:
+    """Fitted parameter of an effect, or a word such as the form of its law; see docs/formats.md."""
+
+    value: _Number | str
+    low90: _Number | None = None
+    high90: _Number | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ActiveSpan:
+    """Part of a log, by its name, in which an effect acts; None for its first or last row."""
+
+    log: str
+    start: Moment | None
+    end: Moment | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class FoundEffect:
+    """Effect of an answer; a link of a robot's folder has a name, that of a log a number."""
+
+    name: str
+    medium: str | None = None
+    variant: Mapping[str, Any] = field(default_factory=dict)
+    confidence: _Number = 0.0
+    link: int | str | None = None
+    parameters: _Table[Estimate] = field(default_factory=dict)
+    nuisance: _Table[_Number] = field(default_factory=dict)
+    active: Sequence[ActiveSpan] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class DiagnosedLog:
+    """Log of an answer, or several, with the SHA-256 of its table."""
+
+    path: str = ""
+    sha256: str | None = None
+    logs: Sequence[DiagnosedLog] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class AnswerModel:
+    """Content of an overlay file, which `read_overlay` checks once it is complete."""
+
+    effects: _Table[Mapping[str, Any]] = field(default_factory=dict)
+    changes: _Table[Mapping[str, Any]] = field(default_factory=dict)
+    wave: Mapping[str, Any] | None = None
+    intervals: _Table[_Table[Sequence[_Number]]] = field(default_factory=dict)
+    nominal: _Table[Mapping[str, Any]] = field(default_factory=dict)
+    speeds: Sequence[_Number] = ()
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Law:
+    """Effect of a formula."""
+
+    name: str
+    medium: str | None = None
+    parameters: _Table[_Number]
+
+
+@dataclass(frozen=True, kw_only=True)
+class FoundFormula:
+    """Formula of a force that no effect explains."""
+
+    effect: Law
+    text: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Covariance:
+    """Covariance of the named parameters; None for what the log did not determine."""
+
+    parameters: Sequence[str] = ()
+    matrix: Sequence[Sequence[_Number | None]] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse a matrix of another size than its names."""
+        count, known = len(self.parameters), len(set(self.parameters))
+        if any(len(rows) != count for rows in (self.matrix, *self.matrix)) or known != count:
+            raise ValueError(f"matrix needs {count} rows of {count} numbers, each of its own name")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Answer:
+    """What other commands read of ``diagnosis.json``; see docs/formats.md."""
+
+    verdict: str = ""
+    effects: Annotated[Sequence[FoundEffect], Within(0, 32)] = ()
+    ambiguous_with: Sequence[Sequence[str]] = ()
+    reasons: Sequence[str] = ()
+    nominal: _Table[_Table[_Number | None]] = field(default_factory=dict)
+    covariance: Covariance = field(default_factory=Covariance)
+    formula: FoundFormula | None = None
+    models: _Table[AnswerModel] | None = None
+    log: DiagnosedLog = field(default_factory=DiagnosedLog)
+    without: Sequence[str] = ()
+
+    @property
+    def tables(self) -> dict[str, str]:
+        """Folder of each log with the SHA-256 of its table, see `logs_of`."""
+        return logs_of({"log": plain(self.log)})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,35 +147,57 @@ class Finding:
 
     Args:
         file: the answer was read from.
+        answer: all of it.
         effects: entries of the answer, in its order.
-        verdict: of the answer.
         chosen: whether the user picked one of several.
-        logs: folder of each log as the answer names it, with the SHA-256 of its table, empty where
-            it is not known; none when it does not name them.
-        without: effects that were left out of the nominal model.
-        nominal: fitted nominal values by parameter key, when the answer holds them.
-        covariance: ``parameters`` and ``matrix`` of all of them, when the answer holds them.
-        formula: entry of an unnamed effect that the user accepts, or None.
-        models: contents of overlay files by the names of their effects, see `models_of`; none in an
-            answer of an earlier version.
+        formula: of an unnamed effect that the user accepts, or None.
     """
 
     file: Path
-    effects: tuple[Mapping[str, Any], ...]
-    verdict: str
-    chosen: bool
-    logs: Mapping[str, str]
-    nominal: Mapping[str, Mapping[str, float]]
-    covariance: Mapping[str, Any] = field(default_factory=dict)
-    formula: Mapping[str, Any] | None = None
-    without: tuple[str, ...] = ()
-    models: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    answer: Answer
+    effects: tuple[FoundEffect, ...]
+    chosen: bool = False
+    formula: FoundFormula | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the effects."""
-        own = tuple(str(e["name"]) for e in self.effects)
+        own = tuple(effect.name for effect in self.effects)
         return own if self.formula is None else (*own, FORMULA)
+
+
+def load_answer(where: str | Path, *, key: str = KEY) -> tuple[Path, Answer]:
+    """Return the file of a diagnosis, and its content.
+
+    Args:
+        where: folder of the diagnosis, or its file.
+        key: that named it, for messages.
+
+    Raises:
+        ConfigError: there is no diagnosis, or it is damaged.
+    """
+    path = Path(where)
+    path = path / ANSWER if path.is_dir() else path
+    if not path.is_file():
+        raise ConfigError(
+            f"{key}={where}: there is no {ANSWER}.\n"
+            "Give the folder that seals diagnose wrote: seals diagnose log=FOLDER out=FOLDER"
+        )
+    try:
+        raw = read_json(path)
+        answer = read(Answer, raw, where=f"{path} is damaged:", extra=True)
+    except LogError as cause:
+        fault = str(cause).partition("\n")[0].rstrip(".")
+        raise ConfigError(f"{fault}.\nDiagnose the log again.") from cause
+    except ConfigError as cause:
+        raise ConfigError(f"{str(cause).rstrip('.')}. Diagnose the log again.") from cause
+    count = len(answer.effects)
+    if answer.verdict not in (*_GIVING, *_REFUSED) or (answer.verdict in _GIVING and not count):
+        raise ConfigError(
+            f"{path} is damaged: verdict {answer.verdict!r:.40} with {count} effects.\n"
+            "Diagnose the log again."
+        )
+    return path, answer
 
 
 def read_answer(
@@ -86,36 +220,14 @@ def read_answer(
     Raises:
         ConfigError: there is no diagnosis, or its verdict gives nothing to add.
     """
-    path = Path(where)
-    path = path / ANSWER if path.is_dir() else path
-    if not path.is_file():
-        raise ConfigError(
-            f"{key}={where}: there is no {ANSWER}.\n"
-            "Give the folder that seals diagnose wrote: seals diagnose log=FOLDER out=FOLDER"
-        )
-    try:
-        raw = read_json(path)
-        refuse_damaged(raw)
-        verdict, effects = str(raw["verdict"]), list(raw["effects"])
-        names = [str(effect["name"]) for effect in effects]
-        if verdict not in (*_GIVING, *_REFUSED) or (verdict in _GIVING and not names):
-            raise ValueError(f"verdict {verdict!r:.40} with {len(names)} effects")
-        why = "; ".join(str(reason) for reason in raw.get("reasons") or ())
-        nominal = {
-            key: {name: value for name, value in fitted.items() if value is not None}
-            for key, fitted in (raw.get("nominal") or {}).items()
-        }
-        text = str((raw.get("formula") or {}).get("text", ""))
-    except LogError as cause:
-        fault = str(cause).partition("\n")[0].rstrip(".")
-        raise ConfigError(f"{fault}.\nDiagnose the log again.") from cause
-    except (OSError, AttributeError, ValueError, KeyError, TypeError) as cause:
-        raise ConfigError(f"{path} is damaged: {cause}.\nDiagnose the log again.") from cause
-    law = _formula(path, raw, verdict, accept)
+    path, answer = load_answer(where, key=key)
+    verdict, law = answer.verdict, _formula(path, answer, accept)
     if verdict in _REFUSED and law is None:
+        why = "; ".join(answer.reasons)
         advice = "Only the effects of a named or ambiguous answer can be added."
-        if text:
-            advice = f"Take the formula found for it with accept={FORMULA}: {text}"
+        if answer.formula is not None and answer.formula.text:
+            found = answer.formula.text
+            advice = f"Take the formula found for it with accept={FORMULA}: {found}"
         raise ConfigError(
             f"{path}: the verdict is {verdict}: {_REFUSED[verdict]}{f' ({why})' if why else ''}.\n"
             f"{advice}"
@@ -123,17 +235,10 @@ def read_answer(
     plan = f"seals plan {typed('diagnosis', str(where))}{robot}"
     return Finding(
         file=path,
-        effects=() if law is not None else _chosen(effects, verdict, choose, key, plan),
-        verdict=verdict,
+        answer=answer,
+        effects=() if law is not None else _chosen(answer, choose, key, plan),
         chosen=choose is not None,
-        logs=logs_of(raw),
-        # the nominal values of an answer are those beside its first effect
-        nominal=nominal if choose in (None, *names[:1]) else {},
-        # so does the covariance: entries of another choice have other numbers
-        covariance=dict(raw.get("covariance") or {}) if choose is None else {},
         formula=law,
-        without=tuple(raw.get("without") or ()),
-        models=raw.get("models") or {},
     )
 
 
@@ -174,40 +279,35 @@ def noted_logs(logs: Mapping[str, str]) -> list[str]:
     return list(logs)
 
 
-def _formula(
-    path: Path, raw: Mapping[str, Any], verdict: str, accept: str | None
-) -> Mapping[str, Any] | None:
+def _formula(path: Path, answer: Answer, accept: str | None) -> FoundFormula | None:
     """The formula that the user accepts."""
     if accept is None:
         return None
     if accept != FORMULA:
         raise ConfigError(f"accept={accept} is not allowed.\nAllowed: accept={FORMULA}")
-    if verdict != "none_of_these" or not raw.get("formula"):
+    if answer.verdict != "none_of_these" or answer.formula is None:
         raise ConfigError(
-            f"accept={FORMULA}: {path} holds no formula, its verdict is {verdict}.\n"
+            f"accept={FORMULA}: {path} holds no formula, its verdict is {answer.verdict}.\n"
             "Leave accept= out; a formula is found only when no effect explains the log."
         )
-    law: Mapping[str, Any] = raw["formula"]
-    return law
+    return answer.formula
 
 
-def _chosen(
-    effects: Sequence[Mapping[str, Any]], verdict: str, choose: str | None, key: str, plan: str
-) -> tuple[Mapping[str, Any], ...]:
-    names = [str(e["name"]) for e in effects]
+def _chosen(answer: Answer, choose: str | None, key: str, plan: str) -> tuple[FoundEffect, ...]:
+    names = [effect.name for effect in answer.effects]
     if choose is None:
-        if verdict == "ambiguous":
+        if answer.verdict == "ambiguous":
             own = f", or take one on your own judgement: choose={names[0]}" if key == KEY else ""
             raise ConfigError(
                 f"the diagnosis is ambiguous: {' or '.join(names)}.\n"
                 f"Plan a flight that tells them apart ({plan}){own}"
             )
-        return tuple(effects)
+        return tuple(answer.effects)
     if choose not in names:
         raise ConfigError(
             f"choose={choose}: the diagnosis does not hold it.\n{suggestion(choose, names)}"
         )
-    return (effects[names.index(choose)],)
+    return (answer.effects[names.index(choose)],)
 
 
 def log_digest(folder: str | Path) -> str:

@@ -50,16 +50,17 @@ def add(config: Any) -> int:
     finding = read_answer(
         str(config.diagnosis), choose=config.choose, accept=config.accept, robot=robot
     )
-    if config.log is None and not finding.logs:
+    answer, logs = finding.answer, finding.answer.tables
+    if config.log is None and not logs:
         raise ConfigError(f"{finding.file} does not say which log it is of.\nGive it: log=FOLDER")
-    given = given_logs(config, config.log or noted_logs(finding.logs), noted=finding.without)
-    if given.without != finding.without:
+    given = given_logs(config, config.log or noted_logs(logs), noted=answer.without)
+    if list(given.without) != list(answer.without):
         raise ConfigError(
-            f"{typed('without', given.without)}: the diagnosis left out {list(finding.without)}.\n"
+            f"{typed('without', given.without)}: the diagnosis left out {list(answer.without)}.\n"
             "Leave without= out, or diagnose the log again with it."
         )
     source = sources(given.places)
-    _refuse_other_logs(finding.logs, logs_of({"log": source}))
+    _refuse_other_logs(logs, logs_of({"log": source}))
     content = overlay_of(finding, _base(config.base), source=source)
     _refuse_more_than_data(read_overlay({"name": target.stem, "file": str(target), **content}))
     option = target.stem if target.parent == Path("models") else str(target)
@@ -69,15 +70,15 @@ def add(config: Any) -> int:
     )
     print(f"{content['summary']}: written to {target}")
     for effect in finding.effects:
-        if "active" in effect:
+        if effect.active:
             print(
-                f"{effect['name']} acts {timed_words(effect)} of the log; in the model it acts "
+                f"{effect.name} acts {timed_words(effect)} of the log; in the model it acts "
                 "throughout. Leave the effect out of runs before it begins or after it ends."
             )
     if finding.chosen:
         print("The log cannot tell this effect from others: it was chosen by you.")
     if finding.formula is not None:
-        print(f"An unnamed force, accepted by you: {finding.formula['text']}")
+        print(f"An unnamed force, accepted by you: {finding.formula.text}")
     command = f"seals verify log=ANOTHER_LOG {typed('model', option)}{given.robot_words}"
     print(f"Next, on a log that was not fitted:\n  {command}")
     return 0

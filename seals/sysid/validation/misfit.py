@@ -15,10 +15,9 @@ from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.predictors.linearise import dynamics_along
 from seals.sysid.predictors.problem import Problem, stated_starts, transient_rows
 from seals.sysid.predictors.surface_model_error import surface_model_error
-from seals.sysid.predictors.window_rows import window_rows
-from seals.sysid.predictors.windows import Windows, by_channel
+from seals.sysid.predictors.windows import Windows, by_channel, window_rows
 from seals.sysid.validation.model import Model
-from seals.sysid.validation.replay import Track, replay
+from seals.sysid.validation.replay import Track, between_rows, replay
 
 HORIZONS = (0.1, 0.25, 0.5, 1.0)
 """Times from the start of a window at which plain errors are taken [s]."""
@@ -274,8 +273,5 @@ def _shifted(values: Floats, late: float) -> Floats:
     if not late:
         return values
     at = np.arange(values.shape[1]) - late
-    low = np.clip(np.floor(at).astype(int), 0, values.shape[1] - 2)
-    share = (at - low)[None, :, None]
-    moved = values[:, low] + share * (values[:, low + 1] - values[:, low])
-    known: Floats = np.where((at >= 0.0)[None, :, None], moved, np.nan)
+    known: Floats = np.where((at >= 0.0)[None, :, None], between_rows(values, at), np.nan)
     return known

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -147,7 +148,6 @@ class _Runner:
         self.world, self.samples, self.trajectory = world, samples, trajectory
         self.drive, self.parts = drive_states(model, samples, parts=parts), parts
         self.actor = world.actors[VEHICLE]
-        self.turns = matrix_of(trajectory.quaternion)
         if samples.voltage is not None:
             # as measured: the model's battery is full again at the start of every window
             self.actor.battery, self.actor.evaluator.fed = None, True
@@ -161,7 +161,7 @@ class _Runner:
         """
         first = max(first, 0)
         world, step = self.world, self.world.step_size
-        world.reset({VEHICLE: self._start(first)})
+        world.reset({VEHICLE: placed(self.trajectory, first)})
         begin = float(self.samples.time[first])
         world.restore(world.snapshot()._replace(time=begin, steps=round(begin / step)))
         seen = [self.actor.body.read()]
@@ -179,17 +179,6 @@ class _Runner:
             straddle=not self.samples.joint_command.shape[1],
         )
 
-    def _start(self, row: int) -> Configuration:
-        c, turn = self.trajectory, self.turns[row]
-        return Configuration(
-            position=c.position[row],
-            quaternion=c.quaternion[row],
-            velocity=turn @ c.velocity[row],
-            angular_velocity=turn @ c.angular_velocity[row],
-            joints=c.joints[row],
-            joint_velocity=c.joint_velocity[row],
-        )
-
     def _command(self, row: int, part: int) -> None:
         """Inputs of one step; joint commands arrive shortly after their row."""
         samples, actor = self.samples, self.actor
@@ -201,6 +190,19 @@ class _Runner:
             late = min(self.latency / self.world.step_size, 1.0) if part == 0 else 0.0
             both = samples.joint_command[[max(row - 1, samples.begins[row]), row]]
             actor.joint_command = (late * both[0] + (1.0 - late) * both[1])[None]
+
+
+def placed(state: TwinState, row: int) -> Configuration:
+    """Return one state of a batch as a backend takes it, velocities in world axes."""
+    turn = matrix_of(state.quaternion[row : row + 1])[0]
+    return Configuration(
+        position=state.position[row],
+        quaternion=state.quaternion[row],
+        velocity=turn @ state.velocity[row],
+        angular_velocity=turn @ state.angular_velocity[row],
+        joints=state.joints[row],
+        joint_velocity=state.joint_velocity[row],
+    )
 
 
 def stacked(seen: Sequence[Configuration]) -> Configuration:
@@ -301,10 +303,7 @@ def reported(model: Model, felt: Floats, late: int, delay: float) -> Floats:
         force = force + np.cross(rate, arm) + np.cross(turning, np.cross(turning, arm))
     both = np.concatenate([part @ turn for part in (spin, force, rate, turning)], axis=2)
     at = np.arange(late, both.shape[1]) - delay
-    # a reading ahead of its time continues the last stretch
-    low = np.clip(np.floor(at).astype(int), 0, both.shape[1] - 2)
-    share = (at - low)[None, :, None]
-    seen = both[:, low] + share * (both[:, low + 1] - both[:, low])
+    seen = between_rows(both, at)
     flat = seen.reshape(-1, 12)
     reading = Reading(*np.split(flat, 4, axis=1))
     for b in ReadingChain(model.bound).errors:
@@ -315,3 +314,11 @@ def reported(model: Model, felt: Floats, late: int, delay: float) -> Floats:
         parts.append(np.broadcast_to(np.sum(turns, axis=0), (len(flat), 3)))
     shaped: Floats = np.concatenate(parts, axis=1).reshape(*seen.shape[:2], -1)
     return shaped
+
+
+def between_rows(values: Floats, at: NDArray[np.floating[Any]]) -> Floats:
+    """Interpolate values (W, K, k) at fractions of rows ``at`` (n,); ends continue straight."""
+    low = np.clip(np.floor(at).astype(int), 0, values.shape[1] - 2)
+    share = (at - low)[None, :, None]
+    found: Floats = values[:, low] + share * (values[:, low + 1] - values[:, low])
+    return found

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 import seals
-from seals import registry
 from seals.config.overlay import WAVE, free_name
 from seals.config.overrides import typed
+from seals.config.plugin_lookup import plugin_name
 from seals.effects.effect import Effect, MediumKind
 from seals.errors import ConfigError, suggestion
 from seals.logs.atomic import write_text
@@ -27,7 +27,7 @@ from seals.sysid.diagnosis import Diagnosis
 from seals.sysid.predictors.problem import typical_speeds
 from seals.sysid.residual_force import Formula
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
-from seals.sysid.validation.answer import FORMULA, Finding, logs_of
+from seals.sysid.validation.answer import FORMULA, AnswerModel, Finding, FoundEffect, logs_of
 from seals.sysid.validation.model import by_instance
 from seals.untrusted_io import refuse_references
 
@@ -90,12 +90,15 @@ def _entries(
         for instance, moved in by_instance(values).items():
             short = {k: _short(v) for k, v in moved.items()}
             if instance in known.waves:
-                plugin = _plugin_of(known.waves[instance].law, "wave")
+                plugin = plugin_name("wave", known.waves[instance].law)
                 made["wave"] = {"wave": plugin, **short}
                 made["intervals"][WAVE] = limits.get(instance, {})
                 continue
             law = known.effects[instance]
-            section, entry = "changes", {"effect": _plugin_of(type(law)), **_medium(law), **short}
+            section, entry = (
+                "changes",
+                {"effect": plugin_name("effect", type(law)), **_medium(law), **short},
+            )
             if instance not in found.problem.vehicle.effects and not _below_bounds(law, moved):
                 total = {k: _short(float(getattr(law, k)) + v) for k, v in moved.items()}
                 section, entry = "effects", {"effect": entry["effect"], **_options(law), **total}
@@ -148,35 +151,35 @@ def overlay_of(
         k: dict(base.get(k) or {}) for k in ("effects", "changes", "intervals")
     }
     sections["wave"] = base.get("wave")
-    intervals = model.get("intervals") or {}
-    for section in ("effects", "changes"):
-        for name, entry in (model.get(section) or {}).items():
+    intervals = model.intervals
+    for section, entries in (("effects", model.effects), ("changes", model.changes)):
+        for name, entry in entries.items():
             _refuse_twice(name, entry, sections, base)
             free = free_name(name, {**sections["effects"], **sections["changes"]})
             sections[section][free] = entry
             sections["intervals"] |= {free: intervals[name]} if name in intervals else {}
-    if model.get("wave"):
-        _refuse_twice(WAVE, model["wave"], sections, base)
-        sections["wave"] = model["wave"]
+    if model.wave:
+        _refuse_twice(WAVE, model.wave, sections, base)
+        sections["wave"] = model.wave
         sections["intervals"][WAVE] = intervals.get(WAVE) or {}
-    words = [*(str(e["name"]) for e in finding.effects)]
+    words = [effect.name for effect in finding.effects]
     words += [] if finding.formula is None else ["an unnamed force"]
     logs = " and ".join(Path(path).name for path in logs_of({"log": source}))
     out: dict[str, Any] = {"summary": f"{' and '.join(words)}, found in {logs}"}
     out |= {key: value for key, value in sections.items() if value}
-    out |= {key: model[key] for key in ("nominal", "speeds") if key in model}
+    out |= {k: v for k, v in (("nominal", model.nominal), ("speeds", model.speeds)) if v}
     out["provenance"] = _provenance(finding, base, source)
-    out["provenance"]["vehicle"] = str((model.get("provenance") or {}).get("vehicle", ""))
+    out["provenance"]["vehicle"] = str(model.provenance.get("vehicle", ""))
     return out
 
 
-def _model_of(finding: Finding) -> Mapping[str, Any]:
+def _model_of(finding: Finding) -> AnswerModel:
     """Return the model of an answer with the chosen effects.
 
     Raises:
         ConfigError: an earlier version wrote the answer, or it compares flights.
     """
-    names = [str(effect["name"]) for effect in finding.effects]
+    names = [effect.name for effect in finding.effects]
     known = {*installed(), *(law.candidate for law in wave_laws())}
     for name in names:
         if name not in known:
@@ -185,20 +188,20 @@ def _model_of(finding: Finding) -> Mapping[str, Any]:
                 f"{suggestion(name, known)}"
             )
     own = ",".join(names) or FORMULA
-    if own not in finding.models:
+    found = (finding.answer.models or {}).get(own)
+    if found is None:
         raise ConfigError(
             f"{finding.file} holds no model of {own}: an earlier version wrote it, or it compares "
             "a flight with healthy ones.\n"
             "Diagnose the log again, by itself: seals diagnose log=FOLDER out=FOLDER"
         )
-    refuse_references(finding.models[own], where=str(finding.file))
-    return finding.models[own]
+    refuse_references(plain(found), where=str(finding.file))
+    return found
 
 
-def timed_words(effect: Mapping[str, Any]) -> str:
+def timed_words(effect: FoundEffect) -> str:
     """Describe when a diagnosed effect acts; in an overlay it acts at all times."""
-    entries = effect["active"]
-    return active_words(entries, [str(entry["log"]) for entry in entries])
+    return active_words(plain(effect.active), [span.log for span in effect.active])
 
 
 def write_overlay(
@@ -260,14 +263,6 @@ def _medium(law: Effect) -> dict[str, str]:
     return {"medium": medium.value} if isinstance(medium, MediumKind) else {}
 
 
-def _plugin_of(law: type, kind: str = "effect") -> str:
-    target = f"{law.__module__}:{law.__qualname__}"
-    for name, plugin in registry.plugins(kind).items():
-        if plugin.value == target:
-            return name
-    raise ConfigError(f"{target} is not installed as a plug-in.\nSee: seals list {kind}")
-
-
 def _refuse_twice(
     name: str, entry: Mapping[str, Any], sections: Mapping[str, Any], base: Mapping[str, Any]
 ) -> None:
@@ -289,19 +284,19 @@ def _provenance(
     out: dict[str, Any] = {
         "log": paths[0] if len(paths) == 1 else paths,
         "log_sha256": digests[0] if len(digests) == 1 else digests,
-        **({"without": list(finding.without)} if finding.without else {}),
-        "verdict": finding.verdict,
-        "confidence": {str(e["name"]): _short(e.get("confidence", 0.0)) for e in finding.effects},
+        **({"without": list(finding.answer.without)} if finding.answer.without else {}),
+        "verdict": finding.answer.verdict,
+        "confidence": {e.name: _short(e.confidence) for e in finding.effects},
         "diagnosis": str(finding.file.resolve()),
         "diagnosis_sha256": hashlib.sha256(finding.file.read_bytes()).hexdigest(),
         "date": datetime.datetime.now().astimezone().isoformat(timespec="seconds"),
         "seals": seals.__version__,
     }
-    active = {str(e["name"]): timed_words(e) for e in finding.effects if "active" in e}
+    active = {e.name: timed_words(e) for e in finding.effects if e.active}
     if active:
         out["active"] = active
     if finding.formula is not None:
-        out["accepted"] = f"a formula without a name, by the user: {finding.formula['text']}"
+        out["accepted"] = f"a formula without a name, by the user: {finding.formula.text}"
     if finding.chosen:
         out["chosen"] = f"{finding.names[0]}, picked by the user among what the log cannot tell"
     if base:

@@ -14,12 +14,13 @@ import numpy as np
 
 from seals.arrays import Floats, undecided
 from seals.caches import cache_folder, keep, kept
-from seals.errors import ConfigError, MissingExtra, optional_import
+from seals.errors import ConfigError, MissingExtra, line_in_law, optional_import
 from seals.world.scalar_compiler.graph import Node, given
 from seals.world.scalar_compiler.llvm import text_of
 from seals.world.scalar_compiler.traced import Traced, constant
 
 _FLOAT = np.dtype(np.float64)
+_FOLLOWERS = ("numpy", "seals.world.scalar_compiler", "seals.arrays", "array_api")
 
 
 REFUSED = (ArithmeticError, AttributeError, ConfigError, LookupError, TypeError, ValueError)
@@ -126,8 +127,9 @@ def followed(law: Callable[..., Sequence[Any]], shapes: Sequence[tuple[int, ...]
             found = law(*(x.reshape(s) for x, s in zip(traced, shapes, strict=True)))
     except REFUSED as problem:
         raise CannotCompile(
-            f"this robot cannot be compiled: {_place(problem)} {problem}.\nGive it one way for "
-            "all numbers, as seals.arrays.some says, or take backend.compiled=false"
+            f"this robot cannot be compiled: {line_in_law(problem, _FOLLOWERS)}: {problem}.\n"
+            "Give it one way for all numbers, as seals.arrays.some says, or take "
+            "backend.compiled=false"
         ) from problem
     return [constant(x) for x in found]
 
@@ -139,19 +141,6 @@ def _size(shape: tuple[int, ...]) -> int:
 def _cut(memory: Floats, shapes: Sequence[tuple[int, ...]]) -> list[Floats]:
     ends = np.cumsum([0, *(_size(s) for s in shapes)]).tolist()
     return [memory[a:b] for a, b in itertools.pairwise(ends)]
-
-
-def _place(problem: BaseException) -> str:
-    """Return file and line of a law that caused a problem."""
-    trace, place = problem.__traceback__, "a law"
-    while trace is not None:
-        name = trace.tb_frame.f_globals.get("__name__", "")
-        if not name.startswith(
-            ("numpy", "seals.world.scalar_compiler", "seals.arrays", "array_api")
-        ):
-            place = f"{name}, line {trace.tb_lineno}:"
-        trace = trace.tb_next
-    return place
 
 
 def _machine_code(text: str) -> tuple[Any, int]:

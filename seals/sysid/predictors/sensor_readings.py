@@ -1,4 +1,4 @@
-"""Linearised specific force at the inertial sensor: lever arm and mounting axes."""
+"""Readings of inertial sensors: lever arm, mounting axes, delay; and their linearisation."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.vehicle import Vehicle
+from seals.sysid.predictors.plant import Plant
 
 
 def at_sensor(vehicle: Vehicle, change: Floats) -> Floats:
@@ -83,3 +84,26 @@ def as_simulated(
         before[first:last] = own[low] + share * (own[np.minimum(low + 1, len(own) - 1)] - own[low])
     late = 0.5 * step * (rate - before[:, :3])
     return np.concatenate([reading[:, :3] - late, before[:, 3:]], axis=1)
+
+
+def delayed(plant: Plant, reading: Floats, delay: float, order: int = 0) -> Floats:
+    """Delay readings, run by run; or return a time derivative of them.
+
+    Cubic pieces with the slopes of central differences: straight ones would weigh the noise of the
+    trajectory by where between two rows the delay falls.
+    """
+    from scipy.interpolate import CubicHermiteSpline
+
+    out: Floats = reading.copy()
+    step = plant.samples.step
+    for first, last in plant.samples.runs:
+        time, seen = plant.samples.time[first:last], reading[first:last]
+        if len(time) < 2:
+            continue
+        if not np.isfinite(seen).all():
+            # a trajectory that ran out of digits has no readings at any time
+            out[first:last] = np.nan
+            continue
+        curve = CubicHermiteSpline(time, seen, np.gradient(seen, step, axis=0))
+        out[first:last] = curve(np.clip(time - delay, time[0], time[-1]), order)
+    return out
