@@ -13,6 +13,7 @@ from docstrings import Words, words_of
 
 from seals import registry
 from seals.cli.describe import describe_robot
+from seals.robot.robot_file import read_robot
 from seals.schema import Parameter, parameters_of
 
 OURS = "aam-seals"
@@ -73,7 +74,9 @@ def _chapter(plugin: registry.Plugin) -> str:
     if plugin.kind in registry.FOLDER_KINDS:
         room = f"{plugin.kind}s"
         page = f"[Sources of its numbers](../{room}/{plugin.name}/README.md)"
-        told = describe_robot(plugin, folder=False)
+        found = read_robot(plugin.folder(), name=plugin.name)
+        heading = f"{plugin.kind} {plugin.name}  ({plugin.origin})"
+        told = describe_robot(found, heading, folder=False)
         return f"{head}\n\n{plugin.summary.rstrip('.')}. {page}.\n\n```text\n{told}\n```"
     cls = plugin.load()
     words = words_of(inspect.getdoc(cls) or "")

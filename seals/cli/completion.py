@@ -25,8 +25,8 @@ def completion(arguments: list[str]) -> int:
     """Print the completion script of a shell; it holds the names that are installed now."""
     shell = arguments[0] if arguments else ""
     if shell not in SHELLS or len(arguments) != 1:
-        hint = suggestion(shell, SHELLS, label="Shells")
-        raise ConfigError(f"'{' '.join(arguments)}' is no shell that can be completed.\n{hint}")
+        hint = suggestion(shell, SHELLS, label="Give one of")
+        raise ConfigError(f"the shell '{' '.join(arguments)}' is not supported.\n{hint}")
     print({"bash": _bash, "zsh": _zsh, "fish": _fish}[shell](words_of_verbs()))
     return 0
 

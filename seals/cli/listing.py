@@ -15,7 +15,10 @@ def list_installed(arguments: list[str]) -> int:
     recipes = recipe_groups()
     kinds = list(dict.fromkeys([*registry.GROUPS, *recipes]))
     if len(arguments) > 1:
-        raise ConfigError(f"'{' '.join(arguments)}' is more than one kind.\nWrite: seals list KIND")
+        raise ConfigError(
+            f"'{' '.join(arguments)}' is more than one kind.\n"
+            f"Write: seals list {arguments[0]}, or seals describe {' '.join(arguments[:2])}"
+        )
     if arguments and singular(arguments[0]) not in kinds:
         raise ConfigError(
             f"there is no kind '{arguments[0]}'.\n{suggestion(arguments[0], kinds, label='Kinds')}"

@@ -73,12 +73,12 @@ class CompareOptions:
     Args:
         course: how a model is turned into what the sensors read.
         start: where the initial state comes from.
-        step: integration step of the twin [s]; 0 chooses from the sampling.
+        step: integration step of the batch dynamics [s]; 0 chooses from the sampling.
         stride: keep every n-th row.
         before: time kept before the water entry of a drop [s].
         after: time kept after the water entry of a drop [s].
         margin: time cut before the catch of a drop [s].
-        idle_speed: of a rotor at no pulse width, for the course ``thrust`` [rad/s].
+        idle_speed: speed of a rotor at no pulse width, for the course ``thrust`` [rad/s].
         offset: search for a clock offset up to this size [s]; 0 for none.
         iterations: most Gauss-Newton steps.
     """

@@ -39,7 +39,7 @@ def hide(
         elif not own:
             known = [str(e.get("instance", e["name"])) for e in effects]
             raise ConfigError(
-                f"{key}={name}: the nominal model holds no such effect.\n"
+                f"{key}={name}: there is no such effect in the stated model.\n"
                 f"{suggestion(name, [*known, *([WAVES] if wave is not None else [])])}"
             )
         found |= own

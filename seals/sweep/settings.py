@@ -48,17 +48,17 @@ _TEXTS = ("folder", "where", "metric", "sort", "table", "plot", "against", "by")
 
 
 def quoted(words: Sequence[str]) -> list[str]:
-    """Return the words of ``seals runs`` with their values in quotes, and the key of the folder.
+    """Return the words of ``seals runs`` with their values in quotes.
 
     Conditions hold characters of Hydra's grammar.
 
     Example:
-        >>> quoted(["where=seed<5, state=done", "runs/a"])
-        ["where='seed<5, state=done'", "folder='runs/a'"]
+        >>> quoted(["where=seed<5, state=done", "replace=true"])
+        ["where='seed<5, state=done'", 'replace=true']
     """
     found = []
     for word in words:
-        key, sign, value = word.partition("=") if "=" in word else ("folder", "=", word)
+        key, sign, value = word.partition("=")
         if key in _TEXTS and value[:1] not in "'\"" and not word.startswith("-"):
             value = "'" + value.replace("'", "\\'") + "'"
         found.append(word if word.startswith("-") else f"{key}{sign}{value}")

@@ -27,7 +27,8 @@ class RecordSettings(LearnSettings):
         most: episodes to try at most, as a multiple of those to keep.
         device: where networks and twins compute: ``cpu`` or ``cuda``.
         hdf5: file for the exchange with other programs, beside the folder.
-        minari: id of a Minari data set to write as well, as ``seals/reach/scripted-v0``.
+        minari: id of a Minari data set to write as well (needs the package
+            minari), as ``seals/reach/scripted-v0``.
         out: folder of the demonstrations, or None for one in the run's folder.
     """
 

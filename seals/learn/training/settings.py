@@ -26,7 +26,7 @@ class TrainSettings(LearnSettings):
         judges: environments that step at once in an evaluation; 0 for one an episode with twins,
             and one with an engine.
         device: where networks, memory and twins are: ``cpu`` or ``cuda``.
-        threads: of the processor that torch uses.
+        threads: threads of the processor that torch uses.
         demonstrations: folder that ``seals record`` wrote, for a learner that wants them.
         shown: how many of its episodes are shown, from the first on; 0 for all.
         shuffled: whether their actions are dealt anew among all steps, as a negative control.
