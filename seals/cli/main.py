@@ -320,7 +320,8 @@ VERBS = {
     "doctor": Verb(
         target="seals.cli.doctor:doctor",
         summary="check the installation and its plug-ins",
-        usage="\n  seals doctor",
+        usage="[full=true]\n  seals doctor\n\n"
+        "  full   true: compose every robot and experiment of this package again, too",
     ),
 }
 
@@ -443,7 +444,7 @@ def _named(target: str) -> Any:
 
 def _help(name: str, verb: Verb) -> str:
     """Return usage and examples of a verb, and its keys."""
-    from seals.cli.options import keys_of
+    from seals.cli.options import help_of
     from seals.config import roots
 
     parts = [f"seals {name}: {verb.summary}", f"usage: seals {name} {verb.usage.rstrip()}"]
@@ -451,7 +452,7 @@ def _help(name: str, verb: Verb) -> str:
         given = " or ".join(f"{key}=" for key in verb.takes)
         parts.append(f"A word without a key is the value of {given}, by what it names.")
     if name in roots.VERBS:
-        parts.append(f"keys, each as KEY=VALUE:\n{keys_of(name)}")
+        parts.append(f"keys, each as KEY=VALUE:\n{help_of(name)}")
     return "\n\n".join([*parts, *([_named(verb.more)()] if verb.more else [])])
 
 

@@ -10,7 +10,7 @@ import textwrap
 import types
 import typing
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 from seals import registry
 from seals.config.roots import root_schema
@@ -24,36 +24,58 @@ _CLOSED = ("robot", "optics", "sight", "naming", "hil", "shore")
 """Sections of which the help does not show the keys."""
 
 
-def keys_of(root: str) -> str:
-    """Return the keys of a verb, one a line: meaning, default, allowed values with their unit.
+class Key(NamedTuple):
+    """One key of a verb.
 
-    Keys of a run are told by ``seals run`` alone; sections are opened one level deep.
+    Args:
+        name: as it is typed, in front of ``=``.
+        meaning: first sentence about it.
+        facts: allowed values with their unit, and the default.
+        choices: names that it may have; empty where others are allowed.
+    """
+
+    name: str
+    meaning: str
+    facts: str
+    choices: tuple[str, ...]
+
+
+def help_of(root: str) -> str:
+    """Return the keys of a verb, one a line; those of a run are told by ``seals run`` alone.
+
+    Args:
+        root: name of the root configuration.
+    """
+    every = list(keys_of(root))
+    told = {key.name for key in keys_of("run")} if root != "run" else set()
+    of_run = "time.step" in told & {key.name for key in every}
+    own = [key for key in every if not (of_run and key.name in told)]
+    more = ["  and the keys of seals run; all of them: --cfg job"] if of_run else []
+    return "\n".join([*(line for key in own for line in _lines(key)), *more])
+
+
+def keys_of(root: str) -> Iterator[Key]:
+    """Yield the keys of a verb; sections are opened one level deep.
 
     Args:
         root: name of the root configuration.
     """
     from seals.robot.settings import LogRobotSettings
-    from seals.run.settings import RunSettings
 
-    cls = root_schema(root)
-    of_run = cls is not RunSettings and issubclass(cls, RunSettings)
-    hidden = {"name", *(RunSettings.__dataclass_fields__ if of_run else ())}
+    cls, hidden = root_schema(root), {"name"}
     if issubclass(cls, LogRobotSettings):
         hidden |= {*LogRobotSettings.__dataclass_fields__} - {"robot"}
-    rows = _rows(cls, "", hidden)
-    more = ["  and the keys of seals run; all of them: --cfg job"] if of_run else []
-    return "\n".join([*(line for row in rows for line in _lines(*row)), *more])
+    yield from _keys(cls, "", hidden)
 
 
-def _rows(cls: type, stem: str, hidden: set[str]) -> Iterator[tuple[str, str, str]]:
-    """Yield keys with their meaning and their facts."""
+def _keys(cls: type, stem: str, hidden: set[str]) -> Iterator[Key]:
     hints, told = typing.get_type_hints(cls), meanings(cls)
     for name, field in typing.cast(Any, cls).__dataclass_fields__.items():
         if name in hidden:
             continue
         inner, section = hints[name], dataclasses.is_dataclass(hints[name])
         if section and name not in _CLOSED:
-            yield from _rows(typing.cast(type, inner), f"{name}.", set())
+            yield from _keys(typing.cast(type, inner), f"{name}.", set())
             continue
         values, default = allowed(cls, name), "" if section else default_of(field)
         if inner is Any and name in registry.GROUPS:
@@ -62,18 +84,19 @@ def _rows(cls: type, stem: str, hidden: set[str]) -> Iterator[tuple[str, str, st
         facts = stated if values == "true or false" else ", ".join(filter(None, (values, stated)))
         unit = re.escape(getattr(parameters_of(cls).get(name), "unit", "1"))
         meaning = re.sub(rf" \[{unit}\]|, or None$|(?<=\W)None for ", "", told.get(name, ""))
-        yield f"{stem}{name}" + (".KEY" if section and name != "robot" else ""), meaning, facts
+        full = f"{stem}{name}" + (".KEY" if section and name != "robot" else "")
+        yield Key(full, meaning, facts, tuple(choices(inner)))
 
 
-def _lines(key: str, meaning: str, facts: str) -> Iterator[str]:
+def _lines(key: Key) -> Iterator[str]:
     """Yield a key with its meaning, as long as a line holds, and its facts."""
-    told = f" ({facts})" if facts else ""
-    room = _WIDTH - max(_KEYS, len(key)) - 4 - len(told)
+    meaning, told = key.meaning, f" ({key.facts})" if key.facts else ""
+    width = _WIDTH - max(_KEYS, len(key.name)) - 4
     for mark in ("; ", ": ", ", so that ", ", "):
-        if len(meaning) > room and len(meaning.partition(mark)[0]) > 8:
+        if len(meaning) > width - len(told) and len(meaning.partition(mark)[0]) > 8:
             meaning = meaning.partition(mark)[0]
-    first, *rest = textwrap.wrap(f"{meaning}{told}", _WIDTH - max(_KEYS, len(key)) - 4) or [""]
-    yield f"  {key:{_KEYS}}  {first}"
+    first, *rest = textwrap.wrap(f"{meaning}{told}", width) or [""]
+    yield f"  {key.name:{_KEYS}}  {first}"
     yield from (f"  {'':{_KEYS}}  {row}" for row in rest)
 
 
@@ -87,8 +110,9 @@ def default_of(field: Any) -> str:
         return ""
     if isinstance(value, bool):
         return str(value).lower()
-    text = f"{value:g}" if isinstance(value, float) else str(value)
-    return re.sub(r"(?<=\d)\.0\b", "", text.replace(", ", ","))
+    if isinstance(value, list):
+        return f"[{','.join(f'{x:g}' if isinstance(x, float) else str(x) for x in value)}]"
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def allowed(cls: type, name: str) -> str:
