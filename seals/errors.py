@@ -97,10 +97,12 @@ def close_names(name: str, allowed: Iterable[str], *, most: int = 4) -> list[str
     parts = {key: re.split(r"[_./]", key) for key in folded}
     begun = [key for key in folded if any(part.startswith(given) for part in [key, *parts[key]])]
     found = sorted(begun, key=len) if len(given) > 2 else []
-    found = found or difflib.get_close_matches(given, folded, n=1, cutoff=0.6)
-    found = found or [
-        key for key in folded if difflib.get_close_matches(given, parts[key], n=1, cutoff=0.75)
-    ]
+    whole = nearest(name, folded)
+    found = (
+        found
+        or ([whole] if whole else [])
+        or [key for key in folded if difflib.get_close_matches(given, parts[key], n=1, cutoff=0.75)]
+    )
     return [folded[key] for key in found[:most]]
 
 
@@ -115,9 +117,9 @@ def nearest(name: str, allowed: Iterable[str]) -> str | None:
         >>> nearest("quadratic_darg", ["linear_drag", "quadratic_drag"])
         'quadratic_drag'
     """
-    close = close_names(name, allowed)
-    best = difflib.get_close_matches(name, close, n=1, cutoff=0.0)
-    return best[0] if best else None
+    folded = {_folded(candidate): candidate for candidate in allowed}
+    hits = difflib.get_close_matches(_folded(name), folded, n=1, cutoff=0.6)
+    return folded[hits[0]] if hits else None
 
 
 def suggestion(name: str, allowed: Iterable[str], *, label: str = "Allowed", most: int = 24) -> str:

@@ -7,7 +7,6 @@ import itertools
 from collections.abc import Sequence
 from pathlib import Path
 
-from seals.cli.sweep import RESUME
 from seals.config.overrides import value_of
 from seals.config.strangers import TRUST
 from seals.errors import ConfigError, suggestion
@@ -17,6 +16,7 @@ _ALIKE = 0.8
 _FOLDERS = ("hydra.run.dir=", "hydra.sweep.dir=")
 """Output folders without a value, which Hydra takes for the present folder."""
 
+RESUME = "--resume"
 _FLAGS = (
     "--multirun",
     RESUME,

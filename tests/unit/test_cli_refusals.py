@@ -57,7 +57,7 @@ WRONG = [
     ("run ROBOT initial.position=[0, 0, 1]", "ends inside of", "'initial.position=[0, 0, 1]'"),
     ("run ROBOT --duration 5", "no flag --duration", "write duration=5"),
     ("run robot=own.urdf", "nor a file here", "seals new robot NAME urdf=FILE"),
-    ("diagnose flight.ulg", "log=flight.ulg: there is no such file", "mean 'own_flight/fl"),
+    ("diagnose flight.ulg", "log=flight.ulg: there is no such file", "Give a log folder"),
     ("convert flight.ulg out=x", "log=flight.ulg: there is no such file", "Shipped: hidden_effect"),
     ("run ROBOT +effect@effects.gravity=gravity", "effects.gravity is chosen twice", "leave the +"),
     ("run ROBOT +time.step=0.001", "+time.step: the key exists", "leave the + out"),
