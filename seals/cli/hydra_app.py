@@ -77,7 +77,8 @@ class Application:
             return code
         finally:
             # what has a folder of its own leaves none here; a live view begins its run later
-            if config.get("show") is None or config.run is not None:
+            live = config.get("show") is not None and config.run is None
+            if not live and (config.get("out") or not self.run):
                 discard(Path(HydraConfig.get().runtime.output_dir))
 
 
@@ -120,6 +121,11 @@ def channelled(arguments: list[str]) -> list[str]:
     """Return the words of ``seals autopilot`` with its controller, over the one of the robot."""
     given = value_of(arguments, "controller")
     return [*arguments, "controller=channels"] if given is None else arguments
+
+
+def viewed(arguments: list[str]) -> list[str]:
+    """Return the words of ``seals view``; ``replay=`` is another name of ``run=``."""
+    return [f"run={w[7:]}" if w.startswith("replay=") else w for w in arguments]
 
 
 def rendered(arguments: list[str]) -> list[str]:

@@ -234,6 +234,7 @@ VERBS = {
     "view": Verb(
         takes=("run", "experiment", "robot"),
         task={"module": "seals.view.application"},
+        words="seals.cli.hydra_app:viewed",
         summary="show a run in the browser: replay a folder, or start a live run",
         usage="RUN, or [EXPERIMENT|ROBOT] [KEY=VALUE ...] [sliders=[KEY,KEY:LOW:HIGH]]\n"
         "      [host=HOST] [port=PORT]\n"

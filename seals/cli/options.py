@@ -82,7 +82,8 @@ def _keys(cls: type, stem: str, hidden: set[str]) -> Iterator[Key]:
             values = f"see: seals list {name}"
         stated = f"default {default}" if default else ""
         facts = stated if values == "true or false" else ", ".join(filter(None, (values, stated)))
-        unit = re.escape(getattr(parameters_of(cls).get(name), "unit", "1"))
+        declared = parameters_of(cls).get(name)
+        unit = re.escape(declared.unit if declared else "1")
         meaning = re.sub(rf" \[{unit}\]|, or None$|(?<=\W)None for ", "", told.get(name, ""))
         full = f"{stem}{name}" + (".KEY" if section and name != "robot" else "")
         yield Key(full, meaning, facts, tuple(choices(inner)))
@@ -105,7 +106,7 @@ def default_of(field: Any) -> str:
     value = field.default
     if field.default_factory is not dataclasses.MISSING:
         value = field.default_factory()
-    value = getattr(value, "value", value)
+    value = value.value if isinstance(value, enum.Enum) else value
     if value is None or value is dataclasses.MISSING or (not value and value != 0):
         return ""
     if isinstance(value, bool):
