@@ -14,10 +14,10 @@ from seals.schema import param
 @roles(data="nominal tolerances judge floor")
 @dataclass(kw_only=True)
 class NamingSettings:
-    """Settings of a diagnosis from several runs: nominal model, tolerances, validation.
+    """Settings of a diagnosis from several runs: stated model, tolerances, validation.
 
     Args:
-        nominal: instances of effects that the nominal model holds; empty for the first variant of
+        nominal: instances of effects that the stated model holds; empty for the first variant of
             ``ladder``, or all effects without one.
         tolerances: full keys of nominal parameters and how uncertain they are, one standard
             deviation in their unit; they are fitted in every model.
@@ -117,7 +117,7 @@ class CompareSettings(RunSettings):
             effects.
         rivals: effects that may be missing, for ``seals diagnose``: names of effects or of
             instances in the configuration; empty for all that could act.
-        naming: what the nominal model is and what judges, for ``seals diagnose``.
+        naming: what the stated model is and what judges, for ``seals diagnose``.
         compare: how the comparison is made.
         out: folder of the results, or None for the run's folder.
     """

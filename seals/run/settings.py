@@ -103,7 +103,7 @@ class RunSettings:
         sight: how the scene is drawn for cameras.
         model: what a diagnosis added to a model, see `seals.config.overlay`, or None.
         force: whether to take a model that was withdrawn.
-        hide: effects that act in the run and that its log's nominal model does not hold: names of
+        hide: effects that act in the run and that its log's stated model does not hold: names of
             instances or of effects, ``waves`` for the waves.
         live: output to other programs while the run goes on, or None.
     """

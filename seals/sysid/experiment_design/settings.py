@@ -13,7 +13,7 @@ from seals.sysid.report.settings import GivenLogsSettings
 class PlanSettings(GivenLogsSettings):
     """Settings of a plan: effects to tell apart, and the log or diagnosis they come from.
 
-    Logs and what was left out of the nominal model are those of the diagnosis, unless given.
+    Logs and what was left out of the stated model are those of the diagnosis, unless given.
 
     Args:
         name: of the plan, part of the run folder's name.

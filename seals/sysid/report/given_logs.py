@@ -111,7 +111,7 @@ class GivenLogs:
         places: of the logs.
         robot: of ``robot=``, else of the run that wrote the first log; None for the vehicle of the
             metadata.
-        without: effects that are left out of the nominal model.
+        without: effects that are left out of the stated model.
         strict: whether each of them must be there; those that an earlier command noted need not.
     """
 
@@ -125,7 +125,7 @@ class GivenLogs:
         """Return all logs joined to one, and the robot, both without what is left out.
 
         Raises:
-            ConfigError: the nominal model does not hold what is to be left out of it.
+            ConfigError: the stated model does not hold what is to be left out of it.
             LogError: a log cannot be used, or they do not belong together.
         """
         logs, robot = self.each()
@@ -138,7 +138,7 @@ class GivenLogs:
             sheet: whether to tell which logs state no tolerances.
 
         Raises:
-            ConfigError: the nominal model does not hold what is to be left out of it.
+            ConfigError: the stated model does not hold what is to be left out of it.
             LogError: a log cannot be used.
         """
         logs, robot = [], self.robot

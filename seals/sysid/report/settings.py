@@ -18,7 +18,7 @@ class GivenLogsSettings(LogRobotSettings):
     Args:
         log: log folder or file, or a list of them: of one vehicle, fitted together.
         reader: plug-in that reads the logs.
-        without: effects to leave out of the nominal model: names of instances or of effects,
+        without: effects to leave out of the stated model: names of instances or of effects,
             ``waves`` for the waves.
     """
 
