@@ -21,7 +21,7 @@ from seals.run.settings_remarks import find_conflicts, find_left_out, find_unuse
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["robot=aam", "controller=cascade"], ["The controller rests"]),
+        (["robot=aam", "controller=cascade"], ["The controller is idle"]),
         (["robot=aam", "controller=cascade", "guide=hover"], []),
         (["robot=aam"], []),
         (["robot=auv", "guide=hover"], ["controller=station holds a robot that its water carries"]),
