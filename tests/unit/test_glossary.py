@@ -27,6 +27,8 @@ def rows_of(text: str) -> list[list[str]]:
 ROWS = rows_of(TEXT)
 RETIRED = {word: row[1] for row in rows_of(LATER) for word in row[0].split(", ")}
 """Words that no longer stand for a thing, and the one that does."""
+SHORT = {"guide": "reference generator", "twin": "batch dynamics", "ledger": "load ledger|forces"}
+"""What commands call a thing in one word, and its term or what says it."""
 CODE = re.compile(
     r"```.*?```|``[^`]*``|`[^`]*`|seals new datasheet|  datasheet\b|\S*datasheet\.yaml", re.DOTALL
 )
@@ -109,3 +111,12 @@ def test_a_retired_word_is_found() -> None:
     """In capitals and in the plural, too, but not as code."""
     assert retired("Nominal models differ.") == ["nominal model: say stated model"]
     assert retired(CODE.sub("", "See `datasheet.yaml` and seals new datasheet.")) == []
+
+
+@pytest.mark.parametrize("page", sorted((ROOT / "docs").glob("*.md")), ids=lambda page: page.stem)
+def test_short_names_are_explained_where_a_page_first_uses_them(page: Path) -> None:
+    """Guide, twin and ledger are said in full in the line of their first use."""
+    lines = CODE.sub("", page.read_text(encoding="utf-8")).splitlines()
+    for short, full in SHORT.items():
+        first = next((x for x in lines if re.search(rf"\b{short}s?\b", x, re.IGNORECASE)), full)
+        assert re.search(full, first, re.IGNORECASE), first
