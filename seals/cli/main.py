@@ -93,7 +93,7 @@ VERBS = {
         "  seals diagnose log=flight_7 out=answer_7\n"
         "  seals diagnose log=hidden_effect/flight_a     a log that comes with SEALS: find it\n"
         "  seals diagnose experiment=falling_balls       runs of a published measurement\n\n"
-        "exit code: 0 nothing missing, 10 named, 11 one of several, 12 none of these, "
+        "exit code: 0 nothing missing, 10 named, 11 one of several, 12 none of these,\n"
         "13 cannot tell, 20 bad data",
     ),
     "calibrate": Verb(
@@ -203,7 +203,8 @@ VERBS = {
         target="seals.cli.evaluate:evaluate",
         one_thread=("OPENBLAS", "OMP"),
         summary="evaluate a policy from held-out starts, or compare training runs",
-        usage="POLICY|scripted|random|still [ENV] [KEY=VALUE ...], or: --compare ARM=FOLDERS ...\n"
+        usage="POLICY|scripted|random|still [ENV] [KEY=VALUE ...],\n"
+        "   or: seals evaluate --compare ARM=FOLDERS ...\n"
         "  seals evaluate policy=runs/some_training/policy       100 held-out starts\n"
         "  seals evaluate policy=FOLDER grid=robustness          a table over world variants\n"
         "  seals evaluate --compare sac='runs/study/sac/*' sacfd='runs/study/sacfd/*'\n"

@@ -90,10 +90,9 @@ class RunSettings:
         time: time base.
         repeat: folder of an earlier run to begin again as it was, or None.
         resume: folder of a run that was cut off, to be taken up at its last checkpoint, or None.
-        surface: simulated time between two meshes of the surface of particle water [s], 0 for none;
+        surface: simulated time between two saved meshes of the particle water [s], 0 for none;
             needs the extra ``render``.
-        particles: simulated time between two sets of particles that the run keeps to be looked at
-            [s], 0 for none.
+        particles: simulated time between two saved sets of particles, for viewing [s], 0 for none.
         checkpoint: wall time between two checkpoints [s], 0 for none; absent, a minute with a
             fluid and none without.
         viewer: renderer that draws for cameras, or None.

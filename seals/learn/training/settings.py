@@ -23,8 +23,8 @@ class TrainSettings(LearnSettings):
         learner: plug-in that learns.
         course: how long, and what is written on the way.
         count: environments that step at once.
-        judges: environments that step at once in an evaluation; 0 for one an episode with twins,
-            and one with an engine.
+        judges: parallel environments of an evaluation; 0 for one per episode in the batch dynamics,
+            one in a rigid-body engine.
         device: where networks, memory and twins are: ``cpu`` or ``cuda``.
         threads: threads of the processor that torch uses.
         demonstrations: folder that ``seals record`` wrote, for a learner that wants them.
