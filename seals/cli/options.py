@@ -84,7 +84,7 @@ def _keys(cls: type, stem: str, hidden: set[str]) -> Iterator[Key]:
         facts = stated if values == "true or false" else ", ".join(filter(None, (values, stated)))
         declared = parameters_of(cls).get(name)
         unit = re.escape(declared.unit if declared else "1")
-        meaning = re.sub(rf" \[{unit}\]|, or None$|(?<=\W)None for ", "", told.get(name, ""))
+        meaning = re.sub(rf" \[{unit}\]|, or None(?=;|$)|; None for none$|(?<=\W)None for ", "", told.get(name, ""))
         full = f"{stem}{name}" + (".KEY" if section and name != "robot" else "")
         yield Key(full, meaning, facts, tuple(choices(inner)))
 

@@ -23,7 +23,7 @@ class ViewSettings(RunSettings):
         sliders: parameters that can be changed on the page, ``KEY`` or ``KEY:LOW:HIGH``; empty
             chooses coefficients of the effects.
         host: address to listen on; the default is open to this machine alone.
-        port: to listen on, 0 for any that is free.
+        port: port to listen on, 0 for any that is free.
     """
 
     run: str | None = None
