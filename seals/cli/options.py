@@ -84,7 +84,8 @@ def _keys(cls: type, stem: str, hidden: set[str]) -> Iterator[Key]:
         facts = stated if values == "true or false" else ", ".join(filter(None, (values, stated)))
         declared = parameters_of(cls).get(name)
         unit = re.escape(declared.unit if declared else "1")
-        meaning = re.sub(rf" \[{unit}\]|, or None(?=;|$)|; None for none$|(?<=\W)None for ", "", told.get(name, ""))
+        idle = rf" \[{unit}\]|, or None(?=;|$)|; None for none$|(?<=\W)None for "
+        meaning = re.sub(idle, "", told.get(name, ""))
         full = f"{stem}{name}" + (".KEY" if section and name != "robot" else "")
         yield Key(full, meaning, facts, tuple(choices(inner)))
 

@@ -20,7 +20,8 @@ class RecordSettings(LearnSettings):
         noise: standard deviation of noise added to the actions, for demonstrations that
             also show how to come back [1].
         labels: policy whose actions are recorded in place of those performed, for behaviour
-            cloning: with ``labels=scripted`` the expert says at every step of ``policy`` what it would do there.
+            cloning: with ``labels=scripted`` the expert says at every step of ``policy`` what it
+            would do there.
         after: folder of demonstrations of the same world, which come first in what is written.
         keep: episodes to keep: ``successes`` or ``all``.
         who: source of the decisions: ``scripted`` or ``human``, also where the policy
