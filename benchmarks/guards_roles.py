@@ -289,7 +289,7 @@ ROLES_AND_READERS: dict[str, Guard] = {
     ),
     "folder of a flag": Guard(
         "seals.cli.words",
-        "for word in joined(words) if takes else words:",
+        "for word in joined(words):",
         "for word in words:",
         SMALL,
         "flag_before",

@@ -55,18 +55,18 @@ def with_keys(verb: str, takes: Sequence[str], words: Sequence[str]) -> list[str
         >>> with_keys("run", ("robot", "experiment"), ["ball", "seed=1"])
         ['robot=ball', 'seed=1']
     """
-    apart = any(word.startswith("=") or word in ("+", "~") for word in words)
-    if takes and apart:
+    if not takes:
+        return list(words)
+    if any(word.startswith("=") for word in words):
         raise ConfigError(
             f"{' '.join(words)}: '=' stands apart from its key.\nWrite it without spaces: KEY=VALUE"
         )
-    if takes:
-        refuse_cut(words)
-        refuse_unknown_flags(joined(words))
+    refuse_cut(words)
+    refuse_unknown_flags(joined(words))
     found: list[str] = []
     lists: dict[str, list[str]] = {}
-    for word in joined(words) if takes else words:
-        if not takes or "=" in word or not word or word.startswith(("-", "~")):
+    for word in joined(words):
+        if "=" in word or not word or word.startswith(("-", "~")):
             found.append(word)
             continue
         key = key_among(takes, word) or _unseen(verb, takes, word)
