@@ -16,12 +16,13 @@ from pathlib import Path
 from typing import Any
 
 from seals.cli.slips import (
+    RESUME,
     folder_key,
     refuse_slips,
     refuse_unknown_flags,
     with_folder,
 )
-from seals.cli.sweep import MULTIRUN, RESUME, begun, own_words, with_objective
+from seals.cli.sweep import MULTIRUN, begun, own_words, with_objective
 from seals.config import roots
 from seals.config.overrides import flag_parser, joined, parsed, value_of
 from seals.config.strangers import TRUST, untrusted

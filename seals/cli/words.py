@@ -6,7 +6,7 @@ A robot, a log, a run, a diagnosis, a policy or a model is given by position or 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 from seals.cli.slips import refuse_cut, refuse_unknown_flags
@@ -108,7 +108,7 @@ def names_of(key: str) -> list[str]:
     from seals.learn.shipped import shipped
     from seals.logs.shipped import shipped_logs
 
-    special = {
+    special: Mapping[str, Callable[[], list[str]]] = {
         "robot": robot_names,
         "model": overlay_names,
         "log": lambda: [*shipped_logs()],
