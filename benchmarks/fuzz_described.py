@@ -87,7 +87,7 @@ def _flight() -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def _vehicle() -> Target:
-    """Description of the vehicle in a log, up to its nominal model."""
+    """Description of the vehicle in a log, up to its stated model."""
     from seals.logs import Log, refuse_if_bad
     from seals.logs.native import read_meta
     from seals.sysid.data.join import join_logs

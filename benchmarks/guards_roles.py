@@ -288,9 +288,9 @@ ROLES_AND_READERS: dict[str, Guard] = {
         "nobody_knows",
     ),
     "folder of a flag": Guard(
-        "seals.cli.hydra_app",
-        "else f\"replay='{w}'\" for w in joined(arguments)]",
-        "else f\"replay='{w}'\" for w in arguments]",
+        "seals.cli.words",
+        "for word in joined(words):",
+        "for word in words:",
         SMALL,
         "flag_before",
     ),

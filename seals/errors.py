@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import difflib
+import re
 from collections.abc import Iterable, Iterator
 
 
@@ -96,6 +97,35 @@ def line_in_law(problem: BaseException, own: tuple[str, ...]) -> str:
     return place
 
 
+def close_names(name: str, allowed: Iterable[str], *, most: int = 4) -> list[str]:
+    """Return names of which a part begins with ``name``, else the closest, else of a close part.
+
+    Example:
+        >>> close_names("drag", ["linear_drag", "quadratic_drag", "wind"])
+        ['linear_drag', 'quadratic_drag']
+        >>> close_names("quadratic_darg", ["linear_drag", "quadratic_drag"])
+        ['quadratic_drag']
+        >>> close_names("darg", ["linear_drag", "wind"])
+        ['linear_drag']
+    """
+    given = _folded(name)
+    folded = {_folded(candidate): candidate for candidate in allowed}
+    parts = {key: re.split(r"[_./]", key) for key in folded}
+    begun = [key for key in folded if any(part.startswith(given) for part in [key, *parts[key]])]
+    found = sorted(begun, key=len) if len(given) > 2 else []
+    whole = nearest(name, folded)
+    found = (
+        found
+        or ([whole] if whole else [])
+        or [key for key in folded if difflib.get_close_matches(given, parts[key], n=1, cutoff=0.75)]
+    )
+    return [folded[key] for key in found[:most]]
+
+
+def _folded(name: str) -> str:
+    return name.casefold().replace("-", "_")
+
+
 def nearest(name: str, allowed: Iterable[str]) -> str | None:
     """Return the allowed name closest to ``name``, or None when nothing is close.
 
@@ -103,29 +133,28 @@ def nearest(name: str, allowed: Iterable[str]) -> str | None:
         >>> nearest("quadratic_darg", ["linear_drag", "quadratic_drag"])
         'quadratic_drag'
     """
-    names = list(allowed)
-    folded = {candidate.casefold().replace("-", "_"): candidate for candidate in names}
-    hits = difflib.get_close_matches(name.casefold().replace("-", "_"), folded, n=1, cutoff=0.6)
+    folded = {_folded(candidate): candidate for candidate in allowed}
+    hits = difflib.get_close_matches(_folded(name), folded, n=1, cutoff=0.6)
     return folded[hits[0]] if hits else None
 
 
 def suggestion(name: str, allowed: Iterable[str], *, label: str = "Allowed", most: int = 24) -> str:
-    """Return the second line of an error message: the nearest name and the allowed ones.
+    """Return the second line of an error message: the nearest names and the allowed ones.
 
     Example:
         >>> suggestion("sphree", ["box", "sphere"])
         "Did you mean 'sphere'?  Allowed: box, sphere"
     """
     names = sorted(set(allowed))
-    close = nearest(name, names)
+    close = " or ".join(f"'{one}'" for one in close_names(name, names))
     shown = ", ".join(names[:most]) or "(none)"
     more = f", and {len(names) - most} more" if len(names) > most else ""
-    hint = f"Did you mean '{close}'?  " if close else ""
+    hint = f"Did you mean {close}?  " if close else ""
     return f"{hint}{label}: {shown}{more}"
 
 
 def refuse_unlisted(
-    name: str, allowed: Iterable[str], what: str, *, label: str = "Allowed"
+    name: str, allowed: Iterable[str], what: str, *, label: str = "Allowed", most: int = 24
 ) -> None:
     """Refuse a name that is not among the allowed ones; the nearest is named.
 
@@ -134,6 +163,7 @@ def refuse_unlisted(
         allowed: all names that there are.
         what: what is wrong with another one, without a full stop.
         label: in front of the allowed ones.
+        most: allowed names that are shown.
 
     Raises:
         ConfigError: the name is another one.
@@ -146,7 +176,7 @@ def refuse_unlisted(
         Did you mean 'sphere'?  Allowed: box, sphere
     """
     if name not in allowed:
-        raise ConfigError(f"{what}.\n{suggestion(name, allowed, label=label)}")
+        raise ConfigError(f"{what}.\n{suggestion(name, allowed, label=label, most=most)}")
 
 
 def printable(text: str) -> str:

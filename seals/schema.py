@@ -169,6 +169,12 @@ def parameters_of(plugin: type | object) -> dict[str, Parameter]:
     return dict(_declared(plugin if isinstance(plugin, type) else type(plugin)))
 
 
+def whole_numbers_of(plugin: type) -> dict[str, tuple[int, int]]:
+    """Return the bounds of the whole numbers of a class that `count` declares, by field name."""
+    fields = dataclasses.fields(cast(Any, plugin))
+    return {f.name: f.metadata[_SPAN] for f in fields if _SPAN in f.metadata}
+
+
 @functools.cache
 def _declared(plugin: type) -> Mapping[str, Parameter]:
     fields = dataclasses.fields(cast(Any, plugin))

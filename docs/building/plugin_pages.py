@@ -13,26 +13,12 @@ from docstrings import Words, words_of
 
 from seals import registry
 from seals.cli.describe import describe_robot
+from seals.cli.listing import TITLES as TITLE
+from seals.robot.robot_file import read_robot
 from seals.schema import Parameter, parameters_of
 
 OURS = "aam-seals"
-TITLES = {
-    "backend": "Backends: rigid bodies and free motion",
-    "fluid": "Fluids: water that is simulated itself",
-    "wave": "Waves",
-    "effect": "Effects: forces, inertias, faults",
-    "actuator": "Actuators",
-    "sensor": "Sensors",
-    "controller": "Controllers",
-    "guide": "Guides: what a robot shall do",
-    "task": "Tasks: what a learner is asked for",
-    "learner": "Learners",
-    "reader": "Readers of logs",
-    "viewer": "Viewers and renderers",
-    "live": "Live outputs to other programs",
-    "robot": "Robots",
-    "animal": "Animals",
-}
+TITLES = {kind: TITLE[kind] for kind in registry.GROUPS if kind != "conf"}
 _HEAD = ["| field | default | bounds | tolerance | what it is; *source* |", "|---|---|---|---|---|"]
 
 
@@ -73,7 +59,9 @@ def _chapter(plugin: registry.Plugin) -> str:
     if plugin.kind in registry.FOLDER_KINDS:
         room = f"{plugin.kind}s"
         page = f"[Sources of its numbers](../{room}/{plugin.name}/README.md)"
-        told = describe_robot(plugin, folder=False)
+        found = read_robot(plugin.folder(), name=plugin.name)
+        heading = f"{plugin.kind} {plugin.name}  ({plugin.origin})"
+        told = describe_robot(found, heading, folder=False)
         return f"{head}\n\n{plugin.summary.rstrip('.')}. {page}.\n\n```text\n{told}\n```"
     cls = plugin.load()
     words = words_of(inspect.getdoc(cls) or "")

@@ -1,1 +1,1 @@
-"""Two flights of one quadrotor whose nominal model lacks an effect."""
+"""Two flights of one quadrotor whose stated model lacks an effect."""

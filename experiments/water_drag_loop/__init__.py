@@ -1,6 +1,6 @@
 """Diagnosis of the particle water: correction of its drag on a sphere to the textbook's.
 
-A sphere is towed in particles; added mass and drag that this shows are the nominal model of a log
+A sphere is towed in particles; added mass and drag that this shows are the stated model of a log
 that follows the textbook. ``seals diagnose`` names what the model gets wrong, ``seals add`` writes
 it down, and tows in particles that nothing was fitted to judge it.
 """
@@ -35,7 +35,7 @@ from seals.report.figures import Chart, Series
 from seals.report.pictures import write_picture
 
 SHOWN: tuple[Steps, ...] = (((0.8, 100.0),), ((0.65, 180.0),))
-"""Tows in particle water that the nominal model is taken from."""
+"""Tows in particle water that the stated model is taken from."""
 JUDGED: tuple[Steps, ...] = (((0.35, 140.0), (0.65, 70.0)), ((0.9, 80.0),))
 """Held-out tows in particle water."""
 NAMED = 10

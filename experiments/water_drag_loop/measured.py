@@ -1,4 +1,4 @@
-"""Log of a textbook tow, with the drag of the particle water as nominal model."""
+"""Log of a textbook tow, with the drag of the particle water as stated model."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Nominal(NamedTuple):
     left: float
 
     def meta(self) -> dict[str, Any]:
-        """Vehicle, nominal model, sensors and what is known of them."""
+        """Vehicle, stated model, sensors and what is known of them."""
         n = self
         axes = ("x", "y", "z")
         moment = [[MOMENT if i == j else 0.0 for j in range(3)] for i in range(3)]

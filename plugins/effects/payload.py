@@ -95,7 +95,7 @@ class Payload(Effect):
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
         """Return the candidates: payload on base and last link; every link's mass has a tolerance.
 
-        A load is added: what a robot lacks against its datasheet is an error of the mass.
+        A load is added: what a robot lacks against its data sheet is an error of the mass.
         """
         robot = subject.robot
         found = [cls._own("mass", subject, 0, "mass")]

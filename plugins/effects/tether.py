@@ -100,7 +100,7 @@ class Tether(Effect):
 
     @classmethod
     def _stated(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return the tolerances of the cables that the nominal model holds."""
+        """Return the tolerances of the cables that the stated model holds."""
         found = []
         for instance, own in subject.effects.items():
             if not isinstance(own, cls):

@@ -167,7 +167,7 @@ def _column(messages: Messages, name: str, topic: str) -> Floats:
         raise LogError(f"'{topic}' has no field '{name}'.\n" + suggestion(name, messages.letters))
     values = messages.column(name)
     if values.dtype.kind != "f" or values.ndim != 1:
-        raise LogError(f"'{topic}/{name}' holds text or lists, a number is needed.")
+        raise LogError(f"'{topic}/{name}' holds text or lists; a number is needed.")
     return values
 
 

@@ -39,7 +39,8 @@ class ReaderNative:
         given = source or self.path
         if not given:
             raise LogError(
-                "the native reader needs a folder.\nGive it: log=FOLDER, in Python path=FOLDER."
+                "log is not given.\n"
+                "The native reader takes a log folder: log=FOLDER, in Python path=FOLDER."
             )
         place = Path(given)
         holds_table = any((place / name).exists() for name in (*TABLES, "meta.yaml"))

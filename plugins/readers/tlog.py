@@ -210,7 +210,7 @@ def _field(rows: NDArray[Any], path: str, topic: str) -> Floats:
         raise LogError(f"'{topic}' has no field '{path}'.\n" + suggestion(path, names))
     values = rows[match["name"]]
     if values.dtype.kind == "S":
-        raise LogError(f"'{topic}/{path}' holds text, a number is needed.")
+        raise LogError(f"'{topic}/{path}' holds text; a number is needed.")
     if values.ndim == 2:
         index = int(match["index"] or values.shape[1])
         if index >= values.shape[1]:

@@ -76,14 +76,14 @@ class SensorImu(MountedSensor):
         "m/s^2/sqrt(Hz)",
         bounds=(0.0, 10.0),
         tolerance=5e-4,
-        source="InvenSense MPU-6000 class, datasheet 0.4 mg/sqrt(Hz) halved",
+        source="InvenSense MPU-6000 class, data sheet 0.4 mg/sqrt(Hz) halved",
     )
     gyroscope_noise: float = param(
         9e-5,
         "rad/s/sqrt(Hz)",
         bounds=(0.0, 1.0),
         tolerance=2e-5,
-        source="InvenSense MPU-6000 class, datasheet 0.005 deg/s/sqrt(Hz)",
+        source="InvenSense MPU-6000 class, data sheet 0.005 deg/s/sqrt(Hz)",
     )
     accelerometer_walk: float = param(
         1e-4, "m/s^2/sqrt(s)", bounds=(0.0, 1.0), tolerance=1e-4, source="chosen"
@@ -92,16 +92,16 @@ class SensorImu(MountedSensor):
         1e-5, "rad/s/sqrt(s)", bounds=(0.0, 1.0), tolerance=1e-5, source="chosen"
     )
     accelerometer_range: float = setting(
-        156.9, "m/s^2", bounds=(1.0, 1e5), source="16 g, datasheet"
+        156.9, "m/s^2", bounds=(1.0, 1e5), source="16 g, data sheet"
     )
     gyroscope_range: float = setting(
-        34.9, "rad/s", bounds=(0.1, 1e4), source="2000 deg/s, datasheet"
+        34.9, "rad/s", bounds=(0.1, 1e4), source="2000 deg/s, data sheet"
     )
     accelerometer_step: float = setting(
-        4.79e-3, "m/s^2", bounds=(0.0, 10.0), source="16 bit over 16 g, datasheet"
+        4.79e-3, "m/s^2", bounds=(0.0, 10.0), source="16 bit over 16 g, data sheet"
     )
     gyroscope_step: float = setting(
-        1.065e-3, "rad/s", bounds=(0.0, 1.0), source="16 bit over 2000 deg/s, datasheet"
+        1.065e-3, "rad/s", bounds=(0.0, 1.0), source="16 bit over 2000 deg/s, data sheet"
     )
     bandwidth: float = setting(0.0, "Hz", bounds=(0.0, 1e5), source="chosen: none")
 

@@ -59,7 +59,7 @@ class SensorOdometry(MountedSensor):
         9e-5,
         "rad/s/sqrt(Hz)",
         bounds=(0.0, 1.0),
-        source="InvenSense MPU-6000 class, datasheet 0.005 deg/s/sqrt(Hz)",
+        source="InvenSense MPU-6000 class, data sheet 0.005 deg/s/sqrt(Hz)",
         **_SIGMA,
     )
 

@@ -58,7 +58,7 @@ class BatchPilot:
 
     Args:
         controller: of the robots.
-        plant: their nominal model.
+        plant: their stated model.
         twin: dynamics of the batch.
         effects: bound to its links, of which limits of drives are known; None for those of the
             twin.

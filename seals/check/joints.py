@@ -87,7 +87,7 @@ def _bounds(robot: RobotModel, actuators: Mapping[str, Effect]) -> Iterator[Robo
         first, _, advice = str(refusal).partition("\n")
         yield failed("servo bounds", first, advice)
         return
-    yield passed("servo bounds", f"steps of {STEP * 1e3:g} ms can follow the gains")
+    yield passed("servo bounds", f"the gains are stable at steps of {STEP * 1e3:g} ms")
 
 
 def joint_loads_of(robot: RobotModel) -> tuple[Floats, Floats]:

@@ -298,7 +298,7 @@ def _thrusters_in_water(reach: Reach) -> RobotFinding:
     words = f"net buoyancy {net:+.3g} N"
     if HEAVE not in reach.axes:
         if PITCH in reach.axes and reach.fins:
-            return passed(subject, f"{words}, no vertical thrust: dives by its fins, under way")
+            return passed(subject, f"{words}, no vertical thrust: its fins dive it when it moves")
         if net > 0.0:
             does = "steers" if reach.steers else "stays"
             return passed(subject, f"{words}, no vertical thrust: {does} at the surface")

@@ -269,7 +269,7 @@ def look_at_meshes(settings: RobotSettings) -> Iterator[RobotFinding]:
         for note in notes:
             yield warned(f"hull of {link}", note, "Export the mesh closed and wound outwards.")
     if fine:
-        yield passed("meshes", f"{fine} without remark")
+        yield passed("meshes", f"{fine} ok")
 
 
 def _scaled(path: Path) -> list[tuple[str, float]]:

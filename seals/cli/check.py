@@ -28,8 +28,6 @@ def check(arguments: list[str]) -> int:
     from seals.schema import check_tree
     from seals.world.sensor_suite import carrier_of
 
-    if len(arguments) == 1 and not arguments[0].startswith("-") and "=" not in arguments[0]:
-        arguments = [f"robot={arguments[0]}"]
     robots = [word for word in arguments if word.startswith("robot=")]
     if len(robots) != 1:
         given = f"{' '.join(robots)}: several robots are given" if robots else "robot is not given"

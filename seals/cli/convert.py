@@ -45,7 +45,7 @@ def convert(arguments: list[str]) -> int:
             raise ConfigError(f"map={given['map']} is for reader={named}.\nLeave reader= out.")
         if "reader" not in given:
             words.append(f"reader={named or _reader_of(find_log(given['log'].strip(_QUOTES)))}")
-    return launch("convert", words, Application("seals.cli.convert", tidy=True))
+    return launch("convert", words, Application("seals.cli.convert", folder=False))
 
 
 def _reader_of(place: Path) -> str:

@@ -15,7 +15,16 @@ from seals.robot.settings import LogRobotSettings
 class MotorSettings:
     """Motor curve from commands to rotor speeds; see `seals.logs.motor_curve.MotorCurve`.
 
-    What is left out comes from ``motors`` in the data sheet, else from the values themselves.
+    What is left out comes from ``motors`` in ``datasheet.yaml``, else from the values themselves.
+
+    Args:
+        command: kind of the commands.
+        range: commands at rest and at full speed.
+        thrust_factor: share of the square in the curve of thrust over command [1].
+        points: rows of command and rotor speed [rad/s].
+        full_voltage: voltage at which the points hold [V].
+        voltage_power: exponent of the voltage in the speed [1].
+        order: index of the command of each rotor.
     """
 
     command: str | None = None
@@ -44,12 +53,12 @@ class ConvertSettings(LogRobotSettings):
         map: YAML file with fields of the reader, such as ``columns`` and ``units``.
         meta: YAML file with what is known of vehicle and sensors.
         urdf: description of the vehicle, which goes into the log folder.
-        axes: in which the log stands.
-        motors: from motor commands to rotor speeds.
-        late: channel -> time by which its stamps are late [s].
+        axes: conventions of the log.
+        motors: curve from motor commands to rotor speeds.
+        late: delay of the stamps by channel [s].
         span: first and last time of the rows that are kept [s]; empty for all.
-        rate: of even rows [Hz]; zero keeps the times of the log.
-        table: ``log.parquet`` or ``log.csv``.
+        rate: rows a second, evenly spaced [Hz]; zero keeps the times of the log.
+        table: name of the table: ``log.parquet`` or ``log.csv``.
         replace: whether a log folder already there may be replaced.
     """
 

@@ -91,5 +91,5 @@ def _arm(word: str) -> str:
 
 
 def _application(package: str) -> Application:
-    """Return a task; with ``out=FOLDER`` nothing else lies in the command's own folder."""
-    return Application(f"seals.learn.{package}.application", tidy=True)
+    """Return the task of a package."""
+    return Application(f"seals.learn.{package}.application")

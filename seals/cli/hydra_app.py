@@ -16,13 +16,13 @@ from pathlib import Path
 from typing import Any
 
 from seals.cli.slips import (
+    RESUME,
     folder_key,
-    refuse_cut,
     refuse_slips,
     refuse_unknown_flags,
     with_folder,
 )
-from seals.cli.sweep import MULTIRUN, RESUME, begun, own_words, with_objective
+from seals.cli.sweep import MULTIRUN, begun, own_words, with_objective
 from seals.config import roots
 from seals.config.overrides import flag_parser, joined, parsed, value_of
 from seals.config.strangers import TRUST, untrusted
@@ -46,20 +46,22 @@ class Application:
         module: that holds the function.
         name: of the function, which takes the configuration and may return an exit code.
         logs: whether the configuration may give logs by their short names.
-        tidy: whether the folder of the command goes when nothing was written into it.
+        folder: whether ``out`` is a folder; else a file, or one that the function looks at.
         run: whether a run is configured, which is refused before anything heavy is imported.
     """
 
     module: str
     name: str = "execute"
     logs: bool = False
-    tidy: bool = False
+    folder: bool = True
     run: bool = False
 
     def __call__(self, config: Any) -> int | None:
         """Call the function."""
         from hydra.core.hydra_config import HydraConfig
 
+        if self.folder and config.get("out"):
+            _refuse_file(Path(str(config.out)))
         if self.logs:
             from seals.sysid.report.given_logs import place_logs
 
@@ -75,8 +77,9 @@ class Application:
             code: int | None = getattr(importlib.import_module(self.module), self.name)(config)
             return code
         finally:
-            # a live view is a run of its own, a replay has begun none
-            if self.tidy and config.get("replay", self) is not None:
+            # what has a folder of its own leaves none here; a live view begins its run later
+            live = config.get("show") is not None and config.run is None
+            if not live and (config.get("out") or not self.run):
                 discard(Path(HydraConfig.get().runtime.output_dir))
 
 
@@ -102,6 +105,19 @@ def diagnose(arguments: list[str]) -> int:
     return launch("diagnose", arguments, Application("seals.sysid.report.application", logs=True))
 
 
+def _refuse_file(out: Path) -> None:
+    """Refuse an output folder that is a file, or below one, before anything is computed.
+
+    Raises:
+        ConfigError: there is such a file.
+    """
+    file = next((place for place in (out, *out.parents) if place.is_file()), None)
+    if file is not None:
+        raise ConfigError(
+            f"out={out} is to be a folder, but {file} is a file.\nGive another name: out=FOLDER"
+        )
+
+
 def channelled(arguments: list[str]) -> list[str]:
     """Return the words of ``seals autopilot`` with its controller, over the one of the robot."""
     given = value_of(arguments, "controller")
@@ -109,9 +125,8 @@ def channelled(arguments: list[str]) -> list[str]:
 
 
 def viewed(arguments: list[str]) -> list[str]:
-    """Return the words of ``seals view`` with the key of the folder that is replayed."""
-    # with a flag before it, a folder is the flag's own
-    return [w if "=" in w or not Path(w).is_dir() else f"replay='{w}'" for w in joined(arguments)]
+    """Return the words of ``seals view``; ``replay=`` is another name of ``run=``."""
+    return [f"run={w[7:]}" if w.startswith("replay=") else w for w in arguments]
 
 
 def rendered(arguments: list[str]) -> list[str]:
@@ -153,8 +168,7 @@ def launch(
 
     sweeping = any(word in MULTIRUN for word in arguments)
     arguments = with_folder(root, joined(arguments), several=sweeping)
-    refuse_unknown_flags(arguments, _FLAGS)
-    refuse_cut(arguments)
+    refuse_unknown_flags(arguments)
     # Hydra's parser takes no flag between two overrides
     arguments = sorted(with_objective(arguments), key=lambda word: not word.startswith("-"))
     kept = [word for word in arguments if word == RESUME]
@@ -340,23 +354,6 @@ def discard(folder: Path) -> None:
             level.rmdir()
         except OSError:
             return
-
-
-_FLAGS = (
-    "--multirun",
-    RESUME,
-    "--cfg",
-    "--resolve",
-    "--package",
-    "--config-dir",
-    "--config-path",
-    "--config-name",
-    "--info",
-    "--help",
-    "--hydra-help",
-    "--version",
-    TRUST,
-)
 
 
 def _refuse_flags(arguments: list[str]) -> list[str]:

@@ -9,13 +9,43 @@ from seals.config.recipes import recipe_groups
 from seals.errors import BrokenPlugin, ConfigError, suggestion
 from seals.text_table import table
 
+TITLES = {
+    "backend": "Backends: rigid bodies and free motion",
+    "fluid": "Fluids: water that is simulated itself",
+    "wave": "Waves",
+    "effect": "Effects: forces, inertias, faults",
+    "actuator": "Actuators",
+    "sensor": "Sensors",
+    "controller": "Controllers",
+    "guide": "Guides: reference generators",
+    "task": "Tasks: what a learner is asked for",
+    "learner": "Learners",
+    "reader": "Readers of logs",
+    "viewer": "Viewers and renderers",
+    "live": "Live outputs to other programs",
+    "robot": "Robots",
+    "animal": "Animals",
+    "conf": "Packages of configurations",
+    "cameras": "Sets of cameras of a robot: +cameras=NAME",
+    "senses": "Sets of sensors of a robot: +senses=NAME",
+    "sonar": "Presets of a sonar: +sonar=NAME",
+    "water": "Models of water",
+    "env": "Learning environments: task, robot and world",
+    "grid": "World variants in which a policy is evaluated: grid=NAME",
+    "experiment": "Recipes of runs and comparisons",
+}
+"""What the kinds of plug-ins, and of files of configuration, are."""
+
 
 def list_installed(arguments: list[str]) -> int:
     """Print the installed plug-ins of one kind, or of all kinds, with their package and summary."""
     recipes = recipe_groups()
     kinds = list(dict.fromkeys([*registry.GROUPS, *recipes]))
     if len(arguments) > 1:
-        raise ConfigError(f"'{' '.join(arguments)}' is more than one kind.\nWrite: seals list KIND")
+        raise ConfigError(
+            f"'{' '.join(arguments)}' is more than one kind.\n"
+            f"Write: seals list {arguments[0]}, or seals describe {' '.join(arguments[:2])}"
+        )
     if arguments and singular(arguments[0]) not in kinds:
         raise ConfigError(
             f"there is no kind '{arguments[0]}'.\n{suggestion(arguments[0], kinds, label='Kinds')}"
@@ -25,7 +55,8 @@ def list_installed(arguments: list[str]) -> int:
     for kind in chosen:
         rows = _rows(kind, recipes.get(kind, []))
         if rows or arguments:
-            blocks.append(f"{kind}\n" + (table(rows) if rows else "  (none installed)"))
+            head = f"{kind}   {TITLES.get(kind, '')}".rstrip()
+            blocks.append(f"{head}\n" + (table(rows) if rows else "  (none installed)"))
     print("\n\n".join(blocks))
     return 0
 

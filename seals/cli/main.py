@@ -16,6 +16,7 @@ from seals.child_process import protect_children
 from seals.cli.installed_files import overwritten_by_other
 from seals.cli.of_system import explained
 from seals.cli.slips import repeated_keys
+from seals.cli.words import with_keys
 from seals.errors import ConfigError, SealsError, printable, refuse_unlisted
 from seals.registry import blame
 from seals.run.stopping import stoppable
@@ -33,6 +34,7 @@ class Verb:
         target: ``module:function`` taking the arguments and returning the exit code; empty for an
             application that Hydra composes from the root of the verb's name.
         task: module, and facts of such an application, as for `seals.cli.hydra_app.Application`.
+        takes: keys of which a value may stand without its key, the likeliest first.
         words: ``module:function`` that returns the words for Hydra.
         more: ``module:function`` that returns further lines of help.
         one_thread: libraries of linear algebra that have one thread: many small matrices are
@@ -43,6 +45,7 @@ class Verb:
     usage: str
     target: str = ""
     task: Mapping[str, Any] = field(default_factory=dict)
+    takes: tuple[str, ...] = ()
     words: str = ""
     more: str = ""
     one_thread: tuple[str, ...] = ()
@@ -50,10 +53,11 @@ class Verb:
 
 VERBS = {
     "run": Verb(
+        takes=("experiment", "robot", "repeat"),
         target="seals.cli.hydra_app:run",
         summary="simulate a robot; write a log, plots and a report",
-        usage="[KEY=VALUE ...] [--multirun [--resume]] [--cfg job]\n"
-        "  seals run experiment=drop_test\n"
+        usage="[EXPERIMENT|ROBOT] [KEY=VALUE ...] [--multirun [--resume]] [--cfg job]\n"
+        "  seals run drop_test                  or: experiment=drop_test\n"
         "  seals run robot=path/to/folder water=fossen time.duration=3\n"
         "  seals run experiment=drop_test +effect@effects.second=quadratic_drag\n"
         "  seals run --config-dir FOLDER experiment=theirs     configurations of others\n\n"
@@ -62,98 +66,76 @@ VERBS = {
         "  --resume  with the same arguments: resume a sweep, or resume=FOLDER; see docs/sweeps.md",
     ),
     "compare": Verb(
+        takes=("log", "experiment", "robot"),
         task={"module": "seals.compare.application", "run": True},
         summary="compare a model with a measurement",
-        usage="log=PATH [KEY=VALUE ...]\n  seals compare log=runs/some_run robot=ball water=fossen",
+        usage="LOG [ROBOT] [KEY=VALUE ...]\n"
+        "  seals compare log=runs/some_run robot=ball water=fossen",
     ),
     "convert": Verb(
+        takes=("log",),
         target="seals.cli.convert:convert",
         summary="convert a log of another program: PX4, MCAP, rosbag2, WitMotion, CSV",
-        usage="log=PATH out=FOLDER [reader=NAME] [map=FILE] [meta=FILE] [KEY=VALUE ...]\n"
+        usage="LOG out=FOLDER [reader=NAME] [map=FILE] [meta=FILE] [KEY=VALUE ...]\n"
         "  seals convert log=flight.ulg out=flight_7\n"
         "  seals convert log=recording out=dive_2 reader.topics=[/imu,/odom]     a rosbag2\n"
         "  seals convert log=tank.csv reader=csv map=tank_map.yaml out=tank_1\n"
         "  seals convert log=flight.ulg robot=my_quad rate=100 out=flight_8    to diagnose\n\n"
-        "  map      YAML of the reader's fields, such as columns and units; see docs/logs.md\n"
-        "  meta     YAML with data of vehicle and sensors, as in meta.yaml\n"
-        "  robot    folder or name: convert motor commands to speeds of its rotors (motors.*)\n"
-        "  rate     evenly spaced rows [Hz]; span=[12,80]: only the rows from 12 s to 80 s\n"
-        "  axes     world=ned, body=frd, quaternion=xyzw ...: conventions of the log\n"
-        "  urdf     description of the vehicle, copied into the log folder\n"
-        "  table    log.parquet, or log.csv; replace=true: overwrite a log folder\n"
         "MCAP and rosbag2 need aam-seals[logs]\n\n"
         "exit code: 0 written, 2 refused",
     ),
     "diagnose": Verb(
+        takes=("log", "experiment", "robot"),
         target="seals.cli.hydra_app:diagnose",
         one_thread=("OPENBLAS",),
         summary="name the physical effect that the model of a log is missing",
-        usage="log=FOLDER [out=FOLDER] [KEY=VALUE ...], or experiment=NAME\n"
+        usage="LOG [LOG ...] [ROBOT] [out=FOLDER] [KEY=VALUE ...], or EXPERIMENT\n"
         "  seals diagnose log=flight_7 out=answer_7\n"
         "  seals diagnose log=hidden_effect/flight_a     a log that comes with SEALS: find it\n"
         "  seals diagnose experiment=falling_balls       runs of a published measurement\n\n"
-        "  log         log folder (log.parquet or log.csv, and meta.yaml), or a list of them:\n"
-        "              [FLIGHT_1,FLIGHT_2], flights of one vehicle, fitted together\n"
-        "  robot       folder or name of the robot, where meta.yaml does not describe the vehicle\n"
-        "  without     effects to leave out of the nominal model that the log states\n"
-        "  out         folder of diagnosis.json, report.html and report.json\n"
-        "  plan        false: do not search for a flight that would distinguish open effects\n"
-        "  report      false: write diagnosis.json only\n"
-        "  processes   number of parallel processes; 0, the default, for one per core\n\n"
-        "exit code: 0 nothing missing, 10 named, 11 one of several, 12 none of these, "
+        "exit code: 0 nothing missing, 10 named, 11 one of several, 12 none of these,\n"
         "13 cannot tell, 20 bad data",
     ),
     "calibrate": Verb(
+        takes=("log", "robot"),
         task={"module": "seals.sysid.calibration.application", "logs": True},
         one_thread=("OPENBLAS",),
         summary="estimate parameters of a robot from its logs, with intervals",
-        usage="log=[FOLDER,...] parameters=[NAME,...] [robot=FOLDER] [held_out=FOLDER]"
-        " [out=FOLDER]\n"
+        usage="LOG [LOG ...] [ROBOT] parameters=[NAME,...] [held_out=LOG] [out=FOLDER]\n"
         "  seals calibrate log=[flight_1,flight_2] robot=my_robot parameters=[mass] out=answer\n"
         "  seals calibrate log=flight_1 robot=my_robot parameters=[inertia] apply=true\n\n"
         "  parameters  names as in robot.yaml: mass, inertia, effects.NAME.FIELD,\n"
         "              actuators.NAME.FIELD, hulls.LINK.displaced_volume, sensors.NAME.FIELD;\n"
         "              groups (effects.water_drag) and patterns (actuators.*)\n"
-        "  held_out    another log of the vehicle, for the error only, not fitted\n"
-        "  prior       1-sigma of the parameters, relative to their stated values: 0.5\n"
-        "  apply       true: write a copy of the robot's folder with the new values\n"
-        "  plan        false: do not search for a manoeuvre that determines the rest\n"
-        "  report      false: write calibration.json only\n\n"
         "exit code: 0 calibrated, 2 refused",
     ),
     "add": Verb(
-        task={
-            "module": "seals.sysid.validation.application",
-            "name": "add",
-            "logs": True,
-            "tidy": True,
-        },
+        takes=("diagnosis",),
+        task={"module": "seals.sysid.validation.application", "name": "add", "logs": True},
         one_thread=("OPENBLAS",),
         summary="write the effects that a diagnosis found to a model overlay",
-        usage="diagnosis=FOLDER name=NAME [robot=FOLDER] [base=MODEL] [choose=EFFECT]"
+        usage="DIAGNOSIS name=NAME [robot=FOLDER] [base=MODEL] [choose=EFFECT]"
         " [accept=formula]\n"
         "  seals add diagnosis=answer_7 name=my_model        writes models/my_model.yaml\n"
         "  seals run robot=ball +model=my_model\n\n"
-        "  choose      the effect to add, when the diagnosis names a set\n"
-        "  accept      formula: the formula found for a force that no effect explains\n"
-        "  replace     true: overwrite a model of that name\n\n"
         "exit code: 0 written, 2 refused (nothing was named, or the name is taken)",
     ),
     "verify": Verb(
+        takes=("log", "model", "robot"),
         task={"module": "seals.sysid.validation.application", "name": "verify", "logs": True},
         one_thread=("OPENBLAS",),
         summary="verify a model on a held-out log in the rigid-body simulator",
-        usage="log=FOLDER model=NAME [robot=FOLDER] [older=[FOLDER,...]]\n"
+        usage="LOG MODEL [ROBOT] [older=[FOLDER,...]]\n"
         "  seals verify log=flight_8 model=my_model older=[flight_5,flight_6]\n"
         "exit code: 0 the error fell, 14 it did not: the model is marked as withdrawn",
     ),
     "plan": Verb(
+        takes=("diagnosis", "log", "robot"),
         task={"module": "seals.sysid.experiment_design.application", "logs": True},
         words="seals.cli.slips:question",
         one_thread=("OPENBLAS",),
         summary="choose the manoeuvre that best tells effects apart",
-        usage="effects=[NAME,NAME] log=FOLDER [robot=FOLDER] [out=FOLDER],"
-        " or diagnosis=FOLDER [robot=FOLDER]\n"
+        usage="LOG [ROBOT] effects=[NAME,NAME] [out=FOLDER], or DIAGNOSIS [ROBOT]\n"
         "  seals plan effects=[payload,thrust_coefficient] log=flight_7 out=plan_7\n"
         "  seals plan effects=[quadratic_drag] log=flight_7\n"
         "  seals plan diagnosis=answer_7\n"
@@ -170,84 +152,80 @@ VERBS = {
         usage="KIND NAME\n  seals describe effect quadratic_drag",
     ),
     "check": Verb(
+        takes=("robot",),
         target="seals.cli.check:check",
         summary="check the physical plausibility of a robot folder",
-        usage="robot=NAME or robot=FOLDER\n"
+        usage="ROBOT\n"
         "  seals check robot=aam\n"
         "  seals check robot=path/to/folder\n"
         "exit code: 0 nothing failed, 1 something failed, 2 the robot cannot be read",
     ),
     "teleop": Verb(
+        takes=("script", "experiment", "robot"),
         task={"module": "seals.teleop.application"},
         summary="fly a robot by keyboard, gamepad or a script of keys; record a demonstration",
-        usage="[device=keyboard|joystick] [script=FILE] [speed=1] [KEY=VALUE ...]\n"
+        usage="[ROBOT|EXPERIMENT|SCRIPT] [device=keyboard|joystick] [KEY=VALUE ...]\n"
         "  seals teleop robot=aam                        a window opens; needs aam-seals[teleop]\n"
         "  seals teleop robot=aam script=keys.yaml       no window, as fast as possible\n"
         "  seals teleop script=runs/some_session/keys.csv    the same session again\n\n"
         "  script    events such as: - {t: 0.5, hold: w, seconds: 2}   or CSV: t,control,value\n"
-        "  speed     simulated seconds per second of real time\n"
-        "  export    safetensors: the demonstration for learning; needs aam-seals[learn]\n"
         "  guide.speed, guide.climb, guide.turn, guide.joint_speed: values at full deflection",
         more="seals.control.keymap:table",
     ),
     "autopilot": Verb(
+        takes=("experiment", "robot"),
         task={"module": "seals.teleop.autopilot.application"},
         words="seals.cli.hydra_app:channelled",
         summary="let ArduPilot or PX4 fly a robot in lockstep; write a log like any run's",
-        usage="robot=NAME [protocol=ardupilot|px4] [host=HOST] [port=PORT] [KEY=VALUE ...]\n"
+        usage="ROBOT [protocol=ardupilot|px4] [host=HOST] [port=PORT] [KEY=VALUE ...]\n"
         "  seals autopilot robot=crazyflie environment.ground_level=0\n"
         "  seals autopilot robot=auv water=fossen controller=thruster_pulses\n\n"
         "  protocol  ardupilot: sim_vehicle.py -f JSON:127.0.0.1 (UDP 9002), the default;\n"
         "            px4: MAVLink HIL (TCP 4560), needs aam-seals[autopilot]\n"
         "  controller.channel, low, high, reverse   channel and range of each drive and servo\n"
-        "  speed     simulated seconds per second of real time, at most; 0 for no limit\n"
-        "  timeout   silence of the autopilot that ends the run [s]\n"
-        "  host      0.0.0.0 listens to other machines; the default is this machine only\n"
         "Ctrl-C ends it; seals diagnose log=RUN reads what it writes",
     ),
     "train": Verb(
+        takes=("resume", "learner", "env"),
         target="seals.cli.train:train",
         one_thread=("OPENBLAS",),
         summary="train a policy; write learning curves and the policy",
-        usage="[learner=NAME] [env=NAME] [course.steps=50000] [KEY=VALUE ...], or resume=FOLDER\n"
+        usage="[LEARNER] [ENV] [course.steps=50000] [KEY=VALUE ...], or FOLDER of one to resume\n"
         "  seals train learner=sac env=reach                     batch dynamics on the CPU\n"
         "  seals train learner=sacfd demonstrations=runs/some_recording/demonstrations\n"
         "  seals train learner=sac device=cuda count=4096 learner.batch=8192 learner.ratio=0.01\n"
         "  seals train resume=runs/some_training                 resume an interrupted one\n\n"
-        "  count           number of parallel environments\n"
-        "  course.stop_at  share of successes at which the training ends early\n"
-        "  course.checkpoint   seconds between two checkpoints; 0 for none\n"
         "  writes training.csv, evaluation.csv, policy/ and run.json; needs aam-seals[learn]\n\n"
         "exit code: 0 done, 2 refused, 130 interrupted (a checkpoint was written)",
     ),
     "evaluate": Verb(
+        takes=("policy", "env"),
         target="seals.cli.evaluate:evaluate",
         one_thread=("OPENBLAS", "OMP"),
         summary="evaluate a policy from held-out starts, or compare training runs",
-        usage="policy=FOLDER|scripted|random|still [KEY=VALUE ...], or: --compare ARM=FOLDERS ...\n"
+        usage="POLICY|scripted|random|still [ENV] [KEY=VALUE ...],\n"
+        "   or: seals evaluate --compare ARM=FOLDERS ...\n"
         "  seals evaluate policy=runs/some_training/policy       100 held-out starts\n"
         "  seals evaluate policy=FOLDER grid=robustness          a table over world variants\n"
         "  seals evaluate --compare sac='runs/study/sac/*' sacfd='runs/study/sacfd/*'\n"
         "  seals evaluate --compare runs/study                   runs/study/ARM/SEED\n\n"
-        "  episodes   number of starts; count, how many at once; device=cpu|cuda\n"
-        "  out        folder of the results; the run's folder by default\n"
         "  budget, reference, value, hold   analysis plan: declare it before the runs",
     ),
     "record": Verb(
+        takes=("policy", "env"),
         target="seals.cli.evaluate:record",
         one_thread=("OPENBLAS", "OMP"),
         summary="record the episodes of a policy as demonstrations for learning",
-        usage="[env=NAME] [policy=scripted|FOLDER|KEYS.yaml] [episodes=10] [KEY=VALUE ...]\n"
+        usage="[ENV] [POLICY|scripted|KEYS.yaml] [episodes=10] [KEY=VALUE ...]\n"
         "  seals record env=reach out=demos/reach                ten successful episodes\n"
         "  seals record env=reach noise=0.1 hdf5=reach.hdf5      action noise; one file\n"
-        "  seals record policy=runs/some_session/keys.csv who=human keep=all\n\n"
-        "  first    seed of the first start; keep=successes|all; most: attempts per episode\n"
-        "  minari   id of a Minari data set to write as well; needs the package minari",
+        "  seals record policy=runs/some_session/keys.csv who=human keep=all\n\n",
     ),
     "export": Verb(
-        task={"module": "seals.learn.export", "tidy": True},
+        takes=("policy",),
+        task={"module": "seals.learn.export", "folder": False},
         summary="export a policy as an ONNX file, for programs without PyTorch",
-        usage="policy=FOLDER [format=onnx] [out=policy.onnx] [replace=true]\n"
+        usage="POLICY [format=onnx] [out=policy.onnx] [replace=true]\n"
         "  seals export policy=runs/some_training/policy out=reach.onnx\n"
         "  seals export policy=crab/walk out=walk.onnx\n\n"
         "  The file normalises observations itself and is compared with the policy before it is\n"
@@ -255,52 +233,50 @@ VERBS = {
         "exit code: 0 written, 2 refused",
     ),
     "view": Verb(
-        task={"module": "seals.view.application", "tidy": True},
+        takes=("run", "experiment", "robot"),
+        task={"module": "seals.view.application"},
         words="seals.cli.hydra_app:viewed",
         summary="show a run in the browser: replay a folder, or start a live run",
-        usage="FOLDER, or [KEY=VALUE ...] [sliders=[KEY,KEY:LOW:HIGH]] [host=HOST] [port=PORT]\n"
+        usage="RUN, or [EXPERIMENT|ROBOT] [KEY=VALUE ...] [sliders=[KEY,KEY:LOW:HIGH]]\n"
+        "      [host=HOST] [port=PORT]\n"
         "  seals view runs/2026-11-21/14-03-22_drop_test\n"
         "  seals view experiment=drop_test sliders=[initial.position.2:0.2:2]\n\n"
-        "  sliders   parameters of the run; changing one starts a new run\n"
         "  host      0.0.0.0 opens the page to other machines; the default is this machine only\n"
         "  port      0 takes any free port; over SSH: ssh -L 8080:localhost:8080 MACHINE\n"
         "needs aam-seals[view]; Ctrl-C ends it",
     ),
     "render": Verb(
-        task={"module": "seals.view.films.application", "tidy": True},
+        takes=("run",),
+        task={"module": "seals.view.films.application"},
         words="seals.cli.hydra_app:rendered",
         summary="render the frames of a run and a film of them",
-        usage="run=FOLDER [renderer=tiny|mitsuba] [quality=draft|paper] [camera=...] [KEY=VALUE]\n"
+        usage="RUN [renderer=tiny|mitsuba] [quality=draft|paper] [camera=...] [KEY=VALUE]\n"
         "  seals render run=runs/some_run                    frames and film.mp4 in its folder\n"
         "  seals render run=runs/some_run renderer=mitsuba camera=split water_type=coastal_3\n"
         "  seals render run=runs/some_run 'camera=[2,-1,0.5]' 'look_at=[0,0,0]' speed=0.5\n\n"
-        "  camera    side, three_quarter, split (half in the water), under_water, or a position\n"
-        "  follow    true: the camera moves with the robot\n"
-        "  speed     simulated seconds per second of the film; fps frames per second\n"
-        "  start, end, width, height, fov, water_type, out, film=false, replace=true\n"
         "The same command resumes an interrupted render; complete frames are kept.\n"
         "mitsuba and the film need aam-seals[render]",
     ),
     "new": Verb(
         target="seals.cli.new:new",
         summary="create a robot folder from a URDF, or a package for a plug-in",
-        usage="robot NAME --urdf FILE [--package NAME=FOLDER] [--density KG_PER_M3]\n"
-        "      [--medium air|water|both] [--missing-meshes boxes] [--forward=-x]\n"
-        "      [--arg NAME=VALUE],\n"
-        "   or: seals new datasheet log=FLIGHT robot=FOLDER\n"
-        "   or: seals new hydrodynamics robot=FOLDER [method=bem|ellipsoid] [replace=true]\n"
+        usage="robot NAME urdf=FILE [package=NAME=FOLDER] [density=KG_PER_M3]\n"
+        "      [medium=air|water|both] [missing-meshes=boxes] [forward=-x]\n"
+        "      [arg=NAME=VALUE],\n"
+        "   or: seals new datasheet LOG ROBOT\n"
+        "   or: seals new hydrodynamics ROBOT [method=bem|ellipsoid] [replace=true]\n"
         "   or: seals new effect|sensor|controller|guide|task NAME\n"
-        "  seals new robot my_hexa --urdf downloads/hexa.urdf\n"
-        "  seals new robot my_arm --urdf arm.urdf --package arm_description=../arm_description\n"
+        "  seals new robot my_hexa urdf=downloads/hexa.urdf\n"
+        "  seals new robot my_arm urdf=arm.urdf package=arm_description=../arm_description\n"
         "  seals new effect whirl\n\n"
         "  robot     creates the folder NAME with robot.yaml, the URDF and its meshes\n"
-        "  --package where the files of package://NAME/..., model://NAME and $(find NAME) are\n"
-        "  --urdf    a URDF, xacro, SDF or MJCF file\n"
-        "  --density gives links without <inertial> the mass of their shapes\n"
-        "  --medium  where it works: writes rotors under water, drag in air, or both\n"
-        "  --missing-meshes boxes  puts boxes of the links' inertia in their places\n"
-        "  --arg     the value of an argument of a xacro file\n"
-        "  --forward axis of the base link that points forward: x, -x, y or -y\n"
+        "  package   where the files of package://NAME/..., model://NAME and $(find NAME) are\n"
+        "  urdf      a URDF, xacro, SDF or MJCF file\n"
+        "  density   [kg/m^3] gives links without <inertial> the mass of their shapes\n"
+        "  medium    where it works: writes rotors under water, drag in air, or both\n"
+        "  missing-meshes=boxes  puts boxes of the links' inertia in their places\n"
+        "  arg       the value of an argument of a xacro file\n"
+        "  forward   axis of the base link that points forward: x, -x, y or -y\n"
         "  datasheet writes datasheet.yaml into the robot's folder: noise, tolerances, delays\n"
         "  hydrodynamics writes added mass and radiation of a hull into robot.yaml: link=NAME,\n"
         "            panels=500, density=KG_PER_M3; method=bem needs aam-seals[hydro]\n"
@@ -310,8 +286,8 @@ VERBS = {
     "validate": Verb(
         target="seals.cli.validate:validate",
         summary="run the validation of the particle water; write a report",
-        usage="water [CASE ...] [--full] [--out FOLDER]\n"
-        "  seals validate water\n  seals validate water hydrostatics standing_wave --full\n\n"
+        usage="water [CASE ...] [full=true] [out=FOLDER]\n"
+        "  seals validate water\n  seals validate water hydrostatics standing_wave full=true\n\n"
         "exit code: 0 all errors are within their limits, 1 one is not, 2 refused",
     ),
     "benchmark": Verb(
@@ -320,7 +296,8 @@ VERBS = {
         usage="[out=FOLDER] [logs=[NAMES]] [mujoco=PYTHON]\n  seals benchmark out=scored",
     ),
     "runs": Verb(
-        task={"module": "seals.sweep.application", "tidy": True},
+        takes=("folder",),
+        task={"module": "seals.sweep.application"},
         words="seals.sweep.settings:quoted",
         summary="list, filter and compare run folders; table and picture of a sweep",
         usage="FOLDER [where=CONDITIONS] [metric=NAMES] [table=FILE] [plot=FILE against=KEY]\n"
@@ -331,9 +308,6 @@ VERBS = {
         "  where     KEY=VALUE (with * and ?), !=, <, <=, >, >=; all of them must hold\n"
         "  metric    key of run.json; COLUMN.STATISTIC of the log; TABLE.COLUMN.STATISTIC;\n"
         "            statistics: first last min max mean rms std range\n"
-        "  sort      column; -COLUMN for the largest first\n"
-        "  table     .csv or .parquet; plot .png; replace=true overwrites them\n"
-        "  against   override on the abscissa; by=KEY draws a line for each of its values\n\n"
         "exit code: 0 listed, 2 refused",
     ),
     "completion": Verb(
@@ -348,7 +322,8 @@ VERBS = {
     "doctor": Verb(
         target="seals.cli.doctor:doctor",
         summary="check the installation and its plug-ins",
-        usage="\n  seals doctor",
+        usage="[full=true]\n  seals doctor\n\n"
+        "  full   true: compose every robot and experiment of this package again, too",
     ),
 }
 
@@ -428,6 +403,8 @@ def two_lines(refusal: SealsError) -> str:
 
 
 def _dispatch(words: list[str]) -> int:
+    if words[:1] == ["help"] and words[1:]:
+        words = [*words[1:], "--help"]
     if not words or words[0] in ("-h", "--help", "help"):
         print(_overview())
         return 0
@@ -435,16 +412,18 @@ def _dispatch(words: list[str]) -> int:
         print(f"seals {seals.__version__}")
         return 0
     name, rest = words[0], words[1:]
-    refuse_unlisted(name, VERBS, f"there is no verb '{name}'", label="Verbs")
+    if name.startswith("-"):
+        refuse_unlisted(name, ("--help", "--version"), f"there is no flag '{name}'")
+    refuse_unlisted(name, VERBS, f"there is no verb '{name}'", label="Verbs", most=len(VERBS))
     if "--help" in rest or "-h" in rest:
-        print(f"seals {name}: {VERBS[name].summary}\n\nusage: seals {name} {VERBS[name].usage}")
-        if VERBS[name].more:
-            print(f"\n{_named(VERBS[name].more)()}")
+        print(_help(name, VERBS[name]))
         return 0
+    verb = VERBS[name]
+    if "--compare" not in rest:
+        rest = with_keys(name, verb.takes, rest)
     remark = overwritten_by_other()
     if remark:
         print(f"note: {remark}", file=sys.stderr)
-    verb = VERBS[name]
     for library in verb.one_thread:
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     if verb.target:
@@ -465,11 +444,25 @@ def _named(target: str) -> Any:
     return getattr(importlib.import_module(module), function)
 
 
+def _help(name: str, verb: Verb) -> str:
+    """Return usage and examples of a verb, and its keys."""
+    from seals.cli.options import help_of
+    from seals.config import roots
+
+    parts = [f"seals {name}: {verb.summary}", f"usage: seals {name} {verb.usage.rstrip()}"]
+    if verb.takes:
+        given = " or ".join(f"{key}=" for key in verb.takes)
+        parts.append(f"A word without a key is the value of {given}, by what it names.")
+    if name in roots.VERBS:
+        parts.append(f"keys, each as KEY=VALUE:\n{help_of(name)}")
+    return "\n\n".join([*parts, *([_named(verb.more)()] if verb.more else [])])
+
+
 def _overview() -> str:
     rows = "\n".join(f"  {name:11}{verb.summary}" for name, verb in VERBS.items())
     return (
         f"SEALS {seals.__version__}: robots that cross sea, air and land\n\n"
         f"usage: seals VERB [arguments]\n\n{rows}\n\n"
         "  what a model is missing: diagnose a log, plan when in doubt, add, verify on a new log\n"
-        "  seals VERB --help shows usage and an example; SEALS_DEBUG=1 shows tracebacks"
+        "  seals help VERB shows usage, examples and keys; SEALS_DEBUG=1 shows tracebacks"
     )

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from seals.cli.words import key_among
 from seals.config.overrides import override, typed
 from seals.config.whereabouts import own_robot
 from seals.errors import ConfigError, refuse_unlisted, suggestion
@@ -18,25 +19,34 @@ if TYPE_CHECKING:
 
 PLUGINS = ("effect", "sensor", "controller", "guide", "task")
 KINDS = ("robot", "datasheet", "hydrodynamics", *PLUGINS)
+TAKES = {"robot": ("urdf",), "datasheet": ("robot", "log"), "hydrodynamics": ("robot",)}
+"""Options of which a value may stand without its key."""
 OPTIONS = {
     "robot": ("urdf", "package", "density", "medium", "missing-meshes", "forward", "arg"),
     "datasheet": ("log", "robot", "replace"),
     "hydrodynamics": ("robot", "link", "method", "panels", "density", "replace"),
     **dict.fromkeys(PLUGINS, ()),
 }
-"""Options after the name; each may be written ``--urdf FILE`` or ``urdf=FILE``."""
+"""Options after the name; each may be written ``urdf=FILE`` or ``--urdf FILE``."""
 
 
 def new(arguments: list[str]) -> int:
     """Create a new item in the working directory, and print the next steps."""
     words, options = _sorted(arguments)
     kind = words[0] if words else ""
+    for word in words[1:]:
+        # the name of a robot is the only word that stays without a key
+        key = key_among(TAKES.get(kind, ()), word)
+        if key and key not in options:
+            words.remove(word)
+            options[key] = [word]
     if kind not in KINDS:
-        robot = f"Write: seals new robot {kind or 'NAME'} --urdf FILE.  "
+        robot = f"Write: seals new robot {kind or 'NAME'} urdf=FILE.  "
         hint = (robot if "urdf" in options else "") + suggestion(kind, KINDS, label="Kinds")
-        raise ConfigError(f"'{kind}' is not a kind that can be made.\n{hint}")
+        what = f"'{kind}' is not a kind that can be made" if kind else "no kind is given"
+        raise ConfigError(f"{what}.\n{hint}")
     if kind in ("robot", *PLUGINS) and len(words) != 2:
-        urdf = " --urdf FILE" if kind == "robot" else ""
+        urdf = " urdf=FILE" if kind == "robot" else ""
         what = (
             "has no name" if len(words) < 2 else f"has more than one name: {', '.join(words[1:])}"
         )
@@ -62,7 +72,7 @@ def _datasheet(words: list[str], given: Mapping[str, str]) -> int:
     if words or not (given.get("log") and given.get("robot")):
         raise ConfigError(
             "a data sheet needs a flight and a robot folder.\n"
-            "Write: seals new datasheet log=FLIGHT robot=FOLDER"
+            "Write: seals new datasheet LOG ROBOT, or log=FLIGHT robot=FOLDER"
         )
     folder = own_robot(given["robot"])
     from seals.logs import read_native, refuse_if_bad
@@ -115,24 +125,25 @@ def _robot(name: str, options: Mapping[str, list[str]]) -> int:
     urdfs = options.get("urdf", [])
     if len(urdfs) != 1:
         hint = suggestion("", urdfs_near(Path()), label="URDF files near")
-        raise ConfigError(f"give one URDF: --urdf FILE (given: {len(urdfs)}).\n{hint}")
+        what = "urdf is given more than once" if urdfs else "urdf is not given"
+        raise ConfigError(f"{what}.\nWrite: seals new robot {name} urdf=FILE.  {hint}")
     packages = _pairs(options, "package", "FOLDER", "NAME=FOLDER, with a folder that exists")
     values = _pairs(options, "arg", "VALUE", "namespace=rov")
     last = {key: given[-1] for key, given in options.items()}
     density = None
     if "density" in last:
-        given = f"--density {last['density']}"
+        given = f"density={last['density']}"
         density = _number(given, last["density"], (1.0, 30_000.0), "kg/m^3; water has 1000")
     media = [each.value for each in RobotMedium]
     medium = last.get("medium")
     choices = {
         "medium": (media, suggestion(medium or "", media)),
         "missing-meshes": (["boxes"], "Allowed: boxes."),
-        "forward": (FORWARD, f"Allowed: {', '.join(FORWARD)}; --forward=-x"),
+        "forward": (FORWARD, f"Allowed: {', '.join(FORWARD)}"),
     }
     for key, (allowed, hint) in choices.items():
         if key in last and last[key] not in allowed:
-            raise ConfigError(f"--{key} {last[key]} is not allowed.\n{hint}")
+            raise ConfigError(f"{key}={last[key]} is not allowed.\n{hint}")
     made = scaffold_robot(
         name,
         Path(urdfs[0]),
@@ -161,7 +172,7 @@ def _pairs(options: Mapping[str, list[str]], flag: str, what: str, example: str)
         name, equals, value = text.partition("=")
         if not equals or not (Path(value).is_dir() if what == "FOLDER" else name.isidentifier()):
             raise ConfigError(
-                f"--{flag} {text} is not of the form NAME={what}.\nWrite: --{flag} {example}"
+                f"{flag}={text} is not of the form NAME={what}.\nWrite: {flag}={example}"
             )
         found[name] = value
     return found

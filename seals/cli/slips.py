@@ -8,22 +8,31 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from seals.config.overrides import value_of
+from seals.config.strangers import TRUST
 from seals.errors import ConfigError, suggestion
 
-_LOGS = ("calibrate", "compare", "diagnose", "verify", "plan")
-"""Verbs that take a log."""
-_RECORDINGS = (".ulg", ".mcap", ".db3", ".csv", ".txt", ".gz", ".parquet")
-"""Endings of logs of other programs."""
-_BY_FILE = {
-    "run.json": {"run": "repeat", "render": "run"},
-    "diagnosis.json": {"add": "diagnosis", "plan": "diagnosis"},
-}
-"""Key of a folder by verb, for a file that it holds."""
 _ALIKE = 0.8
 """Likeness from which a flag is a mistyped one [1]."""
 _FOLDERS = ("hydra.run.dir=", "hydra.sweep.dir=")
 """Output folders without a value, which Hydra takes for the present folder."""
 
+RESUME = "--resume"
+_FLAGS = (
+    "--multirun",
+    RESUME,
+    "--cfg",
+    "--resolve",
+    "--package",
+    "--config-dir",
+    "--config-path",
+    "--config-name",
+    "--info",
+    "--help",
+    "--hydra-help",
+    "--version",
+    TRUST,
+)
+"""Flags of the verbs that Hydra composes."""
 _RUNS = ("run", "train", "teleop", "autopilot")
 """Verbs of which all output goes to the run folder."""
 
@@ -57,7 +66,7 @@ def question(words: Sequence[str]) -> list[str]:
         ConfigError: the key is mistyped.
 
     Example:
-        >>> question(["effects=[wind,tether]", "effects.air_drag.coefficient_x=0"])
+        >>> question(["effects=wind,tether", "effects.air_drag.coefficient_x=0"])
         ['between=[wind,tether]', 'effects.air_drag.coefficient_x=0']
     """
     for word in words:
@@ -65,7 +74,9 @@ def question(words: Sequence[str]) -> list[str]:
             better = word.replace("=", "s=", 1)
             raise ConfigError(f"{word}: there is no key 'effect'.\nDid you mean {better}?")
     own = "effects="
-    return ["between=" + w.removeprefix(own) if w.startswith(own) else w for w in words]
+    return [
+        f"between=[{w.removeprefix(own).strip('[]')}]" if w.startswith(own) else w for w in words
+    ]
 
 
 def folder_key(root: str, *, several: bool) -> str:
@@ -79,34 +90,23 @@ def folder_key(root: str, *, several: bool) -> str:
 
 
 def refuse_slips(root: str, words: Sequence[str]) -> None:
-    """Refuse a name without its key, and a run that would overwrite the one it repeats.
+    """Refuse an output folder without a name, and a run that would overwrite the one it repeats.
 
     Raises:
         ConfigError: with the words that were meant.
 
     Example:
-        >>> refuse_slips("run", ["drop_test"])
+        >>> refuse_slips("run", ["out="])
         Traceback (most recent call last):
-        seals.errors.ConfigError: drop_test: the key is missing.
-        Did you mean experiment=drop_test?
+        seals.errors.ConfigError: out= names no folder; the files here would be overwritten.
+        Give one: out=FOLDER, or leave it out: runs/DAY/TIME_NAME is new.
     """
-    before = ""
     for word in words:
         if word in _FOLDERS or (word == "out=" and root in _RUNS):
             raise ConfigError(
                 f"{word} names no folder; the files here would be overwritten.\n"
                 f"Give one: {word}FOLDER, or leave it out: runs/DAY/TIME_NAME is new."
             )
-        # a word after a flag may be the flag's own
-        key = "" if "=" in word or before.startswith("-") else _key_of(root, word)
-        if key:
-            raise ConfigError(f"{word}: the key is missing.\nDid you mean {key}={word}?")
-        if root == "view" and not ("=" in word or f"{before}{word}".startswith("-")):
-            raise ConfigError(
-                f"there is no folder '{word}'.\n"
-                "Give the folder of a run, or a run to start: seals view experiment=NAME"
-            )
-        before = "" if "=" in word else word
     own = value_of(words, "hydra.run.dir")
     for old in (value_of(words, "repeat"), value_of(words, "resume")):
         if root == "run" and own and old and Path(own).resolve() == Path(old).resolve():
@@ -142,31 +142,30 @@ def _closed(text: str) -> bool:
     return all(text.count(a) <= text.count(b) for a, b in ("[]", "{}"))
 
 
-def refuse_unknown_flags(words: Sequence[str], known: Sequence[str]) -> None:
+def refuse_unknown_flags(words: Sequence[str]) -> None:
     """Refuse flags that there are not: Hydra would take abbreviations of its own.
 
     Args:
         words: as they were written.
-        known: the flags that there are.
 
     Raises:
         ConfigError: with the value that was meant, or the nearest flag.
 
     Example:
-        >>> refuse_unknown_flags(["--robot", "auv"], ["--help"])
+        >>> refuse_unknown_flags(["--robot", "auv"])
         Traceback (most recent call last):
         seals.errors.ConfigError: --robot: there is no flag --robot.
         Values have no dashes: write robot=auv
     """
     for word, after in itertools.zip_longest(words, words[1:], fillvalue=""):
         flag, _, value = word.partition("=")
-        if not flag.startswith("--") or flag in known:
+        if not flag.startswith("-") or len(flag) < 3 or flag in _FLAGS:
             continue
         if not value and "=" not in after and not after.startswith("-"):
             value = after
-        hint = f"Values have no dashes: write {flag[2:]}={value}"
-        if not value or difflib.get_close_matches(flag, known, cutoff=_ALIKE):
-            hint = suggestion(flag, known)
+        hint = f"Values have no dashes: write {flag.lstrip('-')}={value or 'VALUE'}"
+        if difflib.get_close_matches(flag, _FLAGS, cutoff=_ALIKE):
+            hint = suggestion(flag, _FLAGS)
         raise ConfigError(f"{word}: there is no flag {flag}.\n{hint}")
 
 
@@ -190,25 +189,3 @@ def repeated_keys(words: Sequence[str]) -> list[str]:
         for key, given in values.items()
         if len(set(given)) > 1
     ]
-
-
-def _key_of(root: str, word: str) -> str:
-    """Return the key of which a bare word is a value; empty without one."""
-    from seals import registry
-    from seals.config.recipes import experiments
-    from seals.logs.shipped import shipped_logs
-
-    folder = Path(word)
-    if word in experiments():
-        return "experiment"
-    if word in registry.names("robot") or word in registry.names("animal"):
-        return "robot"
-    recorded = word in shipped_logs() or (folder / "meta.yaml").is_file()
-    if root in _LOGS and (recorded or folder.suffix in _RECORDINGS):
-        return "log"
-    if (folder / "robot.yaml").is_file():
-        return "robot"
-    for name, keys in _BY_FILE.items():
-        if root in keys and (folder / name).is_file():
-            return keys[root]
-    return ""

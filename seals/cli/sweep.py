@@ -10,12 +10,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from seals.cli.slips import RESUME
 from seals.config.overrides import key_of, refuse_dangerous, value_of
 from seals.errors import ConfigError, MissingExtra, refuse_unlisted
 from seals.sweep.book import NOTE
 from seals.untrusted_io import read_file
 
-RESUME = "--resume"
 MULTIRUN = ("--multirun", "-m")
 
 _FOLDER = "hydra.sweep.dir"

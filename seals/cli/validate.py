@@ -18,6 +18,14 @@ def validate(arguments: list[str]) -> int:
         ConfigError: there is no such set.
     """
     name = arguments[0] if arguments else ""
-    refuse_unlisted(name, SETS, f"there is no validation set '{name}'", label="Sets")
+    what = f"there is no validation set '{name}'" if name else "no validation set is given"
+    refuse_unlisted(name, SETS, what, label="Write: seals validate SET; sets")
     main: Callable[[list[str]], int] = importlib.import_module(SETS[name]).main
-    return main(arguments[1:])
+    flags = {"full=true": ["--full"], "full=false": []}
+    return main(
+        [
+            flag
+            for word in arguments[1:]
+            for flag in flags.get(word, [f"--{word}" if word.startswith("out=") else word])
+        ]
+    )

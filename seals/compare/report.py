@@ -129,7 +129,7 @@ def _summary(comparison: Comparison) -> Section:
         "saw where there are any. The noise floor comes from the data alone (third differences), "
         "never from a fit."
     )
-    return Section(title="In short", lead=lead, blocks=[Facts(values=facts), table], wide=True)
+    return Section(title="Summary", lead=lead, blocks=[Facts(values=facts), table], wide=True)
 
 
 def _variant_table(group: Group) -> Table:

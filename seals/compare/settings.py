@@ -14,10 +14,10 @@ from seals.schema import param
 @roles(data="nominal tolerances judge floor")
 @dataclass(kw_only=True)
 class NamingSettings:
-    """Settings of a diagnosis from several runs: nominal model, tolerances, validation.
+    """Settings of a diagnosis from several runs: stated model, tolerances, validation.
 
     Args:
-        nominal: instances of effects that the nominal model holds; empty for the first variant of
+        nominal: instances of effects that the stated model holds; empty for the first variant of
             ``ladder``, or all effects without one.
         tolerances: full keys of nominal parameters and how uncertain they are, one standard
             deviation in their unit; they are fitted in every model.
@@ -73,12 +73,12 @@ class CompareOptions:
     Args:
         course: how a model is turned into what the sensors read.
         start: where the initial state comes from.
-        step: integration step of the twin [s]; 0 chooses from the sampling.
+        step: integration step of the batch dynamics [s]; 0 chooses from the sampling.
         stride: keep every n-th row.
         before: time kept before the water entry of a drop [s].
         after: time kept after the water entry of a drop [s].
         margin: time cut before the catch of a drop [s].
-        idle_speed: of a rotor at no pulse width, for the course ``thrust`` [rad/s].
+        idle_speed: speed of a rotor at no pulse width, for the course ``thrust`` [rad/s].
         offset: search for a clock offset up to this size [s]; 0 for none.
         iterations: most Gauss-Newton steps.
     """
@@ -117,7 +117,7 @@ class CompareSettings(RunSettings):
             effects.
         rivals: effects that may be missing, for ``seals diagnose``: names of effects or of
             instances in the configuration; empty for all that could act.
-        naming: what the nominal model is and what judges, for ``seals diagnose``.
+        naming: what the stated model is and what judges, for ``seals diagnose``.
         compare: how the comparison is made.
         out: folder of the results, or None for the run's folder.
     """

@@ -11,6 +11,7 @@ from typing import Any
 
 from seals import registry
 from seals.config.hints import added, group_of, home_of
+from seals.config.overrides import value_of
 from seals.config.recipes import recipe_groups, roots_choosing
 from seals.config.roots import VERBS
 from seals.config.whereabouts import unknown_robot
@@ -23,6 +24,7 @@ _WORDS = {
     "Boolean": "true or false",
     "String": "text",
 }
+_LIST = "Allowed: a list in brackets, for instance [a,b]"
 _SLIP = 0.8
 """Likeness from which a key is a mistyped one of its own section [1]."""
 
@@ -186,9 +188,7 @@ def _keyed(cause: BaseException, outer: str, overrides: Sequence[str]) -> SealsE
         return ConfigError(f"{full_key} has no value{origin}.\nGive it: {full_key}=VALUE")
     if isinstance(cause, InterpolationResolutionError):
         return ConfigError(f"{full_key}: {text}{origin}.\nA reference is written ${{key.below}}.")
-    given = next(
-        (o.partition("=")[2] for o in overrides if o.lstrip("+").startswith(f"{full_key}=")), None
-    )
+    given = value_of(overrides, full_key)
     shown = full_key if given is None else f"{full_key}={given}"
     said = f": {text}"
     number = re.search(r"Value '(.*)' of type .* could not be converted to (\w+)", text)
@@ -196,7 +196,10 @@ def _keyed(cause: BaseException, outer: str, overrides: Sequence[str]) -> SealsE
         said = f": '{number.group(1)}' is not {_WORDS[number.group(2)]}"
     elif text.startswith("Invalid value"):
         said = ""
-    return ConfigError(f"{shown} is not allowed{said}{origin}.\n{_allowed(parent, key, text)}")
+    hint = _allowed(parent, key, text)
+    if hint == _LIST and given and "[" not in given:
+        hint = f"A list is wanted, in brackets: {full_key}=[{given}]"
+    return ConfigError(f"{shown} is not allowed{said}{origin}.\n{hint}")
 
 
 def _belongs(key: str, parent: Any, allowed: Sequence[str]) -> str:
@@ -235,7 +238,7 @@ def _allowed(parent: Any, key: str, text: str) -> str:
         return suggestion(
             "", [f"{key}.{name}" for name in parent[key]], label="Set one of its keys"
         )
-    return "Allowed: a list in brackets, for instance [a,b]" if "List" in text else "See: --cfg job"
+    return _LIST if "List" in text else "See: --cfg job"
 
 
 _SAYINGS: tuple[tuple[str, str, str], ...] = (
@@ -337,7 +340,7 @@ def _of_words(words: Sequence[str], several: bool) -> ConfigError | None:
                 return ConfigError(f"{word}: the value is missing.\n{advice}")
             return ConfigError(
                 f"{word or 'an empty argument'} cannot be read as KEY=VALUE.\n"
-                "Quote values with spaces or brackets, for instance 'initial.position=[0,0,1]'"
+                "Quote values with spaces, brackets or '=', for instance 'initial.position=[0,0,1]'"
             )
         swept = swept or (word if found.is_sweep_override() else "")
     if swept and not several:

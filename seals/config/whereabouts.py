@@ -26,14 +26,14 @@ def unknown_robot(given: str, installed: Sequence[str]) -> UnknownPlugin:
     elif urdf is not None:
         name = urdf.stem.lower().replace("-", "_").replace(".", "_")
         what = "holds no robot.yaml"
-        advice = f"Make a robot of the URDF first: seals new robot my_{name} --urdf "
+        advice = f"Make a robot of the URDF first: seals new robot my_{name} urdf="
         advice += quote(str(urdf))
     elif given and path.exists():
         what = "is here, but holds no robot.yaml"
-        advice = "Make one of a URDF: seals new robot NAME --urdf FILE, or see: seals list robot"
+        advice = "Make one of a URDF: seals new robot NAME urdf=FILE, or see: seals list robot"
     elif path.suffix in _DRAWN:
         what = "is neither installed nor a file here"
-        advice = "A robot is a folder. Make one of such a file: seals new robot NAME --urdf FILE"
+        advice = "A robot is a folder. Make one of such a file: seals new robot NAME urdf=FILE"
     elif close is not None:
         what = "is neither installed nor a folder with robot.yaml"
         advice = f"Did you mean '{close}'?  Installed: {', '.join(installed)}"
@@ -60,7 +60,7 @@ def own_robot(given: str) -> Path:
     hint = f"Did you mean '{close}'?  " if close else ""
     raise ConfigError(
         f"robot={given} is not a robot folder of yours.\n"
-        f"{hint}Make one: seals new robot NAME --urdf FILE"
+        f"{hint}Make one: seals new robot NAME urdf=FILE"
     )
 
 

@@ -73,7 +73,7 @@ def lifting(layout: Layout) -> Layout:
 
 
 class Plant(NamedTuple):
-    """Nominal model of a robot and its environment, without hidden effects.
+    """Stated model of a robot and its environment, without hidden effects.
 
     Args:
         robot: links, joints, arms and grippers.

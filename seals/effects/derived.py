@@ -194,7 +194,7 @@ def _variants(
 
 
 def _held(law: type[Effect], effect: Effect, subject: Subject) -> Effect | None:
-    """The nominal model's own instance of the effect in the same variant."""
+    """The stated model's own instance of the effect in the same variant."""
     same = ("medium", "rotor", "joint")
     for own in subject.effects.values():
         if type(own) is law and all(

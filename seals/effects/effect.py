@@ -154,7 +154,7 @@ class Effect(EffectOptions):
         medium: str | None,
         environment: EnvironmentSettings,
     ) -> tuple[str, Effect]:
-        """Return instance name and effect for an entry of a log's nominal model.
+        """Return instance name and effect for an entry of a log's stated model.
 
         Args:
             name: under which the effect is installed.
@@ -188,7 +188,7 @@ class Effect(EffectOptions):
 
         Args:
             robot: on which it may be missing.
-            effects: of the nominal model by instance.
+            effects: of the stated model by instance.
             medium: in which the candidate acts; None for an effect that knows no medium.
         """
         return {}

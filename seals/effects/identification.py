@@ -155,7 +155,7 @@ class Property:
 
 @dataclass(frozen=True, kw_only=True)
 class Freed:
-    """Free parameter of a fit; all values are changes against the nominal model.
+    """Free parameter of a fit; all values are changes against the stated model.
 
     Args:
         tolerance: 1-sigma of the change that the vehicle's data admit; 0 where they are exact.
@@ -183,10 +183,10 @@ class Addition:
     Args:
         instance: name of the effect's instance in the extended model.
         effect: with all changes zero; None where the parameters are those of an instance that the
-            nominal model holds.
+            stated model holds.
         parameters: that a fit may move.
         named: those that make up the candidate, in the order of the report; None for all, empty for
-            a tolerance of the nominal model that is not a candidate.
+            a tolerance of the stated model that is not a candidate.
         reported: their names in the report; None for the same.
         nuisance: parameters that the candidate frees but does not report.
         variant: tells variants apart, for example ``{"rotor": 2}``.
@@ -213,7 +213,7 @@ class Subject:
 
     Args:
         robot: links, masses, hulls.
-        effects: of the nominal model by instance.
+        effects: of the stated model by instance.
         environment: air, water, ground.
         lag: first-order time constants of the drives [s], shape (n,).
         commands: channel of the drives' commands; empty for none.
@@ -305,7 +305,7 @@ class Subject:
     def nominal(self, name: str, stem: str, medium: MediumKind) -> Floats:
         """Return three parameters of a nominal effect in a medium, shape (3,).
 
-        An instance of the nominal model is called after its effect and medium, such as
+        An instance of the stated model is called after its effect and medium, such as
         ``linear_drag_water``; one that acts in any medium counts in each. Zeros without one.
 
         Args:

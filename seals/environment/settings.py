@@ -29,7 +29,7 @@ class EnvironmentSettings:
         ground_level: height of the ground in air [m].
         water_temperature: rows of depth [m] and temperature [degC], depth rising.
         salinity: rows of depth [m] and salinity [g/kg], depth rising.
-        water_density: density that rules over the two profiles [kg/m^3].
+        water_density: density of water, in place of that of the two profiles [kg/m^3].
         restitution: coefficient of restitution of ground and bottom [1].
         friction: Coulomb friction coefficient of ground and bottom [1].
         shore: slope from the bottom through the waterline to the land.

@@ -84,7 +84,7 @@ def refuse_elsewhere(name: str, path: Path, where: str) -> None:
     """
     advice = (
         "\nAllowed: an ordinary file in its folder, or in one beside it. Take the line out; "
-        "seals new robot NAME --urdf FILE leaves such lines out."
+        "seals new robot NAME urdf=FILE leaves such lines out."
     )
     shown = f"{where}: '{path.name}' names '{name[:80]}'"
     plain = name.replace("\\", "/").removeprefix("file://").removeprefix("package://")

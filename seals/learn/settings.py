@@ -16,8 +16,8 @@ class LearnSettings(RunSettings):
     """Settings of a run whose robot a learner controls.
 
     Args:
-        task: what is to be learned: starts, observation, reward, success.
-        frames: control steps whose pictures lie in one observation, where there are cameras.
+        task: learning task: starts, observation, reward, success.
+        frames: pictures of successive control steps in one observation, where there are cameras.
         ball: radius of the ball that shows the target to cameras [m].
     """
 

@@ -37,6 +37,8 @@ def read_native(folder: str | Path) -> Log:
     place = Path(folder)
     if place.name in TABLES and place.is_file():
         place = place.parent
+    if not place.exists():
+        raise LogError(f"'{place}': there is no such file or folder.\nGive a log folder.")
     if not place.is_dir():
         raise LogError(
             f"'{place}' is not a log folder.\n"
@@ -44,7 +46,10 @@ def read_native(folder: str | Path) -> Log:
         )
     table = next((place / name for name in TABLES if (place / name).exists()), None)
     if table is None:
-        raise LogError(f"'{place}' holds neither {TABLES[0]} nor {TABLES[1]}.")
+        raise LogError(
+            f"'{place}' holds neither {TABLES[0]} nor {TABLES[1]}.\n"
+            "Convert a recording into a log folder: seals convert log=FILE out=FOLDER"
+        )
     foreign = foreign_log(place)
     if foreign:
         raise LogError(f"{foreign}.\nThey were mixed: take the log from where it was written.")

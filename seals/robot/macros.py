@@ -129,6 +129,6 @@ def _installed() -> bool:
 def _refused(path: Path, why: str) -> RobotError:
     return RobotError(
         f"URDF {path}: xacro cannot expand it: {why}.\n"
-        "An argument without a default: --arg NAME=VALUE. A package of $(find NAME): --package "
+        "An argument without a default: arg=NAME=VALUE. A package of $(find NAME): package="
         "NAME=FOLDER. The environment is not known here: expand it where it is."
     )

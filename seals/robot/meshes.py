@@ -54,7 +54,7 @@ def refuse_bad_meshes(path: Path, robot: Any) -> None:
                 ]
                 advice = suggestion(name, found, label="Meshes there")
                 if "://" in name:
-                    advice += "\nTo copy it from its package: seals new robot NAME --urdf FILE"
+                    advice += "\nTo copy it from its package: seals new robot NAME urdf=FILE"
                 raise RobotError(f"{where} does not exist.\n{advice}")
             refuse_huge_mesh(where, target)
             refuse_strange_format(target, where)

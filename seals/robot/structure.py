@@ -64,7 +64,7 @@ def _parsed(where: str, text: str) -> Element:
     if holds_macros(text):
         advice = (
             "Expand it first: xacro model.urdf.xacro > model.urdf; "
-            "or let it be done: seals new robot NAME --urdf FILE"
+            "or let it be done: seals new robot NAME urdf=FILE"
         )
         raise RobotError(f"{where} holds xacro macros.\n{advice}")
     try:

@@ -10,12 +10,14 @@ from typing import Any
 from seals.config.build import build, typed_entries
 from seals.config.checks import refuse_unknown
 from seals.config.overlay import read_overlay
+from seals.config.plugin_lookup import plugin_name
 from seals.config.refusal import refusals
 from seals.environment.ground_settings import ObstacleSettings
 from seals.environment.settings import check_ground, check_profiles
 from seals.errors import ConfigError, suggestion
 from seals.file_names import checked_name
 from seals.registry import get, names
+from seals.run.hidden import hide
 from seals.run.object_settings import ObjectSettings, check_objects
 from seals.run.replay_config import recalled
 from seals.run.settings import RunSettings
@@ -115,6 +117,9 @@ def _check(settings: RunSettings) -> None:
     check_ground(settings.environment)
     check_objects(settings.objects)
     checked_name(settings.name, key="name")
+    acting = settings.effects.items()
+    stated = [{"instance": name, "name": plugin_name("effect", type(e))} for name, e in acting]
+    hide(settings.hide, stated, settings.wave)
     if settings.guide is not None and settings.controller is None:
         raise ConfigError(
             "guide is given, and no controller that follows it.\nChoose one: controller=NAME.  "

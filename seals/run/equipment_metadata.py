@@ -94,7 +94,7 @@ def describe_battery(settings: RunSettings) -> dict[str, float] | None:
 
 
 def held(vehicle: Mapping[str, Any]) -> list[dict[str, str]]:
-    """Return the entries of the nominal model that describe drives and servos."""
+    """Return the entries of the stated model that describe drives and servos."""
     out = []
     if vehicle["rotors"]:
         law = "T = k_T * omega^2, first-order lag on omega"

@@ -1,4 +1,4 @@
-"""Hidden effects: they act in a run but are absent from the nominal model of its log."""
+"""Hidden effects: they act in a run but are absent from the stated model of its log."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def hide(
 
     Args:
         names: of instances or of effects, or ``waves``.
-        effects: entries of the nominal model with ``name`` and ``instance``.
+        effects: entries of the stated model with ``name`` and ``instance``.
         wave: entry of the waves, or None for none.
         key: that gave the names, for messages.
 
@@ -39,7 +39,7 @@ def hide(
         elif not own:
             known = [str(e.get("instance", e["name"])) for e in effects]
             raise ConfigError(
-                f"{key}={name}: the nominal model holds no such effect.\n"
+                f"{key}={name}: there is no such effect in the stated model.\n"
                 f"{suggestion(name, [*known, *([WAVES] if wave is not None else [])])}"
             )
         found |= own
@@ -47,7 +47,7 @@ def hide(
 
 
 def holds(name: str, effects: Sequence[Mapping[str, Any]], wave: Any) -> bool:
-    """Return whether a nominal model holds an effect, or waves, of a name; see `hide`."""
+    """Return whether a stated model holds an effect, or waves, of a name; see `hide`."""
     return any(_means(e, name) for e in effects) or (name == WAVES and wave is not None)
 
 

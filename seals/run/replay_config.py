@@ -78,8 +78,9 @@ def recalled(folder: Path, *, key: str = "repeat") -> Any:
 def _read(folder: Path, key: str) -> dict[str, Any]:
     path = folder / ".hydra" / "config.yaml"
     if not path.is_file():
+        what = "no run in this folder" if folder.is_dir() else "no such folder"
         raise ConfigError(
-            f"{key}={folder}: there is no run in this folder.\n"
+            f"{key}={folder}: there is {what}.\n"
             "Give the folder of a run; it holds .hydra/config.yaml and run.json."
         )
     raw: dict[str, Any] = read_file(

@@ -39,13 +39,13 @@ def write_report(
     """Write ``report.html`` into the folder of a run."""
     aims = goal_blocks(record)
     sections = [
-        Section(title="In short", blocks=_overview(record, settings)),
+        Section(title="Summary", blocks=_overview(record, settings)),
         *([Section(title="Wanted and achieved", blocks=aims)] if aims else []),
-        Section(title="How it moved", blocks=[*views.motion, *views.joints]),
+        Section(title="Motion", blocks=[*views.motion, *views.joints]),
         _load_section(record, views, settings),
-        Section(title="What the inertial sensor felt", blocks=list(views.imu)),
-        Section(title="What ran", blocks=_settings(record, settings), wide=True),
-        Section(title="To run it again", blocks=_again(folder, facts), wide=True),
+        Section(title="Inertial sensor", blocks=list(views.imu)),
+        Section(title="Configuration", blocks=_settings(record, settings), wide=True),
+        Section(title="Repeat the run", blocks=_again(folder, facts), wide=True),
     ]
     subtitle = (
         f"{settings.robot.name}: {settings.robot.summary}"
@@ -134,7 +134,7 @@ def _load_section(record: Record, views: Views, settings: RunSettings) -> Sectio
     silent = [name for name in settings.effects if name not in record.ledger.effects]
     more = f" Not forces, and therefore not here: {', '.join(silent)}." if silent else ""
     return Section(
-        title="What pushed it",
+        title="Forces",
         lead="Each effect's share, stacked, about the link's origin in the link's own axes; the "
         "line is their sum. Contact forces belong to the rigid-body engine and are not among them."
         f"{more}",

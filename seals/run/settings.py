@@ -33,8 +33,8 @@ class InitialSettings:
         joint_position: joint angles or travels in URDF order; empty means zeros, and the
             stance of legs [rad or m].
         joint_velocity: joint rates in URDF order; empty means zeros [rad/s or m/s].
-        drives: whether rotors stand still, so that a flight begins with a drop of some 0.1 m, or
-            run at the speed that carries the robot; only with a guide, in the air.
+        drives: rotors at the start: at rest, so that a flight begins with a drop of some 0.1 m, or
+            carrying the robot; only with a guide, in the air.
     """
 
     position: list[float] = vector((0.0, 0.0, 0.0), "m", bounds=(-1e5, 1e5), source="chosen")
@@ -75,7 +75,7 @@ class RunSettings:
     Args:
         name: name of the run, part of its folder's name.
         seed: seed of every random number of the run.
-        robot: the robot folder.
+        robot: name of a robot, or its folder.
         backend: rigid-body backend.
         wave: water surface.
         fluid: water that is simulated itself, or None.
@@ -84,16 +84,15 @@ class RunSettings:
         sensors: sensors by instance name.
         actuators: actuators by instance name.
         controller: what commands the actuators, or None; it rests unless there is a guide.
-        guide: what tells the controller where to go, or None.
+        guide: reference generator that the controller follows, or None.
         initial: state at the start.
         objects: further bodies in the scene, by name.
         time: time base.
-        repeat: folder of an earlier run to begin again as it was, or None.
-        resume: folder of a run that was cut off, to be taken up at its last checkpoint, or None.
-        surface: simulated time between two meshes of the surface of particle water [s], 0 for none;
+        repeat: folder of an earlier run that is repeated as it was, or None.
+        resume: folder of an interrupted run, which goes on from its last checkpoint, or None.
+        surface: simulated time between two saved meshes of the particle water [s], 0 for none;
             needs the extra ``render``.
-        particles: simulated time between two sets of particles that the run keeps to be looked at
-            [s], 0 for none.
+        particles: simulated time between two saved sets of particles, for viewing [s], 0 for none.
         checkpoint: wall time between two checkpoints [s], 0 for none; absent, a minute with a
             fluid and none without.
         viewer: renderer that draws for cameras, or None.
@@ -101,9 +100,9 @@ class RunSettings:
         water_type: Jerlov's type of the water that cameras look through, in place of that in
             ``optics``; absent to leave it.
         sight: how the scene is drawn for cameras.
-        model: what a diagnosis added to a model, see `seals.config.overlay`, or None.
-        force: whether to take a model that was withdrawn.
-        hide: effects that act in the run and that its log's nominal model does not hold: names of
+        model: model overlay that ``seals add`` wrote, a name or a file, or None.
+        force: whether to use a model that was withdrawn.
+        hide: effects that act in the run and that its log's stated model does not hold: names of
             instances or of effects, ``waves`` for the waves.
         live: output to other programs while the run goes on, or None.
     """

@@ -26,12 +26,12 @@ def find_unused(settings: RunSettings, overrides: Sequence[str]) -> list[str]:
     if asked and settings.controller is not None and settings.guide is None:
         guides = suggestion("", names("guide"), label="Installed")
         found.append(
-            "The controller rests: there is no guide that it could follow.\n"
+            "The controller is idle: no guide gives it a reference, so the drives stay off.\n"
             f"Choose one: guide=NAME.  {guides}"
         )
     elif settings.robot.legs and settings.guide is None:
         found.append(
-            f"The legs of {settings.robot.name} rest: no guide commands their servos, so its "
+            f"The legs of {settings.robot.name} are idle: no guide commands their servos, so its "
             "joints turn freely.\n"
             "Choose one: guide=march guide.speed=0 stands"
         )

@@ -50,7 +50,7 @@ def remarks_of(made: NewRobot, source: Takeover, *, chosen: bool) -> list[str]:
     if bare:
         out.append(
             f"links with a shape and no <inertial>: {', '.join(bare[:6])}; "
-            "--density 500 would give them mass"
+            "density=500 would give them mass"
         )
     if not made.hulls:
         out.append("no link has a shape: it displaces no water; write hulls: in robot.yaml")
@@ -158,13 +158,13 @@ def _left_out(made: NewRobot, *, chosen: bool) -> Iterator[str]:
     """Name the effects of air, water and waves that the new robot lacks."""
     medium, hulls = made.medium, bool(made.hulls)
     if chosen and made.drives:
-        yield f"medium: {medium.value} is taken; --medium air, water or both says otherwise"
+        yield f"medium: {medium.value} is taken; medium=air, water or both says otherwise"
         if any(drives.kind == ROTOR for drives in made.drives):
-            yield "rotors: they turn one way; --medium both lets them turn backwards under water"
+            yield "rotors: they turn one way; medium=both lets them turn backwards under water"
     if medium is RobotMedium.air and hulls:
-        yield "left out: drag and added mass in water; --medium both writes them"
+        yield "left out: drag and added mass in water; medium=both writes them"
     if medium is RobotMedium.water:
-        yield "left out: drag in air; --medium both writes it"
+        yield "left out: drag in air; medium=both writes it"
     if medium.wet and hulls:
         yield (
             "left out: waves that it makes (radiation_damping) and impacts on water (slamming); "

@@ -55,10 +55,10 @@ def find_resource(name: str, urdf: Path, packages: Mapping[str, Path]) -> Path:
     shown = ", ".join(str(place) for place in tried[:_SHOWN])
     more = f" and {len(tried) - _SHOWN} more" if len(tried) > _SHOWN else ""
     package = urlparse(name).netloc
-    advice = f" Say where it is: --package {package}=FOLDER" if package else ""
+    advice = f" Say where it is: package={package}=FOLDER" if package else ""
     raise MissingMesh(
         f"mesh '{name}' of {urdf} is not there.\nTried: {shown}{more}.{advice} "
-        "Or --missing-meshes boxes: boxes of the inertia in its place."
+        "Or missing-meshes=boxes: boxes of the inertia in its place."
     )
 
 

@@ -220,7 +220,7 @@ def _built(settings: RobotSettings, source: Takeover) -> RobotModel:
         text = str(cause).replace(str(settings.urdf_path), str(source.path))
         if "has no mass" in text:
             text += " Where it is bolted to the world: name it 'world'."
-            text += " Or --density 500: the mass of its shapes at 500 kg/m^3."
+            text += " Or density=500: the mass of its shapes at 500 kg/m^3."
         raise RobotError(text) from cause
 
 

@@ -174,7 +174,7 @@ def _file_of(path: Path, include: ElementTree.Element, packages: Mapping[str, Pa
     ):
         raise RobotError(
             f"SDF {path} includes '{uri[:80]}', which is not the name of a model beside it.\n"
-            "Allowed: model://NAME; fetch the model, and say where it is: --package NAME=FOLDER"
+            "Allowed: model://NAME; fetch the model, and say where it is: package=NAME=FOLDER"
         )
     home = path.resolve().parent
     roots = [packages[first].resolve()] if first in packages else []
@@ -192,7 +192,7 @@ def _file_of(path: Path, include: ElementTree.Element, packages: Mapping[str, Pa
             return file
     raise RobotError(
         f"SDF {path} includes the model '{first}', which is not there.\n"
-        f"Tried: {', '.join(map(str, tried))}. Say where it is: --package {first}=FOLDER"
+        f"Tried: {', '.join(map(str, tried))}. Say where it is: package={first}=FOLDER"
     )
 
 

@@ -18,7 +18,7 @@ from seals.logs.run_folder import LOCK, clear, held, open_own
 from seals.sweep.book import DONE, FAILED, REFUSED, Job, JobLock, claimed, read_jobs
 from seals.untrusted_io import read_plain_yaml
 
-SAID = "said.txt"
+SAID = "stdout.txt"
 """What a job printed, in its folder: on the terminal a sweep has one line for each job."""
 HYDRA = ".hydra"
 

@@ -20,7 +20,7 @@ class RunsSettings:
 
     Args:
         name: of the listing, part of the name of Hydra's own folder.
-        folder: below which runs are looked for.
+        folder: folder in which runs are searched, at any depth.
         where: conditions that a run must meet, such as ``state=done, seed<5``; empty for all.
         metric: measures, such as ``position_z.min, steps_per_second``; empty for those that a run
             noted of itself.
@@ -28,7 +28,7 @@ class RunsSettings:
         table: file to write, ``.csv`` or ``.parquet``; None for none.
         plot: picture to draw, ``.png``: the first measure against an override.
         against: the override that the picture has on its abscissa.
-        by: override with a line of its own for each value; empty for one line.
+        by: override that draws a line of its own for each value; empty for one line.
         replace: whether table and picture may be written over.
     """
 
@@ -48,17 +48,17 @@ _TEXTS = ("folder", "where", "metric", "sort", "table", "plot", "against", "by")
 
 
 def quoted(words: Sequence[str]) -> list[str]:
-    """Return the words of ``seals runs`` with their values in quotes, and the key of the folder.
+    """Return the words of ``seals runs`` with their values in quotes.
 
     Conditions hold characters of Hydra's grammar.
 
     Example:
-        >>> quoted(["where=seed<5, state=done", "runs/a"])
-        ["where='seed<5, state=done'", "folder='runs/a'"]
+        >>> quoted(["where=seed<5, state=done", "replace=true"])
+        ["where='seed<5, state=done'", 'replace=true']
     """
     found = []
     for word in words:
-        key, sign, value = word.partition("=") if "=" in word else ("folder", "=", word)
+        key, sign, value = word.partition("=")
         if key in _TEXTS and value[:1] not in "'\"" and not word.startswith("-"):
             value = "'" + value.replace("'", "\\'") + "'"
         found.append(word if word.startswith("-") else f"{key}{sign}{value}")

@@ -29,7 +29,7 @@ class TeleopSettings(RunSettings):
     """Settings of a run controlled by a person or a script of keys.
 
     Args:
-        device: what the person holds.
+        device: input device.
         script: file of key events in place of a person; the run is then as fast as it can be.
         speed: simulated seconds in one second of the clock, for a person.
         export: formats of the demonstration beside the log.

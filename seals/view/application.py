@@ -41,17 +41,17 @@ def execute(config: Any) -> int | None:
             "Leave it out; the default is viewer@show=browser"
         )
     words, host, port = list(config.sliders), str(config.host), int(config.port)
-    if config.replay is not None:
+    if config.run is not None:
         # refuse overrides of a finished run
         others = [w for w in overrides if w.partition("=")[0].lstrip("+").split(".")[0] not in OWN]
         if others:
             raise ConfigError(
-                f"replay= shows a run as it was; it cannot be changed by {others[0]}.\n"
-                "Leave the others out and turn the sliders, or start anew without replay=."
+                f"run= shows a run as it was; it cannot be changed by {others[0]}.\n"
+                "Leave the others out and turn the sliders, or start anew without run=."
             )
-        place = Path(str(config.replay))
-        replay = open_replay(place, key="replay")
-        kept = recalled(place, key="replay")
+        place = Path(str(config.run))
+        replay = open_replay(place, key="run")
+        kept = recalled(place, key="run")
         idle = resting_effects(replay.stage.settings)
         session = Session(kept, sliders_of(kept, words, idle), folder)
         session.open(replay)
@@ -61,7 +61,7 @@ def execute(config: Any) -> int | None:
         idle = resting_effects(build_run(config))
         session = Session(kept, sliders_of(kept, words, idle), folder)
     try:
-        if config.replay is None:
+        if config.run is None:
             # inside: a signal that comes now ends the child, too
             session.start()
         viewer.show(session, host=host, port=port)

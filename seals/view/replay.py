@@ -106,7 +106,7 @@ def open_replay(folder: str | Path, *, key: str = "replay") -> Replay:
     if not (place / "log.parquet").is_file():
         raise ConfigError(
             f"{key}={place}: this run has no log.parquet.\n"
-            "It is still going on, or was cut off: wait, or go on with seals run "
+            "It is still running, or was interrupted: wait, or resume it: seals run "
             f"resume={place}"
         )
     stage, log = build_stage(settings), read_native(place)

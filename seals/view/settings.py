@@ -8,25 +8,25 @@ from typing import Any
 from seals.field_roles import roles
 from seals.run.settings import RunSettings
 
-OWN = ("replay", "show", "sliders", "host", "port")
+OWN = ("run", "show", "sliders", "host", "port")
 """Keys of a session that a run does not have."""
 
 
-@roles(data="show sliders", read="replay", address="host port")
+@roles(data="show sliders", read="run", address="host port")
 @dataclass(kw_only=True)
 class ViewSettings(RunSettings):
     """Settings of a viewed run.
 
     Args:
-        replay: folder of a run that has been, in place of one that starts now.
+        run: folder of a finished run to replay; None starts a new run.
         show: viewer that shows it.
-        sliders: values of the run that can be turned by hand, ``KEY`` or ``KEY:LOW:HIGH``; empty
-            chooses coefficients of its effects.
+        sliders: parameters that can be changed on the page, ``KEY`` or ``KEY:LOW:HIGH``; empty
+            chooses coefficients of the effects.
         host: address to listen on; the default is open to this machine alone.
-        port: to listen on, 0 for any that is free.
+        port: port to listen on, 0 for any that is free.
     """
 
-    replay: str | None = None
+    run: str | None = None
     show: Any = None
     sliders: list[str] = field(default_factory=list)
     host: str = "127.0.0.1"

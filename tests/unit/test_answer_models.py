@@ -162,7 +162,7 @@ def test_an_effect_that_is_none_is_refused(
 
 
 def test_what_was_left_out_stays_out(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The models are those beside the nominal model of the diagnosis, and of no other."""
+    """The models are those beside the stated model of the diagnosis, and of no other."""
     answered(without=["linear_drag"])
     assert main(["add", "diagnosis=diagnosis.json", "name=both", "without=[wind]"]) == 2
     assert "the diagnosis left out ['linear_drag']" in capsys.readouterr().err

@@ -43,7 +43,7 @@ def script(shell: str, capsys: pytest.CaptureFixture[str]) -> str:
         ("seals run robot=cr", "crab", "ball"),
         ("seals run time.dur", "time.duration=", "time.step="),
         ("seals describe quad", "quadratic_drag", "linear_drag"),
-        ("seals new ", "--medium", "run"),
+        ("seals new ", "medium=", "run"),
         ("seals train learner=s", "sac", "robot"),
         ("seals completion ", "fish", "run"),
     ],

@@ -80,7 +80,7 @@ def answer(
     others: Sequence[EvidenceHypothesis] = (),
     logs: Sequence[Any] = (),
 ) -> EvidenceAnswer:
-    """Decide on a search whose nominal model has a given misfit."""
+    """Decide on a search whose stated model has a given misfit."""
     base = model((), misfit=nominal, score=0.0)
     rounds = (tuple(sorted((best, *others), key=lambda h: -h.score)),)
     found = Search(nominal=base, best=best, rounds=rounds if best.candidates else ())

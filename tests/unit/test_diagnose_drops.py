@@ -72,7 +72,7 @@ def meta() -> dict[str, Any]:
 
 
 def problem_of(vehicle: Vehicle) -> Problem:
-    """The nominal model's own readings as a log of one run."""
+    """The stated model's own readings as a log of one run."""
     channels = {n: np.zeros((ROWS, 3)) for n in ("angular_velocity", "specific_force")}
     none = np.zeros((ROWS, 0))
     samples = Samples(
@@ -163,7 +163,7 @@ def test_a_fit_that_got_stuck_sets_out_from_other_courses(problem: Problem) -> N
 
 
 def test_a_fit_of_a_sound_run_stays_at_the_datasheet_and_travels(problem: Problem) -> None:
-    """The nominal model follows its own readings, and a fit survives a change of process."""
+    """The stated model follows its own readings, and a fit survives a change of process."""
     integrator = SubstepIntegrator(problem.plant)
     disturbance = UnmodelledDisturbance(
         gusts=1.3, surface_error=surface_model_error(problem.plant, problem.fitter.trajectory)

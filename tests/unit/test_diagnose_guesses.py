@@ -34,7 +34,7 @@ def problem() -> Problem:
 
 @pytest.fixture(scope="module")
 def nominal(problem: Problem) -> EvidenceHypothesis:
-    """Its nominal model."""
+    """Its stated model."""
     fitter = problem.fitter
     return EvidenceHypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
 

@@ -36,7 +36,7 @@ MOTIONS = ("linear_drag", "rotor_drag", "angular_drag", "inertia")
 
 
 def moved(sigmas: Sequence[float], *, unknown: Sequence[float] | float = 0.1) -> EvidenceHypothesis:
-    """A nominal model whose stated numbers a fit moved by some tolerances of 0.5."""
+    """A stated model whose stated numbers a fit moved by some tolerances of 0.5."""
     keys = tuple(f"number_{k}.value" for k in range(len(sigmas)))
     spread = np.broadcast_to(np.asarray(unknown, dtype=float), (len(keys),)) * 0.5
     precision = np.full(len(keys), 4.0)

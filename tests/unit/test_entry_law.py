@@ -27,7 +27,7 @@ def meta_of(place: Path, *words: str) -> dict[str, Any]:
 
 
 def entries(vehicle: Any) -> set[EntryLaw]:
-    """Return the courses in the nominal model and in the candidates of a diagnosis."""
+    """Return the courses in the stated model and in the candidates of a diagnosis."""
     found = candidate_set_of(vehicle, speeds=np.ones(3)).effects.values()
     own = [*vehicle.effects.values(), *found]
     return {e.entry for e in own if isinstance(e, AddedMass)}

@@ -152,7 +152,7 @@ def others() -> Iterator[Path]:
         ("run", "live:\n  listen: [unixsock-stream//tmp/x]\n", "live"),
         ("run", "live:\n  listen: [tcp/0.0.0.0:7447]\n", "live"),
         ("view", "host: 0.0.0.0\n", "host"),
-        ("view", "replay: /\n", "replay"),
+        ("view", "run: /\n", "run"),
         ("compare", "out: taken\n", "out"),
         ("compare", "log: /dev/zero\n", "log"),
         ("compare", "reader: {path: /dev/zero}\n", "reader.path"),

@@ -108,7 +108,7 @@ def _of_hydra(kind: str) -> Callable[[Path, Path], None]:
 
 def _said(sweep: Path, home: Path) -> None:
     (sweep / "0").mkdir()
-    (sweep / "0" / "said.txt").symlink_to(home / "profile")
+    (sweep / "0" / "stdout.txt").symlink_to(home / "profile")
 
 
 @pytest.fixture(scope="module")

@@ -99,8 +99,11 @@ def test_reader_without_a_path_says_what_it_needs() -> None:
 
 def test_missing_pieces_are_named(tmp_path: Path) -> None:
     """No folder, no table, no meta: each is named."""
-    with pytest.raises(LogError, match="not a log folder"):
+    with pytest.raises(LogError, match="no such file or folder"):
         read_native(tmp_path / "nowhere")
+    (tmp_path / "note.txt").touch()
+    with pytest.raises(LogError, match="not a log folder"):
+        read_native(tmp_path / "note.txt")
     with pytest.raises(LogError, match=r"neither log\.parquet nor log\.csv"):
         read_native(tmp_path)
     (tmp_path / "log.csv").write_text(CSV)

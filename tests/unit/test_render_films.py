@@ -122,7 +122,7 @@ def test_frames_of_two_films_are_not_mixed(
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["run=nowhere"], "no run in this folder"),
+        (["run=nowhere"], "no such folder"),
         (["run=null"], "run is not given"),
         (["camera=sidee"], "Did you mean 'side'"),
         (["camera=[1,2]"], "is not a finite position"),

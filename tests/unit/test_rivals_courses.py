@@ -231,7 +231,7 @@ def test_a_rival_that_cannot_act_is_refused() -> None:
 
 
 def test_a_tolerance_of_no_parameter_is_refused() -> None:
-    """Only parameters of the nominal model can be uncertain."""
+    """Only parameters of the stated model can be uncertain."""
     settings = settings_for(
         "experiment=slocum_glider", "++naming.tolerances={effects.buoyancy.volum_change: 1.0}"
     )

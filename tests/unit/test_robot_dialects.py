@@ -71,7 +71,7 @@ def test_ros_package_as_it_lies_is_refused() -> None:
     """Without being taken over, its mesh is refused by name, with what to do."""
     with pytest.raises(RobotError, match=r"hull\.STL' does not exist") as caught:
         build_robot(direct("rover", "rover_ros/urdf"))
-    assert "seals new robot NAME --urdf FILE" in str(caught.value)
+    assert "seals new robot NAME urdf=FILE" in str(caught.value)
 
 
 def test_mimic_joint_is_pointed_out() -> None:

@@ -183,4 +183,4 @@ def test_a_mesh_in_millimetres_is_remarked(tmp_path: Path) -> None:
         elements = BODY.format(centre="0 0 0").replace("</link>", mesh.format(scale))
         found = {f.subject: f for f in check_robot(settings(tmp_path, elements))}
         assert subject in found
-    assert found["meshes"].found == "1 without remark"
+    assert found["meshes"].found == "1 ok"

@@ -1,4 +1,4 @@
-"""A run that hides an effect from its log, and the nominal model that a diagnosis reads there."""
+"""A run that hides an effect from its log, and the stated model that a diagnosis reads there."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def drifting(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_what_is_hidden_acts_and_is_not_listed(drifting: Path) -> None:
-    """The box is carried east; the log's nominal model holds all but the current."""
+    """The box is carried east; the log's stated model holds all but the current."""
     log = read_native(drifting)
     assert log.columns["position_x"][-1] > 0.01
     listed = {entry["instance"] for entry in log.meta["baseline"] if "instance" in entry}

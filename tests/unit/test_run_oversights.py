@@ -21,12 +21,12 @@ from seals.run.settings_remarks import find_conflicts, find_left_out, find_unuse
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["robot=aam", "controller=cascade"], ["The controller rests"]),
+        (["robot=aam", "controller=cascade"], ["The controller is idle"]),
         (["robot=aam", "controller=cascade", "guide=hover"], []),
         (["robot=aam"], []),
         (["robot=auv", "guide=hover"], ["controller=station holds a robot that its water carries"]),
         (["robot=auv", "guide=hover", "water=fossen"], []),
-        (["robot=crab"], ["The legs of crab rest"]),
+        (["robot=crab"], ["The legs of crab are idle"]),
         (["robot=crab", "guide=march", "guide.speed=0"], []),
         (["robot=ball", "wave=airy"], ["The wave has no effect"]),
         (["robot=ball", "wave=airy", "water=fossen"], []),

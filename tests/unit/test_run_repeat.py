@@ -96,7 +96,7 @@ def test_robot_with_a_changed_mesh_is_refused(
 @pytest.mark.parametrize(
     ("words", "wrong"),
     [
-        (["repeat=nowhere"], "there is no run in this folder"),
+        (["repeat=nowhere"], "there is no such folder"),
         (["repeat=first", "seed=3"], "cannot be changed by seed=3"),
         (["repeat=first", "robot=ball"], "cannot be changed by robot=ball"),
     ],

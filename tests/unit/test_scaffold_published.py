@@ -45,7 +45,7 @@ def said(new: NewRobot) -> str:
 
 def test_bicopter(tmp_path: Path) -> None:
     """Rotors on two servos, a mesh of each link missing, and a joint that holds it in its stand."""
-    with pytest.raises(RobotError, match=r"base\.stl.*is not there[\s\S]*--missing-meshes boxes"):
+    with pytest.raises(RobotError, match=r"base\.stl.*is not there[\s\S]*missing-meshes=boxes"):
         made("bicopter/model.sdf", tmp_path)
     new = made("bicopter/model.sdf", tmp_path, boxes=True)
     assert failures(new) == []
@@ -208,7 +208,7 @@ def test_mesh_that_weighs_is_not_left_out(tmp_path: Path) -> None:
     with pytest.raises(RobotError, match=r"'a\.stl'.*'b' has its mass from it.*\n.*<inertial>"):
         scaffold_robot("my", file, parent=tmp_path, boxes=True)
     file.write_text(text.format(inertial, 1))
-    with pytest.raises(RobotError, match=r"--missing-meshes boxes"):
+    with pytest.raises(RobotError, match=r"missing-meshes=boxes"):
         scaffold_robot("my", file, parent=tmp_path)
     new = scaffold_robot("my", file, parent=tmp_path, boxes=True)
     # 12 I = 2 m e^2

@@ -204,7 +204,7 @@ def test_a_density_gives_links_their_mass(tmp_path: Path) -> None:
     shape = BOX.format("0.1 0.1 0.1").replace("<geo", '<origin xyz="{} 0 0"/><geo', 1)
     bare = f'<link name="body">{shape.format(-0.1)}{shape.format(0.2)}</link>'
     urdf = write(tmp_path / "from", bare)
-    with pytest.raises(Exception, match="--density 500"):
+    with pytest.raises(Exception, match="density=500"):
         scaffold_robot("mine", urdf, parent=tmp_path)
     new = scaffold_robot("mine", urdf, parent=tmp_path, density=500.0)
     assert new.robot.mass.tolist() == [1.0]
@@ -265,7 +265,7 @@ def test_packages_are_found_around_the_urdf(tmp_path: Path, urdf: str, mesh: str
 
 
 def test_a_package_can_be_given(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """``--package NAME=FOLDER`` rules where nothing is found around the URDF."""
+    """``package=NAME=FOLDER`` rules where nothing is found around the URDF."""
     element = MESH.format(kind="visual", file="package://far/t.stl", scale="1 1 1")
     write(tmp_path / "here", link("body", 0.1, element))
     (tmp_path / "elsewhere").mkdir()
@@ -305,7 +305,7 @@ def test_a_missing_mesh_names_the_places_tried(
     said = capsys.readouterr().err
     assert "package://gone/meshes/t.stl" in said
     assert str(tmp_path / "gone" / "meshes" / "t.stl") in said
-    assert "--package gone=FOLDER" in said
+    assert "package=gone=FOLDER" in said
     assert [p.name for p in tmp_path.iterdir()] == ["model.urdf"]
 
 

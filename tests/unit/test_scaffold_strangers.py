@@ -61,7 +61,7 @@ HOSTILE = {
     ),
     "an include of an address": (
         SDF.format("<include><uri>https://example.org/m</uri></include>"),
-        "--package NAME=FOLDER",
+        "package=NAME=FOLDER",
     ),
     "a model that includes itself": (
         SDF.format("<include><uri>model://loop</uri></include>"),
@@ -147,7 +147,7 @@ MISTAKES = {
                 "</collision></link>",
             )
         ),
-        "--package gone=FOLDER",
+        "package=gone=FOLDER",
     ),
     "no mass": (SDF.format('<link name="body"/>'), "has no mass"),
     "a ball joint": (
@@ -177,7 +177,7 @@ MISTAKES = {
     "a link of a URDF twice": (URDF.format("", "<link name='a'/>"), "the link 'a' is there twice"),
     "a mesh of a package that is not there": (
         URDF.format(MASS.format(1) + MESH, HINGE.format("a", "0 0 1", -1)),
-        "--package gone=FOLDER",
+        "package=gone=FOLDER",
     ),
     "an undefined property of a macro": (
         '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="a">'
@@ -405,7 +405,7 @@ def test_packages_of_macros(tmp_path: Path) -> None:
     outer = f'<robot name="r" {space}><xacro:include filename="$(find parts){{}}"/></robot>'
     file = tmp_path / "here" / "r.xacro"
     file.write_text(outer.format("/part.xacro"), encoding="utf-8")
-    with pytest.raises(Exception, match="--package NAME=FOLDER"):
+    with pytest.raises(Exception, match="package=NAME=FOLDER"):
         scaffold_robot("mine", file, parent=tmp_path / "here")
     given = {"parts": tmp_path / "parts"}
     made = scaffold_robot("mine", file, parent=tmp_path / "here", packages=given)

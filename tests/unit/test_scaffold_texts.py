@@ -75,13 +75,13 @@ def test_macros_with_dashes_in_comments(tmp_path: Path) -> None:
 def test_arguments_of_macros(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """--arg gives a value; without it the message says how."""
+    """``arg=`` gives a value; without it the message says how."""
     text = f'<robot name="o" {XACRO}>{LINK.format("$(arg ns)_hull")}</robot>'
     (tmp_path / "it.xacro").write_text(text, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     words = ["new", "robot", "my", "--urdf", "it.xacro"]
     assert main(words) == 2
-    assert "--arg NAME=VALUE" in capsys.readouterr().err
+    assert "arg=NAME=VALUE" in capsys.readouterr().err
     assert main([*words, "--arg", "ns"]) == 2
     assert main([*words, "--arg", "ns=rov"]) == 0
     assert 'link name="rov_hull"' in (tmp_path / "my" / "my.urdf").read_text(encoding="utf-8")

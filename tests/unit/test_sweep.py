@@ -63,7 +63,7 @@ def test_every_job_has_its_folder_and_one_line(whole: Path) -> None:
     ]
     for number in range(4):
         assert (whole / str(number) / "log.parquet").is_file()
-        assert "report:" in (whole / str(number) / "said.txt").read_text()
+        assert "report:" in (whole / str(number) / "stdout.txt").read_text()
     note = json.loads((whole / "sweep.json").read_text())
     assert (note["verb"], note["jobs"], note["words"]) == ("run", 4, [*SHORT, "seed=range(4)"])
 
@@ -147,7 +147,7 @@ def test_an_error_in_one_job_does_not_stop_the_others(
     states = {number: job.state for number, job in read_jobs(tmp_path / "s").items()}
     assert states == {0: "done", 1: "failed", 2: "done", 3: "done"}
     assert "job 1  seed=1: ZeroDivisionError: a bug" in capsys.readouterr().err
-    assert "Traceback" in (tmp_path / "s" / "1" / "said.txt").read_text()
+    assert "Traceback" in (tmp_path / "s" / "1" / "stdout.txt").read_text()
     monkeypatch.setattr(application, "execute", lambda config: 0)
     assert swept(tmp_path / "s", "--resume") == 0
     assert [row["number"] for row in lines(tmp_path / "s")] == ["0", "1", "2", "3", "1"]

@@ -1,4 +1,4 @@
-"""Nominal model of a vehicle from its robot folder: joints, branches, fixed parts, known waves."""
+"""Stated model of a vehicle from its robot folder: joints, branches, fixed parts, known waves."""
 
 from __future__ import annotations
 

@@ -126,7 +126,7 @@ def test_what_was_hidden_by_a_dropped_effect_is_tried_without_it() -> None:
 
 
 def test_one_effect_at_most() -> None:
-    """Without a second step the best single stands, and the nominal model where none suffices."""
+    """Without a second step the best single stands, and the stated model where none suffices."""
     assert search(Table(HIDDEN), SearchStages(effects=1)).best.names == ("c",)
     none = search(Table({"a": 0.5}), SearchStages(effects=3, last=(Refinement.pairs,)))
     assert none.best is none.nominal

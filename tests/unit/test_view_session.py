@@ -149,11 +149,11 @@ Words = Callable[[Path], list[str]]
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (lambda run: ["replay=nowhere"], "there is no run in this folder"),
+        (lambda run: ["replay=nowhere"], "there is no such folder"),
         (lambda run: [str(run), "time.duration=3"], "cannot be changed by time.duration=3"),
         (lambda run: [f"replay={run}", "port=70000"], "Allowed: 1024 to 65535"),
         (
-            lambda run: [f"replay={run}", "sliders=[a:0:1]"],
+            lambda run: [f"run={run}", "sliders=[a:0:1]"],
             "a is not a numeric setting",
         ),
         (lambda run: [], "robot is not given"),

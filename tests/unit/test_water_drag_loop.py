@@ -1,4 +1,4 @@
-"""The loop on the particle water: textbook, nominal model, and the term that is taken over."""
+"""The loop on the particle water: textbook, stated model, and the term that is taken over."""
 
 from __future__ import annotations
 

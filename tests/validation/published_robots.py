@@ -34,7 +34,7 @@ FILES = VEHICLES.with_name("published")
 DEEP = ((1.5, 0.0, -4.0), (1.5, 1.5, -3.5))
 FLOAT = ("water=fossen", "time.duration=60", "time.step=0.01")
 BOXES: dict[str, Any] = {"boxes": True}
-BY_HAND = "`--missing-meshes boxes`"
+BY_HAND = "`missing-meshes=boxes`"
 LIGHT_AFLOAT = 0.4 - 67.15 / 998.2 / 1.5**2
 """Height of a float of 1.5 m by 1.5 m and 0.4 m below its origin, with 67.15 kg [m]."""
 ROUND_AFLOAT = 0.25 - 0.0702
@@ -103,7 +103,7 @@ COURSES: dict[str, Course] = {
         "a leg at 4 m depth, begun 2 m beside and 1 m above it",
         across((0.0, 0.0), (120.0, 0.0), -4.0, 70.0),
         0.05,
-        by_hand="`--forward=-x`; two look-aheads of the guide",
+        by_hand="`forward=-x`; two look-aheads of the guide",
         options={"forward": "-x"},
     ),
     "wamv": Course(

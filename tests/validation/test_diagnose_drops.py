@@ -56,7 +56,7 @@ def test_late_sensors_are_named_in_a_drop_with_pose(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("seed", "effect"), [(12702, "current"), (12709, "inertia")])
 def test_what_a_fall_shows_is_not_lost_on_the_way(tmp_path: Path, seed: int, effect: str) -> None:
-    """A current that the nominal model's trajectory hides; a check along the simulated fall."""
+    """A current that the stated model's trajectory hides; a check along the simulated fall."""
     words = ("--level", "clear", "--vehicle", "drop", "--seed", str(seed))
     found, true = answered(tmp_path, *words)
     answer = found.to_dict()

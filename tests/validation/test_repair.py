@@ -243,7 +243,7 @@ def test_the_simulator_leaves_what_the_twin_leaves(problem: Problem, model: Path
 
 
 def test_the_nominal_model_too_while_its_errors_are_small(problem: Problem) -> None:
-    """Nominal model, windows of a fifth of a second: within three per cent, far off the floor."""
+    """Stated model, windows of a fifth of a second: within three per cent, far off the floor."""
     simulated, twin = by_both(problem, nominal(problem.vehicle), 0.2)
     assert simulated > 1.5
     assert simulated == pytest.approx(twin, rel=0.03)

@@ -58,7 +58,7 @@ def test_a_hexacopter_dives_and_takes_off_again(engine: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["pybullet", "mujoco"])
 def test_an_own_hexacopter_dives_after_it_was_imported(engine: str, tmp_path: Path) -> None:
-    """Taken over with `--medium both` it needs no further number, also for a place beside it."""
+    """Taken over with `medium=both` it needs no further number, also for a place beside it."""
     file = shipped_urdfs()["own_robot/hexa"]
     robot = scaffold_robot("mine", file, parent=tmp_path, medium="both").folder
     words = (f"robot={robot}", "controller=cascade", f"backend={engine}")

@@ -49,7 +49,7 @@ class Panel:
         self._images: dict[str, Any] = {}
 
     def _sliders(self) -> Any:
-        folder = self._gui.add_folder("Values: turning one starts the run anew")
+        folder = self._gui.add_folder("Parameters (a change starts a new run)")
         with folder:
             for s in self._session.sliders:
                 label = s.key.removeprefix("effects.") + (

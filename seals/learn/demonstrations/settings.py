@@ -17,17 +17,20 @@ class RecordSettings(LearnSettings):
         policy: a folder that training wrote, ``scripted``, or a script of keys (YAML or CSV).
         episodes: number of episodes to keep.
         first: seed of the first start; the others follow. Below those that judge a policy.
-        noise: standard deviation of what is added to the actions, for demonstrations that
+        noise: standard deviation of noise added to the actions, for demonstrations that
             also show how to come back [1].
-        labels: policy whose actions are kept in place of those done, for behaviour cloning: with
-            ``labels=scripted`` the expert says at every step of ``policy`` what it would do there.
+        labels: policy whose actions are recorded in place of those performed, for behaviour
+            cloning: with ``labels=scripted`` the expert says at every step of ``policy`` what it
+            would do there.
         after: folder of demonstrations of the same world, which come first in what is written.
-        keep: ``successes``, or ``all``.
-        who: ``scripted`` or ``human``: who decided, also where the policy is a script of keys.
+        keep: episodes to keep: ``successes`` or ``all``.
+        who: source of the decisions: ``scripted`` or ``human``, also where the policy
+            is a script of keys.
         most: episodes to try at most, as a multiple of those to keep.
         device: where networks and twins compute: ``cpu`` or ``cuda``.
         hdf5: file for the exchange with other programs, beside the folder.
-        minari: id of a Minari data set to write as well, as ``seals/reach/scripted-v0``.
+        minari: id of a Minari data set to write as well (needs the package
+            minari), as ``seals/reach/scripted-v0``.
         out: folder of the demonstrations, or None for one in the run's folder.
     """
 

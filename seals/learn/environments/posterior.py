@@ -197,7 +197,7 @@ def _data_sheet_estimates(
 
 
 def _kind(instance: str) -> tuple[str, dict[str, Any]]:
-    """Return the effect of a data-sheet factor, and its location.
+    """Return the effect of a factor of the data sheet, and its location.
 
     Example:
         >>> _kind("quadratic_drag_water_change"), _kind("weak_rotor_2")

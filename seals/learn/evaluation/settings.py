@@ -15,14 +15,14 @@ class EvaluateSettings(LearnSettings):
     """Settings of an evaluation: an environment, and the policies to evaluate.
 
     Args:
-        policy: a folder that training wrote, or ``scripted``, ``random``, ``still``.
-        beside: policies of the same kinds that are judged on the same starts.
+        policy: folder of a policy, or ``scripted``, ``random``, ``still``.
+        beside: policies that are evaluated on the same starts.
         episodes: number of starts, from those that no training has seen.
         count: environments that step at once; 0 chooses by the backend.
         device: where networks and twins compute: ``cpu`` or ``cuda``.
-        grid: worlds by name in which the policy is judged, too; see
+        grid: further worlds, by name, in which the policy is evaluated; see
             `seals.learn.evaluation.variants`.
-        film: whether a film of the policy's first episode is left beside the results, drawn by
+        film: whether to save a film of the policy's first episode beside the results, drawn by
             ``viewer``.
         out: folder of the results, or None for the run's folder.
     """

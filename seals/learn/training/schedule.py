@@ -17,14 +17,14 @@ class TrainingSchedule:
     Args:
         steps: control steps in all; one step of N environments is N of them.
         look_every: control steps between two evaluations.
-        episodes: of an evaluation.
+        episodes: number of episodes of an evaluation.
         log_every: control steps between two rows of ``training.csv``.
         stop_at: share of successes at which the training ends early; 0 for never [1].
-        in_a_row: evaluations in a row that must reach it.
+        in_a_row: successive evaluations that must reach ``stop_at``.
         checkpoint: wall time between two checkpoints; 0 for none [s].
-        keep: whether the policy of every evaluation stays, as ``policy_STEP``.
-        best: whether the folder ``policy`` holds that of the evaluation with the most successes,
-            among equals with the greatest return, in place of that of the last one.
+        keep: whether to keep the policy of every evaluation, as ``policy_STEP``.
+        best: whether to keep the best policy in place of the last one: that of the evaluation with
+            the most successes, among equals with the greatest return.
     """
 
     steps: int = count(50_000, bounds=(0, MOST))

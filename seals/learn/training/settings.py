@@ -23,19 +23,19 @@ class TrainSettings(LearnSettings):
         learner: plug-in that learns.
         course: how long, and what is written on the way.
         count: environments that step at once.
-        judges: environments that step at once in an evaluation; 0 for one an episode with twins,
-            and one with an engine.
+        judges: parallel environments of an evaluation; 0 for one per episode in the batch dynamics,
+            one in a rigid-body engine.
         device: where networks, memory and twins are: ``cpu`` or ``cuda``.
-        threads: of the processor that torch uses.
+        threads: threads of the processor that torch uses.
         demonstrations: folder that ``seals record`` wrote, for a learner that wants them.
-        shown: how many of its episodes are shown, from the first on; 0 for all.
-        shuffled: whether their actions are dealt anew among all steps, as a negative control.
-        varied: by how many standard deviations of their tolerances the parameters of the training's
-            environments differ from those configured, each environment by its own draw; twins
-            only. Evaluations keep to what is configured [1].
+        shown: number of its episodes that are used, from the first on; 0 for all.
+        shuffled: whether to shuffle their actions among all steps, as a negative control.
+        varied: spread of the parameters among the environments of the training, in standard
+            deviations of their tolerances, drawn for each environment; batch dynamics only.
+            Evaluations keep to what is configured [1].
         varied_from: folder that ``seals diagnose`` wrote: what it estimated is drawn from its
             posterior, all else from the tolerances by ``varied``; twins only.
-        film: whether a film of the trained policy is left beside it, one episode from a start of
+        film: whether to save a film of the trained policy beside it, one episode from a start of
             the evaluations, drawn by ``viewer``.
         track: ``tensorboard``, ``mlflow`` or ``wandb`` to write the figures there, too.
     """

@@ -102,7 +102,7 @@ def _summary(found: Calibration, more: Sequence[str]) -> Section:
     ]
     blocks += [Paragraph(text=remark, tone="warn") for remark in remarks(found)]
     blocks += [Paragraph(text=sentence) for sentence in more]
-    return Section(title="In short", blocks=blocks, wide=True)
+    return Section(title="Summary", blocks=blocks, wide=True)
 
 
 def _correlation(found: Calibration) -> Table:

@@ -19,12 +19,12 @@ class CalibrateSettings(GivenLogsSettings):
         name: of the calibration, part of the run folder's name.
         parameters: names of the numbers as in ``robot.yaml``, groups of them, or patterns:
             ``mass``, ``inertia``, ``effects.water_drag``, ``actuators.*``.
-        held_out: another log of the vehicle, which judges and is not fitted.
+        held_out: another log of the vehicle, for the error only, not fitted.
         out: folder of the answer, or None for the run's folder.
-        prior: 1-sigma of what is asked for, as a share of what is stated.
+        prior: standard deviation of the parameters, relative to their stated values [1].
         apply: whether to write a copy of the robot's folder with the new numbers.
-        plan: whether to look for the manoeuvre that would show what the logs do not.
-        report: whether to write the page and the picture.
+        plan: whether to search for a manoeuvre that determines the rest.
+        report: whether to write the page and the picture, beside ``calibration.json``.
     """
 
     name: str = "calibrate"

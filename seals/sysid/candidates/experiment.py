@@ -99,7 +99,7 @@ def _tolerances(settings: CompareSettings, keys: dict[str, Parameter]) -> tuple[
         key = str(full).removeprefix("effects.")
         if key not in keys:
             raise ConfigError(
-                f"naming.tolerances: '{full}' is not a parameter of the nominal model.\n"
+                f"naming.tolerances: '{full}' is not a parameter of the stated model.\n"
                 f"{suggestion(key, keys)}"
             )
         keys[key] = replace(keys[key], tolerance=float(spread), scale=float(spread))
@@ -115,7 +115,7 @@ def _parameter(effect: Effect, key: str, *, nominal: float) -> Parameter:
 def _offered(
     settings: CompareSettings, robot: RobotModel, nominal: Sequence[str]
 ) -> dict[str, Effect]:
-    """Return configured effects outside the nominal model first, then other installed ones."""
+    """Return configured effects outside the stated model first, then other installed ones."""
     out = {
         n: e
         for n, e in settings.effects.items()

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any, NamedTuple
 
 EVIDENCE = "2 ln B"
-"""Unit of evidence: twice the logarithm of the Bayes factor against the nominal model."""
+"""Unit of evidence: twice the logarithm of the Bayes factor against the stated model."""
 
 
 def threshold(value: float, unit: str, reason: str) -> Any:
@@ -261,7 +261,7 @@ class DecisionPolicy:
     )
     behind_unposed: float = threshold(60.0, EVIDENCE, "the same distance for fits of whole runs")
     recheck_unposed: float = threshold(
-        10.0, EVIDENCE, "evidence from which nominal model and rivals are fitted again, whole runs"
+        10.0, EVIDENCE, "evidence from which stated model and rivals are fitted again, whole runs"
     )
     good_fit: float = threshold(
         1.5, "1", "misfit per degree of freedom up to which whole runs start from the nominal fit"

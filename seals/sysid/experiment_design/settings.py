@@ -13,15 +13,15 @@ from seals.sysid.report.settings import GivenLogsSettings
 class PlanSettings(GivenLogsSettings):
     """Settings of a plan: effects to tell apart, and the log or diagnosis they come from.
 
-    Logs and what was left out of the nominal model are those of the diagnosis, unless given.
+    Logs and what was left out of the stated model are those of the diagnosis, unless given.
 
     Args:
         name: of the plan, part of the run folder's name.
-        between: names of effects in the catalogue, ``effects=[...]`` on the command line; those of
-            the diagnosis when left out.
+        between: effects in question, ``effects=[NAME,NAME]`` on the command line; those of the
+            diagnosis when left out.
         diagnosis: folder of an earlier diagnosis, or its file.
         out: folder of the plan, or None for the run's folder.
-        seed: of gusts and noise in the rehearsals.
+        seed: seed of gusts and noise in the simulated flights.
     """
 
     name: str = "plan"

@@ -96,7 +96,7 @@ def simulate(experiment: Experiment, model: Model, *, seed: int = 0) -> Log:
 
     Args:
         experiment: the manoeuvre.
-        model: what acts, the nominal vehicle or one with more effects.
+        model: what acts, the stated vehicle or one with more effects.
         seed: of the sensors' noise.
 
     Returns:

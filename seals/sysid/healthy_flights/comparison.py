@@ -150,7 +150,7 @@ class Reference:
         lifted = not any(one.floats for one in self.flights)
         if lifted and not 1.0 / _FACTOR < ratio < _FACTOR:
             raise LogError(
-                f"log '{flight.name}' flies on {ratio:.2g} times the thrust of the healthy flights."
+                f"log '{flight.name}' needs {ratio:.2g} times the thrust of the healthy flights."
                 "\nGive healthy flights of the same vehicle, with commands in the same units."
             )
         change = self.modes.vectors @ (flight.mean - self.scatter.mean)

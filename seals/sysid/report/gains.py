@@ -53,12 +53,12 @@ def gain_over(base: EvidenceHypothesis, other: EvidenceHypothesis) -> Gain:
 
 
 def ablation_steps(search: Search[EvidenceHypothesis]) -> tuple[Step, ...]:
-    """Held-out errors from the data sheet model to the chosen one, one change at a time."""
+    """Held-out errors from the stated model to the chosen one, one change at a time."""
     nominal, best = search.nominal, search.best
     first = nominal.fitter.start(())
     raw = float(first.misfit.sum()) / nominal.fitter.windows.observed
     steps = [
-        Step(name="datasheet values", error=raw),
+        Step(name="data sheet values", error=raw),
         Step(name="values moved within their tolerances", error=held_out_misfit(nominal)),
     ]
     wanted = {c.label for c in best.candidates}

@@ -14,6 +14,7 @@ from seals.errors import ConfigError, LogError
 from seals.file_names import short_path
 from seals.logs import refuse_if_bad
 from seals.logs.log import Log
+from seals.logs.native import TABLES
 from seals.logs.reader import logs_by
 from seals.logs.shipped import find_log
 from seals.run.hidden import hide, holds
@@ -39,11 +40,29 @@ def place_logs(config: Any) -> None:
         if config.get("log") is not None:
             many = OmegaConf.is_list(config.log)
             found = [str(find_log(str(place))) for place in (config.log if many else [config.log])]
+            if str((config.get("reader") or {}).get("_target_", "")).endswith(".ReaderNative"):
+                for place in found:
+                    _refuse_no_log(Path(place))
             config.log = found if many else found[0]
         if config.get("healthy"):
             config.healthy = _shipped(config.healthy)
         if config.get("older"):
             config.older = [str(find_log(str(place), key="older")) for place in config.older]
+
+
+def _refuse_no_log(place: Path) -> None:
+    """Refuse a file or a folder that is no log at all; what is wrong inside a log is bad data.
+
+    Raises:
+        ConfigError: it holds no table, no metadata, and no logs.
+    """
+    marks = (*TABLES, "meta.yaml", "run.json")
+    folders = [place, *(place.iterdir() if place.is_dir() else ())]
+    if place.name not in TABLES and not any((f / name).exists() for f in folders for name in marks):
+        raise ConfigError(
+            f"log={place} is not a log folder: it holds neither {TABLES[0]} nor {TABLES[1]}.\n"
+            "Give a log folder, or convert a recording: seals convert log=FILE out=FOLDER"
+        )
 
 
 def _shipped(healthy: Any) -> Any:
@@ -92,7 +111,7 @@ class GivenLogs:
         places: of the logs.
         robot: of ``robot=``, else of the run that wrote the first log; None for the vehicle of the
             metadata.
-        without: effects that are left out of the nominal model.
+        without: effects that are left out of the stated model.
         strict: whether each of them must be there; those that an earlier command noted need not.
     """
 
@@ -106,7 +125,7 @@ class GivenLogs:
         """Return all logs joined to one, and the robot, both without what is left out.
 
         Raises:
-            ConfigError: the nominal model does not hold what is to be left out of it.
+            ConfigError: the stated model does not hold what is to be left out of it.
             LogError: a log cannot be used, or they do not belong together.
         """
         logs, robot = self.each()
@@ -119,7 +138,7 @@ class GivenLogs:
             sheet: whether to tell which logs state no tolerances.
 
         Raises:
-            ConfigError: the nominal model does not hold what is to be left out of it.
+            ConfigError: the stated model does not hold what is to be left out of it.
             LogError: a log cannot be used.
         """
         logs, robot = [], self.robot

@@ -179,7 +179,7 @@ def _report(found: HealthyDiagnosis, name: str, out: Path) -> Path:
         for n, one in healthy["left_out"].items()
     ]
     sections = [
-        Section(title="In short", blocks=[Facts(values=facts), *blocks], wide=True),
+        Section(title="Summary", blocks=[Facts(values=facts), *blocks], wide=True),
         Section(
             title="Drives",
             blocks=[

@@ -96,7 +96,7 @@ def _caption(problem: Problem) -> str:
         "freely with the logged commands (small steps in the lines are these restarts)"
     )
     return (
-        f"How to read: each model {start}. Its datasheet values are already moved within their "
+        f"How to read: each model {start}. Its data sheet values are already moved within their "
         "tolerances. The shaded band is where 95 % of the measurements would lie if the model "
         "were right (two standard deviations of sensor noise and of the stated gusts). Numbers "
         "beside a channel: typical residual in units of its expected spread, before → after; 1 "

@@ -175,7 +175,7 @@ def _summary(
     blocks.append(Paragraph(text="What to do next: " + " ".join(words)))
     if commands:
         blocks.append(Code(text=commands))
-    return Section(title="In short", blocks=blocks, wide=True)
+    return Section(title="Summary", blocks=blocks, wide=True)
 
 
 def _overlay(diagnosis: Diagnosis, after: EvidenceHypothesis, most: int) -> list[Block]:
@@ -262,7 +262,7 @@ def _effects(diagnosis: Diagnosis, entries: Sequence[Entry]) -> Section:
     ):
         words = (
             "Where a bar is short although the score is high, the held-out error cannot rank the "
-            "effects: without the effect the model follows the log by moving datasheet values too "
+            "effects: without the effect the model follows the log by moving data sheet values too "
             "far. The score charges for that, and decides."
         )
         blocks.append(Paragraph(text=words, tone="warn"))
@@ -324,5 +324,5 @@ def _behind(
     ]
     head = ["value", "change", "before [σ]", "after [σ]", "uncertainty after the fit [σ]"]
     table = Table(head=head, rows=rows, right=(1, 2, 3, 4))
-    blocks.append(Fold(title="All datasheet values and how far they moved", blocks=[table]))
+    blocks.append(Fold(title="All data sheet values and how far they moved", blocks=[table]))
     return Section(title="Data check", blocks=blocks, wide=True)

@@ -85,7 +85,7 @@ def write_runs_report(found: Sequence[RunsDiagnosis], folder: Path) -> Path:
         sections += sections_of(
             Comparison(
                 name=one.name,
-                model=f"nominal: {nominal}",
+                model=f"stated: {nominal}",
                 groups=[group],
                 findings={},
                 sources={},
@@ -106,7 +106,7 @@ def group_of(one: RunsDiagnosis) -> Group:
 def _rank(one: RunsDiagnosis) -> Section:
     rows = [
         [
-            " + ".join(t["effects"]) or "nominal model",
+            " + ".join(t["effects"]) or "stated model",
             f"{t['gain']:+.3f}",
             f"{t['standard_error']:.3f}",
             f"{t['price']:.2f}",

@@ -18,7 +18,7 @@ class GivenLogsSettings(LogRobotSettings):
     Args:
         log: log folder or file, or a list of them: of one vehicle, fitted together.
         reader: plug-in that reads the logs.
-        without: effects to leave out of the nominal model: names of instances or of effects,
+        without: effects to leave out of the stated model: names of instances or of effects,
             ``waves`` for the waves.
     """
 
@@ -36,10 +36,10 @@ class DiagnoseSettings(GivenLogsSettings):
         name: of the diagnosis, part of the run folder's name.
         healthy: logs of healthy flights of the vehicle, with which the log is compared instead of
             with its model: a list of them, or a list of such lists, one for each session.
-        out: folder of the answer, or None for the run's folder.
-        processes: that share the work; 0 for one per core.
-        plan: whether to look for the flight that would settle what stays open.
-        report: whether to write the page.
+        out: folder of ``diagnosis.json``, ``report.html`` and ``report.json``; None for the run's.
+        processes: number of parallel processes; 0 for one per core.
+        plan: whether to search for the flight that would tell open effects apart.
+        report: whether to write ``report.html`` beside ``diagnosis.json``.
     """
 
     name: str = "diagnose"

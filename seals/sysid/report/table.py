@@ -132,7 +132,7 @@ def _reason(
         (score <= 0.0, "removes no more than its own freedom costs"),
         (
             not is_significant(candidate, tried.fit, candidate_set),
-            "the fitted change is within what the datasheet tolerates, or a mere trace",
+            "the fitted change is within what the data sheet tolerates, or a mere trace",
         ),
         (
             score < required,

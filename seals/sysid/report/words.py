@@ -16,7 +16,7 @@ from seals.sysid.report.tolerances import moved
 from seals.sysid.residual_force import Formula
 
 _STRAINED = 1.5
-"""Tolerances beyond which a datasheet value is mentioned."""
+"""Tolerances beyond which a data sheet value is mentioned."""
 
 
 def headline(diagnosis: Diagnosis, data: Mapping[str, Any]) -> str:
@@ -108,7 +108,7 @@ def strained(diagnosis: Diagnosis) -> str:
     parts = [f"{m.words} by {abs(m.sigmas):.1f} tolerances" for m in far]
     means = f": {joined(parts)}" if parts else ""
     return (
-        "Without it the model follows the log nearly as well, but only by moving its datasheet "
+        "Without it the model follows the log nearly as well, but only by moving data sheet "
         f"values farther than they should{means}."
     )
 

@@ -1,4 +1,4 @@
-"""Hypothesis of a search: the nominal model with some candidate effects."""
+"""Hypothesis of a search: the stated model with some candidate effects."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from seals.sysid.candidates.parameters import Candidate
 
 @dataclass(frozen=True, kw_only=True)
 class Hypothesis:
-    """Nominal model with some candidates.
+    """Stated model with some candidates.
 
     Args:
-        candidates: that were added; none for the nominal model.
+        candidates: that were added; none for the stated model.
 
     Example:
         >>> Hypothesis(candidates=()).label
-        'nominal model'
+        'stated model'
     """
 
     candidates: tuple[Candidate, ...]
@@ -29,4 +29,4 @@ class Hypothesis:
     @property
     def label(self) -> str:
         """Names with their variants."""
-        return " + ".join(c.label for c in self.candidates) or "nominal model"
+        return " + ".join(c.label for c in self.candidates) or "stated model"

@@ -71,9 +71,9 @@ class AutopilotSettings(RunSettings):
     """Settings of a run that an external autopilot flies.
 
     Args:
-        protocol: of the autopilot.
+        protocol: protocol of the autopilot.
         host: address to listen on; the default is open to this machine alone.
-        port: to listen on, 0 for any that is free; absent for the protocol's own.
+        port: port to listen on, 0 for any that is free; absent for the protocol's own.
         peer: address of the autopilot; absent for any of this machine or of a private network.
         timeout: silence of the autopilot that ends the run [s].
         speed: simulated seconds in one second of the clock, at most; 0 for no limit.

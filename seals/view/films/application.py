@@ -120,7 +120,7 @@ def execute(config: Any) -> int | None:
     finally:
         photographer.close()
     count = len(shooting.times)
-    print(f"render: {drawn} frames drawn, {count - drawn} were there: {short_path(out)}")
+    print(f"render: {drawn} frames rendered, {count - drawn} already there: {short_path(out)}")
     for remark in shooting.water.remarks:
         print(remark)
     if settings.film:

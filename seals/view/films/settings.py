@@ -41,8 +41,8 @@ class RenderSettings:
         fov: horizontal field of view [rad].
         port: radius of the dome in front of the lens [m]: water begins where a line of sight
             leaves it.
-        width: of a frame [pixel]; 0 for that of the quality, 480 or 1280.
-        height: of a frame [pixel]; 0 for that of the quality, 300 or 800.
+        width: width of a frame [pixel]; 0 for that of the quality, 480 or 1280.
+        height: height of a frame [pixel]; 0 for that of the quality, 300 or 800.
         fps: frames in a second of the film [Hz].
         speed: simulated seconds in a second of the film [1]; below one is slow motion.
         start: time of the first frame [s].
@@ -50,7 +50,7 @@ class RenderSettings:
         water_type: Jerlov's type of the water; None for the run's own, ``coastal_1`` where it has
             none.
         exposure: factor on the light of the picture [1].
-        ripples: wind whose short waves lie on the water for the eye alone [m/s]; None for the
+        ripples: wind speed of small waves that are drawn only, without force [m/s]; None for the
             run's own, which are none as a rule.
         film: whether to write the film beside the frames.
         replace: whether frames of another film in the same folder may be removed.

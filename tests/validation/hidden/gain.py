@@ -1,4 +1,4 @@
-"""How much of a hidden effect no admissible change of the nominal model can explain.
+"""How much of a hidden effect no admissible change of the stated model can explain.
 
 Linear in the tolerances and in the initial state of each window; gusts are left out. The result is
 a chi-square: the square of the effect in units of what could be mistaken for it.

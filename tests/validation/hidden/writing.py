@@ -49,7 +49,7 @@ def _xyz(stem: str, value: Array) -> dict[str, float]:
 
 
 def baseline(vehicle: Vehicle) -> list[dict[str, Any]]:
-    """Effects of the nominal model with their parameters."""
+    """Effects of the stated model with their parameters."""
     out: list[dict[str, Any]] = [{"name": "gravity"}]
     if vehicle.rotor:
         law = "T = k_T * omega^2, first-order lag on omega"

@@ -1,0 +1,105 @@
+"""Fifty wrong commands: each is answered in two lines that name the fault and lead on."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+import pytest
+
+from seals.cli.main import main
+
+FIFTY = [
+    # a mistyped verb, or none
+    ("rnu robot=ball", "no verb 'rnu'", "Did you mean 'run'?"),
+    ("Run robot=ball", "no verb 'Run'", "'run'"),
+    ("help rnu", "no verb 'rnu'", "Did you mean 'run'?"),
+    ("--verson", "no flag '--verson'", "Did you mean '--version'?"),
+    # a mistyped key
+    ("run robot=ball watter=fossen", "watter", "Did you mean 'water'?"),
+    ("run robot=ball duration=2", "duration", "Did you mean 'time.duration'?"),
+    ("run robot=ball effects.drag.coefficient_x=1", "'drag'", "'air_drag' or 'spin_drag' or"),
+    ("diagnose log=run robt=ball", "robt", "Did you mean 'robot'?"),
+    ("new robot x urdf=hexa.urdf mediun=water", "mediun", "Did you mean 'medium'?"),
+    ("benchmark ot=x", "ot=x", "Did you mean 'out'?"),
+    # a mistyped value
+    ("run robot=bal", "robot 'bal'", "Did you mean 'ball'?"),
+    ("run robot=ball guide=hovr", "guide 'hovr'", "Did you mean 'hover'?"),
+    ("describe effect drag", "effect 'drag'", "'quadratic_drag'"),
+    ("describe drag", "name 'drag'", "seals describe effect quadratic_drag"),
+    ("describe efect wind", "no kind 'efect'", "Did you mean 'effect'?"),
+    ("render run fps=25Hz", "'25Hz' is not a number", "from 0.1 to 240 Hz"),
+    ("render run quality=papr", "quality=papr", "Did you mean 'paper'?"),
+    ("run robot=ball hide=[air_darg]", "hide=air_darg", "Did you mean 'air_drag'?"),
+    ("autopilot robot=ball protocol=mavlink", "protocol=mavlink", "ardupilot, px4"),
+    ("completion tcsh", "'tcsh' is not supported", "bash, fish, zsh"),
+    # a unit, a range, a sign
+    ("run robot=ball time.duration=2s", "'2s' is not a number", "to 1e+06 s"),
+    ("run robot=ball time.duration=-1", "time.duration=-1", "from 0.0001 to 1e+06 s"),
+    ("run robot=ball initial.rpy=[90,0,0]", "initial.rpy[0]=90", "from -6.3 to 6.3 rad"),
+    ("render run end=-1", "end=-1", "from 0 to 1e+06 s"),
+    ("convert log=a.csv reader=csv rate=-5 out=x", "rate=-5", "Hz"),
+    ("view port=99999 robot=ball", "port=99999", "65535"),
+    # a file that is not there, or of the wrong kind
+    ("render nowhere", "run=nowhere: there is no such folder", "folder of a run"),
+    ("render empty", "run=empty: there is no run in this folder", "run.json"),
+    ("diagnose log=zzz", "log=zzz: there is no such file", "Give a log folder"),
+    ("diagnose note.txt", "log=note.txt is not a log folder", "seals convert log=FILE"),
+    ("diagnose log=answer", "log=answer is not a log folder", "seals convert log=FILE"),
+    ("add diagnosis=run name=x", "diagnosis=run", "seals diagnose log=FOLDER"),
+    ("check note.txt", "robot 'note.txt' is here", "urdf=FILE"),
+    ("teleop robot=ball script=nowhere.yaml", "script nowhere.yaml", "keys.yaml"),
+    ("teleop robot=ball script=keys.yaml", "keys.yaml is not valid YAML", "brackets"),
+    ("verify log=hidden_effect/flight_a model=nosuch", "model=nosuch", "seals add"),
+    # a file for a folder, and the other way round
+    ("compare log=run robot=ball out=note.txt", "note.txt is a file", "out=FOLDER"),
+    ("diagnose log=hidden_effect/flight_a out=note.txt", "note.txt is a file", "out=FOLDER"),
+    ("run robot=ball out=note.txt", "note.txt' is a file", "out=FOLDER"),
+    ("new robot x urdf=empty", "empty", "URDF"),
+    # two words that contradict each other, or too many
+    ("run ball box", "robot is given twice: ball and box", "Leave one of them out"),
+    ("check ball robot=box", "robot is given twice: box and ball", "Leave one of them out"),
+    ("run robot=ball --resume", "--resume belongs to a sweep", "Add --multirun"),
+    ("list effect wind", "more than one kind", "seals describe effect wind"),
+    # a missing '=', brackets, key or value
+    ("run robot:ball", "robot:ball", "Did you mean robot=ball?"),
+    ("run robot = ball", "'=' stands apart", "KEY=VALUE"),
+    ("run robot=ball time.duration 2", "the value is missing", "Write time.duration=VALUE"),
+    ("run -robot ball", "no flag -robot", "robot="),
+    ("calibrate log=hidden_effect/flight_a parameters=mass", "parameters=mass", "=[mass]"),
+    ("new robot x", "urdf is not given", "seals new robot x urdf=FILE"),
+]
+
+
+@pytest.fixture
+def desk(elsewhere: Path) -> Path:
+    """A folder with a run, a diagnosis, a text, a damaged script, a URDF and an empty folder."""
+    for name in ("run", "answer", "empty"):
+        (elsewhere / name).mkdir()
+    (elsewhere / "run" / "run.json").write_text("{}", encoding="utf-8")
+    (elsewhere / "answer" / "diagnosis.json").write_text("{}", encoding="utf-8")
+    (elsewhere / "note.txt").write_text("a note", encoding="utf-8")
+    (elsewhere / "a.csv").write_text("t,x\n0,1\n0.1,2\n", encoding="utf-8")
+    (elsewhere / "keys.yaml").write_text("a: [", encoding="utf-8")
+    (elsewhere / "hexa.urdf").write_text("<robot name='x'><link name='a'/></robot>", "utf-8")
+    return elsewhere
+
+
+@pytest.mark.parametrize(("line", "wrong", "advice"), FIFTY, ids=[line for line, *_ in FIFTY])
+def test_a_wrong_command_is_answered_in_two_lines(
+    line: str, wrong: str, advice: str, desk: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The first line names what is wrong, the second what to do; nothing is left behind."""
+    before = sorted(desk.rglob("*"))
+    assert main(shlex.split(line)) == 2
+    out, err = capsys.readouterr()
+    lines = err.splitlines()
+    assert (out, len(lines)) == ("", 2), err
+    assert wrong in lines[0]
+    assert advice in lines[1]
+    assert sorted(desk.rglob("*")) == before
+
+
+def test_there_are_fifty() -> None:
+    """Each is another one."""
+    assert len({line for line, *_ in FIFTY}) == 50
