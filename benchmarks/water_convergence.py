@@ -33,9 +33,7 @@ from seals.report.pictures import write_picture
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "water_convergence.md"
-NOTES, FIGURES_KEPT = (
-    PAGE.parent / "water_validation" / name for name in ("convergence.txt", "convergence.json")
-)
+FIGURES_KEPT = PAGE.parent / "water_validation" / "convergence.json"
 Row = dict[str, Any]
 REFERRED = ("change", "peak")
 """Figures that are compared with drops."""
@@ -138,6 +136,9 @@ FIGURES = {
     "energy": "kinetic energy of a still column, of m g H [1]",
     "carried": "load of the floor under a still column, of the weight, less one [1]",
 }
+ELSEWHERE = (
+    "[Why lines are missed](water_misses.md), and [where targets stand](water_targets.md).\n"
+)
 PICTURED = ("change", "cone_change", "drag", "front")
 """Figures of the picture; the others are in the tables."""
 
@@ -205,7 +206,9 @@ def write_page(files: Sequence[Path]) -> None:
             charts.append(chart)
     write_picture(PAGE.parent / "water_validation" / "convergence.webp", charts)
     parts.append("![Convergence](water_validation/convergence.webp)\n")
-    parts.append(NOTES.read_text(encoding="utf-8"))
+    parts.append(
+        "[Why lines are missed](water_misses.md), and [where targets stand](water_targets.md).\n"
+    )
     FIGURES_KEPT.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
     PAGE.write_text("\n".join(parts), encoding="utf-8")
     print(f"page: {PAGE}")

@@ -162,5 +162,5 @@ def test_what_the_particle_water_missed_is_said_where_it_is_used() -> None:
     """Each figure that the error table calls missed stands on the page for users."""
     table = (ROOT / "docs" / "water_validation.md").read_text(encoding="utf-8")
     rows = [line.split("|") for line in table.splitlines() if line.endswith("| missed |")]
-    page = (ROOT / "docs" / "particle_water.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "particle_water_accuracy.md").read_text(encoding="utf-8")
     assert [row[1:3] for row in rows if row[5].strip().replace("%", " %") not in page] == []
