@@ -56,6 +56,12 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return place / "built"
 
 
+def test_the_search_weighs_whole_words(site: Path) -> None:
+    """The theme's worker asks for the term itself before all that begins with it."""
+    (worker,) = (site / "assets" / "javascripts" / "workers").glob("search.*.min.js")
+    assert worker.read_text(encoding="utf-8").count("^30 ${") == 1
+
+
 def words_of(page: Path) -> str:
     """The text of a built page, without its marks."""
     text = page.read_text(encoding="utf-8")
