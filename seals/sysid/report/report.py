@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -71,20 +71,21 @@ def write_report(
     after = model_after(diagnosis)
     missing = localisation or locate_residual_force(diagnosis.problem, diagnosis.search.nominal)
     values, nominal = moved(after), moved(diagnosis.search.nominal)
+    channels = levels(diagnosis.search.nominal, after)
     content = {
         "log": log.name,
         "headline": headline(diagnosis, data),
         "diagnosis": data,
         "rank": [e.to_dict() for e in entries],
         "ladder": [{"model": s.name, "held_out_error": s.error} for s in steps],
-        "channels": levels(diagnosis.search.nominal, after),
+        "channels": channels,
         "missing_force": missing.to_dict(),
         "tolerances": [m.to_dict() for m in values],
         "data_check": [str(f) for f in findings],
     }
     write_json(folder / DATA, finite(content))
     fixed = [
-        _summary(diagnosis, data, missing, folder),
+        _summary(diagnosis, data, missing, channels, folder),
         Section(
             title=_FORCE.get(diagnosis.answer.verdict, "The force that is missing"),
             blocks=_wrench(diagnosis, after, missing, residual_after),
@@ -143,10 +144,14 @@ def _subtitle(diagnosis: Diagnosis) -> str:
 
 
 def _summary(
-    diagnosis: Diagnosis, data: dict[str, Any], missing: Localisation, folder: Path
+    diagnosis: Diagnosis,
+    data: dict[str, Any],
+    missing: Localisation,
+    channels: Mapping[str, Mapping[str, float]],
+    folder: Path,
 ) -> Section:
     verdict = diagnosis.answer.verdict
-    facts = first_answers(diagnosis, data, missing)
+    facts = first_answers(diagnosis, data, missing, channels)
     words, commands = next_steps(diagnosis, data, missing.formula, folder)
     blocks: list[Block] = [
         Paragraph(text=headline(diagnosis, data), tone=_TONES.get(verdict, "warn"), large=True),

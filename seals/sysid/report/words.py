@@ -42,7 +42,10 @@ def headline(diagnosis: Diagnosis, data: Mapping[str, Any]) -> str:
 
 
 def first_answers(
-    diagnosis: Diagnosis, data: Mapping[str, Any], missing: Localisation
+    diagnosis: Diagnosis,
+    data: Mapping[str, Any],
+    missing: Localisation,
+    channels: Mapping[str, Mapping[str, float]],
 ) -> dict[str, str]:
     """Return what, where, when and by how much, each in a few words.
 
@@ -50,6 +53,7 @@ def first_answers(
         diagnosis: that is told.
         data: of the diagnosis, as `Diagnosis.to_dict` returns it.
         missing: what the nominal model lacks.
+        channels: residual before and after in units of what is expected, by channel.
     """
     verdict, held, effects = diagnosis.answer.verdict, data["held_out_error"], data["effects"]
     claimed = bool(diagnosis.answer.claims)
@@ -59,8 +63,9 @@ def first_answers(
     if mark.along:
         held_in = f", constant in the {mark.frame}" if mark.frame != "neither" else ""
         answers["where"] = f"force along {mark.along}{held_in}"
-    elif missing.residual.missing:
-        answers["where"] = "no axis stands out"
+    elif verdict is not Verdict.nothing_missing and channels:
+        worst = max(channels, key=lambda name: channels[name]["before"])
+        answers["where"] = f"seen in {worst}, {channels[worst]['before']:.2g} × expected"
     if claimed:
         spans = [_when(diagnosis, e).strip() or "throughout" for e in effects]
         answers["when"] = " / ".join(dict.fromkeys(spans))
