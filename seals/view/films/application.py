@@ -85,13 +85,13 @@ class Shooting(NamedTuple):
         Args:
             camera: by the place of the robot.
         """
-        found, level = [], self.water.level
+        found: list[tuple[float, bool]] = []
         for number in np.linspace(0, len(self.times) - 1, LOOKED_AT).round().astype(int):
             time = float(self.times[number])
             points = _corners(self.replay, time)
             view = camera(self._robot_at(time))
             if not found or time > found[-1][0]:
-                found.append((time, in_picture(view, self.lens, points, level)))
+                found.append((time, in_picture(view, self.lens, points, self.water.level)))
         return found
 
     def _robot_at(self, time: float) -> Floats:

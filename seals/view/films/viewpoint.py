@@ -133,7 +133,7 @@ def camera_of(settings: RenderSettings, way: Way) -> Callable[[Floats], Viewpoin
         place = aim + offset
         if settings.camera == "split":
             place[2] = origin[2]
-        elif settings.camera == "under_water":
+        elif settings.camera == "under_water" and way.level is not None:
             place[2] = min(place[2], way.level - UNDER)
         return Viewpoint.looking(place, aim)
 
