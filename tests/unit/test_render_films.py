@@ -7,6 +7,7 @@ import dataclasses
 import json
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from seals.api import load_log
 from seals.cli.main import main
 from seals.errors import ConfigError, MissingExtra
 from seals.rendering import Lens
+from seals.rendering.optics.surface import SurfaceAiry
 from seals.view.films.application import prepare
 from seals.view.films.files import Frames, times_of
 from seals.view.films.film import write_film
@@ -200,6 +202,22 @@ def test_a_preset_keeps_robot_and_waterline_in_the_picture(camera: str, height: 
     # near enough: the robot fills a sixth of the picture's height or more
     far = float(np.linalg.norm(view.origin - at))
     assert 2 * 0.6 / far > 2 * np.tan(0.45) * 300 / 480 / 6
+
+
+def test_a_camera_half_in_the_water_rides_on_the_waves(
+    drop: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its height is that of the surface where it is, at the time of the frame."""
+    wave = SurfaceAiry([0.2], [[0.4, 0.1]], [2.0], [0.4])
+    for camera, rides in (("split", True), ("side", False)):
+        shooting = prepare(RenderSettings(run=str(drop), camera=camera))
+        body = shooting.water.at(0.0)
+        assert body is not None
+        monkeypatch.setattr(shooting.water, "at", Mock(return_value=body._replace(surface=wave)))
+        x, y, z = shooting.frame_at(3, port=0.1).view.origin
+        height = float(wave.height(np.array([x]), np.array([y]), shooting.times[3])[0])
+        assert (float(z) == pytest.approx(height)) is rides
+        assert abs(height) > 0.01
 
 
 def test_an_eye_under_water_sees_the_air_in_a_cone() -> None:

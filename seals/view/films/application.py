@@ -55,6 +55,7 @@ class Shooting(NamedTuple):
         lens: of the camera.
         times: of the frames [s], shape (n,).
         way: what the camera is to see.
+        afloat: whether the camera rides on the water's surface.
     """
 
     replay: Replay
@@ -65,6 +66,7 @@ class Shooting(NamedTuple):
     lens: Lens
     times: Floats
     way: Way
+    afloat: bool
 
     def draw(self, photographer: Photographer, frames: Frames, settings: RenderSettings) -> int:
         """Render the missing frames; return their number."""
@@ -107,14 +109,12 @@ class Shooting(NamedTuple):
             port: radius of the dome before the lens [m].
         """
         time = float(self.times[number])
-        return Frame(
-            time,
-            self.replay.poses([time]),
-            self.camera(self._robot_at(time)),
-            self.lens,
-            self.water.at(time),
-            port,
-        )
+        view, water = self.camera(self._robot_at(time)), self.water.at(time)
+        if self.afloat and water is not None:
+            x, y = view.origin[:2]
+            height = float(water.surface.height(np.array([x]), np.array([y]), time)[0])
+            view = view._replace(origin=np.array([x, y, height]))
+        return Frame(time, self.replay.poses([time]), view, self.lens, water, port)
 
 
 def execute(config: Any) -> int | None:
@@ -207,6 +207,7 @@ def shooting_of(replay: Replay, settings: RenderSettings, *, way: Way | None = N
         ),
         times,
         way,
+        settings.camera == "split",
     )
 
 
