@@ -33,9 +33,7 @@ from seals.report.pictures import write_picture
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "water_convergence.md"
-NOTES, FIGURES_KEPT = (
-    PAGE.parent / "water_validation" / name for name in ("convergence.txt", "convergence.json")
-)
+FIGURES_KEPT = PAGE.parent / "water_validation" / "convergence.json"
 Row = dict[str, Any]
 REFERRED = ("change", "peak")
 """Figures that are compared with drops."""
@@ -138,6 +136,11 @@ FIGURES = {
     "energy": "kinetic energy of a still column, of m g H [1]",
     "carried": "load of the floor under a still column, of the weight, less one [1]",
 }
+ELSEWHERE = (
+    "[Why lines are missed](water_misses.md), and [where targets stand](water_targets.md).\n"
+)
+PICTURED = ("change", "cone_change", "drag", "front")
+"""Figures of the picture; the others are in the tables."""
 
 
 def run(args: argparse.Namespace) -> None:
@@ -199,10 +202,13 @@ def write_page(files: Sequence[Path]) -> None:
             continue
         table, chart = _section(figure, title, rows, references)
         parts.append(table)
-        charts.append(chart)
+        if figure in PICTURED:
+            charts.append(chart)
     write_picture(PAGE.parent / "water_validation" / "convergence.webp", charts)
     parts.append("![Convergence](water_validation/convergence.webp)\n")
-    parts.append(NOTES.read_text(encoding="utf-8"))
+    parts.append(
+        "[Why lines are missed](water_misses.md), and [where targets stand](water_targets.md).\n"
+    )
     FIGURES_KEPT.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
     PAGE.write_text("\n".join(parts), encoding="utf-8")
     print(f"page: {PAGE}")
@@ -220,8 +226,8 @@ def _section(
     lines.append("|" + "---|" * (len(across) + 6))
     series = []
     for solver, speed in sorted({(_method(row), row["speed"]) for row in have}, reverse=True):
-        part = {row["across"]: row[figure] for row in have
-                if (_method(row), row["speed"]) == (solver, speed)}  # fmt: skip
+        own = [row for row in have if (_method(row), row["speed"]) == (solver, speed)]
+        part = {row["across"]: row[figure] for row in sorted(own, key=lambda row: row["across"])}
         known = references[figure, speed]
         cells = [f"{part[a]:.3g}" if a in part else "" for a in across]
         at, order, off = "", "", ""
@@ -235,7 +241,8 @@ def _section(
         y = np.array([v / known if known else v for v in part.values()])
         name = f"{solver} {speed:g} m/s" if speed else solver
         shown = name.replace("fluid.physics.", "").replace("`", "")
-        series.append(Series(name=shown, x=x, y=y))
+        if len(part) > 1:
+            series.append(Series(name=shown, x=x, y=y))
     label = "error [1]" if figure in ERRORS else "over the reference [1]"
     chart = Chart(
         title=title, y_label=label, x_label="spacing over body [1]",

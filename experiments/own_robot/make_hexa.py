@@ -13,6 +13,8 @@ RING, HULL, HEIGHT = 0.28, 0.11, 0.09
 """Radius of the circle of rotors, radius and height of the hull [m]."""
 BOOM, BLADE = 0.012, 0.127
 """Radius of the booms, and of the propellers, which are 10 inches across [m]."""
+MOTOR, HUB = 0.016, 0.06
+"""Radius of a motor as drawn, and height of the propellers above the middle of the hull [m]."""
 BODY_MASS, ROTOR_MASS = 2.1, 0.05
 """Hull with battery, booms and skids; one propeller with its motor's bell [kg]."""
 
@@ -29,7 +31,7 @@ SHAPE = """    <{kind}>
       <geometry>{geometry}</geometry>{colour}
     </{kind}>
 """
-ORANGE = '\n      <material name="orange"/>'
+ORANGE, DARK, LIGHT = (f'\n      <material name="{name}"/>' for name in ("orange", "dark", "light"))
 JOINT = """  <joint name="rotor_{k}_joint" type="continuous">
     <parent link="base_link"/>
     <child link="rotor_{k}"/>
@@ -49,6 +51,8 @@ HEAD = """<?xml version="1.0"?>
 <!-- A hexacopter with a sealed hull. -->
 <robot name="hexa">
   <material name="orange"><color rgba="0.9 0.4 0.1 1"/></material>
+  <material name="dark"><color rgba="0.16 0.17 0.2 1"/></material>
+  <material name="light"><color rgba="0.65 0.67 0.7 1"/></material>
   <link name="base_footprint"/>
   <joint name="base_joint" type="fixed">
     <parent link="base_footprint"/>
@@ -73,30 +77,47 @@ def main(folder: Path) -> None:
 
 def _meshes(folder: Path) -> None:
     import trimesh
+    from trimesh.transformations import rotation_matrix, translation_matrix
 
     hull = trimesh.creation.cylinder(radius=HULL, height=HEIGHT, sections=6)
     hull.apply_scale(1000.0)
     hull.export(folder / "hull.stl")
-    blades = trimesh.creation.box(extents=(2.0 * BLADE, 0.02, 0.004))
+    blade = trimesh.creation.box(extents=(BLADE, 0.02, 0.002))
+    parts = [trimesh.creation.cylinder(radius=0.008, height=0.012, sections=12)]
+    for half in (0.0, math.pi):
+        # both are pitched by 14 degrees, leading edge up
+        pitch = rotation_matrix(0.25, (1, 0, 0), (0, 0, 0))
+        out = translation_matrix((BLADE / 2.0, 0, 0))
+        parts.append(blade.copy().apply_transform(rotation_matrix(half, (0, 0, 1)) @ out @ pitch))
+    blades = trimesh.util.concatenate(parts)
     blades.export(folder / "propeller.dae")
 
 
 def _body() -> str:
     hull = f'<mesh filename="{PACKAGE}hull.stl" scale="0.001 0.001 0.001"/>'
-    boom = f'<cylinder radius="{BOOM}" length="{RING - HULL:.3f}"/>'
     shapes = ""
-    for kind, colour in (("visual", ORANGE), ("collision", "")):
+    # what touches and displaces ends at the circle around the hull; what is drawn meets its sides
+    for kind, colour, dark, start in (
+        ("visual", ORANGE, DARK, 0.8 * HULL),
+        ("collision", "", "", HULL),
+    ):
+        boom = f'<cylinder radius="{BOOM}" length="{RING - start:.3f}"/>'
         shapes += SHAPE.format(kind=kind, xyz="0 0 0", rpy="0 0 0", geometry=hull, colour=colour)
         for k in range(6):
             angle = _angle(k)
-            middle = (RING + HULL) / 2.0
+            middle = (RING + start) / 2.0
             xyz = f"{middle * math.cos(angle):.4f} {middle * math.sin(angle):.4f} 0.03"
             rpy = f"0 {math.pi / 2:.5f} {angle:.5f}"
-            shapes += SHAPE.format(kind=kind, xyz=xyz, rpy=rpy, geometry=boom, colour="")
+            shapes += SHAPE.format(kind=kind, xyz=xyz, rpy=rpy, geometry=boom, colour=dark)
         for side in (-0.09, 0.09):
             skid = '<box size="0.24 0.015 0.06"/>'
             xyz = f"0 {side} -0.07"
-            shapes += SHAPE.format(kind=kind, xyz=xyz, rpy="0 0 0", geometry=skid, colour="")
+            shapes += SHAPE.format(kind=kind, xyz=xyz, rpy="0 0 0", geometry=skid, colour=dark)
+    motor = f'<cylinder radius="{MOTOR}" length="{HUB - BOOM:.3f}"/>'
+    for k in range(6):
+        x, y = RING * math.cos(_angle(k)), RING * math.sin(_angle(k))
+        xyz = f"{x:.4f} {y:.4f} {(HUB + BOOM) / 2.0:.3f}"
+        shapes += SHAPE.format(kind="visual", xyz=xyz, rpy="0 0 0", geometry=motor, colour=LIGHT)
     # a hull of even density carries the battery low; booms and skids widen it
     return LINK.format(
         name="base_link",
@@ -124,7 +145,7 @@ def _rotor(k: int) -> str:
         izz=across,
         shapes=shapes,
     )
-    xyz = f"{RING * math.cos(angle):.4f} {RING * math.sin(angle):.4f} 0.06"
+    xyz = f"{RING * math.cos(angle):.4f} {RING * math.sin(angle):.4f} {HUB}"
     return link + JOINT.format(k=k, xyz=xyz)
 
 

@@ -118,9 +118,7 @@ def _head(shown: Sequence[tuple[Case, dict[str, Any]]]) -> str:
         "Written by `seals validate water`, case by case; each says how it was run. "
         "Figures without a bar are published, not judged. What the water gets wrong of a "
         "textbook's drag, found by the diagnosis: [water_drag_loop.md](water_drag_loop.md). "
-        "Why lines are missed: [water_convergence.md](water_convergence.md).\n\n"
-        + "\n".join(rows)
-        + "\n"
+        "Why lines are missed: [water_misses.md](water_misses.md).\n\n" + "\n".join(rows) + "\n"
     )
 
 

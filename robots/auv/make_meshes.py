@@ -50,6 +50,11 @@ def pieces(trim: float, forward: float = 0.0) -> list[Piece]:
     for side in (1.0, -1.0):
         at = (0.0, side * 0.13, -0.03)
         found.append(box(SKID, at, 0.37, colour="dark", solid=True, wet=True))
+        for x in (-0.09, 0.09):
+            # drawn only: what carries the plate, from the hull and from the foam
+            found.append(rod(0.007, (x, 0, -0.03), (x, side * 0.13, -0.03), colour="metal"))
+            foam = (x, side * 0.11, 0.07)
+            found.append(rod(0.006, (x, side * 0.128, 0.02), foam, colour="metal"))
     for place, axis in thrusters():
         middle, half = np.array(place), 0.025 * np.array(axis)
         found.append(rod(0.0348, middle - half, middle + half, 0.344, solid=True, wet=True))

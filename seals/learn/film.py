@@ -69,7 +69,8 @@ class Episode(Replay):
         places = np.asarray(self.poses(self.time).position).reshape(-1, 3)
         low, high = places.min(axis=0), places.max(axis=0)
         radius = 0.5 * float(np.linalg.norm(high - low))
-        return Way(0.5 * (low + high), radius, self.stage.settings.environment.water_level)
+        level = self.stage.settings.environment.water_level
+        return Way(0.5 * (low + high), radius, level, reach=radius)
 
 
 def refuse_unfilmed(config: Any) -> None:

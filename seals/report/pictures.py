@@ -18,8 +18,10 @@ from seals.report.style import MUTED
 
 SIZE = (8.0, 3.6)
 """Width and height [inch] at 140 dots per inch."""
-ROW = 90
-"""Letters of title and legend that fit above a chart."""
+ROW, KEY = 90, 6
+"""Letters of title and legend that fit above a chart, and those that a key of a legend takes."""
+LEGEND = 0.17
+"""Height of a row of a legend under a chart [inch]."""
 
 
 def write_picture(path: str | Path, charts: Chart | list[Chart]) -> Path:
@@ -34,9 +36,11 @@ def write_picture(path: str | Path, charts: Chart | list[Chart]) -> Path:
     """
     rows = [charts] if isinstance(charts, Chart) else charts
     # the object interface: pyplot would keep global state and look for a display
-    figure = figure_class()(figsize=(SIZE[0], SIZE[1] * len(rows)), dpi=140, layout="constrained")
-    for number, chart in enumerate(rows, start=1):
-        _draw(figure.add_subplot(len(rows), 1, number), chart.coloured())
+    heights = [SIZE[1] + LEGEND * _rows_below(chart) for chart in rows]
+    figure = figure_class()(figsize=(SIZE[0], sum(heights)), dpi=140, layout="constrained")
+    grid = figure.add_gridspec(len(rows), 1, height_ratios=heights)
+    for number, chart in enumerate(rows):
+        _draw(figure.add_subplot(grid[number]), chart.coloured())
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     canvas: Any = FigureCanvasAgg(figure)
@@ -117,14 +121,27 @@ def _draw(axes: Any, chart: Chart) -> None:
     if chart.equal:
         axes.set_aspect("equal", adjustable="datalim")
     if axes.get_legend_handles_labels()[0]:
-        # place the legend beside the title where both fit in one row
-        names = axes.get_legend_handles_labels()[1]
-        # a key takes as much room as six letters
-        if len(names) <= 4 and len(chart.title) + sum(len(name) + 6 for name in names) <= ROW:
-            place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2}
+        # beside the title where both fit in one row, else under the chart: never over the curves
+        below = _rows_below(chart)
+        if below:
+            columns = -(-len(axes.get_legend_handles_labels()[1]) // below)
+            place = {"loc": "upper left", "bbox_to_anchor": (0.0, -0.14), "ncols": columns}
         else:
-            place = {"loc": "best"}
-        axes.legend(fontsize=8, frameon=False, ncols=4, **place)
+            place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "ncols": 4}
+        axes.legend(fontsize=8, frameon=False, borderaxespad=0.2, **place)
+
+
+def _rows_below(chart: Chart) -> int:
+    """Return how many rows a legend takes under a chart; 0 where it fits beside the title."""
+    names = [line.name for line in chart.series if line.name]
+    if chart.stacked and len(names) > 1:
+        names.append("sum")
+    if not names or (
+        len(names) <= 4 and len(chart.title) + sum(len(name) + KEY for name in names) <= ROW
+    ):
+        return 0
+    columns = min(max(int(1.3 * ROW) // (max(map(len, names)) + KEY), 1), 4)
+    return -(-len(names) // columns)
 
 
 def _line(axes: Any, line: Series) -> None:

@@ -56,6 +56,12 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return place / "built"
 
 
+def test_the_search_weighs_whole_words(site: Path) -> None:
+    """The theme's worker asks for the term itself before all that begins with it."""
+    (worker,) = (site / "assets" / "javascripts" / "workers").glob("search.*.min.js")
+    assert worker.read_text(encoding="utf-8").count("^30 ${") == 1
+
+
 def words_of(page: Path) -> str:
     """The text of a built page, without its marks."""
     text = page.read_text(encoding="utf-8")
@@ -162,5 +168,5 @@ def test_what_the_particle_water_missed_is_said_where_it_is_used() -> None:
     """Each figure that the error table calls missed stands on the page for users."""
     table = (ROOT / "docs" / "water_validation.md").read_text(encoding="utf-8")
     rows = [line.split("|") for line in table.splitlines() if line.endswith("| missed |")]
-    page = (ROOT / "docs" / "particle_water.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "particle_water_accuracy.md").read_text(encoding="utf-8")
     assert [row[1:3] for row in rows if row[5].strip().replace("%", " %") not in page] == []

@@ -24,7 +24,7 @@ from seals.learn.evaluation.page import write_results
 from seals.learn.evaluation.result import EvaluationResult
 from seals.plugins.learners.dagger import Dagger
 
-PAGES = ("learning.md", "learning_results.md")
+PAGES = ("learning_walk.md", "learning_tasks.md", "learning_sight.md", "learning_results.md")
 """Pages with tables of what was learned."""
 
 

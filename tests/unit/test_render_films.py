@@ -7,6 +7,7 @@ import dataclasses
 import json
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -15,11 +16,13 @@ from PIL import Image
 from seals.api import load_log
 from seals.cli.main import main
 from seals.errors import ConfigError, MissingExtra
+from seals.rendering import Lens
+from seals.rendering.optics.surface import SurfaceAiry
 from seals.view.films.application import prepare
 from seals.view.films.files import Frames, times_of
 from seals.view.films.film import write_film
 from seals.view.films.settings import RenderSettings
-from seals.view.films.viewpoint import Viewpoint, Way, camera_of
+from seals.view.films.viewpoint import Viewpoint, Way, apparent, camera_of, in_picture
 
 DROP = [
     "experiment=drop_test",
@@ -176,12 +179,83 @@ def test_the_camera_follows_when_told(drop: Path) -> None:
     """It goes along with the robot, but under water it keeps its depth."""
     way = Way(np.zeros(3), 1.0, 0.0)
     still = camera_of(RenderSettings(camera="side"), way)
-    along = camera_of(RenderSettings(camera="side", follow=True), way)
+    along = camera_of(RenderSettings(camera="side", follow=True), way._replace(level=None))
     there = np.array([2.0, 0.0, 1.0])
     np.testing.assert_allclose(still(there).origin, still(np.zeros(3)).origin)
     np.testing.assert_allclose(along(there).origin - along(np.zeros(3)).origin, there)
     split = camera_of(RenderSettings(camera="split", follow=True), way)
     assert split(there).origin[2] == 0.0
+
+
+@pytest.mark.parametrize("camera", ["side", "three_quarter", "split"])
+@pytest.mark.parametrize("height", [-0.6, -0.2, 0.0, 0.3, 0.6])
+def test_a_preset_keeps_robot_and_waterline_in_the_picture(camera: str, height: float) -> None:
+    """On a way of 9 m the camera goes along: robot and the water beside it are in the picture."""
+    way = Way(np.zeros(3), 4.5, 0.0, reach=0.6)
+    at = np.array([4.0, 0.0, height])
+    view = camera_of(RenderSettings(camera=camera), way)(at)
+    lens = Lens(width=480, height=300, fov=0.9, near=0.02, far=100.0)
+    for corner in 0.5 * np.vstack([np.eye(3), -np.eye(3)]):
+        # seen through air alone: where the eye is does not matter here
+        assert in_picture(view, lens, (at + corner)[None], None)
+    assert in_picture(view, lens, np.array([[4.0, 0.0, 0.0]]), None)
+    # near enough: the robot fills a sixth of the picture's height or more
+    far = float(np.linalg.norm(view.origin - at))
+    assert 2 * 0.6 / far > 2 * np.tan(0.45) * 300 / 480 / 6
+
+
+def test_a_camera_half_in_the_water_rides_on_the_waves(
+    drop: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its height is that of the surface where it is, at the time of the frame."""
+    wave = SurfaceAiry([0.2], [[0.4, 0.1]], [2.0], [0.4])
+    for camera, rides in (("split", True), ("side", False)):
+        shooting = prepare(RenderSettings(run=str(drop), camera=camera))
+        body = shooting.water.at(0.0)
+        assert body is not None
+        monkeypatch.setattr(shooting.water, "at", Mock(return_value=body._replace(surface=wave)))
+        x, y, z = shooting.frame_at(3, port=0.1).view.origin
+        height = float(wave.height(np.array([x]), np.array([y]), shooting.times[3])[0])
+        assert (float(z) == pytest.approx(height)) is rides
+        assert abs(height) > 0.01
+
+
+def test_an_eye_under_water_sees_the_air_in_a_cone() -> None:
+    """Snell's law: a ball far off over the water stands at 48.6 degrees from the vertical."""
+    eye = np.array([0.0, 0.0, -1.0])
+    place = apparent(eye, np.array([[1000.0, 0.0, 5.0], [0.0, 0.0, 5.0]]), 0.0)
+    lean = np.degrees(np.arctan2(place[:, 0], place[:, 2] + 1.0))
+    np.testing.assert_allclose(lean, [np.degrees(np.arcsin(1 / 1.333)), 0.0], atol=0.1)
+    # on the way back it is the same path
+    back = apparent(np.array([3.0, 0.0, 2.0]), eye[None], 0.0)[0] - [3.0, 0.0, 2.0]
+    there = apparent(eye, np.array([[3.0, 0.0, 2.0]]), 0.0)[0] - eye
+    sines = [np.hypot(*ray[:2]) / np.linalg.norm(ray) for ray in (back, there)]
+    np.testing.assert_allclose(sines[0], 1.333 * sines[1], rtol=1e-6)
+
+
+def test_a_camera_that_misses_the_robot_says_so(
+    drop: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The picture is drawn, and the console names the frames without the robot and a camera."""
+    assert render(drop, f"out={tmp_path}", "camera=[0,-3,1]", "look_at=[0,-9,1]") == 0
+    said = capsys.readouterr().out
+    assert "camera: the robot is in the picture in 0 of 5 frames looked at" in said
+    assert "camera=side has it in 100 %" in said
+    assert render(drop, f"out={tmp_path}", "camera=side", "replace=true") == 0
+    assert "camera:" not in capsys.readouterr().out
+
+
+def test_a_slow_renderer_begins_with_a_preview(
+    drop: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Four frames of TinyRenderer stand in a picture of 640 x 400 before the first is drawn."""
+    pytest.importorskip("mitsuba")
+    words = ["renderer=mitsuba", "renderer.samples=1", "width=32", "height=20"]
+    assert render(drop, f"out={tmp_path}", *words) == 0
+    assert "preview: " in capsys.readouterr().out
+    shown = np.asarray(Image.open(tmp_path / "preview.png"))
+    assert shown.shape == (400, 640, 3)
+    assert shown.std() > 5.0
 
 
 def test_looking_is_upright() -> None:

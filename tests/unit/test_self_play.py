@@ -147,7 +147,7 @@ def test_turns_go_on_where_they_stopped(tmp_path: Path) -> None:
 
 def test_the_page_shows_the_games_that_ship(capsys: pytest.CaptureFixture[str]) -> None:
     """No figure of its tables is typed."""
-    page = (Path(__file__).parents[2] / "docs" / "learning_results.md").read_text("utf-8")
+    page = (Path(__file__).parents[2] / "docs" / "learning_self_play.md").read_text("utf-8")
     assert main(["table"]) == 0
     told = [line for line in capsys.readouterr().out.splitlines() if line.startswith("|")]
     assert len(told) > 4

@@ -1,7 +1,7 @@
 """Robots of other projects: taken over, checked, and driven along a course in their media.
 
 ``python tests/validation/outside_robots.py [NAME ...]`` prints the table of
-``docs/tutorial_own_robot.md``.
+``docs/robot_files.md``.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Files of other projects as they are published: taken over, checked, and driven along a course.
 
 ``python tests/validation/published_robots.py [NAME ...]`` prints the second table of
-``docs/tutorial_own_robot.md``. Those of ``example-robot-data`` need that package
+``docs/robot_files.md``. Those of ``example-robot-data`` need that package
 (``pip install --no-deps example-robot-data``), those of Crazyflies ``crazyflow``.
 """
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -16,12 +16,13 @@ from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis
 from seals.sysid.report.charts import ablation_chart, gain_chart
 from seals.sysid.report.gains import Step, ablation_steps
-from seals.sysid.report.naming import UNKNOWN, figure, percent, points
+from seals.sysid.report.naming import UNKNOWN, points
 from seals.sysid.report.overlay import POINTS, levels, overlay_blocks
 from seals.sysid.report.table import Entry, ranking
 from seals.sysid.report.tolerances import Moved, moved, tolerance_chart
 from seals.sysid.report.words import (
     explanation,
+    first_answers,
     headline,
     joined,
     next_steps,
@@ -70,20 +71,21 @@ def write_report(
     after = model_after(diagnosis)
     missing = localisation or locate_residual_force(diagnosis.problem, diagnosis.search.nominal)
     values, nominal = moved(after), moved(diagnosis.search.nominal)
+    channels = levels(diagnosis.search.nominal, after)
     content = {
         "log": log.name,
         "headline": headline(diagnosis, data),
         "diagnosis": data,
         "rank": [e.to_dict() for e in entries],
         "ladder": [{"model": s.name, "held_out_error": s.error} for s in steps],
-        "channels": levels(diagnosis.search.nominal, after),
+        "channels": channels,
         "missing_force": missing.to_dict(),
         "tolerances": [m.to_dict() for m in values],
         "data_check": [str(f) for f in findings],
     }
     write_json(folder / DATA, finite(content))
     fixed = [
-        _summary(diagnosis, data, missing, folder),
+        _summary(diagnosis, data, missing, channels, folder),
         Section(
             title=_FORCE.get(diagnosis.answer.verdict, "The force that is missing"),
             blocks=_wrench(diagnosis, after, missing, residual_after),
@@ -142,19 +144,14 @@ def _subtitle(diagnosis: Diagnosis) -> str:
 
 
 def _summary(
-    diagnosis: Diagnosis, data: dict[str, Any], missing: Localisation, folder: Path
+    diagnosis: Diagnosis,
+    data: dict[str, Any],
+    missing: Localisation,
+    channels: Mapping[str, Mapping[str, float]],
+    folder: Path,
 ) -> Section:
-    held, verdict = data["held_out_error"], diagnosis.answer.verdict
-    facts = {"verdict": verdict.value.replace("_", " ")}
-    if data["effects"]:
-        facts["confidence"] = " / ".join(percent(e["confidence"]) for e in data["effects"])
-    claimed = bool(diagnosis.answer.claims)
-    keys = ("stated", "before", "after") if claimed else ("stated", "before")
-    steps = "stated → fitted" + (" → with the effect" if claimed else "")
-    facts[f"held-out error [× noise]: {steps}"] = " → ".join(
-        figure(held[k], digits=3) for k in keys
-    )
-    facts["floor (noise alone)"] = f"{held['noise_floor']:.3g}"
+    verdict = diagnosis.answer.verdict
+    facts = first_answers(diagnosis, data, missing, channels)
     words, commands = next_steps(diagnosis, data, missing.formula, folder)
     blocks: list[Block] = [
         Paragraph(text=headline(diagnosis, data), tone=_TONES.get(verdict, "warn"), large=True),
@@ -163,8 +160,8 @@ def _summary(
     ]
     rows = parameter_rows(data)
     if rows:
-        head = ["effect", "value of", "fitted", "90 % interval"]
-        blocks.append(Table(head=head, rows=rows, right=(2, 3)))
+        head = ["value of", "fitted", "90 % interval"]
+        blocks.append(Table(head=head, rows=rows, right=(1, 2)))
     for names in data["ambiguous_with"]:
         text = (
             f"This log cannot tell apart: {', '.join(names)}."
@@ -207,7 +204,9 @@ def _wrench(
     if law is not None and diagnosis.answer.verdict is Verdict.none_of_these:
         words = (
             f"A formula for it: {law}. On parts of the log that it was not fitted to it explains "
-            f"{100 * law.share:.0f} ± {100 * law.share_sd:.0f} % of the misfit above the noise."
+            # beyond all of it lies within the estimate's error
+            f"{100 * min(law.share, 1.0):.0f} ± {100 * min(law.share_sd, 1.0):.0f} % of the "
+            "misfit above the noise."
         )
         blocks.insert(1, Paragraph(text=words))
     rows = [

@@ -13,7 +13,7 @@ from seals.sysid.diagnosis import Diagnosis
 from seals.sysid.report.naming import effect_words, figure, interval, percent
 from seals.sysid.report.sentence import calibration_of, given_by, turned_words
 from seals.sysid.report.tolerances import moved
-from seals.sysid.residual_force import Formula
+from seals.sysid.residual_force import Formula, Localisation
 
 _STRAINED = 1.5
 """Tolerances beyond which a data sheet value is mentioned."""
@@ -39,6 +39,46 @@ def headline(diagnosis: Diagnosis, data: Mapping[str, Any]) -> str:
     if verdict is Verdict.nothing_missing:
         return "Nothing is missing: the model explains the log within noise and tolerances."
     return "The log cannot be used."
+
+
+def first_answers(
+    diagnosis: Diagnosis,
+    data: Mapping[str, Any],
+    missing: Localisation,
+    channels: Mapping[str, Mapping[str, float]],
+) -> dict[str, str]:
+    """Return what, where, when and by how much, each in a few words.
+
+    Args:
+        diagnosis: that is told.
+        data: of the diagnosis, as `Diagnosis.to_dict` returns it.
+        missing: what the nominal model lacks.
+        channels: residual before and after in units of what is expected, by channel.
+    """
+    verdict, held, effects = diagnosis.answer.verdict, data["held_out_error"], data["effects"]
+    claimed = bool(diagnosis.answer.claims)
+    what = " / ".join(f"{e['name']}, {percent(e['confidence'])}" for e in effects)
+    answers = {"what": what if claimed else verdict.value.replace("_", " ")}
+    mark = missing.signature
+    if mark.along:
+        held_in = f", constant in the {mark.frame}" if mark.frame != "neither" else ""
+        answers["where"] = f"force along {mark.along}{held_in}"
+    elif verdict is not Verdict.nothing_missing and channels:
+        worst = max(channels, key=lambda name: channels[name]["before"])
+        answers["where"] = f"seen in {worst}, {channels[worst]['before']:.2g} × expected"
+    if claimed:
+        spans = [_when(diagnosis, e).strip() or "throughout" for e in effects]
+        answers["when"] = " / ".join(dict.fromkeys(spans))
+    elif missing.residual.missing and missing.regimes:
+        most = max(missing.regimes, key=lambda r: max(r.force_ratio, r.torque_ratio))
+        answers["when"] = f"most: {most.name}"
+    if mark.media and "when" in answers:
+        answers["when"] += f", in {joined(list(mark.media))}"
+    keys = ("stated", "before", "after") if claimed else ("stated", "before")
+    steps = "stated → fitted" + (" → with it" if claimed else "")
+    fall = " → ".join(figure(held[k], digits=3) for k in keys)
+    answers[f"held-out error, noise is {held['noise_floor']:.3g}: {steps}"] = fall
+    return answers
 
 
 def _untold(diagnosis: Diagnosis, data: Mapping[str, Any]) -> str:
@@ -67,7 +107,7 @@ def explanation(diagnosis: Diagnosis, data: Mapping[str, Any]) -> str:
             f"their tolerances, {last} with the effect"
         )
         wrong = " ".join(_wrong(n) for n in data["stated_wrong"])
-        return f"{fell}; 1 is noise alone. {words} {strained(diagnosis)} {wrong}".strip()
+        return f"Why: {words} {fell}; 1 is noise alone. {strained(diagnosis)} {wrong}".strip()
     reasons = "; ".join(diagnosis.answer.reasons)
     if verdict is Verdict.none_of_these:
         share, least = data.get("explained"), diagnosis.problem.policy.explained
@@ -200,14 +240,16 @@ def proposed(plan: Any) -> str:
 
 
 def parameter_rows(data: Mapping[str, Any]) -> list[list[str]]:
-    """Return rows of text: effect, parameter, value and 90 % interval of every claim."""
-    rows = []
+    """Return rows of text: parameter, value and 90 % interval of every claim."""
+    rows, several = [], len(data["effects"]) > 1
     for effect in data["effects"]:
         for name, p in effect["parameters"].items():
             unit = p["unit"]
             exact = p["low90"] == p["high90"]
             limits = "–" if exact else interval(p["low90"], p["high90"], unit)
-            rows.append([effect["name"], name.replace("_", " "), figure(p["value"], unit), limits])
+            words = name.replace("_", " ")
+            words = f"{effect['name']}: {words}" if several else words
+            rows.append([words, figure(p["value"], unit), limits])
     return rows
 
 

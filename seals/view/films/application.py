@@ -12,11 +12,13 @@ import numpy as np
 from seals import registry
 from seals.arrays import Floats
 from seals.config.build import build
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError, MissingExtra, suggestion
 from seals.file_names import short_path
+from seals.logs.atomic import write_bytes
 from seals.registry import names
 from seals.rendering import Lens, Renderer, Scene
-from seals.rendering.optics import Optics
+from seals.rendering.files import png
+from seals.rendering.optics import Optics, to_bytes
 from seals.run.progress import progress
 from seals.run.surface import FOLDER as SURFACES
 from seals.schema import check_fields
@@ -24,8 +26,8 @@ from seals.view import Replay, open_replay
 from seals.view.films.files import Frames, times_of
 from seals.view.films.film import refuse_missing, write_film
 from seals.view.films.frame import Drawn, Frame, Photographer
-from seals.view.films.settings import SIZES, RenderSettings
-from seals.view.films.viewpoint import Viewpoint, Way, camera_of
+from seals.view.films.settings import CAMERAS, SIZES, RenderSettings
+from seals.view.films.viewpoint import Viewpoint, Way, camera_of, in_picture
 from seals.view.films.water import WaterOverTime
 
 FOLDER = "render"
@@ -33,6 +35,10 @@ FOLDER = "render"
 FILM = "film.mp4"
 WATER = "coastal_1"
 """Jerlov type of water whose run names none."""
+PREVIEW = "preview.png"
+"""Four frames of a long film, drawn in seconds before it."""
+LOOKED_AT, PREVIEWED = 40, 4
+"""Frames looked at for whether they show the robot, and those of a preview."""
 WALLS = "basin_"
 """Walls of a tank, which a film leaves out; its floor stays."""
 
@@ -48,6 +54,8 @@ class Shooting(NamedTuple):
         camera: by the place of the robot.
         lens: of the camera.
         times: of the frames [s], shape (n,).
+        way: what the camera is to see.
+        afloat: whether the camera rides on the water's surface.
     """
 
     replay: Replay
@@ -57,6 +65,8 @@ class Shooting(NamedTuple):
     camera: Callable[[Floats], Viewpoint]
     lens: Lens
     times: Floats
+    way: Way
+    afloat: bool
 
     def draw(self, photographer: Photographer, frames: Frames, settings: RenderSettings) -> int:
         """Render the missing frames; return their number."""
@@ -67,9 +77,29 @@ class Shooting(NamedTuple):
         with progress("render", len(left), lambda: f"{len(left)} frames") as tell:
             for count, k in enumerate(left, start=1):
                 light = photographer.photograph(self.frame_at(k, settings.port))
-                frames.write(k, settings.exposure * light)
+                frames.write(k, settings.light * light)
                 tell(count)
         return len(left)
+
+    def shown(self, camera: Callable[[Floats], Viewpoint]) -> list[tuple[float, bool]]:
+        """Return the times of up to 40 frames, and whether a camera has the robot in its picture.
+
+        Args:
+            camera: by the place of the robot.
+        """
+        found: list[tuple[float, bool]] = []
+        for number in np.linspace(0, len(self.times) - 1, LOOKED_AT).round().astype(int):
+            time = float(self.times[number])
+            points = _corners(self.replay, time)
+            view = camera(self._robot_at(time))
+            if not found or time > found[-1][0]:
+                found.append((time, in_picture(view, self.lens, points, self.water.level)))
+        return found
+
+    def _robot_at(self, time: float) -> Floats:
+        """Place of the robot [m], shape (3,)."""
+        track = next(iter(self.replay.tracks.values())).position
+        return np.array([np.interp(time, self.replay.time, track[:, k]) for k in range(3)])
 
     def frame_at(self, number: int, port: float) -> Frame:
         """Return the content of a frame.
@@ -79,17 +109,12 @@ class Shooting(NamedTuple):
             port: radius of the dome before the lens [m].
         """
         time = float(self.times[number])
-        replay = self.replay
-        track = next(iter(replay.tracks.values())).position
-        at = np.array([np.interp(time, replay.time, track[:, k]) for k in range(3)])
-        return Frame(
-            time,
-            replay.poses([time]),
-            self.camera(at),
-            self.lens,
-            self.water.at(time),
-            port,
-        )
+        view, water = self.camera(self._robot_at(time)), self.water.at(time)
+        if self.afloat and water is not None:
+            x, y = view.origin[:2]
+            height = float(water.surface.height(np.array([x]), np.array([y]), time)[0])
+            view = view._replace(origin=np.array([x, y, height]))
+        return Frame(time, self.replay.poses([time]), view, self.lens, water, port)
 
 
 def execute(config: Any) -> int | None:
@@ -115,6 +140,8 @@ def execute(config: Any) -> int | None:
     photographer = photographer_of(renderer)
     out = Path(settings.out) if settings.out else _folder(settings, str(chosen["_target_"]))
     frames = Frames(out, _card(settings, chosen), replace=settings.replace)
+    for line in (*_unseen(shooting, settings), *_preview(shooting, settings, renderer, out)):
+        print(line)
     try:
         drawn = shooting.draw(photographer, frames, settings)
     finally:
@@ -179,6 +206,8 @@ def shooting_of(replay: Replay, settings: RenderSettings, *, way: Way | None = N
             far=3000.0,
         ),
         times,
+        way,
+        settings.camera == "split",
     )
 
 
@@ -214,23 +243,81 @@ def _way(replay: Replay, times: Floats) -> Way:
     track = track[during] if during.any() else track
     level = replay.stage.settings.environment.water_level
     low, high = track.min(axis=0), track.max(axis=0)
-    radius = 0.5 * float(np.linalg.norm(high - low)) + _reach(replay)
-    return Way(0.5 * (low + high), radius, level)
+    reach = _reach(replay)
+    radius = 0.5 * float(np.linalg.norm(high - low)) + reach
+    return Way(0.5 * (low + high), radius, level, reach)
+
+
+def _corners(replay: Replay, time: float) -> Floats:
+    """Return the corners of the first actor as drawn, world [m], shape (n, 3)."""
+    from seals.rendering.meshes import corners_of
+
+    poses, scene = replay.poses([time]), replay.stage.scene
+    position, rotation = np.asarray(poses.position)[0], np.asarray(poses.rotation)[0]
+    robot = next(iter(replay.tracks))
+    found = [position[:1]]
+    for shape in scene.shapes:
+        own = shape.frame >= 0 and scene.frames[shape.frame].partition("/")[0] == robot
+        if own and shape.kind != "plane":
+            points = corners_of(shape)[0] @ np.asarray(shape.rotation).T + shape.position
+            found.append(points @ rotation[shape.frame].T + position[shape.frame])
+    return np.concatenate(found)
 
 
 def _reach(replay: Replay) -> float:
     """Return the largest distance of the robot from its base [m]."""
-    from seals.rendering.meshes import corners_of
+    time = float(replay.time[0])
+    base = np.asarray(replay.poses([time]).position)[0, 0]
+    return max(0.1, float(np.linalg.norm(_corners(replay, time) - base, axis=1).max()))
 
-    poses = replay.poses([replay.time[0]])
-    base, size = np.asarray(poses.position)[0, 0], 0.1
-    for shape in replay.stage.scene.shapes:
-        if shape.frame >= 0 and shape.kind != "plane":
-            points = corners_of(shape)[0] @ np.asarray(shape.rotation).T + shape.position
-            turned = points @ np.asarray(poses.rotation)[0, shape.frame].T
-            place = turned + np.asarray(poses.position)[0, shape.frame]
-            size = max(size, float(np.linalg.norm(place - base, axis=1).max()))
-    return size
+
+def _unseen(shooting: Shooting, settings: RenderSettings) -> list[str]:
+    """Say in how many frames the robot is out of the picture, and which camera shows more."""
+    seen = shooting.shown(shooting.camera)
+    missed = [time for time, is_in in seen if not is_in]
+    if not missed:
+        return []
+
+    def share(camera: str) -> float:
+        found = shooting.shown(
+            camera_of(dataclasses.replace(settings, camera=camera, look_at=[]), shooting.way)
+        )
+        return sum(is_in for _, is_in in found) / len(found)
+
+    wet = ("split", "under_water")
+    presets = [c for c in CAMERAS if shooting.water.level is not None or c not in wet]
+    best = max(presets, key=share)
+    better = share(best)
+    lines = [
+        f"camera: the robot is in the picture in {len(seen) - len(missed)} of {len(seen)} frames "
+        f"looked at; out of it first at {missed[0]:.2f} s"
+    ]
+    if better > 1.0 - len(missed) / len(seen):
+        lines.append(f"  camera={best} has it in {100.0 * better:.0f} %; replace=true draws anew")
+    return lines
+
+
+def _preview(shooting: Shooting, settings: RenderSettings, renderer: Any, out: Path) -> list[str]:
+    """Draw four small frames by the renderer that takes seconds, before one that takes longer."""
+    if not isinstance(renderer, Photographer) or len(shooting.times) <= PREVIEWED:
+        return []
+    few = shooting._replace(
+        lens=dataclasses.replace(shooting.lens, width=320, height=200),
+        times=shooting.times[np.linspace(0, len(shooting.times) - 1, PREVIEWED).astype(int)],
+    )
+    try:
+        quick = Drawn(registry.get("viewer", "tiny").load()())
+    except MissingExtra:
+        # a preview wants PyBullet; the film does not
+        return []
+    try:
+        quick.arrange(few.scene, few.optics, settings.quality)
+        drawn = [quick.photograph(few.frame_at(k, settings.port)) for k in range(PREVIEWED)]
+    finally:
+        quick.close()
+    sheet = np.concatenate([np.concatenate(drawn[k : k + 2], axis=1) for k in (0, 2)])
+    write_bytes(out / PREVIEW, png(to_bytes(np.clip(settings.light * sheet, 0.0, 1.0))))
+    return [f"preview: {short_path(out / PREVIEW)} (four frames, by renderer=tiny)"]
 
 
 def _folder(settings: RenderSettings, target: str) -> Path:

@@ -37,7 +37,8 @@ class RenderSettings:
         quality: size and samples of the frames.
         camera: ``side``, ``three_quarter``, ``split``, ``under_water``, or a place [x, y, z] [m].
         look_at: what the camera looks at [m]; empty for the middle of the robot's way.
-        follow: whether the camera goes along with the robot.
+        follow: whether the camera goes along with the robot; None: a preset does where the way is
+            wide for a robot of its size.
         fov: horizontal field of view [rad].
         port: radius of the dome in front of the lens [m]: water begins where a line of sight
             leaves it.
@@ -49,7 +50,8 @@ class RenderSettings:
         end: time after which no frame is drawn [s]; None for the end of the run.
         water_type: Jerlov's type of the water; None for the run's own, ``coastal_1`` where it has
             none.
-        exposure: factor on the light of the picture [1].
+        exposure: factor on the light of the picture [1]; None for 2 with the camera
+            ``under_water``, 1.4 with ``split``, else 1.
         ripples: wind speed of small waves that are drawn only, without force [m/s]; None for the
             run's own, which are none as a rule.
         film: whether to write the film beside the frames.
@@ -63,7 +65,7 @@ class RenderSettings:
     quality: Quality = Quality.draft
     camera: Any = "three_quarter"
     look_at: list[float] = vector((), "m", bounds=(-1e5, 1e5), source="the robot's way")
-    follow: bool = False
+    follow: bool | None = None
     fov: float = setting(0.9, "rad", bounds=(0.05, 2.5), source=_CHOSEN)
     port: float = setting(0.08, "m", bounds=(0.001, 1.0), source=_CHOSEN)
     width: int = 0
@@ -73,13 +75,22 @@ class RenderSettings:
     start: float = setting(0.0, "s", bounds=(0.0, 1e6), source=_CHOSEN)
     end: float | None = optional("s", bounds=(0.0, 1e6), source="the end of the run")
     water_type: str | None = None
-    exposure: float = setting(1.0, "1", bounds=(1e-3, 1e3), source=_CHOSEN)
+    exposure: float | None = optional("1", bounds=(1e-3, 1e3), source="the camera's")
     ripples: float | None = optional("m/s", bounds=(0.0, 15.0), source="the run's")
     film: bool = True
     replace: bool = False
 
+    @property
+    def light(self) -> float:
+        """Factor on the light of the picture [1]: the given one, or that of the camera."""
+        if self.exposure is not None:
+            return self.exposure
+        return _EXPOSURES.get(self.camera, 1.0) if isinstance(self.camera, str) else 1.0
+
 
 SIZES = {Quality.draft: (480, 300), Quality.paper: (1280, 800)}
 """Width and height of a frame by quality [pixel]."""
+_EXPOSURES = {"under_water": 2.0, "split": 1.4}
+"""Factors on the light by preset [1]: water takes most of it."""
 CAMERAS = ("side", "three_quarter", "split", "under_water")
 """Presets of the camera."""

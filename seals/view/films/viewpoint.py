@@ -1,4 +1,4 @@
-"""Camera position of a film: presets about the robot's path, or a given position."""
+"""Camera position of a film: presets about the robot's path, or a given position; what it sees."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import ConfigError, suggestion
+from seals.rendering import Lens
+from seals.rendering.optics.interface import INDEX
 from seals.view.films.settings import CAMERAS, SIZES, RenderSettings
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -17,13 +19,19 @@ ROOM = 1.1
 """Room around robot and way in the picture [1]."""
 _DIRECTIONS = {
     "side": (0.0, -1.0, 0.12),
-    "three_quarter": (-0.75, -1.0, 0.5),
+    # low enough that the horizon is in the picture
+    "three_quarter": (-0.75, -1.0, 0.3),
     "split": (-0.35, -1.0, 0.0),
     "under_water": (-0.6, -1.0, -0.12),
 }
 """From the middle of the way towards the camera."""
 UNDER = 0.35
 """Least depth of the camera ``under_water`` [m]."""
+WIDE, ROUND = 4.0, 1.6
+"""How many reaches of the robot its way may be wide before the camera follows, and how many the
+camera that follows keeps in the picture [1]."""
+SMALLEST = 0.3
+"""Least radius of what a camera that follows keeps in the picture [m]."""
 
 
 class Viewpoint(NamedTuple):
@@ -72,11 +80,28 @@ class Way(NamedTuple):
         middle: of the room that the robot goes through [m], shape (3,).
         radius: of the ball around robot and way [m].
         level: of the water [m], or None.
+        reach: of the robot from its base [m].
     """
 
     middle: Floats
     radius: float
     level: float | None
+    reach: float = 0.5
+
+    def followed(self) -> Way:
+        """Return what a camera that follows keeps in the picture: the robot and the waterline."""
+        beside = 0.0 if self.level is None else 0.5 * self.reach
+        near = max(ROUND * self.reach + beside, SMALLEST)
+        return self._replace(radius=min(self.radius, near))
+
+    def with_waterline(self) -> Way:
+        """Return a region that reaches the water's surface, if that is nearer than its radius."""
+        gap = 0.0 if self.level is None else self.level - float(self.middle[2])
+        if not 0.0 < abs(gap) - self.radius < self.radius:
+            return self
+        more = abs(gap) - self.radius
+        middle = self.middle + np.array([0.0, 0.0, math.copysign(0.5 * more, gap)])
+        return self._replace(middle=middle, radius=self.radius + 0.5 * more)
 
 
 def camera_of(settings: RenderSettings, way: Way) -> Callable[[Floats], Viewpoint]:
@@ -85,6 +110,12 @@ def camera_of(settings: RenderSettings, way: Way) -> Callable[[Floats], Viewpoin
     Raises:
         ConfigError: an unknown preset, one that needs water where there is none, or no place.
     """
+    own = not isinstance(settings.camera, str)
+    follow = settings.follow
+    if follow is None:
+        follow = not own and not settings.look_at and way.radius > WIDE * way.reach
+    if not own and not settings.look_at:
+        way = way.followed() if follow else way.with_waterline()
     target = np.asarray(settings.look_at or way.middle, dtype=float)
     if target.shape != (3,):
         raise ConfigError(
@@ -92,14 +123,26 @@ def camera_of(settings: RenderSettings, way: Way) -> Callable[[Floats], Viewpoin
         )
     origin = _origin(settings, way, target)
     fixed = Viewpoint.looking(origin, target)
-    if not settings.follow:
+    if not follow:
         return lambda _: fixed
-    reach = origin - target
-    if settings.camera in ("split", "under_water"):
-        return lambda at: Viewpoint.looking(
-            np.array([at[0] + reach[0], at[1] + reach[1], origin[2]]), at
-        )
-    return lambda at: Viewpoint.looking(at + reach, at)
+    offset = origin - target
+
+    def along(at: Floats) -> Viewpoint:
+        # a preset keeps the waterline beside the robot in the picture
+        aim = at if own or way.level is None else at + _toward(way.level - at[2], way.reach)
+        place = aim + offset
+        if settings.camera == "split":
+            place[2] = origin[2]
+        elif settings.camera == "under_water" and way.level is not None:
+            place[2] = min(place[2], way.level - UNDER)
+        return Viewpoint.looking(place, aim)
+
+    return along
+
+
+def _toward(gap: float, reach: float) -> Floats:
+    """Half the way to the waterline, as far as both have room [m], shape (3,)."""
+    return np.array([0.0, 0.0, 0.5 * float(np.clip(gap, -reach, reach))])
 
 
 def _origin(settings: RenderSettings, way: Way, target: Floats) -> Floats:
@@ -123,8 +166,7 @@ def _origin(settings: RenderSettings, way: Way, target: Floats) -> Floats:
     wide, high = SIZES[settings.quality]
     ratio = (settings.height or high) / (settings.width or wide)
     half = math.atan(math.tan(0.5 * settings.fov) * ratio)
-    radius = way.radius if not settings.follow else min(way.radius, FOLLOWED)
-    place: Floats = target + toward * ROOM * radius / math.sin(half)
+    place: Floats = target + toward * ROOM * way.radius / math.sin(half)
     if way.level is not None and camera == "split":
         place[2] = way.level
     elif way.level is not None and camera == "under_water":
@@ -132,5 +174,58 @@ def _origin(settings: RenderSettings, way: Way, target: Floats) -> Floats:
     return place
 
 
-FOLLOWED = 0.8
-"""Largest radius of what a camera that follows keeps in the picture [m]."""
+def apparent(origin: Floats, points: Floats, level: float | None) -> Floats:
+    """Return where points seem to be for an eye on the other side of level water.
+
+    Equation:
+        n sin(a) = sin(b): the place x of the surface where c x / sqrt(x^2 + c^2) and
+        c' (d - x) / sqrt((d - x)^2 + h^2) are equal, by halving.
+
+    Args:
+        origin: of the eye, world [m], shape (3,).
+        points: world [m], shape (n, 3).
+        level: of the water [m], or None.
+
+    Returns:
+        Places along the seen direction, as far away as the points; shape (n, 3).
+
+    Source:
+        Snell's law.
+    """
+    if level is None:
+        return points
+    depth, height = level - origin[2], points[:, 2] - level
+    crossing = depth * height > 0.0
+    if not np.any(crossing):
+        return points
+    flat = points[:, :2] - origin[:2]
+    far = np.maximum(np.linalg.norm(flat, axis=1), 1e-9)
+    near, beyond = (INDEX, 1.0) if depth > 0.0 else (1.0, INDEX)
+    low, high = np.zeros_like(far), far.copy()
+    for _ in range(40):
+        x = 0.5 * (low + high)
+        short = near * x / np.hypot(x, depth) < beyond * (far - x) / np.hypot(far - x, height)
+        low, high = np.where(short, x, low), np.where(short, high, x)
+    x = 0.5 * (low + high)
+    ray = np.column_stack([flat * (x / far)[:, None], np.full_like(x, depth)])
+    ray *= (np.linalg.norm(points - origin, axis=1) / np.linalg.norm(ray, axis=1))[:, None]
+    found: Floats = np.where(crossing[:, None], origin + ray, points)
+    return found
+
+
+def in_picture(view: Viewpoint, lens: Lens, points: Floats, level: float | None) -> bool:
+    """Return whether one of some points is within the picture, seen through level water.
+
+    Args:
+        view: of the camera.
+        lens: of the camera.
+        points: world [m], shape (n, 3).
+        level: of the water [m], or None.
+    """
+    seen = apparent(view.origin, points, level) - view.origin
+    right, down, ahead = (seen @ view.axes).T
+    wide = math.tan(0.5 * lens.fov)
+    high = wide * lens.height / lens.width
+    return bool(
+        np.any((ahead > lens.near) & (abs(right) < wide * ahead) & (abs(down) < high * ahead))
+    )
