@@ -86,7 +86,7 @@ WRONG = [
     ("train --config-name=train_schema", "schema of a configuration, not one", "seals train KEY"),
     ("compare ROBOT reader=impak", "reader 'impak'", "Did you mean 'impack'?"),
     ("validate water --out", "argument --out: expected one argument", "validate water --help"),
-    ("view nowhere", "no run or experiment or robot is named so", "seals help view"),
+    ("view nowhere", "no run, experiment or robot has this name", "seals help view"),
     ("export", "policy is not given", "seals export policy=FOLDER"),
     ("run ROBOT initial.position.z=2", "initial.position is a list", "initial.position.0=VALUE"),
     ("run ROBOT initial.position.7=2", "initial.position[7] is not allowed", "from 0 on"),
