@@ -288,7 +288,7 @@ VERBS = {
     "validate": Verb(
         target="seals.cli.validate:validate",
         summary="run the validation of the particle water; write a report",
-        usage="water [CASE ...] [full=true] [out=FOLDER]\n"
+        usage="water [CASE ...] [full=true] [out=FOLDER] [device=cuda]\n"
         "  seals validate water\n  seals validate water hydrostatics standing_wave full=true\n\n"
         "exit code: 0 all errors are within their limits, 1 one is not, 2 refused",
     ),
