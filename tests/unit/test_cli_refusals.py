@@ -144,7 +144,7 @@ def test_wrong_line_gets_two_lines(
         ("train varied=x", "Allowed: a finite number from 0 to 10"),
         ("train varied=11", "Allowed: a finite number from 0 to 10 (default source: "),
         ("run ROBOT environment.friction=x", "Allowed: a finite number from 0 to 10"),
-        ("run ROBOT environment.friction=-1", "Allowed: a finite number from 0 to 10 (default"),
+        ("run ROBOT environment.friction=-1", "Allowed: a finite number from 0 to 10"),
         ("run ROBOT time.step=x", "Allowed: a finite number from 1e-05 to 0.1 s"),
         ("run ROBOT time.step=-1", "Allowed: a finite number from 1e-05 to 0.1 s (default"),
     ],
