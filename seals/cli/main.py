@@ -149,7 +149,9 @@ VERBS = {
     "describe": Verb(
         target="seals.cli.describe:describe",
         summary="show the parameters, units, bounds and equation of a plug-in",
-        usage="KIND NAME\n  seals describe effect quadratic_drag",
+        usage="KIND NAME, or NAME\n"
+        "  seals describe effect quadratic_drag\n"
+        "  seals describe drag                     names the plug-ins that have this word",
     ),
     "check": Verb(
         takes=("robot",),
@@ -286,7 +288,7 @@ VERBS = {
     "validate": Verb(
         target="seals.cli.validate:validate",
         summary="run the validation of the particle water; write a report",
-        usage="water [CASE ...] [full=true] [out=FOLDER]\n"
+        usage="water [CASE ...] [full=true] [out=FOLDER] [device=cuda]\n"
         "  seals validate water\n  seals validate water hydrostatics standing_wave full=true\n\n"
         "exit code: 0 all errors are within their limits, 1 one is not, 2 refused",
     ),
@@ -451,8 +453,9 @@ def _help(name: str, verb: Verb) -> str:
 
     parts = [f"seals {name}: {verb.summary}", f"usage: seals {name} {verb.usage.rstrip()}"]
     if verb.takes:
-        given = " or ".join(f"{key}=" for key in verb.takes)
-        parts.append(f"A word without a key is the value of {given}, by what it names.")
+        given = ", ".join(f"{key}=" for key in verb.takes)
+        which = "the first of these that it names: " if len(verb.takes) > 1 else ""
+        parts.append(f"A word without a key is the value of {which}{given}")
     if name in roots.VERBS:
         parts.append(f"keys, each as KEY=VALUE:\n{help_of(name)}")
     return "\n\n".join([*parts, *([_named(verb.more)()] if verb.more else [])])

@@ -81,7 +81,7 @@ def _keys(cls: type, stem: str, hidden: set[str]) -> Iterator[Key]:
         if inner is Any and name in registry.GROUPS:
             values = f"see: seals list {name}"
         stated = f"default {default}" if default else ""
-        facts = stated if values == "true or false" else ", ".join(filter(None, (values, stated)))
+        facts = stated if values == "true|false" else ", ".join(filter(None, (values, stated)))
         declared = parameters_of(cls).get(name)
         unit = re.escape(declared.unit if declared else "1")
         idle = rf" \[{unit}\]|, or None(?=;|$)|; None for none$|(?<=\W)None for "
@@ -133,7 +133,7 @@ def allowed(cls: type, name: str) -> str:
     span = whole_numbers_of(cls).get(name)
     if span is not None:
         return f"{span[0]} to {span[1]:.3g}"
-    return " or ".join(choices(typing.get_type_hints(cls)[name]))
+    return "|".join(choices(typing.get_type_hints(cls)[name]))
 
 
 def choices(hint: Any) -> list[str]:

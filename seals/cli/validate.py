@@ -22,10 +22,7 @@ def validate(arguments: list[str]) -> int:
     refuse_unlisted(name, SETS, what, label="Write: seals validate SET; sets")
     main: Callable[[list[str]], int] = importlib.import_module(SETS[name]).main
     flags = {"full=true": ["--full"], "full=false": []}
-    return main(
-        [
-            flag
-            for word in arguments[1:]
-            for flag in flags.get(word, [f"--{word}" if word.startswith("out=") else word])
-        ]
-    )
+    # written as elsewhere, KEY=VALUE, or as the parser of the set has them
+    keyed = [word for word in arguments[1:] if "=" in word and word[0] != "-"]
+    plain = [word for word in arguments[1:] if word not in keyed]
+    return main([*plain, *(flag for w in keyed for flag in flags.get(w, [f"--{w}"]))])

@@ -136,8 +136,8 @@ def _unseen(verb: str, takes: Sequence[str], word: str) -> str:
         )
     near = [f"{key}={name}" for key in takes for name in close_names(word, names_of(key))]
     hint = f"Did you mean {' or '.join(near[:4])}?  " if near else ""
-    nouns = [_NOUNS.get(key, key) for key in takes]
+    *nouns, last = (_NOUNS.get(key, key) for key in takes)
     raise ConfigError(
-        f"{word}: the value is missing, if it is a key; else no {' or '.join(nouns)} is named so.\n"
+        f"{word}: the value is missing, and no {', '.join(nouns)} or {last} has this name.\n"
         f"{hint}Write {word}=VALUE for a key, and see: seals help {verb}"
     )

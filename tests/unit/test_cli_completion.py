@@ -59,6 +59,25 @@ def test_bash_completes(
     assert gone not in found
 
 
+@pytest.mark.skipif(shutil.which("bash") is None, reason="bash is not installed")
+@pytest.mark.parametrize(
+    ("line", "shown"),
+    [
+        ("seals run time.", "time.step=  (1e-05 to 0.1 s, default 0.004)"),
+        ("seals render qual", "quality=paper"),
+        ("seals run initial.dr", "initial.drives=carrying"),
+        ("seals render f", "fov=  (0.05 to 2.5 rad, default 0.9)"),
+    ],
+)
+def test_bash_lists_units_and_choices(
+    line: str, shown: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What is only listed says unit, bounds and default; a choice is a word for each name."""
+    asked = "COMP_TYPE=63\n" + ASK.format(script=script("bash", capsys), line=line)
+    done = subprocess.run(["bash", "-c", asked], capture_output=True, text=True, check=True)
+    assert any(shown.endswith(said) and said for said in done.stdout.splitlines()), done.stdout
+
+
 @pytest.mark.parametrize("shell", SHELLS)
 def test_every_verb_is_completed(shell: str, capsys: pytest.CaptureFixture[str]) -> None:
     """Each script holds every verb and names of plug-ins; the shell can read it."""

@@ -93,7 +93,7 @@ def test_help_of_a_verb(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
     ("verb", "line"),
     [
         ("run", "time.step                 length of one step (1e-05 to 0.1 s, default 0.004)"),
-        ("render", "quality                   size and samples of the frames (draft or paper, "),
+        ("render", "quality                   size and samples of the frames (draft|paper, "),
         ("compare", "out                       folder of the results"),
         ("verify", "older                     further log folders of the same vehicle"),
     ],
