@@ -220,10 +220,8 @@ def _motion(given: Findings) -> list[tuple[float, str]]:
         words = f"{way} the motion{grows if power.sd < _KNOWN else ''}; a function of speed along "
         words += f"the motion explains {_percent(along.share, along.share_sd)}"
         if ODD in table and EVEN in table:
-            words += (
-                f" (odd in velocity {100 * table[ODD].share:.0f} %, "
-                f"even {100 * table[EVEN].share:.0f} %)"
-            )
+            odd, even = (100 * float(np.clip(table[k].share, 0.0, 1.0)) for k in (ODD, EVEN))
+            words += f" (odd in velocity {odd:.0f} %, even {even:.0f} %)"
         out.append((along.share, words + "."))
     turning = table[ROTATION]
     if turning.sure and turning.share > _PART:
