@@ -245,8 +245,8 @@ DESCRIPTIONS: dict[str, Guard] = {
     ),
     "moments of an answer": Guard(
         _FORM,
-        "start: Moment | None",
-        "start: Any",
+        "start: Moment | None\n    end: Moment | None\n",
+        "start: Any\n    end: Any\n",
         ODD,
         "odd_answer",
     ),

@@ -168,19 +168,12 @@ def dynamics_along(
 ) -> Dynamics:
     """Return the derivatives by state and wrench at every row."""
     used = nonzero(values)
-    size, joints = trajectory.size, trajectory.joints.shape[1]
-    count = plant.samples.rows
+    count, size = plant.samples.rows, trajectory.size
     cache = TrajectoryCache(plant, trajectory) if cache is None else cache
     state_matrix = np.zeros((count, size, size))
     output_matrix = np.zeros((count, 3, size))
     moved = [k for k in range(size) if k > 2 or k in _places(plant, used)]
-    shifts = [np.zeros(size), *(_shift(size, k, _NUDGE) for k in moved)]
-    base, *found = _accelerations(cache, used, shifts, stiff=False)
-    for k, rates in zip(moved, found, strict=True):
-        change = (rates - base) / _NUDGE
-        state_matrix[:, 6:12, k] = change[:, :6]
-        state_matrix[:, 12 + joints :, k] = change[:, 9:]
-        output_matrix[:, :, k] = at_sensor(plant.vehicle, change)
+    _differentiate(cache, used, moved, state_matrix, output_matrix, stiff=False)
     add_centripetal(output_matrix, plant.vehicle, trajectory.angular_velocity)
     _kinematics(state_matrix, trajectory)
     rate, feedthrough = _wrench_columns(cache, used)
@@ -212,16 +205,29 @@ def _with_friction(
     Near rest dry friction opposes the rate far more steeply than a servo's damping: without that
     slope the noise of a trajectory's rates would turn into torques.
     """
-    joints, size = cache.trajectory.joints.shape[1], cache.trajectory.size
-    rates = range(12 + joints, size)
-    shifts = [np.zeros(size), *(_shift(size, k, _NUDGE) for k in rates)]
-    base, *found = _accelerations(cache, used, shifts)
+    rates = range(12 + cache.trajectory.joints.shape[1], cache.trajectory.size)
     out: Floats = state_matrix.copy()
-    for k, moved in zip(rates, found, strict=True):
-        change = (moved - base) / _NUDGE
-        out[:, 6:12, k], out[:, 12 + joints :, k] = change[:, :6], change[:, 9:]
-        output_matrix[:, :, k] = at_sensor(cache.plant.vehicle, change)
+    _differentiate(cache, used, rates, out, output_matrix, stiff=True)
     return out
+
+
+def _differentiate(
+    cache: TrajectoryCache,
+    used: Mapping[str, float],
+    errors: Sequence[int],
+    state_matrix: Floats,
+    output_matrix: Floats,
+    *,
+    stiff: bool,
+) -> None:
+    """Fill in the columns of some state errors by difference quotients."""
+    joints, size = cache.trajectory.joints.shape[1], cache.trajectory.size
+    shifts = [np.zeros(size), *(_shift(size, k, _NUDGE) for k in errors)]
+    base, *found = _accelerations(cache, used, shifts, stiff=stiff)
+    for k, moved in zip(errors, found, strict=True):
+        change = (moved - base) / _NUDGE
+        state_matrix[:, 6:12, k], state_matrix[:, 12 + joints :, k] = change[:, :6], change[:, 9:]
+        output_matrix[:, :, k] = at_sensor(cache.plant.vehicle, change)
 
 
 def _times(matrices: Floats, rows: Floats) -> Floats:
