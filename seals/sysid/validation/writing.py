@@ -272,7 +272,7 @@ def _refuse_twice(
     if base and any(e and all(e.get(k) == entry.get(k) for k in kinds) for e in own):
         raise ConfigError(
             f"base={base.get('name')} adds {name} already: it would act twice.\n"
-            "Leave base= out: the diagnosis was made against the log's own nominal model."
+            "Leave base= out: the diagnosis was made against the log's own stated model."
         )
 
 
