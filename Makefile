@@ -1,5 +1,6 @@
 # make demo   install the core into .venv and run the demonstration; with another Python: PYTHON=python3.13
 # make test   build the wheel, install it into .venv-test, lint, type-check and test it
+# make thorough   the tests that take seconds each; those of make test take a third of the time
 # make test-kernels   the tests of numbers once more with the arithmetic of an older processor
 # make docs   build this documentation into build/site; a warning is an error
 # make pages  run every command of every page, the slow ones too, and compare what it prints
@@ -12,7 +13,7 @@ SHELL := bash
 .DEFAULT_GOAL := help
 # pages that make pages follows at a time
 PAGES_JOBS ?= 2
-.PHONY: help demo test test-kernels types examples docs pages browser validate killed fuzz golden lint clean
+.PHONY: help demo test thorough test-kernels types examples docs pages browser validate killed fuzz golden lint clean
 
 # The jobs of the demonstration, one a line, in order.
 # A job behind '?' needs a measurement: without an offline folder it may fail for want of a network,
@@ -33,7 +34,7 @@ OFFLINE = $(wildcard $(CURDIR)/../shared/data)
 export SEALS_DATA ?= $(OFFLINE)
 
 # many small matrices: threads inside the linear algebra only get into each other's way
-test test-kernels validate pages killed fuzz golden: export OPENBLAS_NUM_THREADS = 1
+test thorough test-kernels validate pages killed fuzz golden: export OPENBLAS_NUM_THREADS = 1
 
 # PyBullet has wheels for Python 3.10 and 3.11, so those come first; an interpreter without venv does not count.
 FIND_PYTHON = for candidate in $${PYTHON:-python3.11 python3.10 python3 python3.12 python3.13}; do \
@@ -50,7 +51,7 @@ LISTS = $(wildcard constraints/py*.txt)
 SOURCES = $(shell find seals plugins robots animals conf experiments -type f -not -path '*/__pycache__/*' 2>/dev/null)
 
 help:
-	@sed -n '1,9s/^# //p' Makefile
+	@sed -n '1,10s/^# //p' Makefile
 
 demo: .venv/installed
 	@while IFS= read -r job; do \
@@ -75,6 +76,10 @@ test: .venv-test/installed lint browser
 	@$(MAKE) --no-print-directory -j 2 types examples
 	@.venv-test/bin/pytest -n 2 --dist worksteal
 
+# the rest of the tests that take no minutes; a change must pass them, too
+thorough: .venv-test/installed
+	@.venv-test/bin/pytest -n 2 --dist worksteal -m "thorough and not slow and not killed"
+
 types: .venv-test/installed
 	@mkdir -p build/elsewhere; root=$$PWD; \
 	cd build/elsewhere; "$$root/.venv-test/bin/python" -m mypy --config-file "$$root/pyproject.toml" -p seals
@@ -97,7 +102,7 @@ KERNEL_TESTS = $(filter-out \
 	$(foreach name,animal_four animal_gaits animals control diagnose drop_figures dynamics effects frames hulls imu medium \
 	plan_motions rivals robot water world,tests/unit/test_$(name)*.py) tests/verification/test_*.py))
 test-kernels: .venv-test/installed
-	@$(KERNELS) .venv-test/bin/pytest -q -n 2 --dist worksteal $(KERNEL_TESTS)
+	@$(KERNELS) .venv-test/bin/pytest -q -n 2 --dist worksteal -m "not slow and not killed" $(KERNEL_TESTS)
 
 # its pages are read from what is installed; make test and make pages follow their commands.
 # With --quiet, MkDocs counts no warnings, and --strict lets all of them pass

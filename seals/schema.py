@@ -566,6 +566,10 @@ def _refusal(where: str, raw: Any, allowed: str) -> ConfigError:
     return ConfigError(f"{_given(where, raw)} is not allowed.\nAllowed: {allowed}")
 
 
+_PLAIN = frozenset({float, int, str, bool, type(None)})
+"""Types of nearly all that is written."""
+
+
 def plain(value: Any) -> Any:
     """Return plain data of a value: `read` backwards, for YAML and JSON.
 
@@ -579,6 +583,8 @@ def plain(value: Any) -> Any:
         >>> plain(Within(0, 1))
         {'low': 0, 'high': 1, 'above': False}
     """
+    if type(value) in _PLAIN:
+        return value
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         value = vars_of(value)
     elif hasattr(value, "_asdict"):

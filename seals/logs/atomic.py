@@ -275,9 +275,12 @@ def finite(value: Any) -> Any:
         >>> finite({"value": 2.0, "sd": float("nan"), "ends": (0.0, np.float64("inf"))})
         {'value': 2.0, 'sd': None, 'ends': [0.0, None]}
     """
-    value = plain(value)
-    if isinstance(value, dict):
-        return {key: finite(child) for key, child in value.items()}
-    if isinstance(value, list):
-        return [finite(child) for child in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+    def clean(one: Any) -> Any:
+        if isinstance(one, dict):
+            return {key: clean(child) for key, child in one.items()}
+        if isinstance(one, list):
+            return [clean(child) for child in one]
+        return None if isinstance(one, float) and not math.isfinite(one) else one
+
+    return clean(plain(value))

@@ -76,9 +76,9 @@ def refit_about_own_values(
 ) -> EvidenceHypothesis:
     """Relinearise a hypothesis about its own values and fit it again.
 
-    Where that is worse, the tolerances stay where the hypothesis had them: one that stands in for
-    what is still missing, such as a centre of gravity far away, makes the dynamics of a model that
-    does not fly, and the next fit moves it further. The base is not linear about them either.
+    One effect alone that is then worse than none has tolerances that stand in for what is still
+    missing, such as a centre of gravity far away: they make the dynamics of a model that does not
+    fly, and the next fit moves them further. They stay where the nominal model is linear.
     """
     keys = hypothesis.fit.free
     if problem.plant.candidate_set.sensor_delay in keys and hypothesis.fitter.windows.delay:
@@ -102,7 +102,7 @@ def refit_about_own_values(
 
     fit, fitter = repeated(hypothesis.fit.keys)
     alone = len(hypothesis.candidates) == 1
-    if alone and not followed and fit.cost > hypothesis.fit.cost + problem.policy.screen_near:
+    if alone and not followed and fit.cost > nominal.fit.cost + problem.policy.screen_near:
         fit, fitter = min((fit, fitter), repeated(keys), key=lambda one: one[0].cost)
     return scored(hypothesis.candidates, replace(fit, known=known), fitter, nominal)
 
