@@ -144,21 +144,19 @@ def search(
         best = chosen
         step = stages.after(len(best.candidates))
         best = best if step is None else refine(best, step)
-    dropped: set[str] = set()
-    while True:
-        before = best
-        for step in stages.last:
-            best = refine(best, step)
-        if not 0 < len(best.candidates) < len(before.candidates) or family.settled(best):
-            break
-        # what was dropped had hidden the others of its round: they are tried without it
-        dropped |= {c.label for c in before.candidates} - {c.label for c in best.candidates}
+    before = best
+    for step in stages.last:
+        best = refine(best, step)
+    if 0 < len(best.candidates) < len(before.candidates) and not family.settled(best):
+        # what was dropped had hidden the others of its round: they are tried once without it
+        dropped = {c.label for c in before.candidates} - {c.label for c in best.candidates}
         rounds.append(tuple(family.extended(best, rounds[0])))
         left = [h for h in rounds[-1] if h.candidates[-1].label not in dropped]
         chosen = family.accepted(best, left)
-        if chosen is None:
-            break
-        best = chosen
+        if chosen is not None:
+            best = chosen
+            for step in stages.last:
+                best = refine(best, step)
     if owed is not None and len(best.candidates) > 1:
         # none of them is accepted: they are the rivals of several effects
         rounds.append(tuple(family.extended(owed, rounds[0])))
