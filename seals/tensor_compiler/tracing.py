@@ -44,7 +44,7 @@ def traced(law: Callable[..., list[Tensor]], given: Sequence[Tensor]) -> GraphMo
         if "tracing tensor" not in str(problem):
             raise
         raise ConfigError(
-            f"this robot cannot be fused: {line_in_law(problem, _FOLLOWERS)} asks for a number to "
+            f"this robot cannot be fused: {line_in_law(problem, _FOLLOWERS)}, asks for a number to "
             "decide what comes next.\nGive it one way for all rows, as seals.arrays.some says, or "
             "leave out backend.fused, or fused=True"
         ) from problem

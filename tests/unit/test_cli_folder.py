@@ -30,7 +30,7 @@ def test_an_answer_goes_to_its_folder(elsewhere: Path) -> None:
     """Verbs with an answer leave no folder of their own beside it, whether or not it is good."""
     assert main(["run", *BRIEF, "time.duration=0.5", "out=flown"]) == 0
     assert main(["compare", "flown", "ball", "out=compared"]) == 0
-    assert main(["diagnose", "flown", "ball", "out=answer", "plan=false"]) == 13
+    assert main(["diagnose", "flown", "ball", "out=answer", "plan=false"]) == 0
     assert main(["render", "flown", "out=drawn", "film=false", "width=32", "height=24"]) == 0
     folders = {path.name for path in elsewhere.iterdir()}
     assert folders == {"flown", "compared", "answer", "drawn"}

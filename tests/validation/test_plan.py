@@ -62,15 +62,17 @@ def test_rehearsals_follow_their_references(kind: str, tmp_path: Path) -> None:
     flights = [m.path(scene, time) for m in chosen if m.path is not None]
     assert len(flights) == 2
     seen, commands = fly(problem, scene, flights, {}, step=step)
-    miss = seen["position"] - np.stack([f.place for f in flights], axis=1)
+    position, joints, rates = (
+        np.stack([getattr(s, name) for s in seen])
+        for name in ("position", "joints", "joint_velocity")
+    )
+    miss = position - np.stack([f.place for f in flights], axis=1)
     assert np.abs(miss[:, 0]).max() < 0.02
     assert np.sqrt(np.mean(miss[:, 1] ** 2)) < 0.06
     hover = commands[:, 0]
     assert np.std(np.diff(hover, axis=0)) < 0.02 * np.abs(hover).max() + 1.0
-    assert (
-        np.abs(seen["joints"] - np.stack([f.joints for f in flights], axis=1)).max(initial=0) < 0.1
-    )
-    assert np.sqrt(np.sum(seen["joint_velocity"][:, 0] ** 2, axis=1).mean()) < 0.05
+    assert np.abs(joints - np.stack([f.joints for f in flights], axis=1)).max(initial=0) < 0.1
+    assert np.sqrt(np.sum(rates[:, 0] ** 2, axis=1).mean()) < 0.05
 
 
 def test_the_proposal_can_be_written_as_json(plan: Plan) -> None:

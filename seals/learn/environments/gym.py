@@ -169,7 +169,7 @@ class SealsVectorEnv(VectorEnv[Numbers, Numbers, Any]):
     ) -> None:
         """Build all environments."""
         modes = {mode.value: mode for mode in AutoresetMode}
-        mode = getattr(autoreset_mode, "value", autoreset_mode)
+        mode = autoreset_mode if isinstance(autoreset_mode, str) else autoreset_mode.value
         if mode not in modes:
             raise ConfigError(f"autoreset_mode={mode}\n{suggestion(str(mode), list(modes))}")
         if render_mode not in (None, "rgb_array"):

@@ -15,9 +15,10 @@ from seals.sysid.report.naming import figure, interval
 
 SHOWN = ("position", "specific_force", "angular_velocity")
 """Channels whose errors stand beside the misfit."""
-QUIET = 0.6
+EXACT, QUIET = 0.1, 0.6
 """Error in units of the expected one below which too much noise was stated: about a third of the
-variance; the expected one holds gusts that are good to a factor of two."""
+variance; the expected one holds gusts that are good to a factor of two.
+Below the first the channel has no noise, as in a run's own log."""
 
 
 def sentence(found: Diagnosis) -> str:
@@ -152,7 +153,7 @@ def overstated(table: Mapping[str, Any]) -> str:
     for error in table["channels"]:
         levels.setdefault(error["channel"], []).append(error["after"])
     found = {c: math.sqrt(sum(x * x for x in own) / len(own)) for c, own in levels.items()}
-    parts = [f"{c} is left {figure(x)} of its own" for c, x in found.items() if x < QUIET]
+    parts = [f"{c} is left {figure(x)} of its own" for c, x in found.items() if EXACT < x < QUIET]
     return ", ".join(parts)
 
 
