@@ -87,6 +87,7 @@ def flipped(cls: type[Effect]) -> type[Effect]:
     return type(f"Flipped{cls.__name__}", (cls,), {hook: staticmethod(turned)})
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", EFFECTS)
 def test_an_installed_effect_keeps_the_contract(name: str) -> None:
     """Declaration, libraries, purity, power, and twin = simulator at 4 and 1 ms, second order.
@@ -120,6 +121,7 @@ def assert_order(report: EffectReport, least: float) -> None:
     )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", MOVERS)
 def test_a_sign_flipped_in_one_engine_is_found(name: str) -> None:
     """With the effect's sign turned in the twin alone, the check fails at 4 ms already."""

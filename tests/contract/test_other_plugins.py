@@ -43,6 +43,7 @@ def test_an_installed_wave_keeps_the_contract(name: str) -> None:
     assert check_waves(name).figures["normal"] < 1e-6
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", registry.names("sensor"))
 def test_an_installed_sensor_keeps_the_contract(name: str) -> None:
     """Due readings, one seed one record, the physics and the noise declared."""

@@ -84,6 +84,7 @@ def test_a_new_plugin_of_control_keeps_its_contract(
     assert check("circling", robot="auv").name == "circling"
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("kind", "words"),
     [
@@ -101,6 +102,7 @@ def test_a_new_plugin_of_control_flies(packaged: Install, kind: str, words: list
     assert result.distance < 0.1, str(result)
 
 
+@pytest.mark.thorough
 def test_a_new_task_is_trained(
     packaged: Install, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

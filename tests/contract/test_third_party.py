@@ -70,6 +70,7 @@ def test_its_names_are_suggested(
     assert "Did you mean 'lagoon'?" in capsys.readouterr().err
 
 
+@pytest.mark.thorough
 def test_its_plugins_keep_the_contract(coral: Path) -> None:
     """The shipped checks take the stranger's effect and robot by name, as they take our own."""
     scene = Case(("surface",), False)

@@ -56,6 +56,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return place / "built"
 
 
+@pytest.mark.thorough
 def test_the_search_weighs_whole_words(site: Path) -> None:
     """The theme's worker asks for the term itself before all that begins with it."""
     (worker,) = (site / "assets" / "javascripts" / "workers").glob("search.*.min.js")

@@ -22,6 +22,7 @@ needs_shim = pytest.mark.skipif(
 )
 
 
+@pytest.mark.thorough
 @needs_shim
 def test_some_points_of_a_conversion(tmp_path: Path) -> None:
     """A few calls of the shortest command, each killed once."""

@@ -165,6 +165,7 @@ def test_a_command_begun_anew_after_five_kills(name: str, killer: Killer) -> Non
     killer.haunt(words, place=place, **more)
 
 
+@pytest.mark.thorough
 def test_a_conversion_is_killed_twice(killer: Killer) -> None:
     """The small case of the above: a log folder appears whole or not at all."""
     _table(killer.folder)

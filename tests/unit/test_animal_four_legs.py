@@ -127,6 +127,7 @@ def test_trot_and_crawl_stand_on_two_and_three(taken: Taken) -> None:
     assert np.mod(crawl["FR"] - crawl["FL"], 1.0) == pytest.approx(0.5)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("pattern", "speed", "duration"),
     [("trot", 0.3, 3.0), pytest.param("crawl", 0.1, 6.0, marks=pytest.mark.slow)],

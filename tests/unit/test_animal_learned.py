@@ -100,6 +100,7 @@ def test_policies_are_shipped_by_the_robots_they_lead() -> None:
         assert sum(file.stat().st_size for file in folder.iterdir()) < 300_000, name
 
 
+@pytest.mark.thorough
 def test_what_cannot_lead_is_refused_in_words(tmp_path: Path) -> None:
     """Other robots, controllers, tasks and metadata files that ask for more than values."""
     refused = {

@@ -26,6 +26,7 @@ TUNED = {
 }
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("recipe", RECIPES)
 def test_a_recipe_begins_on_the_ground(recipe: str) -> None:
     """The animal neither falls by more than 5 mm nor is pushed out of the ground."""

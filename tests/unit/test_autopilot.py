@@ -70,6 +70,7 @@ def fly(mission: dict[str, Any], folder: Path, words: list[str]) -> dict[str, An
     return seen
 
 
+@pytest.mark.thorough
 def test_an_autopilot_takes_off_flies_to_a_place_and_lands(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -100,6 +101,7 @@ def test_an_autopilot_takes_off_flies_to_a_place_and_lands(
     assert "a frame of a second autopilot" in err
 
 
+@pytest.mark.thorough
 def test_an_autopilot_holds_the_depth_of_a_vehicle_under_water(tmp_path: Path) -> None:
     """Thrusters that stand still at 1500 us push both ways; 32 channels arrive."""
     legs = [{"seconds": 5.0, "place": [0, 0, 2.0]}, {"seconds": 0.5, "place": [0, 0, 2.0]}]

@@ -64,6 +64,7 @@ def test_a_log_without_voltage_is_told_of(hexacopter: Vehicle) -> None:
     assert not supply_words(command, replace(hexacopter, effects=effects))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("sensitivity", [0.0, 2.0])
 def test_a_climb_at_full_throttle_is_repeated(tmp_path: Path, sensitivity: float) -> None:
     """The voltage falls by 4 %, the thrust at the limit by 8 %; the replay knows it."""

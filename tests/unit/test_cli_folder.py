@@ -26,6 +26,7 @@ def test_a_sweep_goes_to_its_folder() -> None:
     assert sorted(p.name for p in Path("two").iterdir() if p.is_dir()) == ["0", "1"]
 
 
+@pytest.mark.thorough
 def test_an_answer_goes_to_its_folder(elsewhere: Path) -> None:
     """Verbs with an answer leave no folder of their own beside it, whether or not it is good."""
     assert main(["run", *BRIEF, "time.duration=0.5", "out=flown"]) == 0

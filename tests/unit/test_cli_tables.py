@@ -127,6 +127,7 @@ def test_one_broken_package_is_reported_and_stops_nothing(
     assert main(["run", f"robot={pebble}", "--cfg", "job"]) == 0
 
 
+@pytest.mark.thorough
 def test_doctor_finds_this_machine_sound(capsys: pytest.CaptureFixture[str]) -> None:
     """With nothing broken the doctor says so and exits with 0."""
     assert main(["doctor", "full=true"]) == 0, capsys.readouterr().out

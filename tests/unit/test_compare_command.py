@@ -47,6 +47,7 @@ def test_a_comparison_writes_page_data_and_pictures(
     assert "report.html" in capsys.readouterr().out.splitlines()[-1]
 
 
+@pytest.mark.thorough
 def test_a_run_can_be_compared_like_a_measurement(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

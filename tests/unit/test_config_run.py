@@ -119,6 +119,7 @@ def test_values_that_types_let_through_are_refused(pebble: Path, override: str, 
     assert words in str(refusal.value)
 
 
+@pytest.mark.thorough
 def test_every_option_of_every_group_composes(pebble: Path) -> None:
     """Each installed plug-in, robot, water and experiment composes and builds."""
     for kind in ("backend", "wave"):

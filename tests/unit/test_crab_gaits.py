@@ -18,6 +18,7 @@ from seals.frames import quaternion_of_rpy
 pytest.importorskip("pybullet")
 
 
+@pytest.mark.thorough
 def test_a_film_shows_the_animal_all_the_way(tmp_path: Path) -> None:
     """The camera goes along: the crab is in the picture at the start and a second later."""
     image = pytest.importorskip("PIL.Image")

@@ -83,6 +83,7 @@ def test_base_stands_still_under_a_push(arm: Path) -> None:
     assert not change[:, :9].any()
 
 
+@pytest.mark.thorough
 def test_payload_at_the_hand_is_named(arm: Path, tmp_path: Path) -> None:
     """0.2 kg on the forearm of a waving arm, not stated, are found from the joints alone."""
     hidden = (

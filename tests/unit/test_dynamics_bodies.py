@@ -97,6 +97,7 @@ def test_free_motion_keeps_energy_and_momentum() -> None:
     np.testing.assert_allclose(after[1], before[1], rtol=1e-8, atol=1e-8)
 
 
+@pytest.mark.thorough
 def test_a_pendulum_swings_at_the_period_of_the_closed_form() -> None:
     """T = 2 pi sqrt((I + m l^2) / (m g l)) (1 + a^2 / 16) for the amplitude a = 0.02 rad."""
     run = build_run(compose(["robot=pendulum", "initial.joint_position=[0.02]"]))

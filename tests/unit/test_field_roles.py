@@ -236,6 +236,7 @@ def test_no_file_sets_a_field_that_reaches_out(verb: str, field: str, role: Role
     refuse_values(config, root=verb, words=(f"{field}=taken",), where="a file")
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("word", ["+live=ros2", "robot=theirs", "guide.policy=/etc", "repeat=/etc"])
 def test_a_note_of_a_sweep_sets_data_only(word: str, capsys: pytest.CaptureFixture[str]) -> None:
     """resume=SWEEP takes values from its note, and nothing that reaches out."""

@@ -95,6 +95,7 @@ def test_closed_meshes_keep_volume_and_centre(spacing: float) -> None:
     assert found.volumes.max() <= spacing**3 * 1.02
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("spacing", [0.02, 0.03])
 def test_a_convex_mesh_has_its_face_half_a_spacing_in(spacing: float) -> None:
     """A cone's samples stand as those of a sphere do, not where its faces cut a lattice."""

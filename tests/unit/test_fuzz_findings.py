@@ -165,6 +165,7 @@ def test_the_overrides_of_a_training_are_a_list(tmp_path: Path) -> None:
         _begun(tmp_path)
 
 
+@pytest.mark.thorough
 def test_a_thin_broken_mesh_of_many_triangles_is_given_up(tmp_path: Path) -> None:
     """Points are drawn as long as the work is bearable, not until enough of them lie inside."""
     rng = np.random.default_rng(2)

@@ -91,6 +91,7 @@ def retired(text: str) -> list[str]:
     return [f"{word}: say {RETIRED[word]}" for word in sorted(here)]
 
 
+@pytest.mark.thorough
 def test_a_thing_has_one_name() -> None:
     """No page and no message uses a retired word; each has a successor that is a term."""
     assert set(RETIRED.values()) <= {term.partition(",")[0] for term in TERMS}

@@ -61,6 +61,7 @@ LARGE: dict[str, tuple[str, ...]] = {
 }
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", LARGE)
 def test_what_is_too_large_is_refused_before_it_is_there(
     name: str, elsewhere: Any, capsys: pytest.CaptureFixture[str]

@@ -241,6 +241,7 @@ def import_circles(root: Path) -> list[str]:
     return sorted(left)
 
 
+@pytest.mark.thorough
 def test_no_module_imports_itself_by_others() -> None:
     """The modules of each package import one way, lazily too, so each is read by itself."""
     assert import_circles(ROOT) == []

@@ -52,6 +52,7 @@ def test_a_package_as_installed_has_nothing_to_say(home: Path) -> None:
     assert overwritten_by_other() == ""
 
 
+@pytest.mark.thorough
 def test_what_overwrote_the_files_is_named(
     home: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

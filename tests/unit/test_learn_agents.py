@@ -24,6 +24,7 @@ def batch(count: int = 4) -> Any:
     return gymnasium.make_vec("SEALS/Hover-v0", count, vectorization_mode=mode, overrides=SHORT)
 
 
+@pytest.mark.thorough
 def test_stable_baselines_sees_what_the_batch_sees() -> None:
     """The same seeds and actions give the same numbers; the last observation is not lost."""
     pytest.importorskip("stable_baselines3", reason="needs aam-seals[agents]")
@@ -63,6 +64,7 @@ def test_stable_baselines_trains_on_a_batch() -> None:
     env.close()
 
 
+@pytest.mark.thorough
 def test_hindsight_replay_learns_from_goals() -> None:
     """SAC with HER on Reach: replaced goals are rewarded where the true ones were missed."""
     sb3 = pytest.importorskip("stable_baselines3", reason="needs aam-seals[agents]")

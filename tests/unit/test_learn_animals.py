@@ -287,6 +287,7 @@ def test_the_scripted_crab_comes_to_its_target() -> None:
     walks.close()
 
 
+@pytest.mark.thorough
 def test_the_diver_lifts_a_crab_from_the_bottom() -> None:
     """From above the crab it closes, and takes it 10 cm up."""
     pytest.importorskip("pybullet")
@@ -336,6 +337,7 @@ def test_an_episode_begins_with_a_fresh_engine(monkeypatch: pytest.MonkeyPatch) 
     walks.close()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("env", ["SEALS/Catch-v0", "SEALS/CrabWalk-v0"])
 def test_gymnasium_finds_nothing_to_say(env: str) -> None:
     """Its own check is clean, and a batch takes the backend of the recipe."""
@@ -353,6 +355,7 @@ def test_gymnasium_finds_nothing_to_say(env: str) -> None:
     many.close()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("env", "words", "said"),
     [

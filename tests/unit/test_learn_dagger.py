@@ -16,6 +16,7 @@ torch = pytest.importorskip("torch")
 pytest.importorskip("torchrl")
 
 
+@pytest.mark.thorough
 def test_an_expert_is_imitated_where_the_learner_goes(tmp_path: Path) -> None:
     """Led by the expert at first, the learner reaches the targets alone; without updates none.
 

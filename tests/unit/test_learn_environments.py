@@ -245,6 +245,7 @@ def test_who_never_arrives_has_no_time_of_arrival() -> None:
     assert bool(turn.facts["distance"].isfinite().all())
 
 
+@pytest.mark.thorough
 def test_pytorch_flies_as_numpy_does() -> None:
     """In float64, on the processor, states agree to 1e-9 over a second across the surface."""
     from seals.batch.piloted import PilotedTwin
@@ -334,6 +335,7 @@ def test_environments_go_with_their_last_name() -> None:
         gc.enable()
 
 
+@pytest.mark.thorough
 def test_laws_are_compiled_where_all_episodes_together_are_long() -> None:
     """One reach of 2,000 steps is not worth it, a hundred are; so is a training of as many."""
     pytest.importorskip("mujoco")

@@ -264,6 +264,7 @@ def test_a_hostile_card_sets_nothing(tmp_path: Path, word: Any) -> None:
         with_card([f"policy={metadata(tmp_path / 'p', [word])}"])
 
 
+@pytest.mark.thorough
 def test_the_grid_changes_what_it_says() -> None:
     """Factors meet the numbers of their patterns and no others; overrides add effects."""
     base = ["grid=robustness"]

@@ -82,6 +82,7 @@ def test_the_film_of_an_evaluation_shows_its_first_start(tmp_path: Path) -> None
     assert str(held_out_seeds(1)[0]) in seeds
 
 
+@pytest.mark.thorough
 def test_a_training_leaves_a_film_only_where_it_is_asked_for(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

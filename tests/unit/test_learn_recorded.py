@@ -70,6 +70,7 @@ def test_a_constant_is_converted_once() -> None:
     assert fixed(np.arange(3.0), like) is not fixed(constant, like)
 
 
+@pytest.mark.thorough
 def test_the_way_of_an_accelerator_leads_where_the_other_does(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -102,6 +103,7 @@ def test_the_way_of_an_accelerator_leads_where_the_other_does(
             assert torch.allclose(turn.reward, rewards[k], atol=1e-6)
 
 
+@pytest.mark.thorough
 def test_single_precision_ends_where_double_does(monkeypatch: pytest.MonkeyPatch) -> None:
     """After a second of wild flight, half of it at the rotors' limits, places agree to 1e-5 m."""
     plain = _twins(8)

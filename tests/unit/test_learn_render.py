@@ -62,6 +62,7 @@ def test_gymnasium_records_a_video(tmp_path: Path) -> None:
     assert films[0].stat().st_size > 1000
 
 
+@pytest.mark.thorough
 def test_gymnasium_checks_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
     """Spaces, seeds, steps and both ways of drawing keep Gymnasium's contract."""
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")

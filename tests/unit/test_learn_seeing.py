@@ -30,6 +30,7 @@ def _red(film: Any) -> Any:
     return (colours[:, :, 0] > 110) & (colours[:, :, 1] < 70)
 
 
+@pytest.mark.thorough
 def test_every_target_is_in_sight_at_the_start() -> None:
     """One of the two cameras sees the ball, in each of 24 starts at full size."""
     seeing = _seeing(24, "sensors.front.width=64", "sensors.front.height=64",

@@ -48,6 +48,7 @@ def test_shipped_demonstrations_are_written_again_alike(tmp_path: Path) -> None:
         read(folder)
 
 
+@pytest.mark.thorough
 def test_they_are_of_the_environment_as_it_stands_and_repeat() -> None:
     """The same actions from the same seeds lead to the same numbers, in single precision."""
     from seals.learn.demonstrations.folder import read
@@ -73,6 +74,7 @@ def test_a_name_that_nobody_ships_is_refused_with_the_nearest() -> None:
         demonstrations_folder("aam/reech")
 
 
+@pytest.mark.thorough
 def test_a_learner_is_shown_them_by_name(tmp_path: Path) -> None:
     """Behaviour cloning needs nothing else."""
     words = ["train", "learner=bc", "demonstrations=aam/reach", "learner.updates=5"]

@@ -105,6 +105,7 @@ def test_a_batch_of_twins_is_one_environment_of_many() -> None:
     env.close()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("backend", ["twin", "free"])
 def test_a_batch_is_an_environment_of_torchrl_itself(backend: str) -> None:
     """Specs hold; episodes begin anew; steps are those of the vector environment, to the bit."""

@@ -51,6 +51,7 @@ def test_tensorboard_holds_the_evaluations(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.thorough
 def test_wandb_stays_offline(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """One offline run with its figures below the training's folder, for wandb sync."""
     pytest.importorskip("wandb", reason="needs aam-seals[track]")
@@ -67,6 +68,7 @@ def test_wandb_stays_offline(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     assert b"config_hash" in content
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(find_spec("mlflow") is None, reason="needs aam-seals[track]")
 def test_mlflow_holds_the_evaluations(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The curve of returns is that of evaluation.csv, and the run has ended."""

@@ -70,6 +70,7 @@ def test_values_that_types_let_through_are_refused(override: str, words: str) ->
         build(compose([override], root="train").learner, where="learner")
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("words", "refusal"),
     [
@@ -134,6 +135,7 @@ def cut_off(monkeypatch: pytest.MonkeyPatch, words: list[str]) -> None:
         assert main(["train", *words, "hydra.run.dir=run"]) == 130
 
 
+@pytest.mark.thorough
 def test_a_training_with_demonstrations_goes_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -159,6 +161,7 @@ SHOWN = ["demonstrations=aam/reach", "shown=2"]
 SHORT = [word for word in TINY if not word.startswith("learner.")]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "words",
     [

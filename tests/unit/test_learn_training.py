@@ -99,6 +99,7 @@ def losses(training: Training, count: int) -> list[float]:
     return told
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", LEARNERS)
 def test_a_training_goes_on_bit_by_bit(tmp_path: Path, name: str) -> None:
     """At least 20 updates after a checkpoint tell the figures of a training never cut off."""
@@ -145,6 +146,7 @@ for word in sys.argv[1:]:
 """
 
 
+@pytest.mark.thorough
 def test_a_killed_training_ends_like_one_that_was_left_alone(tmp_path: Path) -> None:
     """After SIGKILL at any time both curves are those of a training in one go, but for the time."""
     script = tmp_path / "train.py"
@@ -303,6 +305,7 @@ def test_scores_do_not_depend_on_how_many_step_at_once(tmp_path: Path) -> None:
     assert found[0].seed.tolist() == validation_seeds(7)
 
 
+@pytest.mark.thorough
 def test_a_policy_is_read_by_a_fresh_process(tmp_path: Path) -> None:
     """Reading a policy is the first thing a process does with the packages of learning."""
     training_of(SAC(**SMALL), tmp_path).run()

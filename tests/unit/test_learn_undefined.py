@@ -112,6 +112,7 @@ def test_seeds_of_none_are_chance() -> None:
     envs.close()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_an_episode_begins_anew_in_the_next_step(backend: str) -> None:
     """The step that ends it shows its last observation; the next one ignores the action."""

@@ -32,6 +32,7 @@ VEHICLE = ["robot=auv", "water=fossen", "initial.position=[0,0,-2]", "initial.rp
 SENSORS = ["+sensor@sensors.depth=pressure", "sensors.depth.noise=0", "sensors.depth.drift=0"]
 
 
+@pytest.mark.thorough
 def test_a_node_of_ros_sees_a_run_and_steers_it(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:

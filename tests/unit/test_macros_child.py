@@ -109,6 +109,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", HOSTILE)
 def test_hostile_macros_end_in_words(place: Path, name: str) -> None:
     """None of them copies a secret, runs anything, waits without end or fills the memory."""

@@ -21,6 +21,7 @@ def mutations(monkeypatch: pytest.MonkeyPatch) -> Any:
     return mutations
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("name", "count"), [("gyroscope_bias", 3), ("tether", 4)])
 def test_broken_laws_are_noticed(mutations: Any, name: str, count: int) -> None:
     """Wrong sign, frame, attitude and size of two effects each fail a unit test."""

@@ -80,6 +80,7 @@ def test_any_layout(buoy: Path, effects: str) -> None:
     assert ("# next" in effects) == ("# next" in path.read_text("utf-8"))
 
 
+@pytest.mark.thorough
 def test_boundary_elements(buoy: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A floating base gets its limit matrix and a memory, and the robot runs with both."""
     pytest.importorskip("capytaine", reason="boundary elements need the extra hydro")

@@ -47,6 +47,7 @@ def slid(friction: float) -> tuple[float, float, float]:
     return float(before), after, taken
 
 
+@pytest.mark.thorough
 def test_a_floor_takes_what_its_skin_friction_says() -> None:
     """One layer: speed decays as 1 / (1 + friction speed time / (2 spacing)), momentum is kept."""
     before, after, taken = slid(0.05)
@@ -61,6 +62,7 @@ def test_walls_slide_without_friction() -> None:
     assert after / before > 0.998
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("method", ["pbf", "dfsph"])
 def test_a_body_takes_water_along_and_pays_for_it(method: str) -> None:
     """A plate moves under a layer at rest: the layer follows as on a floor, momentum is kept."""

@@ -115,6 +115,7 @@ def test_sorting_keeps_particles(make: Callable[..., SolverPbf]) -> None:
     assert np.abs(water.positions() - block(8, 8, 8)).max() < 0.5 * SPACING
 
 
+@pytest.mark.thorough
 def test_list_and_cells_agree(make: Callable[..., SolverPbf]) -> None:
     """Both searches give the same step up to rounding; nothing leaves through open faces."""
     a, b = (stirred(make(**kind)) for kind in (LISTED, CELLS))

@@ -36,6 +36,7 @@ from seals.robot.build import build_robot
 pytest.importorskip("torch", reason="learning needs torch: pip install 'aam-seals[learn]'")
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", TASKS)
 def test_arms_differ_in_what_they_know_alone(name: str) -> None:
     """Same words but for the effects and their answer; the same seeds; the world is the judge's."""

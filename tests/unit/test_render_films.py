@@ -245,6 +245,7 @@ def test_a_camera_that_misses_the_robot_says_so(
     assert "camera:" not in capsys.readouterr().out
 
 
+@pytest.mark.thorough
 def test_a_slow_renderer_begins_with_a_preview(
     drop: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -354,6 +355,7 @@ def test_settings_are_described() -> None:
     assert not missing
 
 
+@pytest.mark.thorough
 def test_the_films_of_the_gallery_are_made_by_one_command(tmp_path: Path) -> None:
     """A film under water in three small frames; a second call draws nothing anew."""
     from seals.experiments.photoreal import main as films

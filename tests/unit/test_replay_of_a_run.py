@@ -57,6 +57,7 @@ def repeated(vehicle: Vehicle, log: Log, start: int = START, higher: float = 0.0
     return replay(nominal(vehicle), read_samples(log, vehicle), trajectory, rows)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("source", ["run", "folder"])
 def test_a_run_is_repeated_through_the_surface(crossing: Path, source: str) -> None:
     """Pose, joints and accelerometer, with the robot of the run and with that of its folder."""

@@ -89,6 +89,7 @@ def test_hulls_of_a_turned_link_are_placed(make: Maker) -> None:
     assert body.wetted(up, 0.05)[0] == pytest.approx(volume)
 
 
+@pytest.mark.thorough
 def test_installed_robots_have_no_fault() -> None:
     """No robot that comes along fails its own check."""
     from seals.config.compose import compose

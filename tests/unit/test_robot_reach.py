@@ -102,6 +102,7 @@ def test_the_first_command_of_a_robot_is_one_that_it_can_follow(robot: str, word
     build_world(build_run(compose([f"robot={robot}", *first.split()]))).close()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("robot", ["torpedo", "boat"])
 def test_the_first_course_is_long_enough(robot: str) -> None:
     """The printed run takes the vehicle to its place."""

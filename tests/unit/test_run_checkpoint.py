@@ -206,6 +206,7 @@ def test_a_changed_scene_never_reaches_the_engine(
         take_up(kept, flown)
 
 
+@pytest.mark.thorough
 def test_a_scene_that_kills_the_engine_is_refused(
     kept: Path, flown: tuple[Path, World, _Books], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -115,6 +115,7 @@ def start(folder: Path) -> subprocess.Popen[str]:
     return process
 
 
+@pytest.mark.thorough
 def test_polite_kill_keeps_the_log(elsewhere: Path) -> None:
     """SIGTERM ends a run like Ctrl-C."""
     process = start(elsewhere / "long")
@@ -125,6 +126,7 @@ def test_polite_kill_keeps_the_log(elsewhere: Path) -> None:
     assert read_native(elsewhere / "long").rows == facts["steps"] + 1 > 1
 
 
+@pytest.mark.thorough
 def test_hard_kill_leaves_no_half_file(elsewhere: Path) -> None:
     """SIGKILL leaves the note that a run was going on, and whole files only."""
     process = start(elsewhere / "long")

@@ -72,6 +72,7 @@ def test_a_run_keeps_its_pictures() -> None:
     assert about["fx"] == pytest.approx(12.0 / np.tan(0.61))
 
 
+@pytest.mark.thorough
 def test_a_run_repeats_its_pictures_bit_for_bit() -> None:
     """Noise of optics and depth comes from the run's seed: repeat= gives the same files."""
     assert main([*POOL, "time.duration=0.2", "hydra.run.dir=one"]) == 0
@@ -84,6 +85,7 @@ def test_a_run_repeats_its_pictures_bit_for_bit() -> None:
     assert one["pictures/front/000001.png"] != other["pictures/front/000001.png"]
 
 
+@pytest.mark.thorough
 def test_a_run_that_was_cut_off_has_all_pictures_in_the_end(tmp_path: Path) -> None:
     """Killed and resumed: every picture is there and that of a run that was never cut off."""
     words = [*POOL, "time.duration=3", "time.step=0.002"]

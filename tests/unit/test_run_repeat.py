@@ -114,6 +114,7 @@ def test_wrong_repeat_gets_two_lines(
     assert not (elsewhere / "runs").exists()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("target", ["os.system", "seals.cli.main.main", None, 3])
 def test_foreign_class_in_a_run_is_refused(
     target: object, elsewhere: Path, capsys: pytest.CaptureFixture[str]

@@ -78,6 +78,7 @@ def kill_when_kept(where: Path, words: list[str]) -> None:
         child.wait()
 
 
+@pytest.mark.thorough
 def test_a_killed_run_goes_on_bit_for_bit(elsewhere: Path) -> None:
     """Kill -9 in the middle; the run taken up has the log and ledger of one never killed."""
     whole, cut, on = elsewhere / "whole", elsewhere / "cut", elsewhere / "on"
@@ -91,6 +92,7 @@ def test_a_killed_run_goes_on_bit_for_bit(elsewhere: Path) -> None:
     assert not (on / checkpoint.FOLDER).exists()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("backend", ["pybullet", "mujoco", "free"])
 def test_an_interrupted_flight_goes_on_bit_for_bit(
     elsewhere: Path, monkeypatch: pytest.MonkeyPatch, backend: str
@@ -104,6 +106,7 @@ def test_an_interrupted_flight_goes_on_bit_for_bit(
     same(elsewhere / "whole", elsewhere / "on", "log.parquet", "ledger.parquet")
 
 
+@pytest.mark.thorough
 def test_an_interrupted_run_in_particles_goes_on_bit_for_bit(
     elsewhere: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -92,6 +92,7 @@ def test_what_is_no_set_of_places_is_refused(
         ParticleSnapshots(tmp_path)
 
 
+@pytest.mark.thorough
 def test_a_run_of_particles_shows_its_water_again(tmp_path: Path) -> None:
     """Water that rests stays where it was filled, from the floor to its level, in a replay, too."""
     folder = tmp_path / "tank"

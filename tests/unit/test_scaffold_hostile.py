@@ -146,6 +146,7 @@ def written(folder: Path, files: dict[str, str]) -> Path:
     return folder / "robot.xml"
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", HOSTILE)
 def test_a_hostile_robot_is_refused_in_two_lines(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

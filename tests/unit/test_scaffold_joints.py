@@ -100,6 +100,7 @@ def test_a_ball_between_world_and_base_is_refused(tmp_path: Path) -> None:
         taken(tmp_path, MJCF.format('<joint type="ball"/>', "", ""), "xml")
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("text", "ending"),
     [

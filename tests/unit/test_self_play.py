@@ -35,6 +35,7 @@ def test_senseless_numbers_are_refused(word: str, tmp_path: Path) -> None:
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.thorough
 def test_two_roles_see_one_game_with_opposite_rewards() -> None:
     """Scripts on both sides: the same flights, rewards of either sign, ends at the same steps."""
     seeds, games = [5, 6, 7], {role: Pursuit(role, count=3) for role in ROLES}

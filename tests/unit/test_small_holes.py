@@ -106,6 +106,7 @@ def test_a_flag_before_a_folder_keeps_it(capsys: pytest.CaptureFixture[str]) -> 
     assert capsys.readouterr().err.startswith("ConfigError: experiment=none_such does not exist")
 
 
+@pytest.mark.thorough
 def test_a_silent_router_does_not_hold_an_end() -> None:
     """SIGTERM ends a run that called somebody who says nothing."""
     pytest.importorskip("zenoh")

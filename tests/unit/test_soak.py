@@ -17,6 +17,7 @@ from seals.robot.build import build_robot
 from seals.run.build import build_run
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("steps", [2000, pytest.param(5000, marks=pytest.mark.slow)])
 def test_thousands_of_steps_break_nothing(tmp_path: Path, steps: int) -> None:
     """The energy books close within 1 %, every state is finite, memory does not grow."""
@@ -33,6 +34,7 @@ def test_thousands_of_steps_break_nothing(tmp_path: Path, steps: int) -> None:
     assert f"| steps | {steps} |" in (out / "table.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.thorough
 def test_a_soak_goes_on_where_it_was_cut_off(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

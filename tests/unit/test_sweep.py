@@ -55,6 +55,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.thorough
 def test_every_job_has_its_folder_and_one_line(whole: Path) -> None:
     """Four jobs: four logs, what each printed, and four lines in the book."""
     rows = lines(whole)
@@ -81,6 +82,7 @@ def test_progress_names_the_job_and_the_time_left(
     assert out[-1] == f"table: seals runs {tmp_path / 's'}"
 
 
+@pytest.mark.thorough
 def test_a_killed_sweep_goes_on_and_no_job_runs_twice(whole: Path, tmp_path: Path) -> None:
     """SIGKILL in the middle, then the same command with --resume: the same table."""
     folder = tmp_path / "sweep"
@@ -363,6 +365,7 @@ def test_a_sweep_that_nobody_watches_does_not_run(
     assert not list(tmp_path.glob("s/*/log.parquet"))
 
 
+@pytest.mark.thorough
 def test_every_kind_of_value_is_composed_once_before_the_first_job(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

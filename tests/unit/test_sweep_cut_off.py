@@ -74,6 +74,7 @@ VERBS += [("run", runs, ".checkpoint.before/state.bin", SHORT)]
 VERBS += [("train", trainings, "checkpoint.bin", ["env=reach", "learner=sac"])]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("verb", "module", "file", "words"), VERBS)
 def test_a_job_that_was_cut_off_goes_on(
     verb: str, module: Any, file: str, words: list[str], tmp_path: Path, monkeypatch: Any
@@ -87,6 +88,7 @@ def test_a_job_that_was_cut_off_goes_on(
     assert (job.resumed, job.kept) == ([False, True], [False, True])
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("verb", "module", "file", "words"), VERBS)
 def test_a_job_that_failed_begins_anew(
     verb: str, module: Any, file: str, words: list[str], tmp_path: Path, monkeypatch: Any

@@ -57,6 +57,7 @@ def test_a_run_that_is_refused_leaves_no_folder(stopped: Path) -> None:
     assert list(stopped.iterdir()) == []
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("launcher", ["basic", "joblib"])
 def test_sweeps_of_one_second_have_folders_of_their_own(launcher: str, stopped: Path) -> None:
     """No job of the first is touched by the second, and --resume finds each by its words."""

@@ -196,6 +196,7 @@ def test_a_websocket_needs_token_name_and_origin(server: Any) -> None:
         assert line.recv(timeout=20)
 
 
+@pytest.mark.thorough
 def test_a_thousand_connections_do_no_harm(server: Any) -> None:
     """Those beyond a small number are dropped at once; the page opens when they are gone."""
     port = server.get_port()
@@ -232,6 +233,7 @@ def _is_dropped(line: socket.socket) -> bool:
         return True
 
 
+@pytest.mark.thorough
 def test_silent_connections_are_ended(server: Any) -> None:
     """Who says nothing keeps nobody else out for long."""
     line = socket.create_connection(("127.0.0.1", server.get_port()))

@@ -66,6 +66,7 @@ def test_a_slider_that_cannot_be_is_refused(run: Path, word: str, words: str) ->
         sliders_of(recalled(run), [word])
 
 
+@pytest.mark.thorough
 def test_a_turned_value_starts_another_run(run: Path, tmp_path: Path) -> None:
     """The ball starts from the new height, in a folder of its own; the first stays."""
     config = recalled(run)

@@ -21,6 +21,7 @@ def test_a_clean_order_is_found_and_the_band_covers_the_truth(order: float) -> N
     assert abs(found.value - 0.47) <= found.band
 
 
+@pytest.mark.thorough
 def test_noise_widens_the_band_and_it_still_covers_the_truth() -> None:
     """Scatter of three per cent: nine bands of ten hold the true value."""
     rng, held, widths = np.random.default_rng(1), 0, []

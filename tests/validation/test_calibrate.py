@@ -13,6 +13,7 @@ from tests.validation.misstated import drawn, made, misstated
 DRAG = "effects.linear_drag_air.coefficient_x"
 
 
+@pytest.mark.thorough
 def test_numbers_wrong_by_a_third_are_found(tmp_path: Path) -> None:
     """Mass and drag of a quadrotor: within their intervals, the error down to the noise."""
     ((log, truth),) = made(tmp_path, "quad", 1, 41)

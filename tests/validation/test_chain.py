@@ -150,6 +150,7 @@ def test_a_run_of_ones_own(shell: Shell) -> None:
     assert found["stated"] == pytest.approx(1.28e-8)
 
 
+@pytest.mark.thorough
 def test_a_thrown_ball(shell: Shell) -> None:
     """A drag that is stated too small, in a run of a third of a second; a throw takes no plan."""
     run = (

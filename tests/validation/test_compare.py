@@ -51,6 +51,7 @@ def test_every_drop_into_water_is_read_right(measurements: None) -> None:
         assert 0.09 < events.catch - events.entry < 0.26, log.name
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("ball", ["whiffle_ball_1", "tennis_ball"])
 def test_drag_explains_the_second_drop_of_a_light_ball(ball: str, measurements: None) -> None:
     """The held-out error falls to that of an independent fit."""
@@ -60,6 +61,7 @@ def test_drag_explains_the_second_drop_of_a_light_ball(ball: str, measurements: 
     assert quadratic < 0.5 * gravity
 
 
+@pytest.mark.thorough
 def test_no_drag_is_found_on_the_bowling_ball(measurements: None) -> None:
     """A drag that helps the first drop only is not claimed: the held-out error stays."""
     group = groups("experiment=falling_balls", "only=[bowling_ball]")["bowling_ball"]

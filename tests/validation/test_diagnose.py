@@ -36,6 +36,7 @@ def truth_of(case: Path) -> dict[str, dict[str, float]]:
     }
 
 
+@pytest.mark.thorough
 def test_nothing_is_missing_in_a_sound_model(tmp_path: Path) -> None:
     """A quadrotor within its tolerances gets no name, and its misfit is at the floor."""
     found, _ = answered(tmp_path, "--level", "null", "--vehicle", "quad", "--seed", "5")
@@ -43,6 +44,7 @@ def test_nothing_is_missing_in_a_sound_model(tmp_path: Path) -> None:
     assert found.held_out["before"] == pytest.approx(1.0, abs=0.05)
 
 
+@pytest.mark.thorough
 def test_wind_is_named_and_measured(windy: tuple[Diagnosis, Log], windy_case: Path) -> None:
     """Wind is named, its speed lies within a few per cent, and the misfit falls to the floor."""
     found, truth = windy[0], truth_of(windy_case)
@@ -81,6 +83,7 @@ def test_an_onset_is_named_with_its_time(tmp_path: Path) -> None:
         assert added[name] == pytest.approx(value, abs=0.1 * size)
 
 
+@pytest.mark.thorough
 def test_a_sensor_fault_is_not_taken_for_a_force(tmp_path: Path) -> None:
     """A turned inertial sensor is named as such."""
     words = ("--level", "clear", "--vehicle", "quad", "--effect", "sensor_misalignment")
@@ -88,6 +91,7 @@ def test_a_sensor_fault_is_not_taken_for_a_force(tmp_path: Path) -> None:
     assert [c.name for c in found.answer.claims] == ["sensor_misalignment"]
 
 
+@pytest.mark.thorough
 def test_a_still_vehicle_cannot_tell(tmp_path: Path) -> None:
     """Hovering shows no drag: the answer is a refusal, not a clean bill."""
     words = ("--level", "poor_excitation", "--vehicle", "quad", "--seed", "2")

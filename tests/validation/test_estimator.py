@@ -53,6 +53,7 @@ def test_a_log_that_is_none_is_refused(tmp_path: Path) -> None:
         MissingEffect().fit(tmp_path)
 
 
+@pytest.mark.thorough
 def test_the_effect_is_named_and_measured(fitted: MissingEffect) -> None:
     """The hidden effect is named, and its intervals hold the truth."""
     (true,) = yaml.safe_load(TRUTH.read_text(encoding="utf-8"))["effects"]
@@ -67,6 +68,7 @@ def test_the_effect_is_named_and_measured(fitted: MissingEffect) -> None:
     assert fitted.held_out_error_["after"] < 1.06
 
 
+@pytest.mark.thorough
 def test_the_score_is_that_of_an_unseen_flight(fitted: MissingEffect) -> None:
     """Noise alone is left of the other flight; without or against the effect much more is."""
     values = dict(fitted.diagnosis_.hypothesis.fit.values)
@@ -87,6 +89,7 @@ def test_another_vehicle_is_no_judge(fitted: MissingEffect) -> None:
         fitted.score(replace(log, meta=meta))
 
 
+@pytest.mark.thorough
 def test_the_same_log_gives_the_same_answer() -> None:
     """Two fits of one short log agree to the last bit, shared among processes or not."""
     log: Log = read_native(find_log(A)).select(slice(0, 300))
@@ -95,6 +98,7 @@ def test_the_same_log_gives_the_same_answer() -> None:
     assert one.held_out_error_ == two.held_out_error_
 
 
+@pytest.mark.thorough
 def test_the_report_is_written(fitted: MissingEffect, tmp_path: Path) -> None:
     """The page is there and names the effect."""
     page = fitted.report(tmp_path / "answer")

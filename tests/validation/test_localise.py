@@ -46,6 +46,7 @@ def misfit_with(problem: Problem, found: Localisation) -> tuple[float, float]:
     return out[0], out[1]
 
 
+@pytest.mark.thorough
 def test_nothing_is_made_of_a_sound_model(tmp_path: Path) -> None:
     """A log within its tolerances shows no force, no sentence but that, and no formula."""
     problem = flown(tmp_path, "null", "quad", "", 5)
@@ -98,6 +99,7 @@ def test_a_region_becomes_a_formula_that_repairs_the_model(tmp_path: Path) -> No
     assert after < 1.02
 
 
+@pytest.mark.thorough
 def test_a_magnet_becomes_a_pull_with_its_place_and_power(tmp_path: Path) -> None:
     """A force that fades with the square of the distance gives place and power, and repairs."""
     problem = flown(tmp_path, "out_of_library", "quad", "magnet", 7)

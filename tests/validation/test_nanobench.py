@@ -19,6 +19,7 @@ ESTIMATOR = 0.017
 """By how much the position estimate on board is late by itself, as the data's description says."""
 
 
+@pytest.mark.thorough
 def test_clocks_agree_with_the_estimate_on_board() -> None:
     """The one log whose link was lost is bad; the others' offsets are right to 0.02 s."""
     folder = BESIDE / "nanobench" / "flights"

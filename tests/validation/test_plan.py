@@ -47,6 +47,7 @@ def test_the_proposal_moves_up_and_down(plan: Plan) -> None:
     assert plan.plain.separation < 0.1 * plan.best.separation
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("kind", ["aam", "quad", "crossing", "auv"])
 def test_rehearsals_follow_their_references(kind: str, tmp_path: Path) -> None:
     """Vehicles of all kinds stay at their places within centimetres; stiff servos do not ring."""
@@ -75,6 +76,7 @@ def test_rehearsals_follow_their_references(kind: str, tmp_path: Path) -> None:
     assert np.sqrt(np.sum(rates[:, 0] ** 2, axis=1).mean()) < 0.05
 
 
+@pytest.mark.thorough
 def test_the_proposal_can_be_written_as_json(plan: Plan) -> None:
     """The form of ``next_experiment`` names the manoeuvre, its confidence and a sentence."""
     answer = json.loads(json.dumps(plan.to_dict()))
@@ -84,6 +86,7 @@ def test_the_proposal_can_be_written_as_json(plan: Plan) -> None:
     assert len(answer["ranked"]) == len(plan.ranked)
 
 
+@pytest.mark.thorough
 def test_the_independent_flight_separates(hovering: Path, plan: Plan, tmp_path: Path) -> None:
     """Flown by another simulator with the true effect, the proposal gets it named alone."""
     truth = yaml.safe_load((hovering / "truth.yaml").read_text(encoding="utf-8"))

@@ -13,6 +13,7 @@ from seals.sysid.experiment_design.ranking import propose
 from seals.sysid.predictors.problem import prepare
 
 
+@pytest.mark.thorough
 def test_a_single_effect_gets_the_liveliest_manoeuvre(hovering: Path) -> None:
     """Drag needs motion: hovering has no chance to show it."""
     found = propose(prepare(read_native(hovering)), ["rotor_drag"])
@@ -20,6 +21,7 @@ def test_a_single_effect_gets_the_liveliest_manoeuvre(hovering: Path) -> None:
     assert found.best.manoeuvre.name != "hover"
 
 
+@pytest.mark.thorough
 def test_the_command_writes_a_plan_that_flies(
     hovering: Path,
     tmp_path: Path,

@@ -242,6 +242,7 @@ def test_flume_model_runs_have_every_channel(runs: list[Log]) -> None:
         assert log.meta["vehicle"]["mass"] == 46.8
 
 
+@pytest.mark.thorough
 def test_real_logs_pass_the_check(
     drops: list[Log], runs: list[Log], flights: list[Log], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -258,6 +259,7 @@ def test_real_logs_pass_the_check(
         assert not [found for found in check_log(log) if found.severity is Severity.REFUSE]
 
 
+@pytest.mark.thorough
 def test_a_lost_link_is_the_only_bad_log_of_the_nanobench_flights(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

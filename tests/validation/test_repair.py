@@ -85,6 +85,7 @@ def verified(tmp_path: Path, *words: str) -> tuple[int, dict[str, object]]:
     return code, json.loads((tmp_path / "out" / "verify.json").read_text(encoding="utf-8"))
 
 
+@pytest.mark.thorough
 def test_the_model_says_what_was_found_and_where_it_comes_from(flights: Path, model: Path) -> None:
     """Values lie near the truth; intervals, nominal values and provenance are there."""
     truth = yaml.safe_load((flights / "windy" / "truth.yaml").read_text(encoding="utf-8"))
@@ -101,6 +102,7 @@ def test_the_model_says_what_was_found_and_where_it_comes_from(flights: Path, mo
     assert origin["vehicle"] == "quad"
 
 
+@pytest.mark.thorough
 def test_the_error_falls_to_the_floor_on_an_unseen_flight(
     flights: Path, own: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -123,6 +125,7 @@ def test_the_error_falls_to_the_floor_on_an_unseen_flight(
     assert "withdrawn" not in own.read_text(encoding="utf-8")
 
 
+@pytest.mark.thorough
 def test_the_log_of_the_fit_confirms_nothing(
     flights: Path, own: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -132,6 +135,7 @@ def test_the_log_of_the_fit_confirms_nothing(
     assert "used in the fit" in capsys.readouterr().out
 
 
+@pytest.mark.thorough
 def test_a_wrong_effect_is_withdrawn(
     flights: Path, own: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -154,6 +158,7 @@ def test_a_wrong_effect_is_withdrawn(
     assert main(["run", "robot=ball", "+model=mine", "time.duration=0.01", "force=true"]) == 0
 
 
+@pytest.mark.thorough
 def test_an_older_log_must_not_get_worse(flights: Path, own: Path, tmp_path: Path) -> None:
     """A wind that did not blow in an older flight is a regression there."""
     words = (f"log={flights / 'windy_too'}", f"older=[{flights / 'calm'}]")
@@ -181,6 +186,7 @@ def test_a_choice_and_a_base_are_written_down(
     assert "would act twice" in capsys.readouterr().err
 
 
+@pytest.mark.thorough
 def test_an_accepted_formula_acts_in_the_simulator(
     flights: Path, own: Path, tmp_path: Path
 ) -> None:

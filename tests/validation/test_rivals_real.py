@@ -35,6 +35,7 @@ def claimed(one: RunsDiagnosis) -> set[str]:
     return {c.candidate.label for c in (*one.answer.claims, *one.answer.others)}
 
 
+@pytest.mark.thorough
 def test_a_tennis_ball_lacks_drag_and_a_bowling_ball_nothing(measurements: None) -> None:
     """Two drops show drag, not its law; the bowling ball's drops show none."""
     found = diagnoses("experiment=falling_balls", "only=[tennis_ball,bowling_ball]")

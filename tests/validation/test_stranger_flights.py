@@ -52,6 +52,7 @@ def diagnosed(case: Path, place: Path, changed: Callable[[str], str] = str) -> A
     return json.loads((place / "a" / "diagnosis.json").read_text())
 
 
+@pytest.mark.thorough
 @pytest.mark.validation
 @pytest.mark.parametrize(
     "name", [QUICK, *(pytest.param(n, marks=pytest.mark.slow) for n in NAMED if n != QUICK)]
@@ -69,6 +70,7 @@ def test_what_was_hidden_is_named(name: str, tmp_path: Path) -> None:
         assert abs(one["value"] - value) <= max(0.05 * abs(value), 2.0 * half), key
 
 
+@pytest.mark.thorough
 @pytest.mark.validation
 def test_a_sensor_beside_its_place_is_named(tmp_path: Path) -> None:
     """What the arm adds to the accelerometer, by the smoothed gyroscope: name and place."""

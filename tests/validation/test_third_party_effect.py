@@ -54,6 +54,7 @@ CASES = [
 """Vehicle, pattern, effect, its number in the generator and in the package."""
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("coral")
 @pytest.mark.parametrize(("kind", "pattern", "name", "number", "parameter"), CASES)
 def test_a_strangers_force_is_named_added_and_verified(

@@ -116,6 +116,7 @@ def lost(flight: Flight) -> tuple[float, float]:
     return found[0], found[1]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_a_moving_arm_changes_no_momentum(robot: str) -> None:
     """Linear and angular momentum stay within 1e-3 at 0.25 ms; the figure at 4 ms is printed."""
@@ -149,6 +150,7 @@ def _centre_speed(model: RobotModel) -> Floats:
     return np.array([0.3, -0.2, 0.1]) + np.cross([0.4, 0.2, -0.3], centre)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("robot", ROBOTS)
 @pytest.mark.parametrize(
     ("step", "bound"), [(4e-3, 2e-2), pytest.param(1e-3, 5e-3, marks=pytest.mark.slow)]

@@ -38,6 +38,7 @@ def driven(*words: str) -> Log:
     return record.log
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_torpedo_goes_to_its_depth_within_the_stated_overshoot(engine: str) -> None:
     """A step of 2 m in depth: overshoot below 5 %, within 10 % after 18 s, straight ahead."""
@@ -49,6 +50,7 @@ def test_a_torpedo_goes_to_its_depth_within_the_stated_overshoot(engine: str) ->
     assert log.channel("velocity")[-1, 0] == pytest.approx(1.5, abs=0.05)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_torpedo_comes_back_to_its_leg_by_its_fins(engine: str) -> None:
     """Four metres beside the leg at first, within 0.3 m after 20 s, and it rolls back upright."""
@@ -61,6 +63,7 @@ def test_a_torpedo_comes_back_to_its_leg_by_its_fins(engine: str) -> None:
     assert np.nanmax(np.abs(commands)) <= 0.24 + 1e-9
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_boat_with_two_thrusters_keeps_its_course(engine: str) -> None:
     """Three metres beside the leg at first, within 0.3 m after 24 s, at its speed."""
@@ -74,6 +77,7 @@ def test_a_boat_with_two_thrusters_keeps_its_course(engine: str) -> None:
     assert np.nanmax(np.abs(forces)) <= 30.0
 
 
+@pytest.mark.thorough
 def test_a_stable_vehicle_stays_upright_on_fins_that_give_way(tmp_path: Path) -> None:
     """Its weight rights it with 5 N m/rad, as much as its fins can do: they must not cancel that.
 
@@ -93,6 +97,7 @@ def test_a_stable_vehicle_stays_upright_on_fins_that_give_way(tmp_path: Path) ->
     assert log.channel("position")[-1, 0] > 6.0
 
 
+@pytest.mark.thorough
 def test_three_thrusters_go_to_a_depth_and_hold_it(tmp_path: Path) -> None:
     """Surge, heave and yaw: 1.5 m down along a leg with a bend, within 5 cm of depth and leg."""
     layout = [LAYOUTS["four"][k] for k in (0, 1, 3)]

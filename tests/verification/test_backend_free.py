@@ -38,6 +38,7 @@ def way(backend: str) -> tuple[np.ndarray, np.ndarray]:
     return table[:, :3], table[:, 3:]
 
 
+@pytest.mark.thorough
 def test_a_swimming_arm_moves_as_in_the_engine() -> None:
     """Same equations in two integrators of second order: a hundredth of the way, half a degree."""
     place, joints = way("free")

@@ -229,6 +229,7 @@ def gripping(world: World, steps: int) -> np.ndarray:
     return np.array(rows)
 
 
+@pytest.mark.thorough
 def test_a_grip_repeats_and_continues_bit_for_bit() -> None:
     """Two runs are equal to the last bit, and so is what follows a snapshot."""
     runs = []

@@ -50,6 +50,7 @@ def flow(velocity: Floats) -> Current:
     return Current(velocity_x=x, velocity_y=y, velocity_z=z)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("engine", "step"), CASES)
 def test_a_body_at_rest_is_taken_along(bench: Bench, engine: str, step: float) -> None:
     """A neutrally buoyant body approaches the current at the rate c / (m + A)."""
@@ -139,6 +140,7 @@ def test_the_ledger_of_a_drifting_body_shows_no_drag(bench: Bench) -> None:
     assert np.abs(balance).max() < 1e-12
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("engine", "step", "bound"), [("twin", 0.002, 1e-9), ("world", 0.004, 1e-11)]
 )

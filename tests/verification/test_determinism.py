@@ -55,6 +55,7 @@ def same(a: dict[str, Any], b: dict[str, Any]) -> dict[str, bool]:
     }
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("again", [False, True])
 def test_one_seed_gives_one_result(again: bool) -> None:
     """The same seed twice gives the same ledger, states and readings, bit for bit."""

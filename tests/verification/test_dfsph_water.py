@@ -65,6 +65,7 @@ def cube(water: DeviceSolver, ratio: float, height: float) -> Float:
     return body
 
 
+@pytest.mark.thorough
 def test_still_water_carries_its_weight(water: DeviceSolver) -> None:
     """Floor, pressure and compression of water at rest, the cube held above it."""
     body = cube(water, 1e6, ABOVE)
@@ -94,6 +95,7 @@ def test_a_first_filling_is_not_thrown_up(water: DeviceSolver) -> None:
     assert found[0].mean_compression < 10 * GOAL
 
 
+@pytest.mark.thorough
 def test_a_cube_floats_and_no_momentum_is_lost(water: DeviceSolver) -> None:
     """A cube of ratio 0.8: carried by the water, 0.8 of its height wet, the balance to rounding."""
     body = cube(water, 0.8, 14 + (0.5 - 0.85) * SIDE / SPACING)
@@ -109,6 +111,7 @@ def test_a_cube_floats_and_no_momentum_is_lost(water: DeviceSolver) -> None:
         assert np.abs(e.external).max() < 1e-5 * gross
 
 
+@pytest.mark.thorough
 def test_a_light_cube_rises_and_stays_whole(water: DeviceSolver) -> None:
     """A tenth of the displaced mass, released under water: out of it, and at rest there."""
     body = cube(water, 0.1, 14 + (0.5 - 0.9) * SIDE / SPACING)
@@ -118,6 +121,7 @@ def test_a_light_cube_rises_and_stays_whole(water: DeviceSolver) -> None:
     assert np.abs(body.velocity).max() < 1.0
 
 
+@pytest.mark.thorough
 def test_water_gets_under_a_cube_on_the_floor(water: DeviceSolver) -> None:
     """Its lower face on the floor, where no particle fits: lifted by about what it displaces.
 
@@ -147,6 +151,7 @@ def lift_on_the_floor(water: DeviceSolver) -> float:
     )
 
 
+@pytest.mark.thorough
 def test_it_goes_on_from_a_snapshot_bit_for_bit(water: DeviceSolver) -> None:
     """Pressures to start from and the number of substeps are part of the state."""
     body = cube(water, 2.0, 20.0)
@@ -174,6 +179,7 @@ def vars_of(body: Float) -> tuple[np.ndarray, ...]:
     return body.centre, body.velocity, body.rotation, body.spin
 
 
+@pytest.mark.thorough
 def test_a_standing_wave_keeps_its_period_and_its_height(water: DeviceSolver) -> None:
     """Half a wave across the tank, 32 spacings long, lower than one: the period within 3 %."""
     body = cube(water, 1e6, ABOVE)

@@ -58,6 +58,7 @@ def test_a_turned_sphere_feels_the_same_drag(rpy: Any) -> None:
     assert not torque.any()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("rpy", ATTITUDES)
 @pytest.mark.parametrize("engine", ["world", "twin"])
 def test_a_turned_sphere_sinks_alike(bench: Bench, engine: str, rpy: Any) -> None:

@@ -63,6 +63,7 @@ def energy_drift(bench: Bench, engine: str, step: float) -> float:
     return float(np.abs(total - total[0]).max() / kinetic.max())
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("engine", "order", "steps"), [("twin", 4, (0.008, 0.004)), ("world", 2, (0.004, 0.002))]
 )

@@ -156,6 +156,7 @@ def test_water_does_not_turn_a_sphere(bench: Bench, engine: str) -> None:
         assert run.velocity[-1, 2] > -2.99
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("engine", ["world", "twin"])
 @pytest.mark.parametrize("turn", [0.0, 0.5])
 def test_flat_face_takes_up_the_same_momentum(bench: Bench, engine: str, turn: float) -> None:

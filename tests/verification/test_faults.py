@@ -33,6 +33,7 @@ def stepped(world: World, steps: int) -> None:
         world.step()
 
 
+@pytest.mark.thorough
 def test_with_a_dead_rotor_it_falls_as_three_rotors_let_it() -> None:
     """The first second without one of four rotors: it turns over and sinks; no number is lost."""
     record = flown(

@@ -80,6 +80,7 @@ def test_a_force_of_one_step_is_read_once(bench: Any, kind: Any, compiled: str) 
     np.testing.assert_allclose(seen, expected, rtol=0.0, atol=1e-9)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("compiled", ["false", "true"])
 @pytest.mark.parametrize("engine", ENGINES)
 def test_through_impacts_the_integral_is_the_change_of_velocity(engine: str, compiled: str) -> None:

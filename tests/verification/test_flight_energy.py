@@ -145,6 +145,7 @@ def test_a_tired_battery_limits_the_climb(bench: Bench) -> None:
     assert current.max() > 1.3 * current.min()
 
 
+@pytest.mark.thorough
 def test_the_manipulator_balances_its_energy_in_a_controlled_flight(tmp_path: Path) -> None:
     """The experiment's table, on a climb of 3 s: all three balances within 2 %."""
     words = [*OVERRIDES, "time.duration=5.0"]

@@ -88,6 +88,7 @@ def test_archimedes_at_rest(bench: Bench, shape: str, ratio: float) -> None:
         assert run.rotation[-1, 2, 2] == pytest.approx(1.0, abs=1e-6)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("shape", list(HULLS))
 def test_archimedes_at_rest_in_the_twin(bench: Bench, shape: str) -> None:
     """The twin's hulls, good to 0.1 % of the volume, give the draught to 0.1 % of the height."""
@@ -109,6 +110,7 @@ def period_of(time: Floats, signal: Floats) -> float:
     return float(np.diff(crossing).mean())
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("engine", ["world", "twin"])
 @pytest.mark.parametrize("added", [0.0, 5.0])
 def test_heave_period(bench: Bench, engine: str, added: float) -> None:
@@ -139,6 +141,7 @@ def test_heave_period(bench: Bench, engine: str, added: float) -> None:
     assert period == pytest.approx(2.0 * np.pi / omega, rel=bound)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("engine", ["world", "twin"])
 @pytest.mark.parametrize("added", [0.0, 0.02])
 def test_roll_period(bench: Bench, engine: str, added: float) -> None:

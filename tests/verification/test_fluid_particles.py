@@ -67,6 +67,7 @@ def heights(world: World, steps: int) -> Floats:
     return np.array(rows)
 
 
+@pytest.mark.thorough
 def test_a_ball_floats_and_no_momentum_is_lost(tmp_path: Path) -> None:
     """Half as dense as water, five spacings across: half submerged within a tenth of its height.
 
@@ -100,6 +101,7 @@ def test_light_bodies_are_stable_and_heavy_ones_sink(tmp_path: Path, ratio: floa
     world.close()
 
 
+@pytest.mark.thorough
 def test_water_settles_around_a_held_body(tmp_path: Path) -> None:
     """It moves less after the first steps than water that was just filled; the body stays put."""
     energies = []
@@ -113,6 +115,7 @@ def test_water_settles_around_a_held_body(tmp_path: Path) -> None:
     assert energies[1] < 0.3 * energies[0]
 
 
+@pytest.mark.thorough
 def test_an_early_maker_sends_its_crest_behind_a_held_body(tmp_path: Path) -> None:
     """The crest comes as much earlier as the maker begins; the body has not moved meanwhile."""
     arrivals = []
@@ -143,6 +146,7 @@ def test_a_maker_that_begins_before_the_water_settles_is_refused(start: float) -
         FluidParticles(settle=0.4, maker=MakerSettings(kind=Maker.piston, start=start))
 
 
+@pytest.mark.thorough
 def test_a_run_says_what_rests_and_writes_the_fluid(tmp_path: Path) -> None:
     """Coefficients of the robot's folder rest, the user is told, figures of the fluid are kept."""
     words = [*TANK, "robot=ball", "time.duration=0.02", "+fluid.gauges.side=[0.2,0.2]"]
@@ -179,6 +183,7 @@ def test_rough_edges_are_refused_in_words(words: list[str], error: Any, match: s
         world_of(*words)
 
 
+@pytest.mark.thorough
 def test_a_world_of_particles_goes_on_from_a_snapshot() -> None:
     """A snapshot holds the particles: one thread and kept order repeat to the last bit."""
     more = ("fluid.physics.deterministic=true", "initial.position=[0,0,0.06]")

@@ -49,6 +49,7 @@ def closing() -> Iterator[list[FluidWindow]]:
         fluid.close()
 
 
+@pytest.mark.thorough
 def test_still_water_in_a_window_stays_at_rest_and_level(closing: list[FluidWindow]) -> None:
     """No particle comes or goes, nothing flows, the surface stays within a tenth of a spacing."""
     fluid = opened(WaveStill(), NOTHING, size=[0.7, 0.7, 0.4])
@@ -68,6 +69,7 @@ def test_still_water_in_a_window_stays_at_rest_and_level(closing: list[FluidWind
     assert float(outside[0, 0]) == pytest.approx(0.0, abs=1e-12)
 
 
+@pytest.mark.thorough
 def test_a_current_passes_through_a_window_that_stays(closing: list[FluidWindow]) -> None:
     """Water keeps the speed of the current, and the window stays with a robot that stands still."""
     fluid = opened(WaveStill(), NOTHING, size=[0.7, 0.7, 0.4], current=[1.0, 0.0])
@@ -92,6 +94,7 @@ def test_a_current_passes_through_a_window_that_stays(closing: list[FluidWindow]
     assert np.abs(np.mean(pushed, axis=0)).max() < 0.01 * weight
 
 
+@pytest.mark.thorough
 def test_momentum_and_counts_add_up_on_a_tow_through_waves(closing: list[FluidWindow]) -> None:
     """Books hold what the ring, the shifts and the level give and take; so does the count."""
     fluid = opened(WaveSea(height=0.08, period=1.2), BALL, size=[0.9, 0.9, 0.4], current=[0.2, 0.1])

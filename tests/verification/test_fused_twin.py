@@ -36,6 +36,7 @@ def _flown(words: list[str], like: Any, *, fused: bool) -> dict[str, Any]:
     return {name: np.asarray(x, dtype=float) for name, x in parts.items()}
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("water", ["airy", pytest.param("still", marks=pytest.mark.slow)])
 def test_a_compiled_twin_moves_as_the_twin_does(water: str) -> None:
     """In double precision states agree to 1e-10 after 25 steps, in single to 1e-3."""

@@ -87,6 +87,7 @@ def _surfaces(count: int) -> list[tuple[Any, float]]:
     return list(zip(ups, rng.uniform(-0.3, 0.3, count).tolist(), strict=True))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("water_level", [0.0, None])
 def test_a_fused_body_has_the_accelerations_of_the_tree(
     model: Any, water_level: float | None

@@ -49,6 +49,7 @@ def dived(*words: str, lowest: tuple[float, float, float]) -> None:
     assert lean.max() < 25.0
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("engine", ["pybullet", "mujoco"])
 def test_a_hexacopter_dives_and_takes_off_again(engine: str) -> None:
     """At -0.8 m within 5 cm, attitude below 25 degrees throughout, out of the water at the end."""

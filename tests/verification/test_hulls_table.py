@@ -63,6 +63,7 @@ def poses(hull: Hull, count: int, seed: int = 8) -> tuple[Vector, Vector]:
     return up, (up @ hull.centroid)[:, None] + span * rng.uniform(-1, 1, (count, 1))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("kind", KINDS)
 def test_table_is_within_a_thousandth(hulls: dict[str, Hull], kind: str) -> None:
     """Volume and first moments are within 0.1 % of the whole, for random normals and depths."""

@@ -96,6 +96,7 @@ def off_the_arm(engine: str, compiled: str, step: float) -> tuple[float, float]:
     return float(np.abs(np.array(read)[1:] - expected).max()), float(np.abs(expected).max())
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("engine", "compiled"),
     [("free", "false")] + [(e, c) for e in ("pybullet", "mujoco") for c in ("false", "true")],

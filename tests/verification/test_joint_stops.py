@@ -98,6 +98,7 @@ def test_a_stop_leaves_the_momentum_as_it_is(tmp_path: Path, engine: str, compil
     assert hits >= 3
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("engine", ["pybullet", pytest.param("mujoco", marks=pytest.mark.slow)])
 def test_limbs_at_their_stops_propel_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, engine: str

@@ -92,6 +92,7 @@ def practised(environment: Bandit, *, steps: int, temperature: float) -> Any:
     return agent
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("cut", "length", "steps", "value"),
     [
@@ -142,6 +143,7 @@ def trained(
     ).run()
 
 
+@pytest.mark.thorough
 def test_cloning_learns_from_many_demonstrations(tmp_path: Path) -> None:
     """From 150 demonstrations a clone reaches at least half of new targets; from none it cannot."""
     outcome = trained(BC(hidden=[128, 128], updates=3000), tmp_path, steps=0, count=1, shown=150)

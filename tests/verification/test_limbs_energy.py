@@ -177,6 +177,7 @@ def energy(dynamics: Dynamics, robot: RobotModel) -> tuple[float, float]:
     return kinetic, float(place.sum()) + G * float(robot.mass @ centres)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
 @pytest.mark.parametrize(
     "seed", [*QUICK, *(pytest.param(k, marks=pytest.mark.slow) for k in SEEDS if k not in QUICK)]

@@ -62,6 +62,7 @@ def column() -> Iterator[SolverPbf]:
     water.close()
 
 
+@pytest.mark.thorough
 def test_column_keeps_its_height(column: SolverPbf) -> None:
     """The pressure vanishes at the height that was filled, within two per cent."""
     where, pressure = column.positions()[:, 2], column.pressures()
@@ -143,6 +144,7 @@ def level_of(water: SolverPbf) -> float:
     return float(-offset / slope)
 
 
+@pytest.mark.thorough
 def test_a_cube_floats_at_its_density_ratio() -> None:
     """A cube of ratio 0.8 floats upright with 0.8 of its height wet, within five per cent."""
     body, found = floating(0.8, 0.85, seconds=1.2)
@@ -155,6 +157,7 @@ def test_a_cube_floats_at_its_density_ratio() -> None:
         body.water.close()
 
 
+@pytest.mark.thorough
 def test_a_light_cube_rises_stays_whole_and_balances() -> None:
     """A tenth of the displaced mass, released under water: stable, and momentum adds up."""
     body, found = floating(0.1, 0.9, seconds=0.8)

@@ -139,6 +139,7 @@ def test_fit_of_coupled_motions() -> None:
     assert np.all(apart < 0.05 * size)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("engine", ["pybullet", "mujoco", "free", "twin"])
 def test_heave_decay(bench: Bench, engine: str) -> None:
     """A hemisphere let go decays within 2 % of Cummins' equation with Hulme's coefficients."""

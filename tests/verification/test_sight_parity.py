@@ -117,6 +117,7 @@ def manipulator(detail: Detail, arm: str, height: float) -> tuple[Scene, Poses, 
     return scene, poses, Cameras(np.asarray(poses.position)[:, places], turns[None])
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("detail", list(Detail), ids=lambda d: d.value)
 @pytest.mark.parametrize("arm", ["[0,0,0,0,0,0]", "[0.3,-1.0,-0.4,-0.6,-0.6,-0.6]"])
 def test_the_cameras_of_the_manipulator_see_alike(detail: Detail, arm: str) -> None:

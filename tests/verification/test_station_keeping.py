@@ -39,6 +39,7 @@ PAIRS = [("four", "pybullet"), ("five", "mujoco"), ("six", "mujoco"), ("eight", 
 ALL = [(name, engine) for name in LAYOUTS for engine in ("pybullet", "mujoco", "free")]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("name", "engine"),
     [pair if pair in PAIRS else pytest.param(*pair, marks=pytest.mark.slow) for pair in ALL],
@@ -81,6 +82,7 @@ THRUSTER = """
     <origin xyz="{x} {y} -0.1" rpy="0 0 {turn}"/></joint>"""
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("engine", ["pybullet", "mujoco"])
 def test_a_boat_of_four_thrusters_is_held_in_its_place(engine: str, tmp_path: Path) -> None:
     """No drive pushes it up: the surface holds it, and thrusters its place in a current."""

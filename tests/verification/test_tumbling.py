@@ -71,6 +71,7 @@ def test_drift_of_the_world_over_ten_seconds(bench: Bench) -> None:
     check_world(bench, 10.0)
 
 
+@pytest.mark.thorough
 def test_drift_of_the_twin(bench: Bench) -> None:
     """Momentum and energy of the twin stay within 1e-6 over ten seconds at 1 ms."""
     momentum, energy = tumble(bench, "twin", 0.001, 10.0)

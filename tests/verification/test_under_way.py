@@ -46,6 +46,7 @@ def test_speed_of_the_check_is_the_closed_form(folder: Path) -> None:
     assert verdict is Verdict.WARN
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("share", "level"), [(0.7, True), (1.5, False)])
 def test_it_stays_level_below_and_turns_above(folder: Path, share: float, level: bool) -> None:
     """Along a level leg from rest, with nothing but the list of its file to begin with."""

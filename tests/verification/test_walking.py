@@ -23,6 +23,7 @@ def world_of(*overrides: str) -> tuple[World, Any]:
     return world, world.actors[ROBOT]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("recipe", [LAND, SEABED, "experiment=sea_spider_seabed"])
 def test_foot_forces_at_rest_carry_weight_less_buoyancy(recipe: str) -> None:
     """The normal forces of a standing animal add up to m g - rho g V within 1 %, on all feet."""
@@ -70,6 +71,7 @@ def drift_of(step: float) -> float:
     return farthest
 
 
+@pytest.mark.thorough
 def test_legs_that_kick_in_free_space_move_no_centre_of_mass() -> None:
     """Without gravity and ground, all that moves the whole is the error of the step, and it goes.
 
@@ -114,6 +116,7 @@ def test_work_of_the_legs_lifts_the_body() -> None:
     assert work[-1.0] == pytest.approx(weight * down, rel=0.02)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("recipe", "least"), [(LAND, 2.0), (SEABED, 0.5)])
 def test_walks_upright_and_as_fast_at_half_the_step(recipe: str, least: float) -> None:
     """A tripod keeps upright, its joints within their limits, its speed within 5 % at 2 ms."""
@@ -128,6 +131,7 @@ def test_walks_upright_and_as_fast_at_half_the_step(recipe: str, least: float) -
     assert half.speed == pytest.approx(whole.speed, rel=0.05)
 
 
+@pytest.mark.thorough
 def test_a_sea_spider_walks() -> None:
     """Eight legs carry it at the speed that is asked, upright."""
     walk = walked(["experiment=sea_spider_seabed", "time.duration=8"])

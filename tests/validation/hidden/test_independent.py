@@ -247,6 +247,7 @@ def test_equivalent_drag_reproduces_the_force() -> None:
         assert value == pytest.approx(drawn[key], rel=0.2)
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("short")
 def test_gain_grows_with_the_square_of_the_effect() -> None:
     """Half the gyroscope bias is worth a quarter, at most the square of its tolerances."""
@@ -275,6 +276,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     return out[0], out[1]
 
 
+@pytest.mark.thorough
 def test_same_seed_gives_the_same_files(made: tuple[Path, Path]) -> None:
     """Two runs with one seed write the same tables and texts."""
     import pandas as pd
