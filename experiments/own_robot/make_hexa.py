@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 RING, HULL, HEIGHT = 0.28, 0.11, 0.09
 """Radius of the circle of rotors, radius and height of the hull [m]."""
@@ -77,8 +78,10 @@ def main(folder: Path) -> None:
 
 def _meshes(folder: Path) -> None:
     import trimesh
-    from trimesh.transformations import rotation_matrix, translation_matrix
+    from trimesh import transformations
 
+    turning: Any = transformations.rotation_matrix
+    moving: Any = transformations.translation_matrix
     hull = trimesh.creation.cylinder(radius=HULL, height=HEIGHT, sections=6)
     hull.apply_scale(1000.0)
     hull.export(folder / "hull.stl")
@@ -86,10 +89,10 @@ def _meshes(folder: Path) -> None:
     parts = [trimesh.creation.cylinder(radius=0.008, height=0.012, sections=12)]
     for half in (0.0, math.pi):
         # both are pitched by 14 degrees, leading edge up
-        pitch = rotation_matrix(0.25, (1, 0, 0), (0, 0, 0))
-        out = translation_matrix((BLADE / 2.0, 0, 0))
-        parts.append(blade.copy().apply_transform(rotation_matrix(half, (0, 0, 1)) @ out @ pitch))
-    blades = trimesh.util.concatenate(parts)
+        pitch = turning(0.25, (1, 0, 0), (0, 0, 0))
+        out = moving((BLADE / 2.0, 0, 0))
+        parts.append(blade.copy().apply_transform(turning(half, (0, 0, 1)) @ out @ pitch))
+    blades: Any = trimesh.util.concatenate(parts)
     blades.export(folder / "propeller.dae")
 
 

@@ -182,7 +182,7 @@ class SealsVectorEnv(VectorEnv[Numbers, Numbers, Any]):
             "render_fps": float(config.task.rate),
         }
         same = self.autoreset_mode is AutoresetMode.SAME_STEP
-        self.batched = batched_of(config, count=num_envs, device=device, renew=same)
+        self.batched: Any = batched_of(config, count=num_envs, device=device, renew=same)
         self.num_envs = num_envs
         self.single_observation_space, self.single_action_space = _spaces(self.batched)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
