@@ -137,7 +137,7 @@ def error_lines(table: Mapping[str, Any]) -> list[str]:
     quiet = overstated(table)
     if quiet:
         lines.append(
-            f"  stated noise and gusts are too large: {quiet}. With smaller ones in datasheet.yaml "
+            f"  stated noise or gusts are too large: {quiet}. With smaller ones in datasheet.yaml "
             "smaller effects show."
         )
     return lines
