@@ -350,7 +350,7 @@ class Environments:
                 + (
                     "Look into the policy: its network has diverged, or was given odd numbers."
                     if what == "action"
-                    else f"Let the task return finite numbers: seals check, or its {what}."
+                    else f"Let the task return a finite {what}: seals.check_task(NAME) tries it."
                 )
             )
 
