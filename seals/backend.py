@@ -255,6 +255,54 @@ class CompiledBody(RigidBody, Protocol):
         """Set the loads for the next step; false where the law is to be evaluated again."""
         ...
 
+    def steps_alone(self) -> bool:
+        """Return whether the next steps can be made by a program of `write_step`."""
+        ...
+
+    def native_state(self) -> tuple[tuple[Floats, ...], tuple[Floats, Floats, Floats]]:
+        """Return the two arguments of `leapt`, the second with all three parts."""
+        ...
+
+    def native_places(self) -> list[int]:
+        """Return the addresses of the engine's state, whose last two the results of `leapt` set."""
+        ...
+
+    def write_step(self, program: Any, loads: Sequence[tuple[Any, int]]) -> None:
+        """Write a step of the engine, refused where it asks for more than `leapt` and `give` do.
+
+        Args:
+            program: `seals.world.scalar_compiler.Program`.
+            loads: places of the results of `compiled_law`, with their lengths.
+        """
+        ...
+
+    def reaches_stop(self, joints: Array, speed: Array, step: float) -> Array | None:
+        """Return whether the step after a state of `leapt` meets a stop; None for never; pure.
+
+        Args:
+            joints: shape (J,).
+            speed: velocity now, shape (n,).
+            step: h [s].
+        """
+        ...
+
+    def begin_alone(self) -> None:
+        """Prepare for steps by a program."""
+        ...
+
+    def end_alone(
+        self, form: tuple[str, ...], loads: list[Floats], links: LinksAt, found: list[Floats]
+    ) -> None:
+        """Note the steps that a program has made.
+
+        Args:
+            form: from `compiled_form`.
+            loads: results of `compiled_law` in the last step.
+            links: at its start.
+            found: `followed` and the results of `leapt` at its end.
+        """
+        ...
+
 
 LONG = 2500
 """Steps from which it pays to compile laws: it takes as long as some thousand steps without."""

@@ -73,6 +73,7 @@ class CoupledBody(BodyOptions):
         self.reference = engine.reference
         self._centred = not np.any(engine.reference)
         self._follow: Follow | None = None
+        self._alone: bool | None = None
         self.followed: Floats | None = None
 
     def reset(self, configuration: Configuration) -> None:
@@ -275,6 +276,67 @@ class CoupledBody(BodyOptions):
         self._began = links
         return self._forces.give(form[0], results, links)
 
+    def steps_alone(self) -> bool:
+        """Return whether `write_step` can be used now, see `seals.backend.CompiledBody`."""
+        ready = self._second_order and self._speed.middle is not None and self._follow is not None
+        if self._alone is None and ready:
+            self._alone = isinstance(self._forces, SolvedForces) and self._forces.steps_alone()
+        return ready and bool(self._alone)
+
+    def native_state(self) -> tuple[tuple[Floats, ...], tuple[Floats, Floats, Floats]]:
+        """Return the engine's state, and velocity, joints and velocity half a step ago."""
+        engine: Any = self.engine
+        assert self._speed.middle is not None
+        return engine.native(), (self._speed.now, self._joints, self._speed.middle)
+
+    def native_places(self) -> list[int]:
+        """Return the addresses of the engine's state, of which the last two are written."""
+        engine: Any = self.engine
+        found: list[int] = engine.native_places()
+        return found
+
+    def write_step(self, program: Any, loads: Sequence[tuple[Any, int]]) -> None:
+        """Write a step of the engine, see `seals.backend.CompiledBody`."""
+        engine: Any = self.engine
+        # joint forces come first, the base's rows of the inertia last
+        last = len(loads) - 1 if self._limits and self._base else len(loads)
+        engine.write_step(program, loads[1:last])
+
+    def reaches_stop(self, joints: Array, speed: Array, step: float) -> Array | None:
+        """Return whether `compiled_form` would refuse the next step; pure.
+
+        None where no joint has limits.
+
+        Args:
+            joints: shape (J,).
+            speed: as the engine keeps it, shape (n,).
+            step: h [s].
+        """
+        if not (self._limits and self._base):
+            return None
+        found: Array = False
+        for k, bounds in enumerate(self._stops):
+            place, rate = joints[k], speed[self._base + k]
+            found = _reaches(place, rate, bounds, step, held=self._forces.foretells) | found
+        return found
+
+    def begin_alone(self) -> None:
+        """Prepare for steps by `write_step`."""
+        engine: Any = self.engine
+        engine.begin_alone()
+
+    def end_alone(
+        self, form: tuple[str, ...], loads: list[Floats], links: LinksAt, found: list[Floats]
+    ) -> None:
+        """Note steps by `write_step`, see `seals.backend.CompiledBody`."""
+        engine: Any = self.engine
+        self.give(form, loads, links)
+        engine.end_alone()
+        self._contacts.note(None, links)
+        self.followed, *_, self._joints, now, middle, _ = found
+        self._speed = HalfStep(now, middle)
+        self._forces.measure()
+
     def after_step(self, step: float) -> None:
         """Compute the velocity at the new time, and correct the pose by the half-step velocity.
 
@@ -399,16 +461,30 @@ class CoupledBody(BodyOptions):
         the whole of the loads.
         """
         rates, held = self._speed.now[self._base :].tolist(), self._forces.foretells
-        for x, v, (a, b) in zip(self._joints.tolist(), rates, self._stops, strict=True):
-            inside = a < x < b
-            if not inside and (held or abs(v) > _RESTING):
-                return True
-            if inside and not a < x + 2.0 * step * v < b:
-                return True
-        return False
+        rows = zip(self._joints.tolist(), rates, self._stops, strict=True)
+        return any(_reaches(x, v, bounds, step, held=held) for x, v, bounds in rows)
 
     def _at_stop(self, q: Floats) -> bool:
         """Return whether a joint stands at a limit."""
         if not self._limits:
             return False
         return any(x <= a or x >= b for x, (a, b) in zip(q.tolist(), self._stops, strict=True))
+
+
+def _reaches(x: Any, v: Any, bounds: tuple[float, float], step: float, *, held: bool) -> Any:
+    """Whether a joint reaches a limit in the next step, or stands at one and moves or is held.
+
+    Pure, for numbers and for entries of arrays of any library.
+
+    Args:
+        x: position [rad or m].
+        v: its rate [rad/s or m/s].
+        bounds: lowest and highest position.
+        step: h [s].
+        held: whether it counts at a limit when it rests, too.
+    """
+    low, high = bounds
+    ahead = x + 2.0 * step * v
+    moving = (v > _RESTING) | (v < -_RESTING) | held
+    outside, leaving = (x <= low) | (x >= high), (ahead <= low) | (ahead >= high)
+    return (outside & moving) | ((low < x) & (x < high) & leaving)

@@ -17,7 +17,8 @@ Poses may be read between any two steps. `place` and `set_velocity` start an epi
 
 from __future__ import annotations
 
-from typing import Protocol, runtime_checkable
+from collections.abc import Sequence
+from typing import Any, Protocol, runtime_checkable
 
 from seals.arrays import Array, Floats, namespace
 from seals.coupling.implicit_drive import ImplicitDrive
@@ -275,6 +276,33 @@ class CompiledSolving(CompiledEngineBody, Protocol):
 
     def give(self, results: list[Floats]) -> None:
         """Set the loads of the next step from the results of `compiled_law`."""
+        ...
+
+    def steps_alone(self) -> bool:
+        """Return whether the scene can be stepped by `write_step`, for this robot alone."""
+        ...
+
+    def native_places(self) -> list[int]:
+        """Return the addresses of the numbers that `native` returns, each side by side."""
+        ...
+
+    def write_step(self, program: Any, loads: Sequence[tuple[Any, int]]) -> None:
+        """Write a step of the engine under loads, for machine code that makes many of them.
+
+        Refused where contacts, or drives at their limits, ask for more than one solution.
+
+        Args:
+            program: `seals.world.scalar_compiler.Program`.
+            loads: places of the results of `compiled_law`, with their lengths.
+        """
+        ...
+
+    def begin_alone(self) -> None:
+        """Prepare for steps by `write_step`."""
+        ...
+
+    def end_alone(self) -> None:
+        """Note steps by `write_step`, after `give` of the last one's loads."""
         ...
 
 

@@ -110,6 +110,10 @@ class SolvedForces:
         self._engine.give(own)
         return True
 
+    def steps_alone(self) -> bool:
+        """Return whether the engine can be stepped by a program, see `CompiledSolving`."""
+        return hasattr(self._engine, "write_step") and bool(self._engine.steps_alone())
+
     def _about_reference(self, dynamics: Dynamics) -> tuple[Floats, Floats]:
         """Jacobian (L, 6, n) and bias (L, 6) of the twists for the engine's velocity.
 

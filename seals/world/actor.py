@@ -37,7 +37,7 @@ from seals.sensors.onboard import OnboardState, spins
 from seals.sensors.protocol import Sensor
 from seals.sensors.rays import Shape, shapes_of_hull
 from seals.sensors.surroundings import Surroundings
-from seals.world.compiled import CompiledStep, Supply
+from seals.world.compiled import CompiledStep
 from seals.world.compiled_links import Look
 from seals.world.compiled_weights import CompiledWeights
 from seals.world.drivetrain import Drivetrain
@@ -46,8 +46,9 @@ from seals.world.immersion import Immersion
 from seals.world.ledger import Ledger
 from seals.world.pilot import ControlInput, Pilot
 from seals.world.scalar_compiler import REFUSED, CannotCompile
-from seals.world.sensor_suite import Instant, SensorSuite
+from seals.world.sensor_suite import MANY, Instant, SensorSuite
 from seals.world.servos import Servoing
+from seals.world.stretch import Ready, Supply
 
 _COMMANDS = ("joint_torque", "joint_command", "command", "drive", "voltage")
 """What the caller sets."""
@@ -186,16 +187,24 @@ class Actor:
         self._supply, self._driven = Supply(), self.drive
         self._due: tuple[Dynamics, Floats] | None = None
 
-    def load(self, time: float, step: float) -> None:
-        """Evaluate the effects into the ledger, and pass the sum to the backend."""
+    def load(self, time: float, step: float, alone: tuple[int, int] | None = None) -> int:
+        """Evaluate the effects into the ledger, and pass the sum to the backend.
+
+        Args:
+            time: [s].
+            step: h [s].
+            alone: where nothing else is in the scene: the number of the step from the start, and
+                how many steps may be made.
+
+        Returns:
+            How many steps were made, the backend's among them; 0 where it has yet to advance.
+        """
         self._time, self._step = time, step
         if self.compiled is not None:
             try:
-                self._load_compiled(self.compiled, time, step)
+                return self._load_compiled(self.compiled, time, step, alone)
             except CannotCompile as problem:
                 self._interpret(problem)
-            else:
-                return
         kinematics, moving = self._now or self.look()
         joints, pilot = self._joints(moving), self.pilot
         motion, sample = self._sampled(time, kinematics, moving)
@@ -204,6 +213,7 @@ class Actor:
             self._fly(pilot, ControlInput(time, kinematics, moving, joints, weigh, {}))
         inputs = self._inputs(time, step, joints.position)
         self._evaluate((kinematics, moving, motion, joints, sample), inputs)
+        return 0
 
     def _joints(self, moving: LinkVelocities) -> Joints:
         """Positions and rates of the joints."""
@@ -249,7 +259,9 @@ class Actor:
         motion = link_motion(kinematics, moving, np.array([[time]]), self._bodies)
         return motion, self.evaluator.surroundings.sample(motion)
 
-    def _load_compiled(self, laws: CompiledStep, time: float, step: float) -> None:
+    def _load_compiled(
+        self, laws: CompiledStep, time: float, step: float, alone: tuple[int, int] | None
+    ) -> int:
         """Do the same by machine code."""
         look = self._look or self._looked(step)
         if self._tracker.last is None:
@@ -259,11 +271,18 @@ class Actor:
                 self._fly(self.pilot, self._told(laws, self.pilot, look))
             else:
                 self.pilot.wait()
-        inputs, found = self._inputs(time, step, look.joints), None
+        inputs, found, made = self._inputs(time, step, look.joints), None, None
         try:
-            found = laws.loads(look, time, inputs, self.memory, self.drivetrain.held)
+            ready = laws.ready(look, time, inputs, self.memory, self.drivetrain.held)
+            if ready is not None and alone is not None:
+                made = self._stretched(laws, ready, step, *alone)
+            if ready is not None and made is None:
+                found = laws.loads(ready)
         except CannotCompile as problem:
             self._interpret(problem)
+        self._look = None
+        if made is not None:
+            return made
         if found is None:
             kinematics, moving = look.kinematics, look.moving
             motion, sample = self._sampled(time, kinematics, moving)
@@ -273,7 +292,41 @@ class Actor:
             self.ledger.open_row(time)[...] = found.row
             _, self.memory, self._speeds, self._supply = found
             self._driven = self.drive
-        self._look = None
+        return 0
+
+    def _stretched(
+        self, laws: CompiledStep, ready: Ready, step: float, first: int, most: int
+    ) -> int | None:
+        """Make steps up to the next instant at which Python is wanted; None where it is now.
+
+        Args:
+            laws: of the robot.
+            ready: the first step, whose commands are set.
+            step: h [s].
+            first: its number, from the start.
+            most: steps.
+        """
+        stretch = laws.stretch(ready, first)
+        if stretch is None:
+            return None
+        time, train, pilot = ready.time, self.drivetrain, self.pilot
+        most = min(most, self.sensor_suite.quiet(time, step))
+        if most > 1:
+            most = min(most, MANY if pilot is None else 1 + pilot.free)
+            most = max(1, min(most, int(min(train.quiet(time) / step, MANY))))
+        made = stretch.run(most, self.ledger)
+        if made is None:
+            return None
+        steps, loads, drive, voltage, held = made
+        _, self.memory, self._speeds, self._supply = loads
+        self.drive, self._driven = drive, drive
+        if self.battery is not None:
+            self.voltage = voltage
+        self._time = (first + steps - 1) * step
+        train.passed(self._time, held)
+        if pilot is not None and steps > 1:
+            pilot.wait(steps - 1)
+        return steps
 
     def _say(self, problem: Exception) -> None:
         """Say that there is no machine code; the run notes it."""

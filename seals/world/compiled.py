@@ -8,7 +8,7 @@ accelerations and the pure part of the body's coupling, on traced arrays
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -23,51 +23,14 @@ from seals.motion import Inputs, Joints, Motion
 from seals.multibody.kinematics import Kinematics, LinkVelocities
 from seals.multibody.rows import link_motion
 from seals.robot.model import RobotModel
-from seals.state_records import state_record
 from seals.world.compiled_links import CompiledLinks, Look
 from seals.world.drivetrain import Drivetrain
-from seals.world.scalar_compiler import Kernel, compiled, constant
+from seals.world.scalar_compiler import compiled, constant
 from seals.world.servos import Servoing
+from seals.world.stretch import Form, Loads, Parts, Ready, Stretch
 
 LIKE = constant(np.zeros(1))
 """A traced array."""
-
-
-@state_record
-class Supply(NamedTuple):
-    """Battery and drives after a step.
-
-    Args:
-        voltage: of the battery [V], shape (1, 1); None where it is not known.
-        drive: states of the drives if no command arrives meanwhile, shape (1, n); None likewise.
-    """
-
-    voltage: Floats | None = None
-    drive: Floats | None = None
-
-
-class Loads(NamedTuple):
-    """Results of the laws.
-
-    Args:
-        row: of the ledger [N, N m], shape (effects, L, 6).
-        memory: of the effects, by name.
-        speeds: of the rotors, by actuator [rad/s].
-        supply: what the drives will have.
-    """
-
-    row: Floats
-    memory: dict[str, Floats]
-    speeds: dict[str, Floats]
-    supply: Supply
-
-
-class _Form(NamedTuple):
-    """One form of a step: its kernel, and what the results are of."""
-
-    kernel: Kernel
-    remembered: list[str]
-    turning: list[str]
 
 
 class CompiledStep:
@@ -113,9 +76,10 @@ class CompiledStep:
         self._evaluator.fed = True
         self._bodies = robot.bodies(LIKE)
         self.links.bind(self._surroundings, self._bodies)
-        self._forms: dict[Any, _Form] = {}
+        self._forms: dict[Any, Form] = {}
         inertial = bool(effects.inertias or effects.inertia_changes)
         body.compile(inertial=inertial, follow=self.links.follow)
+        self._parts = Parts(self.links, body, drivetrain)
 
     def sampled(
         self, state: str, block: Array, time: Array, parts: Sequence[Array]
@@ -144,15 +108,15 @@ class CompiledStep:
         moving = self.links.layout.moving(block)
         return kinematics, moving, link_motion(kinematics, moving, time, self._bodies)
 
-    def loads(
+    def ready(
         self,
         look: Look,
         time: float,
         inputs: Inputs,
         memory: Mapping[str, Floats],
         held: Floats | None,
-    ) -> Loads | None:
-        """Evaluate the laws, and pass their sum to the body.
+    ) -> Ready | None:
+        """Prepare a step.
 
         None where this step is not compiled.
 
@@ -171,26 +135,52 @@ class CompiledStep:
         if form is None:
             return None
         held = None if drive is None else held
-        commands = [x for x in (torque, drive, voltage, position, held) if x is not None]
-        present = drive is not None, voltage is not None, position is not None, held is not None
-        key = (form, present, look.state, step)
-        while True:
-            own = self._body.compiled_arguments()
-            values = [look.block, time, *commands, *look.parts, *memory.values(), *own]
-            kept = self._forms.get(key)
-            if kept is None:
-                kept = self._forms[key] = self._compiled(key, memory, values)
-            row, *results = kept.kernel(*values)
-            first, last = len(kept.remembered), len(kept.remembered) + len(kept.turning)
-            voltage, ahead, *body = results[last:]
-            if self._body.give(form, body, look):
-                # in the order of the memory before: the kernel is given its values
-                new = {**memory, **dict(zip(kept.remembered, results, strict=False))}
-                speeds = dict(zip(kept.turning, results[first:last], strict=True))
-                later = Supply(voltage if voltage.size else None, ahead if ahead.size else None)
-                return Loads(row, new, speeds, later)
+        commands = (torque, drive, voltage, position, held)
+        key = (form, tuple(x is not None for x in commands[1:]), look.state, step)
+        return Ready(key, look, time, commands, memory)
 
-    def _compiled(self, key: Any, memory: Mapping[str, Floats], values: Sequence[Any]) -> _Form:
+    def loads(self, ready: Ready) -> Loads:
+        """Evaluate the laws, and pass their sum to the body."""
+        while True:
+            form = self._form(ready)
+            row, *results = form.kernel(*self._values(ready))
+            loads, body = form.told(row, results, ready.memory)
+            if self._body.give(ready.key[0], body, ready.look):
+                return loads
+
+    def stretch(self, ready: Ready, first: int) -> Stretch | None:
+        """Return what makes steps one after the other, set to begin; None where nothing does.
+
+        Args:
+            ready: the first step.
+            first: its number, from the start.
+        """
+        look = ready.look
+        if not (look.begun and look.state != "given" and self._body.steps_alone()):
+            return None
+        form = self._form(ready)
+        native, own = self._body.native_state()
+        leap, given = self.links.leap(native, own, ready.key[-1])
+        if form.stretch is None:
+            form.stretch = Stretch(self._parts, ready, form, leap)
+        form.stretch.begin(first, ready, (self._values(ready), given))
+        return form.stretch
+
+    def _form(self, ready: Ready) -> Form:
+        """Return the form of a step, which is compiled when it first occurs."""
+        kept = self._forms.get(ready.key)
+        if kept is None:
+            kept = self._compiled(ready.key, ready.memory, self._values(ready))
+            self._forms[ready.key] = kept
+        return kept
+
+    def _values(self, ready: Ready) -> list[Any]:
+        """Arguments of the laws."""
+        commands = [x for x in ready.commands if x is not None]
+        own, look = self._body.compiled_arguments(), ready.look
+        return [look.block, ready.time, *commands, *look.parts, *ready.memory.values(), *own]
+
+    def _compiled(self, key: Any, memory: Mapping[str, Floats], values: Sequence[Any]) -> Form:
         """Compile one form."""
         form, present, state, step = key
         names: list[list[str]] = [[], []]
@@ -223,7 +213,7 @@ class CompiledStep:
                 ahead = self._response.followed(inputs.drive, held, step)
             return [row, *found.memory.values(), *speeds.values(), battery, ahead, *own]
 
-        return _Form(compiled(law, [np.shape(x) or (1, 1) for x in values]), *names)
+        return Form(compiled(law, [np.shape(x) or (1, 1) for x in values]), *names)
 
     def _row(self, found: Any) -> Array:
         """Return the wrenches of all effects on all links, shape (effects, L, 6)."""

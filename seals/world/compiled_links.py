@@ -39,6 +39,10 @@ class Layout:
         self._places = {name: (shape, k, size) for (name, shape), k, size in table}
         self._memory = {name: (shape, 8 * k) for name, (shape, k, _) in self._places.items()}
 
+    def span(self, name: str) -> tuple[int, int]:
+        """Return where an array begins in a block, and how many numbers it has."""
+        return self._places[name][1:]
+
     def of(self, block: Floats, name: str) -> Floats:
         """Return an array in a block of numbers; it shares the memory."""
         shape, place = self._memory[name]
@@ -213,15 +217,21 @@ class CompiledLinks:
         """Note the links at the start of a step, and the time of its end [s], for `follow`."""
         self._before, self._time = look.track, time
 
+    def leap(
+        self, native: tuple[Floats, ...], own: tuple[Floats, ...], step: float
+    ) -> tuple[Kernel, list[Any]]:
+        """Return the law of the state after a step, see `follow`, and its arguments."""
+        key = ("leap", len(own) > 2, step)
+        kernel = self._kernels.get(key) or self._compiled(key, native, own)
+        assert self._before is not None
+        return kernel, [*native, *own, self._time, *_past(self._before, step, halved=True)]
+
     def follow(
         self, native: tuple[Floats, ...], own: tuple[Floats, ...], step: float
     ) -> tuple[Floats, list[Floats]] | None:
         """Return the state after a step, see `seals.backend.Follow`."""
-        key = ("leap", len(own) > 2, step)
-        kernel = self._kernels.get(key) or self._compiled(key, native, own)
-        assert self._before is not None
-        past = _past(self._before, step, halved=True)
-        block, *found = kernel(*native, *own, self._time, *past)
+        kernel, given = self.leap(native, own, step)
+        block, *found = kernel(*given)
         return None if found[-1].item() else (block, found)
 
     def _compiled(self, key: Any, native: Sequence[Any] = (), own: Sequence[Floats] = ()) -> Kernel:
@@ -289,9 +299,9 @@ class CompiledLinks:
         if self._exact is None:
             return "none"
         least, most = block[-2:].tolist()
-        if most <= -self._exact.longest:
+        if self._above(most):
             return "dry"
-        if least >= self._exact.longest:
+        if self._under(least):
             return "submerged"
         if self._closed:
             return "cut"
@@ -299,6 +309,29 @@ class CompiledLinks:
         found = self._exact.wet(normal, level)
         zero = level * 0.0
         return found if found.area is not None else Wet(*found[:2], zero, normal * 0.0)
+
+    def _above(self, most: Any) -> Any:
+        """Whether all hulls are above the water, by the deepest one's level."""
+        assert self._exact is not None
+        return most <= -self._exact.longest
+
+    def _under(self, least: Any) -> Any:
+        """Whether all hulls are under it, by the highest one's level."""
+        assert self._exact is not None
+        return least >= self._exact.longest
+
+    def changes(self, state: str, least: Array, most: Array) -> Array:
+        """Return whether hulls are wetted in another way than in a word of `Look`; pure.
+
+        Args:
+            state: none, dry, cut or submerged.
+            least: level of the highest hull, the last but one of a block [m].
+            most: that of the deepest one.
+        """
+        if self._exact is None:
+            return least < least
+        above, under = self._above(most), self._under(least)
+        return {"dry": ~above, "submerged": above | ~under, "cut": above | under}[state]
 
     def give(self, state: str, more: Iterator[Array]) -> None:
         """Give the sampler the wetted parts of the hulls; ``more``: where they are given."""

@@ -59,6 +59,10 @@ class Delayed:
         self.arrivals(time)
         return self.now
 
+    def quiet(self, time: float) -> float:
+        """Return for how long no value arrives after ``time`` [s]."""
+        return self._coming[0][0] - INSTANT - time if self._coming else math.inf
+
     def snapshot(self) -> Any:
         """Return the pending values."""
         return self.now, self._coming
@@ -171,6 +175,31 @@ class Drivetrain:
         """Commands that act now, shape (1, n); None before the first."""
         return self._commands.now
 
+    @property
+    def goal(self) -> Floats | None:
+        """Joint positions that servos move to now [rad or m], shape (1, J); None for none."""
+        return None if self._speeds is None else self._positions.now
+
+    def quiet(self, time: float) -> float:
+        """Return for how long no command arrives after ``time`` [s]."""
+        return min(line.quiet(time) for line in (self._commands, self._torques, self._positions))
+
+    def moved(self, held: Array, goal: Array, step: float) -> Array:
+        """Return what `position` holds one step later, shape (1, J); pure, on any array library."""
+        xp, most = namespace(held), step * np.array([self._speeds])
+        return held + xp.minimum(xp.maximum(goal - held, as_like(-most, held)), as_like(most, held))
+
+    def passed(self, time: float, held: Floats | None) -> None:
+        """Note steps that were made without calls; arguments of the last one.
+
+        Args:
+            time: at its start [s].
+            held: what `position` would have returned.
+        """
+        self._time = time
+        if self._speeds is not None and held is not None:
+            self._held = held
+
     def drive(
         self,
         time: float,
@@ -201,7 +230,9 @@ class Drivetrain:
         at = time if self._time is None else self._time
         now: Floats | None = self._commands.now
         self._time, due = time, self._commands.arrivals(time)
-        if ahead is not None and not (due and due[0][0] < time - INSTANT):
+        if ahead is not None and not due:
+            return ahead
+        if ahead is not None and due[0][0] >= time - INSTANT:
             drive, at = ahead, time
         for instant, following in due:
             drive = self._follow(drive, now, instant - at)

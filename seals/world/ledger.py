@@ -50,11 +50,21 @@ class Ledger:
         """Wrenches of one effect, shape (rows, links, 6)."""
         return self.wrenches[:, self._index[effect]]
 
-    def open_row(self, time: float) -> Floats:
-        """Start a row and return it for writing, shape (effects, links, 6)."""
-        if self.rows == len(self._time):
+    def reserve(self, count: int) -> int:
+        """Make room for rows to come; return the address of the first one in memory."""
+        while self.rows + count > len(self._time):
             self._time = np.concatenate([self._time, np.zeros_like(self._time)])
             self._table = np.concatenate([self._table, np.zeros_like(self._table)])
+        return self._table.ctypes.data + self.rows * self._table.strides[0]
+
+    def append(self, times: Sequence[float]) -> None:
+        """Take rows that were written where `reserve` said, of these times [s]."""
+        self._time[self.rows : self.rows + len(times)] = times
+        self.rows += len(times)
+
+    def open_row(self, time: float) -> Floats:
+        """Start a row and return it for writing, shape (effects, links, 6)."""
+        self.reserve(1)
         self._time[self.rows] = time
         row: Floats = self._table[self.rows]
         self._written.clear()

@@ -198,9 +198,14 @@ class Pilot:
         self._kept = PilotState(kept.calls + 1, guide, controller, aim, order, *heard)
         return order
 
-    def wait(self) -> None:
-        """Let a step go by in which the controller is not due."""
-        self._kept = PilotState(self._kept.calls + 1, *self._kept[1:])
+    @property
+    def free(self) -> int:
+        """Return how many steps can go by before the controller is due."""
+        return -self._kept.calls % self._every
+
+    def wait(self, steps: int = 1) -> None:
+        """Let steps go by in which the controller is not due."""
+        self._kept = PilotState(self._kept.calls + steps, *self._kept[1:])
 
     def hear(self, time: float, readings: Mapping[str, Mapping[str, Floats] | None]) -> None:
         """Receive readings that were sampled at ``time`` [s]."""

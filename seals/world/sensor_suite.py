@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -14,7 +15,7 @@ from seals.errors import ConfigError, suggestion
 from seals.plugin_options import options_of
 from seals.rendering.camera_view import CameraView, SceneView
 from seals.robot.model import RobotModel
-from seals.sensors.delivery import NEW, Delivery, Line, Values
+from seals.sensors.delivery import INSTANT, NEW, Delivery, Line, Values
 from seals.sensors.onboard import OnboardState, RobotEquipment
 from seals.sensors.options import SensorOptions
 from seals.sensors.protocol import NOBODY, Sensor, SensorInput
@@ -23,6 +24,8 @@ from seals.sensors.surroundings import Surroundings
 from seals.world.readings import Faults, Past
 
 _STILL = np.zeros(3)
+MANY = 1_000_000
+"""Steps that are as good as endless."""
 
 
 class Instant(NamedTuple):
@@ -93,6 +96,8 @@ class SensorSuite:
         self._askew = faults.turns
         self._chains = {n: c for n, c in faults.chains.items() if c.errors or c.delay}
         self._ways = {n: Delivery(s, delay=faults.delays[n]) for n, s in self.sensors.items()}
+        # whether nothing happens while no reading is due
+        self._silent = all(self._idles[n] and self._ways[n].plain for n in self.sensors)
         self._forget()
 
     def meet(
@@ -129,12 +134,27 @@ class SensorSuite:
         # the first reading comes after one period: before it, nothing was felt
         self._next = {name: 1.0 / sensor.rate for name, sensor in self.sensors.items()}
 
+    def quiet(self, time: float, step: float) -> int:
+        """Return in how many steps after ``time`` a sensor is to be asked at the earliest.
+
+        Args:
+            time: [s].
+            step: h [s].
+        """
+        if not self.sensors:
+            return MANY
+        if not self._silent:
+            return 1
+        # less a millionth of a step: rather too early than too late
+        wait = (min(self._next.values()) - INSTANT - time) / step - 1e-6
+        return max(1, math.ceil(min(wait, MANY)))
+
     def take(self, now: Instant, rng: np.random.Generator) -> None:
         """Take the readings that are due."""
         self.readings, self.arrived = dict.fromkeys(self.sensors), []
         time, seen = now.time, None
         for name, sensor in self.sensors.items():
-            due = time >= self._next[name] - 1e-9
+            due = time >= self._next[name] - INSTANT
             if not due and self._idles[name] and self._ways[name].plain:
                 continue
             reading, felt = None, None

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -10,8 +11,13 @@ from seals.arrays import Array, Floats, namespace
 from seals.coupling import ImplicitDrive
 from seals.frames import cross, matrix_of
 from seals.plugins.backends.mujoco.contact_law import MujocoContacts
+from seals.plugins.backends.mujoco.library import library
 from seals.plugins.backends.mujoco.scene import Scene
 from seals.robot.model import RobotModel
+from seals.world.scalar_compiler import Place, Program, compiled
+
+Given: TypeAlias = tuple[Place, int]
+"""Place of some numbers, and how many."""
 
 
 class _Drive(NamedTuple):
@@ -52,7 +58,7 @@ class MujocoBody:
         self._drive: _Drive | None = None
         self._loads: tuple[Floats, Floats] | None = None
         self._held, self._bound = np.zeros(robot.tree.joints, dtype=bool), False
-        self._pull = self._none = np.zeros(robot.tree.joints)
+        self._pull = self._none = self._pulled = np.zeros(robot.tree.joints)
         self._push, self._wrenched = np.zeros(6), True
 
     def bind(self) -> None:
@@ -266,6 +272,83 @@ class MujocoBody:
         self._loads = force, added
         self._drive = _Drive(*drive) if drive else None
 
+    def steps_alone(self) -> bool:
+        """Return whether `write_step` can: one robot, whose numbers lie side by side."""
+        scene, spans = self._scene, (self._q, self._dofs, self._every, self._every_q)
+        found = library(self._engine)
+        return (
+            scene.single
+            and found is not None
+            and found.fits(scene.data)
+            and all(isinstance(span, slice) or not len(span) for span in spans)
+        )
+
+    def native_places(self) -> list[int]:
+        """Return the addresses of what `native` returns."""
+        free = self._qpos[self._every_q], self._qvel[self._every]
+        parts = free if self._free else (self._place, self._turn, *free)
+        return [x.ctypes.data for x in parts]
+
+    def write_step(self, program: Program, loads: Sequence[Given]) -> None:
+        """Write a step of the engine, refused where something touches or a drive is at its limit.
+
+        Args:
+            program: to write to.
+            loads: places of the results of `compiled_law`, with their lengths.
+        """
+        scene, found = self._scene, library(self._engine)
+        assert found is not None
+        model, data = (program.address(x._address, x) for x in (scene.model, scene.data))
+        d, (push, _, force, added, *drive) = scene.data, loads
+
+        def stages(*names: str) -> None:
+            for name in names:
+                program.call(found.stages[name], model, data)
+
+        for array in (d.qpos, d.qvel, d.qacc, d.qacc_warmstart):
+            program.keep(program.address(array.ctypes.data), array.size)
+        program.keep(program.address(found.place(d, "time")), 1)
+        stages("mj_kinematics", "mj_comPos", "mj_makeM")
+        program.copy(program.address(self._push.ctypes.data), *push)
+        if self._joints:
+            program.copy(program.address(self._applied[self._dofs].ctypes.data), *force)
+        places = range(self._at.start, self._at.stop) if isinstance(self._at, slice) else self._at
+        program.add(program.address(d.M.ctypes.data), added[0], [int(k) for k in places])
+        stages("mj_factorM", "mj_collision")
+        program.refuse_if(program.address(found.place(d, "ncon")), integer=True)
+        stages("mj_makeConstraint", "mj_projectConstraint")
+        stages("mj_fwdVelocity", "mj_fwdAcceleration", "mj_fwdConstraint")
+        if drive:
+            self._write_drives(program, drive)
+        stages("mj_Euler")
+
+    def _write_drives(self, program: Program, drive: Sequence[Given]) -> None:
+        """Write the forces of the drives; refused where one is beyond its limit."""
+        kernel, joints = compiled(_driving, [(self._joints,)] * 4), self._joints
+        change = self._qacc[self._dofs]
+        given = [*(place for place, _ in drive[:3]), program.address(change.ctypes.data)]
+        for k, place in enumerate(given):
+            program.copy(program.given(kernel, k * joints), place, joints)
+        program.run(kernel)
+        program.refuse_if(program.out(kernel, joints))
+        self._pulled = np.zeros(joints)
+        pulled = program.memory(self._pulled)
+        program.keep(pulled, joints)
+        program.copy(pulled, program.out(kernel), joints)
+
+    def begin_alone(self) -> None:
+        """Prepare for steps by `write_step`: no wrenches act on single bodies."""
+        if self._wrenched:
+            self._pushed[self._rows] = 0.0
+            self._wrenched = False
+
+    def end_alone(self) -> None:
+        """Note steps by `write_step`, after `give` of the last one's loads."""
+        self._bound = False
+        if self._drive is not None:
+            self._pull = self._pulled.copy()
+        self._scene.stale = True
+
     def drive_forces(self) -> Floats:
         """Return the drive forces on the joints over the last step, less those on the armature."""
         if self._drive is None:
@@ -325,6 +408,13 @@ class MujocoBody:
             return None
         touched = self._mine[d.contact.geom]
         return MujocoContacts(d, touched, self._link) if touched.any() else None
+
+
+def _driving(force: Array, limit: Array, gain: Array, change: Array) -> list[Array]:
+    """Force of drives less gain times acceleration, and whether one is beyond its limit; pure."""
+    wanted = force - gain * change
+    xp = namespace(wanted)
+    return [wanted, xp.any(xp.abs(wanted) > limit)]
 
 
 def _span(places: list[int]) -> Any:

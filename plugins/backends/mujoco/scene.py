@@ -169,6 +169,11 @@ class Scene:
         for body in self._bodies:
             body.bind()
 
+    @property
+    def single(self) -> bool:
+        """Whether there is one robot in the scene."""
+        return len(self._bodies) == 1
+
     def posed(self) -> None:
         """Update the poses of all bodies where positions have changed."""
         if self.stale:

@@ -11,5 +11,7 @@ from seals.world.scalar_compiler.kernel import CannotCompile as CannotCompile
 from seals.world.scalar_compiler.kernel import Kernel as Kernel
 from seals.world.scalar_compiler.kernel import compiled as compiled
 from seals.world.scalar_compiler.kernel import followed as followed
+from seals.world.scalar_compiler.program import Place as Place
+from seals.world.scalar_compiler.program import Program as Program
 from seals.world.scalar_compiler.traced import Traced as Traced
 from seals.world.scalar_compiler.traced import constant as constant

@@ -39,6 +39,12 @@ class Kernel:
         shapes: of the arguments.
         results: of the law, numbers and nodes.
         work: numbers that it keeps meanwhile.
+
+    Attributes:
+        address: of the function.
+        memory: its arguments, its results, and what it keeps meanwhile, numbers side by side.
+        places: views of the arguments.
+        starts: of the arguments and of the results in the memory.
     """
 
     def __init__(
@@ -48,14 +54,14 @@ class Kernel:
         results: Sequence[Traced],
         work: int,
     ) -> None:
-        self._engine, address = code
-        call = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 3)(address)
+        self._engine, self.address = code
+        call = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 3)(self.address)
         self._given, self._out = (
             np.zeros(max(1, sum(_size(s) for s in part)))
             for part in (shapes, [x.shape for x in results])
         )
         self._work = np.zeros(max(1, work))
-        self._places = [
+        self.places = [
             v.reshape(s) for v, s in zip(_cut(self._given, shapes), shapes, strict=True)
         ]
         starts = np.cumsum([0, *(x.entries.size for x in results)]).tolist()
@@ -66,15 +72,32 @@ class Kernel:
         ]
         for view, x in zip(_cut(self._out, [r.shape for r in results]), results, strict=True):
             view[:] = [0.0 if isinstance(e, Node) else e for e in x.entries.flat]
-        addresses = [x.ctypes.data for x in (self._given, self._out, self._work)]
-        self._run = functools.partial(call, *addresses)
+        self.memory = (self._given, self._out, self._work)
+        self.starts = (np.cumsum([0, *(_size(s) for s in shapes)]).tolist(), starts)
+        self._run = functools.partial(call, *(x.ctypes.data for x in self.memory))
 
     def __call__(self, *values: Any) -> list[Floats]:
         """Return the results for arguments of the traced shapes."""
-        for place, value in zip(self._places, values, strict=True):
-            place[...] = value
+        self.put(values)
         self._run()
-        out = self._out.copy()
+        return self.results(self._out)
+
+    def put(self, values: Sequence[Any]) -> None:
+        """Set the arguments."""
+        for place, value in zip(self.places, values, strict=True):
+            place[...] = value
+
+    def arguments(self, memory: Floats) -> list[Floats]:
+        """Return a copy of the arguments in memory like that of the law."""
+        given = memory.copy()
+        return [
+            np.ndarray(place.shape, _FLOAT, given, 8 * start)
+            for place, start in zip(self.places, self.starts[0], strict=False)
+        ]
+
+    def results(self, memory: Floats) -> list[Floats]:
+        """Return a copy of the results in memory like that of the law."""
+        out = memory.copy()
         # a fraction of the time of cutting and reshaping
         return [
             out[place:end] if end else np.ndarray(shape, _FLOAT, out, 8 * place)
@@ -100,7 +123,7 @@ def compiled(law: Callable[..., Sequence[Any]], shapes: Sequence[tuple[int, ...]
     results = followed(law, shapes)
     text, work = text_of([entry for x in results for entry in x.entries.flat])
     try:
-        code = _machine_code(text)
+        code = machine_code(text, "law")
     except (MissingExtra, OSError, RuntimeError) as problem:
         raise CannotCompile(str(problem)) from problem
     return Kernel(code, shapes, results, work)
@@ -143,8 +166,13 @@ def _cut(memory: Floats, shapes: Sequence[tuple[int, ...]]) -> list[Floats]:
     return [memory[a:b] for a, b in itertools.pairwise(ends)]
 
 
-def _machine_code(text: str) -> tuple[Any, int]:
-    """Return an engine that holds the code, and the address of its function."""
+def machine_code(text: str, name: str) -> tuple[Any, int]:
+    """Return an engine that holds the code of a text of LLVM, and the address of a function.
+
+    Raises:
+        MissingExtra: llvmlite is not installed.
+        OSError, RuntimeError: LLVM does not work here.
+    """
     llvm, machine = _target()
     key = hashlib.sha256(f"{llvm.llvm_version_info} {machine.triple} {text}".encode()).hexdigest()
     place = cache_folder("kernels") / f"{key}.o"
@@ -158,7 +186,7 @@ def _machine_code(text: str) -> tuple[Any, int]:
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
     engine.add_object_file(llvm.object_file.ObjectFileRef.from_data(found))
     engine.finalize_object()
-    return engine, engine.get_function_address("law")
+    return engine, engine.get_function_address(name)
 
 
 def _target() -> tuple[Any, Any]:

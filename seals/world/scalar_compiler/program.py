@@ -1,0 +1,235 @@
+"""Loop of compiled laws and foreign functions as one function of machine code.
+
+What is repeated is copies, calls and questions; Python is entered when it ends.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from seals.arrays import Floats
+from seals.world.scalar_compiler.kernel import Kernel, machine_code
+
+_COPY = "llvm.memcpy.p0.p0.i64"
+
+
+class Place(NamedTuple):
+    """Place in memory.
+
+    Args:
+        row: of the table of addresses.
+        start: numbers from there.
+    """
+
+    row: int
+    start: int = 0
+
+
+class Program:
+    """Loop that is written line by line, then compiled.
+
+    A pass may be refused while it lasts, by `refuse_if`: what was `kept` is put back, the loop
+    ends, and it is as if the pass had not begun. `accept` ends what may be refused.
+
+    Args:
+        tapes: number of arrays that get a row of every pass, see `record`.
+
+    Example:
+        >>> import numpy as np
+        >>> x, y = np.zeros(2), np.ones(2)
+        >>> program = Program(0)
+        >>> program.add(program.memory(x), program.memory(y), [1, 1])
+        >>> program.accept()
+        >>> run = program.compiled()
+        >>> run(0, 3), x.tolist()
+        (3, [0.0, 6.0])
+    """
+
+    def __init__(self, tapes: int) -> None:
+        self._tapes = tapes
+        self._rows: list[int] = []
+        self._owners: list[Any] = []
+        self._lines: list[str] = []
+        self._kept: list[tuple[Place, Place, int]] = []
+        self._blocks = 0
+        self._ended = False
+
+    def memory(self, array: Floats) -> Place:
+        """Return the place of an array, which lives as long as the compiled loop.
+
+        Raises:
+            ValueError: its numbers do not lie side by side.
+        """
+        if not array.flags.c_contiguous or array.dtype != np.float64:
+            raise ValueError("only doubles that lie side by side have one place")
+        self._owners.append(array)
+        return self.address(array.ctypes.data)
+
+    def address(self, address: int, *owners: Any) -> Place:
+        """Return the place at an address; owners of it are kept as long as the loop."""
+        self._owners += owners
+        if address not in self._rows:
+            self._rows.append(address)
+        return Place(self._rows.index(address))
+
+    def copy(self, to: Place, of: Place, count: int) -> None:
+        """Copy some numbers."""
+        if count:
+            self._copy(self._at(to), self._at(of), count)
+
+    def _copy(self, to: str, of: str, count: int) -> None:
+        self._lines.append(
+            f"  call void @{_COPY}(ptr {to}, ptr {of}, i64 {8 * count}, i1 false)"
+        )
+
+    def add(self, to: Place, of: Place, places: Sequence[int]) -> None:
+        """Add numbers that lie side by side to those at some places."""
+        for k, place in enumerate(places):
+            target = self._at(Place(to.row, to.start + place))
+            more = self._new(f"load double, ptr {self._at(Place(of.row, of.start + k))}")
+            whole = self._new(f"fadd double {self._new(f'load double, ptr {target}')}, {more}")
+            self._lines.append(f"  store double {whole}, ptr {target}")
+
+    def run(self, kernel: Kernel) -> None:
+        """Call a law; its arguments are where `given` says, its results where `out` says."""
+        self._owners.append(kernel)
+        self.call(kernel.address, *(self.memory(x) for x in kernel.memory))
+
+    def given(self, kernel: Kernel, start: int = 0) -> Place:
+        """Return the place of a law's arguments."""
+        return Place(self.memory(kernel.memory[0]).row, start)
+
+    def out(self, kernel: Kernel, start: int = 0) -> Place:
+        """Return the place of a law's results."""
+        return Place(self.memory(kernel.memory[1]).row, start)
+
+    def call(self, address: int, *given: Place) -> None:
+        """Call a function of addresses without a result."""
+        function = self.address(address).row
+        places = ", ".join(f"ptr {self._at(x)}" for x in given)
+        self._lines.append(f"  call void %p{function}({places})")
+
+    def tell_time(self, to: Place, step: float, later: int) -> None:
+        """Write (first + pass + later) times a step [s]: the product that a world has."""
+        count = self._new(f"add i64 %count, {later}")
+        number = self._new(f"sitofp i64 {count} to double")
+        bits = np.array(step, dtype=np.float64).view(np.uint64)
+        product = self._new(f"fmul double {number}, 0x{int(bits):016X}")
+        self._lines.append(f"  store double {product}, ptr {self._at(to)}")
+
+    def keep(self, place: Place, count: int) -> None:
+        """Keep some numbers as they are now, for a pass that is refused."""
+        own = self.memory(np.zeros(count))
+        self._kept.append((place, own, count))
+        self.copy(own, place, count)
+
+    def refuse_if(self, place: Place, *, integer: bool = False) -> None:
+        """Refuse the pass where a number, or an integer of 32 bits, is not zero."""
+        if self._ended:
+            raise ValueError("an accepted pass is not refused")
+        self._branch(self._asked(place, integer=integer), "back")
+
+    def accept(self) -> None:
+        """End what may be refused."""
+        self._ended = True
+
+    def end_if(self, place: Place) -> None:
+        """End the loop after this pass where a number is not zero."""
+        self._branch(self._asked(place, integer=False), "enough")
+
+    def record(self, tape: int, of: Place, count: int) -> None:
+        """Copy numbers into the row of this pass of a tape."""
+        start = self._new(f"mul i64 %k, {count}")
+        row = self._new(f"getelementptr double, ptr %tape{tape}, i64 {start}")
+        self._copy(row, self._at(of), count)
+
+    def _asked(self, place: Place, *, integer: bool) -> str:
+        kind, test = ("i32", "icmp ne i32") if integer else ("double", "fcmp une double")
+        found = self._new(f"load {kind}, ptr {self._at(place)}")
+        return self._new(f"{test} {found}, {0 if integer else 0.0}")
+
+    def _branch(self, condition: str, label: str) -> None:
+        self._blocks += 1
+        self._lines.append(f"  br i1 {condition}, label %{label}, label %on{self._blocks}")
+        self._lines.append(f"on{self._blocks}:")
+
+    def _new(self, text: str) -> str:
+        name = f"%v{len(self._lines)}"
+        self._lines.append(f"  {name} = {text}")
+        return name
+
+    def _at(self, place: Place) -> str:
+        if not place.start:
+            return f"%p{place.row}"
+        return self._new(f"getelementptr double, ptr %p{place.row}, i64 {place.start}")
+
+    def compiled(self) -> Loop:
+        """Compile the loop.
+
+        Raises:
+            MissingExtra: llvmlite is not installed.
+            OSError, RuntimeError: LLVM does not work here.
+        """
+        body, self._lines = self._lines, []
+        for place, own, count in self._kept:
+            self.copy(place, own, count)
+        # names are numbered by line: those of what is put back begin anew
+        back = [line.replace("%v", "%w") for line in self._lines]
+        self._lines = body
+        tapes = "".join(f", ptr %tape{k}" for k in range(self._tapes))
+        rows = [
+            line
+            for k in range(len(self._rows))
+            for line in (
+                f"  %a{k} = getelementptr ptr, ptr %table, i64 {k}",
+                f"  %p{k} = load ptr, ptr %a{k}",
+            )
+        ]
+        text = [
+            f"declare void @{_COPY}(ptr, ptr, i64, i1)",
+            f"define i64 @loop(ptr %table, i64 %first, i64 %most{tapes}) {{",
+            *("begin:", *rows, "  br label %pass", "pass:"),
+            "  %k = phi i64 [0, %begin], [%next, %end]",
+            "  %next = add i64 %k, 1",
+            "  %count = add i64 %first, %k",
+            *(*body, "  br label %end", "end:"),
+            "  %more = icmp slt i64 %next, %most",
+            "  br i1 %more, label %pass, label %enough",
+            *("back:", *back, "  ret i64 %k", "enough:", "  ret i64 %next", "}", ""),
+        ]
+        return Loop(machine_code("\n".join(text), "loop"), self._rows, self._owners, self._tapes)
+
+
+class Loop:
+    """Compiled loop.
+
+    Args:
+        code: the engine that holds it, and the address of the function.
+        rows: the table of addresses.
+        owners: of what lies there.
+        tapes: number of arrays that get a row of every pass.
+    """
+
+    def __init__(
+        self, code: tuple[Any, int], rows: Sequence[int], owners: Sequence[Any], tapes: int
+    ) -> None:
+        self._engine, address = code
+        self._table, self._owners = np.array(rows, dtype=np.uint64), owners
+        kinds = [ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64, *[ctypes.c_void_p] * tapes]
+        self._call = ctypes.CFUNCTYPE(ctypes.c_int64, *kinds)(address)
+        self._first = self._table.ctypes.data
+
+    def __call__(self, first: int, most: int, *tapes: int) -> int:
+        """Return how many passes were made and not refused.
+
+        Args:
+            first: number of the first pass, for `Program.tell_time`.
+            most: passes, at least one.
+            tapes: addresses of arrays of ``most`` rows.
+        """
+        found: int = self._call(self._first, first, most, *tapes)
+        return found

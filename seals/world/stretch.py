@@ -1,0 +1,299 @@
+"""Steps of one robot that follow each other without Python: laws, engine and motion as one loop.
+
+A stretch lasts until the controller is due, a command arrives, a sensor wants to read, or a step
+takes another form: the hulls are wetted in another way, something touches, a joint comes to its
+stop, a drive to its limit. The step that does is refused and made one by one, see `World.advance`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from seals.arrays import Array, Floats
+from seals.backend import CompiledBody
+from seals.state_records import state_record
+from seals.world.compiled_links import CompiledLinks, Look
+from seals.world.drivetrain import Drivetrain
+from seals.world.ledger import Ledger
+from seals.world.scalar_compiler import Kernel, Place, Program, compiled
+
+
+@state_record
+class Supply(NamedTuple):
+    """Battery and drives after a step.
+
+    Args:
+        voltage: of the battery [V], shape (1, 1); None where it is not known.
+        drive: states of the drives if no command arrives meanwhile, shape (1, n); None likewise.
+    """
+
+    voltage: Floats | None = None
+    drive: Floats | None = None
+
+
+class Loads(NamedTuple):
+    """Results of the laws.
+
+    Args:
+        row: of the ledger [N, N m], shape (effects, L, 6).
+        memory: of the effects, by name.
+        speeds: of the rotors, by actuator [rad/s].
+        supply: what the drives will have.
+    """
+
+    row: Floats
+    memory: dict[str, Floats]
+    speeds: dict[str, Floats]
+    supply: Supply
+
+
+class Ready(NamedTuple):
+    """A step that is to be made.
+
+    Args:
+        key: the body's form, which commands there are, how hulls are wetted, and h [s].
+        look: the links at its start.
+        time: of its start [s].
+        commands: torque, drive, voltage, position, and what the drives are asked; None for none.
+        memory: of the effects, by name.
+    """
+
+    key: tuple[Any, ...]
+    look: Look
+    time: float
+    commands: tuple[Floats | None, ...]
+    memory: Mapping[str, Floats]
+
+
+@dataclass
+class Form:
+    """One form of a step: its kernel, what the results are of, and its loop if there is one."""
+
+    kernel: Kernel
+    remembered: list[str]
+    turning: list[str]
+    stretch: Stretch | None = None
+
+    def told(
+        self, row: Floats, results: list[Floats], memory: Mapping[str, Floats]
+    ) -> tuple[Loads, list[Floats]]:
+        """Return the results by name, and those for the body.
+
+        Args:
+            row: of the ledger.
+            results: all others.
+            memory: before the step.
+        """
+        first, last = len(self.remembered), len(self.remembered) + len(self.turning)
+        voltage, ahead, *body = results[last:]
+        # in the order of the memory before: the kernel is given its values
+        new = {**memory, **dict(zip(self.remembered, results, strict=False))}
+        speeds = dict(zip(self.turning, results[first:last], strict=True))
+        later = Supply(voltage if voltage.size else None, ahead if ahead.size else None)
+        return Loads(row, new, speeds, later), body
+
+
+class Parts(NamedTuple):
+    """Parts of a robot that its steps are made of."""
+
+    links: CompiledLinks
+    body: CompiledBody
+    drivetrain: Drivetrain
+
+
+class Made(NamedTuple):
+    """What a stretch has made.
+
+    Args:
+        steps: how many.
+        loads: results of the laws in the last one.
+        drive: states of the drives in it, shape (1, n); None for none.
+        voltage: of the battery in it [V]; None for none.
+        held: joint positions that the servos held in it; None for none.
+    """
+
+    steps: int
+    loads: Loads
+    drive: Floats | None
+    voltage: Floats | None
+    held: Floats | None
+
+
+class _Law(NamedTuple):
+    """Law in the loop, with copies of its memory in the last pass that was not refused."""
+
+    kernel: Kernel
+    given: Floats
+    out: Floats
+
+    @classmethod
+    def of(cls, kernel: Kernel) -> _Law:
+        """Return a law; results that are numbers stand in its memory from the beginning."""
+        return cls(kernel, kernel.memory[0].copy(), kernel.memory[1].copy())
+
+    def argument(self, program: Program, k: int) -> tuple[Place, int]:
+        """Place of an argument, and its length."""
+        starts = self.kernel.starts[0]
+        return program.given(self.kernel, starts[k]), starts[k + 1] - starts[k]
+
+    def result(self, program: Program, k: int) -> tuple[Place, int]:
+        """Place of a result, and its length."""
+        starts = self.kernel.starts[1]
+        return program.out(self.kernel, starts[k]), starts[k + 1] - starts[k]
+
+    def accept(self, program: Program) -> None:
+        """Copy its memory."""
+        program.copy(program.memory(self.given), program.given(self.kernel), self.given.size)
+        program.copy(program.memory(self.out), program.out(self.kernel), self.out.size)
+
+
+class Stretch:
+    """Loop of steps of one form.
+
+    Args:
+        parts: of the robot.
+        ready: a step of the form.
+        form: the laws of its loads.
+        leap: the law of the motion.
+    """
+
+    def __init__(self, parts: Parts, ready: Ready, form: Form, leap: Kernel) -> None:
+        self._parts, self._form, self._key = parts, form, ready.key
+        self._loads, self._leap = _Law.of(form.kernel), _Law.of(leap)
+        self._commands = [x is not None for x in ready.commands]
+        self._names = list(ready.memory)
+        self._goal = self._commands[3] and parts.drivetrain.goal is not None
+        self._after = _Law.of(self._between(ready, goal=self._goal))
+        self._row = form.kernel.starts[1][1]
+        self._loop = self._written()
+
+    def _between(self, ready: Ready, *, goal: bool) -> Kernel:
+        """Compile what is asked between two steps: whether the form changes; what servos hold."""
+        links, body, train = self._parts
+        *_, state, step = ready.key
+        joints, degrees = ready.look.joints.shape[1], body.robot.degrees
+
+        def law(extent: Array, place: Array, speed: Array, *held: Array) -> list[Array]:
+            changes = links.changes(state, extent[0], extent[1])
+            stops = body.reaches_stop(place, speed, step)
+            changes = changes if stops is None else changes | stops
+            return [changes, *([train.moved(*held, step)] if held else [])]
+
+        return compiled(law, [(2,), (joints,), (degrees,), *[(1, joints)] * (2 * goal)])
+
+    def _argument(self, program: Program, name: str) -> tuple[Place, int]:
+        """Place of a command among the arguments of the laws."""
+        at = ("torque", "drive", "voltage", "position", "held").index(name)
+        return self._loads.argument(program, 2 + sum(self._commands[:at]))
+
+    def begin(self, first: int, ready: Ready, given: tuple[list[Any], list[Any]]) -> None:
+        """Set what the first step begins with.
+
+        Args:
+            first: its number, from the start.
+            ready: the step.
+            given: arguments of the laws of the loads and of the motion.
+        """
+        self._first, self._ready = first, ready
+        for law, values in zip((self._loads, self._leap), given, strict=True):
+            law.kernel.put(values)
+        if self._goal:
+            position, goal = ready.commands[3], self._parts.drivetrain.goal
+            for place, value in zip(self._after.kernel.places[3:], (position, goal), strict=True):
+                place[...] = value
+
+    def run(self, most: int, ledger: Ledger) -> Made | None:
+        """Make steps, their rows in the ledger; None where the first one is refused.
+
+        Args:
+            most: steps.
+            ledger: of the robot.
+        """
+        body, ready, loads = self._parts.body, self._ready, self._loads
+        body.begin_alone()
+        steps = self._loop(self._first, most, ledger.reserve(most))
+        if not steps:
+            return None
+        step = ready.key[-1]
+        ledger.append([(self._first + k) * step for k in range(steps)])
+        row, *results = loads.kernel.results(loads.out)
+        told, own = self._form.told(row, results, ready.memory)
+        found = self._leap.kernel.results(self._leap.out)
+        body.end_alone(ready.key[0], own, ready.look, found)
+        values = iter(loads.kernel.arguments(loads.given)[2:])
+        _, drive, voltage, held, _ = (next(values) if there else None for there in self._commands)
+        return Made(steps, told, drive, voltage, held)
+
+    def _written(self) -> Any:
+        """Write and compile the loop."""
+        body, form, step = self._parts.body, self._form, self._key[-1]
+        program = Program(1)
+        loads, leap = self._loads, self._leap
+        first = 1 + len(form.remembered) + len(form.turning)
+        program.tell_time(loads.argument(program, 1)[0], step, 0)
+        program.run(loads.kernel)
+        count = len(loads.kernel.starts[1]) - 1
+        body.write_step(program, [loads.result(program, k) for k in range(first + 2, count)])
+        places = body.native_places()
+        for k, address in enumerate(places):
+            place, size = leap.argument(program, k)
+            program.copy(place, program.address(address), size)
+        program.tell_time(leap.argument(program, len(places) + 3)[0], step, 1)
+        program.run(leap.kernel)
+        program.refuse_if(leap.result(program, 6)[0])
+        program.accept()
+        for k, address in enumerate(places[-2:]):
+            program.copy(program.address(address), *leap.result(program, 1 + k))
+        loads.accept(program)
+        leap.accept(program)
+        program.record(0, program.out(loads.kernel), self._row)
+        self._write_next(program, len(places), first)
+        self._write_between(program)
+        return program.compiled()
+
+    def _write_next(self, program: Program, native: int, first: int) -> None:
+        """Write what the next step begins with.
+
+        Args:
+            program: to write to.
+            native: number of parts of the engine's state.
+            first: result of the laws that is the battery's voltage; that of the drives follows.
+        """
+        loads, leap, layout = self._loads, self._leap, self._parts.links.layout
+        block, _ = leap.result(program, 0)
+        program.copy(loads.argument(program, 0)[0], *leap.result(program, 0))
+        # velocity, joints and the velocity half a step earlier, in the order of `leapt`
+        for k, result in enumerate((4, 3, 5)):
+            program.copy(leap.argument(program, native + k)[0], *leap.result(program, result))
+        # the mean speed over the step, then the links with their motion
+        for k, name in enumerate(("rotations", "arms", "axes", "means")):
+            start, size = layout.span(name)
+            place = leap.argument(program, native + 4 + k)[0]
+            program.copy(place, block._replace(start=block.start + start), size)
+        for name, result in (("voltage", first), ("drive", first + 1)):
+            place, size = loads.result(program, result)
+            if size:
+                program.copy(self._argument(program, name)[0], place, size)
+        for k, name in enumerate(self._form.remembered):
+            place, size = loads.result(program, 1 + k)
+            at = 2 + sum(self._commands) + self._names.index(name)
+            program.copy(loads.argument(program, at)[0], place, size)
+
+    def _write_between(self, program: Program) -> None:
+        """Write what is asked between two steps."""
+        after, leap = self._after, self._leap
+        block, size = leap.result(program, 0)
+        extent = block._replace(start=block.start + size - 2)
+        program.copy(after.argument(program, 0)[0], extent, 2)
+        for k, result in enumerate((3, 4)):
+            program.copy(after.argument(program, 1 + k)[0], *leap.result(program, result))
+        program.run(after.kernel)
+        if self._goal:
+            place, size = self._argument(program, "position")
+            program.copy(place, after.result(program, 1)[0], size)
+            program.copy(after.argument(program, 3)[0], *after.result(program, 1))
+        program.end_if(after.result(program, 0)[0])
