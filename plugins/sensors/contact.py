@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -55,6 +55,8 @@ class SensorContact(MountedSensor):
     noise: float = param(0.02, "N", bounds=(0.0, 1e3), tolerance=0.01, source="chosen")
     gain_error: float = param(0.0, "1", bounds=(-0.9, 0.9), tolerance=0.05, source="chosen")
     largest: float = setting(50.0, "N", bounds=(1e-6, 1e6), source="chosen")
+
+    late: ClassVar[bool] = True
 
     def channels(self) -> dict[str, int]:
         """Return the channels."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -90,6 +90,8 @@ class SensorDvl(Instrument):
     largest_tilt: float = setting(0.5236, "rad", bounds=(0.0, 1.5), source="chosen: 30 deg")
     fastest: float = setting(2.0, "m/s", bounds=(1e-3, 1e3), source="DVL-A50: 2 m/s")
     at_origin: bool = True
+
+    late: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Turn angles into beams."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -69,6 +69,8 @@ class SensorGps(Instrument):
     )
     bias: list[float] = vector((0.0, 0.0, 0.0), "m", bounds=(-1e5, 1e5), source="chosen")
     acquire: float = setting(1.0, "s", bounds=(0.0, 1e4), source="u-blox M8: hot start")
+
+    late: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Refuse what the fields do not allow, as the reading of a configuration does."""

@@ -120,6 +120,7 @@ class SensorImu(MountedSensor):
         self._drift = walk * math.sqrt(1.0 / self.rate)
 
     inertial: ClassVar[bool] = True
+    late: ClassVar[bool] = True
 
     def channels(self) -> dict[str, int]:
         """Return the channels."""

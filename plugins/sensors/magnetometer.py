@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -57,6 +57,8 @@ class SensorMagnetometer(Instrument):
     gain_error: float = param(0.0, "1", bounds=(-0.9, 0.9), tolerance=0.02, source="chosen")
     hard_iron: list[float] = vector((0.0, 0.0, 0.0), "T", bounds=(-1.0, 1.0), source="chosen")
     resolution: float = setting(1.46e-8, "T", bounds=(0.0, 1e-3), source="LIS3MDL at 4 gauss")
+
+    late: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Store the field as a vector."""

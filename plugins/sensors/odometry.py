@@ -64,6 +64,7 @@ class SensorOdometry(MountedSensor):
     )
 
     idles: ClassVar[bool] = True
+    late: ClassVar[bool] = True
 
     def channels(self) -> dict[str, int]:
         """Return the channels."""

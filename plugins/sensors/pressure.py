@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -81,6 +81,8 @@ class SensorPressure(Instrument):
         9.81, "m/s^2", bounds=(0.1, 30.0), tolerance=0.02, source="standard gravity, rounded"
     )
     shallowest: float = setting(0.02, "m", bounds=(-100.0, 100.0), source="chosen: ten sigmas")
+
+    late: ClassVar[bool] = True
 
     def channels(self) -> dict[str, int]:
         """Return the channels."""

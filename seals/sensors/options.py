@@ -15,6 +15,12 @@ class SensorOptions:
     idles: ClassVar[bool] = False
     """Whether it does nothing while no reading is due; it is not called then."""
 
+    late: ClassVar[bool] = False
+    """Whether it can be asked for an earlier instant: it asks ``board`` and ``camera`` nothing.
+
+    A robot that is alone in its scene makes several steps at once where all its sensors can.
+    """
+
     sees: ClassVar[bool] = False
     """Whether it is a camera, which gets a view of the scene where the run has a renderer."""
 

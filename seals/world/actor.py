@@ -186,6 +186,7 @@ class Actor:
         self._look: Look | None = None
         self._supply, self._driven = Supply(), self.drive
         self._due: tuple[Dynamics, Floats] | None = None
+        self._passed: list[Look] = []
 
     def load(self, time: float, step: float, alone: tuple[int, int] | None = None) -> int:
         """Evaluate the effects into the ledger, and pass the sum to the backend.
@@ -317,7 +318,7 @@ class Actor:
         made = stretch.run(most, self.ledger)
         if made is None:
             return None
-        steps, loads, drive, voltage, held = made
+        steps, loads, drive, voltage, held, self._passed = made
         _, self.memory, self._speeds, self._supply = loads
         self.drive, self._driven = drive, drive
         if self.battery is not None:
@@ -436,9 +437,12 @@ class Actor:
 
     def sense(self, time: float, step: float, rng: np.random.Generator) -> None:
         """Sample the sensors that are due, and pass arriving readings to the controller."""
-        self._time = time
         if not self.sensors:
+            self._time = time
             return
+        for look in self._passed:
+            self._sensed(Instant(look.time, step, look.seen, look.felt), rng)
+        self._passed, self._time = [], time
         if self.compiled is None:
             kinematics, moving = self.look()
             seen = kinematics.origins[0], kinematics.rotations[0], moving.twists[0]
@@ -448,6 +452,10 @@ class Actor:
             look = self._looked(step)
             now = Instant(time, step, look.seen, look.felt)
             self._tracker.note(look)
+        self._sensed(now, rng)
+
+    def _sensed(self, now: Instant, rng: np.random.Generator) -> None:
+        """Sample the sensors that are due at an instant, and pass arriving readings on."""
         self.sensor_suite.take(now, rng)
         if self.pilot is not None:
             for taken, readings in self.sensor_suite.heard().items():

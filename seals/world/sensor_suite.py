@@ -96,8 +96,9 @@ class SensorSuite:
         self._askew = faults.turns
         self._chains = {n: c for n, c in faults.chains.items() if c.errors or c.delay}
         self._ways = {n: Delivery(s, delay=faults.delays[n]) for n, s in self.sensors.items()}
-        # whether nothing happens while no reading is due
-        self._silent = all(self._idles[n] and self._ways[n].plain for n in self.sensors)
+        # those that are asked at once, and whether nothing happens while none of them is due
+        self._prompt = [n for n, o in options.items() if not o.late]
+        self._silent = all(self._idles[n] and self._ways[n].plain for n in self._prompt)
         self._forget()
 
     def meet(
@@ -135,18 +136,20 @@ class SensorSuite:
         self._next = {name: 1.0 / sensor.rate for name, sensor in self.sensors.items()}
 
     def quiet(self, time: float, step: float) -> int:
-        """Return in how many steps after ``time`` a sensor is to be asked at the earliest.
+        """Return in how many steps after ``time`` a sensor must be asked, at the earliest.
+
+        Sensors that can be asked `late` need not be.
 
         Args:
             time: [s].
             step: h [s].
         """
-        if not self.sensors:
+        if not self._prompt:
             return MANY
         if not self._silent:
             return 1
         # less a millionth of a step: rather too early than too late
-        wait = (min(self._next.values()) - INSTANT - time) / step - 1e-6
+        wait = (min(self._next[name] for name in self._prompt) - INSTANT - time) / step - 1e-6
         return max(1, math.ceil(min(wait, MANY)))
 
     def take(self, now: Instant, rng: np.random.Generator) -> None:

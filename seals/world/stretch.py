@@ -22,6 +22,10 @@ from seals.world.ledger import Ledger
 from seals.world.scalar_compiler import Kernel, Place, Program, compiled
 
 
+MOST = 64
+"""Steps of a stretch."""
+
+
 @state_record
 class Supply(NamedTuple):
     """Battery and drives after a step.
@@ -114,6 +118,7 @@ class Made(NamedTuple):
         drive: states of the drives in it, shape (1, n); None for none.
         voltage: of the battery in it [V]; None for none.
         held: joint positions that the servos held in it; None for none.
+        passed: the links at the ends of the steps before the last one.
     """
 
     steps: int
@@ -121,6 +126,7 @@ class Made(NamedTuple):
     drive: Floats | None
     voltage: Floats | None
     held: Floats | None
+    passed: list[Look]
 
 
 class _Law(NamedTuple):
@@ -169,6 +175,7 @@ class Stretch:
         self._goal = self._commands[3] and parts.drivetrain.goal is not None
         self._after = _Law.of(self._between(ready, goal=self._goal))
         self._row = form.kernel.starts[1][1]
+        self._seen = np.zeros((MOST, leap.starts[1][1]))
         self._loop = self._written()
 
     def _between(self, ready: Ready, *, goal: bool) -> Kernel:
@@ -215,23 +222,31 @@ class Stretch:
         """
         body, ready, loads = self._parts.body, self._ready, self._loads
         body.begin_alone()
-        steps = self._loop(self._first, most, ledger.reserve(most))
+        most = min(most, MOST)
+        steps = self._loop(self._first, most, ledger.reserve(most), self._seen.ctypes.data)
         if not steps:
             return None
-        step = ready.key[-1]
-        ledger.append([(self._first + k) * step for k in range(steps)])
+        step, tree, layout = ready.key[-1], body.robot.tree, self._parts.links.layout
+        times = [(self._first + k) * step for k in range(steps + 1)]
+        ledger.append(times[:-1])
+        # of its own memory: the next stretch writes to the same place
+        rows = self._seen[: steps - 1].copy()
+        passed = [
+            Look(tree, time, block, layout, "none", True)
+            for time, block in zip(times[1:-1], rows, strict=True)
+        ]
         row, *results = loads.kernel.results(loads.out)
         told, own = self._form.told(row, results, ready.memory)
         found = self._leap.kernel.results(self._leap.out)
         body.end_alone(ready.key[0], own, ready.look, found)
         values = iter(loads.kernel.arguments(loads.given)[2:])
         _, drive, voltage, held, _ = (next(values) if there else None for there in self._commands)
-        return Made(steps, told, drive, voltage, held)
+        return Made(steps, told, drive, voltage, held, passed)
 
     def _written(self) -> Any:
         """Write and compile the loop."""
         body, form, step = self._parts.body, self._form, self._key[-1]
-        program = Program(1)
+        program = Program(2)
         loads, leap = self._loads, self._leap
         first = 1 + len(form.remembered) + len(form.turning)
         program.tell_time(loads.argument(program, 1)[0], step, 0)
@@ -251,6 +266,7 @@ class Stretch:
         loads.accept(program)
         leap.accept(program)
         program.record(0, program.out(loads.kernel), self._row)
+        program.record(1, *leap.result(program, 0))
         self._write_next(program, len(places), first)
         self._write_between(program)
         return program.compiled()

@@ -17,6 +17,10 @@ from seals.run.build import build_run
 from seals.run.settings import RunSettings
 
 
+MANY = 1_000_000
+"""Episodes of worlds of which nobody says how long they are stepped: their laws are compiled."""
+
+
 def build_learning(config: Any) -> tuple[RunSettings, Any]:
     """Build the run and the task of a composed environment, the task bound to the robot.
 
@@ -51,6 +55,7 @@ def batched_of(
     values: Mapping[str, Any] | None = None,
     fused: bool | None = None,
     renew: bool = True,
+    lasting: bool = False,
 ) -> Batched:
     """Build N environments: one batch with ``backend=twin``, else N worlds.
 
@@ -64,6 +69,7 @@ def batched_of(
         values: ``"effect.parameter"`` to a number or N numbers, for twins.
         fused: whether twins are compiled; None as the backend says.
         renew: whether episodes that end begin anew in the same step.
+        lasting: whether more episodes are to come than the configuration tells.
 
     Raises:
         SealsError: the configuration cannot be used.
@@ -100,7 +106,7 @@ def batched_of(
 
         steps = config.course.steps if config.get("course") is not None else 0
         made = int(steps / (task.rate * task.duration)) + int(config.get("episodes") or 0)
-        episodes = max(1, made // count)
+        episodes = MANY if lasting else max(1, made // count)
         worlds = [FullWorld(settings, task, episodes=episodes)]
         for _ in range(count - 1):
             # a scene belongs to one backend object: each world is built from the configuration anew

@@ -22,6 +22,9 @@ class Facts:
         actor: the robot.
         environment: with the water level.
 
+    Attributes:
+        stepwise: whether any of them is found from every step of the world, see `observe`.
+
     Raises:
         ConfigError: there is no such fact, or the robot or the backend has not what it needs.
     """
@@ -78,6 +81,7 @@ class Facts:
         self._power = self._slip = 0.0
         self._steps = 0
         self._rates: Floats | None = None
+        self.stepwise = bool({"power", "slip"} & set(self._kinds))
 
     def reset(self) -> None:
         """Begin an episode."""

@@ -76,7 +76,7 @@ class SealsEnv(gymnasium.Env[Numbers, Numbers]):
             from seals.learn.picture import Picture
 
             self._picture = Picture(config)
-        self._batched: Any = batched_of(config, count=1)
+        self._batched: Any = batched_of(config, count=1, lasting=True)
         self.metadata = {**type(self).metadata, "render_fps": float(config.task.rate)}
         self.observation_space: Any
         self.observation_space, self.action_space = _spaces(self._batched)
@@ -182,7 +182,9 @@ class SealsVectorEnv(VectorEnv[Numbers, Numbers, Any]):
             "render_fps": float(config.task.rate),
         }
         same = self.autoreset_mode is AutoresetMode.SAME_STEP
-        self.batched: Any = batched_of(config, count=num_envs, device=device, renew=same)
+        self.batched: Any = batched_of(
+            config, count=num_envs, device=device, renew=same, lasting=True
+        )
         self.num_envs = num_envs
         self.single_observation_space, self.single_action_space = _spaces(self.batched)
         self.observation_space = batch_space(self.single_observation_space, num_envs)

@@ -115,6 +115,9 @@ class FullWorld:
         self._guide.tell(self._wanted(action, now))
         self._facts.begin()
         try:
+            if callback is None and not self._facts.stepwise:
+                self.world.advance(self._every)
+                return True
             for _ in range(self._every):
                 self.world.step()
                 self._facts.observe()
