@@ -290,17 +290,8 @@ class CompiledBody(RigidBody, Protocol):
         """Prepare for steps by a program."""
         ...
 
-    def end_alone(
-        self, form: tuple[str, ...], loads: list[Floats], links: LinksAt, found: list[Floats]
-    ) -> None:
-        """Note the steps that a program has made.
-
-        Args:
-            form: from `compiled_form`.
-            loads: results of `compiled_law` in the last step.
-            links: at its start.
-            found: `followed` and the results of `leapt` at its end.
-        """
+    def end_alone(self, followed: Floats, joints: Floats, now: Floats, middle: Floats) -> None:
+        """Note the steps that a program has made: `followed` and what `leapt` found at the end."""
         ...
 
 

@@ -300,7 +300,7 @@ class CoupledBody(BodyOptions):
         engine: Any = self.engine
         # joint forces come first, the base's rows of the inertia last
         last = len(loads) - 1 if self._limits and self._base else len(loads)
-        engine.write_step(program, loads[1:last])
+        engine.write_step(program, loads[:last])
 
     def reaches_stop(self, joints: Array, speed: Array, step: float) -> Array | None:
         """Return whether `compiled_form` would refuse the next step; pure.
@@ -325,17 +325,12 @@ class CoupledBody(BodyOptions):
         engine: Any = self.engine
         engine.begin_alone()
 
-    def end_alone(
-        self, form: tuple[str, ...], loads: list[Floats], links: LinksAt, found: list[Floats]
-    ) -> None:
+    def end_alone(self, followed: Floats, joints: Floats, now: Floats, middle: Floats) -> None:
         """Note steps by `write_step`, see `seals.backend.CompiledBody`."""
         engine: Any = self.engine
-        self.give(form, loads, links)
-        engine.end_alone()
-        self._contacts.note(None, links)
-        self.followed, *_, self._joints, now, middle, _ = found
-        self._speed = HalfStep(now, middle)
-        self._forces.measure()
+        self._forces.note(engine.end_alone())
+        self._contacts.note(None, None)
+        self.followed, self._joints, self._speed = followed, joints, HalfStep(now, middle)
 
     def after_step(self, step: float) -> None:
         """Compute the velocity at the new time, and correct the pose by the half-step velocity.

@@ -293,7 +293,7 @@ class CompiledSolving(CompiledEngineBody, Protocol):
 
         Args:
             program: `seals.world.scalar_compiler.Program`.
-            loads: places of the results of `compiled_law`, with their lengths.
+            loads: places of the joint forces and of the results of `compiled_law`, with lengths.
         """
         ...
 
@@ -301,8 +301,8 @@ class CompiledSolving(CompiledEngineBody, Protocol):
         """Prepare for steps by `write_step`."""
         ...
 
-    def end_alone(self) -> None:
-        """Note steps by `write_step`, after `give` of the last one's loads."""
+    def end_alone(self) -> Floats:
+        """Note steps by `write_step`; return the forces on the joints in the last, shape (J,)."""
         ...
 
 

@@ -114,6 +114,10 @@ class SolvedForces:
         """Return whether the engine can be stepped by a program, see `CompiledSolving`."""
         return hasattr(self._engine, "write_step") and bool(self._engine.steps_alone())
 
+    def note(self, forces: Floats) -> None:
+        """Note the forces on the joints over the last step, see `joint_forces`."""
+        self._given = forces
+
     def _about_reference(self, dynamics: Dynamics) -> tuple[Floats, Floats]:
         """Jacobian (L, 6, n) and bias (L, 6) of the twists for the engine's velocity.
 

@@ -307,7 +307,7 @@ class Actor:
             first: its number, from the start.
             most: steps.
         """
-        stretch = laws.stretch(ready, first)
+        stretch = laws.stretch(ready)
         if stretch is None:
             return None
         time, train, pilot = ready.time, self.drivetrain, self.pilot
@@ -315,11 +315,10 @@ class Actor:
         if most > 1:
             most = min(most, MANY if pilot is None else 1 + pilot.free)
             most = max(1, min(most, int(min(train.quiet(time) / step, MANY))))
-        made = stretch.run(most, self.ledger)
+        made = stretch.run(first, most, self.ledger)
         if made is None:
             return None
-        steps, loads, drive, voltage, held, self._passed = made
-        _, self.memory, self._speeds, self._supply = loads
+        steps, self.memory, self._speeds, self._supply, drive, voltage, held, self._passed = made
         self.drive, self._driven = drive, drive
         if self.battery is not None:
             self.voltage = voltage
@@ -480,7 +479,8 @@ class Actor:
     def snapshot(self) -> Any:
         """Return memory of effects and sensors, commands, and the length of the ledger."""
         commands = [_copy(getattr(self, name)) for name in _COMMANDS]
-        memory = (self.memory, self.sensor_suite.snapshot(), self._speeds, self._supply)
+        effects, speeds = dict(self.memory), dict(self._speeds)
+        memory = (effects, self.sensor_suite.snapshot(), speeds, self._supply)
         pilot = None if self.pilot is None else self.pilot.snapshot()
         train = (self.drivetrain.snapshot(), pilot)
         return memory, commands, train, self.ledger.rows, self._tracker.last

@@ -80,6 +80,9 @@ class CompiledStep:
         inertial = bool(effects.inertias or effects.inertia_changes)
         body.compile(inertial=inertial, follow=self.links.follow)
         self._parts = Parts(self.links, body, drivetrain)
+        self._stretch: Stretch | None = None
+        self._present: tuple[Any, ...] = ()
+        self._key: tuple[Any, ...] = ()
 
     def sampled(
         self, state: str, block: Array, time: Array, parts: Sequence[Array]
@@ -130,14 +133,19 @@ class CompiledStep:
         step, torque, drive, voltage, position = inputs[:5]
         # the very number that the world will have
         self.links.expect(look, (round(time / step) + 1) * step)
-        driven = self._servos.drives(inputs)
-        form = self._body.compiled_form(step, driven=driven)
-        if form is None:
-            return None
         held = None if drive is None else held
         commands = (torque, drive, voltage, position, held)
-        key = (form, tuple(x is not None for x in commands[1:]), look.state, step)
-        return Ready(key, look, time, commands, memory)
+        driven = self._servos.drives(inputs)
+        present = (driven, drive is None, voltage is None, position is None, held is None, step)
+        last = self._stretch
+        if last is not None and present == self._present and last.continues(look, memory):
+            return Ready(self._key, look, time, commands, memory)
+        self._stretch, form = None, self._body.compiled_form(step, driven=driven)
+        if form is None:
+            return None
+        self._present = present
+        self._key = (form, tuple(x is not None for x in commands[1:]), look.state, step)
+        return Ready(self._key, look, time, commands, memory)
 
     def loads(self, ready: Ready) -> Loads:
         """Evaluate the laws, and pass their sum to the body."""
@@ -148,22 +156,20 @@ class CompiledStep:
             if self._body.give(ready.key[0], body, ready.look):
                 return loads
 
-    def stretch(self, ready: Ready, first: int) -> Stretch | None:
-        """Return what makes steps one after the other, set to begin; None where nothing does.
-
-        Args:
-            ready: the first step.
-            first: its number, from the start.
-        """
-        look = ready.look
+    def stretch(self, ready: Ready) -> Stretch | None:
+        """Return what makes steps one after the other, set to begin; None where nothing does."""
+        look, found = ready.look, self._stretch
+        if found is not None:
+            found.begin(ready, None)
+            return found
         if not (look.begun and look.state != "given" and self._body.steps_alone()):
             return None
         form = self._form(ready)
-        native, own = self._body.native_state()
-        leap, given = self.links.leap(native, own, ready.key[-1])
+        leap, given = self.links.leap(*self._body.native_state(), ready.key[-1])
         if form.stretch is None:
             form.stretch = Stretch(self._parts, ready, form, leap)
-        form.stretch.begin(first, ready, (self._values(ready), given))
+        form.stretch.begin(ready, given)
+        self._stretch = form.stretch
         return form.stretch
 
     def _form(self, ready: Ready) -> Form:

@@ -172,7 +172,7 @@ class CompiledLinks:
         )
         self._sampler: EnvironmentSampler | None = None
         self._kernels: dict[Any, Kernel] = {}
-        self._before: LinkTrack | None = None
+        self._start: Look | None = None
         self._time = 0.0
         self._past: list[tuple[int, ...]] = [
             (links, 3, 3),
@@ -215,7 +215,7 @@ class CompiledLinks:
 
     def expect(self, look: Look, time: float) -> None:
         """Note the links at the start of a step, and the time of its end [s], for `follow`."""
-        self._before, self._time = look.track, time
+        self._start, self._time = look, time
 
     def leap(
         self, native: tuple[Floats, ...], own: tuple[Floats, ...], step: float
@@ -223,8 +223,8 @@ class CompiledLinks:
         """Return the law of the state after a step, see `follow`, and its arguments."""
         key = ("leap", len(own) > 2, step)
         kernel = self._kernels.get(key) or self._compiled(key, native, own)
-        assert self._before is not None
-        return kernel, [*native, *own, self._time, *_past(self._before, step, halved=True)]
+        assert self._start is not None
+        return kernel, [*native, *own, self._time, *_past(self._start.track, step, halved=True)]
 
     def follow(
         self, native: tuple[Floats, ...], own: tuple[Floats, ...], step: float

@@ -154,24 +154,34 @@ class Tracker:
         body: of the robot.
         gravity: [m/s^2].
         wanted: whether any sensor needs it; else nothing is followed.
-
-    Attributes:
-        last: the links at the last instant; None before the first.
     """
 
     def __init__(self, tree: Tree, body: BodyOptions, gravity: float, *, wanted: bool) -> None:
         self._tree, self._body, self._gravity, self._wanted = tree, body, gravity, wanted
-        self.last: LinkTrack | None = None
+        self._last: LinkTrack | None = None
+        self._noted: Tracked | None = None
 
     def begin(self, time: float, kinematics: Kinematics, moving: LinkVelocities) -> None:
         """Note the links where a run starts; later calls do nothing."""
         if self.last is None and self._wanted:
             self.last = self._at(time, kinematics, moving, begun=False)
 
+    @property
+    def last(self) -> LinkTrack | None:
+        """The links at the last instant; None before the first."""
+        if self._noted is not None:
+            self._last, self._noted = self._noted.track, None
+        return self._last
+
+    @last.setter
+    def last(self, track: LinkTrack | None) -> None:
+        self._last, self._noted = track, None
+
     def note(self, look: Tracked) -> None:
         """Note the links as machine code found them."""
         if self._wanted:
-            self.last = look.track
+            # their track is found when it is asked for
+            self._noted = look
 
     def follow(
         self, time: float, kinematics: Kinematics, moving: LinkVelocities, step: float

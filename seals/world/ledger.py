@@ -35,6 +35,7 @@ class Ledger:
         self._table = np.zeros((max(steps, 1), len(self.effects), len(self.links), 6))
         self.rows = 0
         self._written: set[int] = set()
+        self._begins, self._address = self._table, self._table.ctypes.data
 
     @property
     def time(self) -> Floats:
@@ -55,7 +56,9 @@ class Ledger:
         while self.rows + count > len(self._time):
             self._time = np.concatenate([self._time, np.zeros_like(self._time)])
             self._table = np.concatenate([self._table, np.zeros_like(self._table)])
-        return self._table.ctypes.data + self.rows * self._table.strides[0]
+        if self._begins is not self._table:
+            self._begins, self._address = self._table, self._table.ctypes.data
+        return self._address + self.rows * self._table.strides[0]
 
     def append(self, times: Sequence[float]) -> None:
         """Take rows that were written where `reserve` said, of these times [s]."""

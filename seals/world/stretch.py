@@ -7,7 +7,7 @@ stop, a drive to its limit. The step that does is refused and made one by one, s
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -19,7 +19,7 @@ from seals.state_records import state_record
 from seals.world.compiled_links import CompiledLinks, Look
 from seals.world.drivetrain import Drivetrain
 from seals.world.ledger import Ledger
-from seals.world.scalar_compiler import Kernel, Place, Program, compiled
+from seals.world.scalar_compiler import Kernel, Place, Program, View, compiled
 
 
 MOST = 64
@@ -53,6 +53,11 @@ class Loads(NamedTuple):
     memory: dict[str, Floats]
     speeds: dict[str, Floats]
     supply: Supply
+
+
+def supply_of(voltage: Floats, drive: Floats) -> Supply:
+    """Return battery and drives of results of the laws, which are empty where nothing is known."""
+    return Supply(voltage if voltage.size else None, drive if drive.size else None)
 
 
 class Ready(NamedTuple):
@@ -97,8 +102,7 @@ class Form:
         # in the order of the memory before: the kernel is given its values
         new = {**memory, **dict(zip(self.remembered, results, strict=False))}
         speeds = dict(zip(self.turning, results[first:last], strict=True))
-        later = Supply(voltage if voltage.size else None, ahead if ahead.size else None)
-        return Loads(row, new, speeds, later), body
+        return Loads(row, new, speeds, supply_of(voltage, ahead)), body
 
 
 class Parts(NamedTuple):
@@ -114,19 +118,46 @@ class Made(NamedTuple):
 
     Args:
         steps: how many.
-        loads: results of the laws in the last one.
-        drive: states of the drives in it, shape (1, n); None for none.
+        memory: of the effects, by name.
+        speeds: of the rotors, by actuator [rad/s].
+        supply: what the drives will have.
+        drive: states of the drives in the last step, shape (1, n); None for none.
         voltage: of the battery in it [V]; None for none.
         held: joint positions that the servos held in it; None for none.
         passed: the links at the ends of the steps before the last one.
     """
 
     steps: int
-    loads: Loads
+    memory: Mapping[str, Floats]
+    speeds: Mapping[str, Floats]
+    supply: Supply
     drive: Floats | None
     voltage: Floats | None
     held: Floats | None
     passed: list[Look]
+
+
+class Views(Mapping[str, Floats]):
+    """Arrays in one block of memory, made when they are asked for.
+
+    Args:
+        memory: the block.
+        views: by name, see `Kernel.views`.
+    """
+
+    __slots__ = ("_memory", "_views")
+
+    def __init__(self, memory: Floats, views: Mapping[str, View]) -> None:
+        self._memory, self._views = memory, views
+
+    def __getitem__(self, name: str) -> Floats:
+        return self._views[name].of(self._memory)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._views)
+
+    def __len__(self) -> int:
+        return len(self._views)
 
 
 class _Law(NamedTuple):
@@ -143,13 +174,13 @@ class _Law(NamedTuple):
 
     def argument(self, program: Program, k: int) -> tuple[Place, int]:
         """Place of an argument, and its length."""
-        starts = self.kernel.starts[0]
-        return program.given(self.kernel, starts[k]), starts[k + 1] - starts[k]
+        view = self.kernel.views[0][k]
+        return program.given(self.kernel, view.start), view.size
 
     def result(self, program: Program, k: int) -> tuple[Place, int]:
         """Place of a result, and its length."""
-        starts = self.kernel.starts[1]
-        return program.out(self.kernel, starts[k]), starts[k + 1] - starts[k]
+        view = self.kernel.views[1][k]
+        return program.out(self.kernel, view.start), view.size
 
     def accept(self, program: Program) -> None:
         """Copy its memory."""
@@ -174,9 +205,90 @@ class Stretch:
         self._names = list(ready.memory)
         self._goal = self._commands[3] and parts.drivetrain.goal is not None
         self._after = _Law.of(self._between(ready, goal=self._goal))
-        self._row = form.kernel.starts[1][1]
-        self._seen = np.zeros((MOST, leap.starts[1][1]))
+        self._seen = np.zeros((MOST, leap.views[1][0].size))
+        self._address = self._seen.ctypes.data
         self._loop = self._written()
+        results = form.kernel.views[1]
+        # the results of the laws: the row, memory, speeds, battery, drives, those for the body
+        last = 1 + len(form.remembered)
+        kept = dict(zip(form.remembered, results[1:last], strict=True))
+        self._memories = {name: kept[name] for name in self._names if name in kept}
+        self._speeds = dict(zip(form.turning, results[last:], strict=False))
+        self._supply = results[last + len(form.turning) :][:2]
+        self._end: Floats | None = None
+        self._memory: Mapping[str, Floats] = ready.memory
+
+    def continues(self, look: Look, memory: Mapping[str, Floats]) -> bool:
+        """Return whether the next step follows the last one here, and has its form.
+
+        Args:
+            look: the links at its start.
+            memory: of the effects.
+        """
+        changed = self._after.kernel.memory[1][0] != 0.0
+        return look.block is self._end and memory is self._memory and not changed
+
+    def begin(self, ready: Ready, given: list[Any] | None) -> None:
+        """Set what the first step begins with.
+
+        Args:
+            ready: the step.
+            given: arguments of the law of the motion; None where the last step was made here.
+        """
+        commands = [x for x in ready.commands if x is not None]
+        if given is None:
+            for place, value in zip(self._loads.kernel.places[2:], commands, strict=False):
+                place[...] = value
+        else:
+            memory = ready.memory.values()
+            self._loads.kernel.put([ready.look.block, ready.time, *commands, *memory])
+            self._leap.kernel.put(given)
+        self._memory = ready.memory
+        if self._goal:
+            position, goal = ready.commands[3], self._parts.drivetrain.goal
+            for place, value in zip(self._after.kernel.places[3:], (position, goal), strict=True):
+                place[...] = value
+
+    def run(self, first: int, most: int, ledger: Ledger) -> Made | None:
+        """Make steps, their rows in the ledger; None where the first one is refused.
+
+        Args:
+            first: number of the first one, from the start.
+            most: steps.
+            ledger: of the robot.
+        """
+        body, layout = self._parts.body, self._parts.links.layout
+        body.begin_alone()
+        most = min(most, MOST)
+        steps = self._loop(first, most, ledger.reserve(most), self._address)
+        if not steps:
+            self._end = None
+            return None
+        step, passed = self._key[-1], []
+        times = [(first + k) * step for k in range(steps + 1)]
+        ledger.append(times[:-1])
+        if steps > 1:
+            # of its own memory: the next stretch writes to the same place
+            rows = zip(times[1:-1], self._seen[: steps - 1].copy(), strict=True)
+            tree = body.robot.tree
+            passed = [Look(tree, time, block, layout, "none", True) for time, block in rows]
+        found, views = self._leap.out.copy(), self._leap.kernel.views[1]
+        self._end, joints, now, middle = (views[k].of(found) for k in (0, 3, 4, 5))
+        body.end_alone(self._end, joints, now, middle)
+        return self._made(steps, passed)
+
+    def _made(self, steps: int, passed: list[Look]) -> Made:
+        """Return what was made, of copies of the laws' memory in the last step."""
+        out, kept = self._loads.out.copy(), len(self._memories) == len(self._names)
+        memory: Mapping[str, Floats] = Views(out, self._memories)
+        self._memory = memory if kept else {**self._memory, **memory}
+        supply = supply_of(*(view.of(out) for view in self._supply))
+        given, views = self._loads.given.copy(), iter(self._loads.kernel.views[0][2:])
+        _, drive, voltage, held, _ = (
+            next(views).of(given) if there else None for there in self._commands
+        )
+        speeds = Views(out, self._speeds)
+        return Made(steps, self._memory, speeds, supply, drive, voltage, held, passed)
 
     def _between(self, ready: Ready, *, goal: bool) -> Kernel:
         """Compile what is asked between two steps: whether the form changes; what servos hold."""
@@ -197,52 +309,6 @@ class Stretch:
         at = ("torque", "drive", "voltage", "position", "held").index(name)
         return self._loads.argument(program, 2 + sum(self._commands[:at]))
 
-    def begin(self, first: int, ready: Ready, given: tuple[list[Any], list[Any]]) -> None:
-        """Set what the first step begins with.
-
-        Args:
-            first: its number, from the start.
-            ready: the step.
-            given: arguments of the laws of the loads and of the motion.
-        """
-        self._first, self._ready = first, ready
-        for law, values in zip((self._loads, self._leap), given, strict=True):
-            law.kernel.put(values)
-        if self._goal:
-            position, goal = ready.commands[3], self._parts.drivetrain.goal
-            for place, value in zip(self._after.kernel.places[3:], (position, goal), strict=True):
-                place[...] = value
-
-    def run(self, most: int, ledger: Ledger) -> Made | None:
-        """Make steps, their rows in the ledger; None where the first one is refused.
-
-        Args:
-            most: steps.
-            ledger: of the robot.
-        """
-        body, ready, loads = self._parts.body, self._ready, self._loads
-        body.begin_alone()
-        most = min(most, MOST)
-        steps = self._loop(self._first, most, ledger.reserve(most), self._seen.ctypes.data)
-        if not steps:
-            return None
-        step, tree, layout = ready.key[-1], body.robot.tree, self._parts.links.layout
-        times = [(self._first + k) * step for k in range(steps + 1)]
-        ledger.append(times[:-1])
-        # of its own memory: the next stretch writes to the same place
-        rows = self._seen[: steps - 1].copy()
-        passed = [
-            Look(tree, time, block, layout, "none", True)
-            for time, block in zip(times[1:-1], rows, strict=True)
-        ]
-        row, *results = loads.kernel.results(loads.out)
-        told, own = self._form.told(row, results, ready.memory)
-        found = self._leap.kernel.results(self._leap.out)
-        body.end_alone(ready.key[0], own, ready.look, found)
-        values = iter(loads.kernel.arguments(loads.given)[2:])
-        _, drive, voltage, held, _ = (next(values) if there else None for there in self._commands)
-        return Made(steps, told, drive, voltage, held, passed)
-
     def _written(self) -> Any:
         """Write and compile the loop."""
         body, form, step = self._parts.body, self._form, self._key[-1]
@@ -251,7 +317,7 @@ class Stretch:
         first = 1 + len(form.remembered) + len(form.turning)
         program.tell_time(loads.argument(program, 1)[0], step, 0)
         program.run(loads.kernel)
-        count = len(loads.kernel.starts[1]) - 1
+        count = len(loads.kernel.views[1])
         body.write_step(program, [loads.result(program, k) for k in range(first + 2, count)])
         places = body.native_places()
         for k, address in enumerate(places):
@@ -265,7 +331,7 @@ class Stretch:
             program.copy(program.address(address), *leap.result(program, 1 + k))
         loads.accept(program)
         leap.accept(program)
-        program.record(0, program.out(loads.kernel), self._row)
+        program.record(0, *loads.result(program, 0))
         program.record(1, *leap.result(program, 0))
         self._write_next(program, len(places), first)
         self._write_between(program)

@@ -299,7 +299,7 @@ class MujocoBody:
         scene, found = self._scene, library(self._engine)
         assert found is not None
         model, data = (program.address(x._address, x) for x in (scene.model, scene.data))
-        d, (push, _, force, added, *drive) = scene.data, loads
+        d, (outer, push, _, force, added, *drive) = scene.data, loads
 
         def stages(*names: str) -> None:
             for name in names:
@@ -318,23 +318,31 @@ class MujocoBody:
         program.refuse_if(program.address(found.place(d, "ncon")), integer=True)
         stages("mj_makeConstraint", "mj_projectConstraint")
         stages("mj_fwdVelocity", "mj_fwdAcceleration", "mj_fwdConstraint")
+        self._pulled = np.zeros(self._joints)
+        felt = program.memory(self._pulled)
+        program.keep(felt, self._joints)
         if drive:
-            self._write_drives(program, drive)
+            outer = self._write_drives(program, [*drive, outer])
+        program.copy(felt, *outer)
         stages("mj_Euler")
 
-    def _write_drives(self, program: Program, drive: Sequence[Given]) -> None:
-        """Write the forces of the drives; refused where one is beyond its limit."""
-        kernel, joints = compiled(_driving, [(self._joints,)] * 4), self._joints
-        change = self._qacc[self._dofs]
-        given = [*(place for place, _ in drive[:3]), program.address(change.ctypes.data)]
-        for k, place in enumerate(given):
+    def _write_drives(self, program: Program, given: Sequence[Given]) -> Given:
+        """Write the forces of the drives, refused where one is beyond its limit.
+
+        Args:
+            program: to write to.
+            given: places of force, limit, gain, armature and of the other forces on the joints.
+
+        Returns:
+            Place of the forces on the joints.
+        """
+        kernel, joints = compiled(_driving, [(self._joints,)] * 6), self._joints
+        change = program.address(self._qacc[self._dofs].ctypes.data)
+        for k, place in enumerate((*(place for place, _ in given), change)):
             program.copy(program.given(kernel, k * joints), place, joints)
         program.run(kernel)
         program.refuse_if(program.out(kernel, joints))
-        self._pulled = np.zeros(joints)
-        pulled = program.memory(self._pulled)
-        program.keep(pulled, joints)
-        program.copy(pulled, program.out(kernel), joints)
+        return program.out(kernel), joints
 
     def begin_alone(self) -> None:
         """Prepare for steps by `write_step`: no wrenches act on single bodies."""
@@ -342,12 +350,10 @@ class MujocoBody:
             self._pushed[self._rows] = 0.0
             self._wrenched = False
 
-    def end_alone(self) -> None:
-        """Note steps by `write_step`, after `give` of the last one's loads."""
-        self._bound = False
-        if self._drive is not None:
-            self._pull = self._pulled.copy()
-        self._scene.stale = True
+    def end_alone(self) -> Floats:
+        """Note steps by `write_step`; return the forces on the joints in the last one."""
+        self._bound, self._scene.stale = False, True
+        return self._pulled.copy()
 
     def drive_forces(self) -> Floats:
         """Return the drive forces on the joints over the last step, less those on the armature."""
@@ -410,11 +416,16 @@ class MujocoBody:
         return MujocoContacts(d, touched, self._link) if touched.any() else None
 
 
-def _driving(force: Array, limit: Array, gain: Array, change: Array) -> list[Array]:
-    """Force of drives less gain times acceleration, and whether one is beyond its limit; pure."""
+def _driving(*given: Array) -> list[Array]:
+    """Forces on the joints by drives and all else, and whether a drive is beyond its limit; pure.
+
+    Args:
+        given: force, limit, gain and armature of the drives, other forces, acceleration.
+    """
+    force, limit, gain, armature, outer, change = given
     wanted = force - gain * change
     xp = namespace(wanted)
-    return [wanted, xp.any(xp.abs(wanted) > limit)]
+    return [outer + (wanted - armature * change), xp.any(xp.abs(wanted) > limit)]
 
 
 def _span(places: list[int]) -> Any:

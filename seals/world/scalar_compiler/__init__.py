@@ -9,6 +9,7 @@ from seals.world.scalar_compiler.clike import statements_of as statements_of
 from seals.world.scalar_compiler.kernel import REFUSED as REFUSED
 from seals.world.scalar_compiler.kernel import CannotCompile as CannotCompile
 from seals.world.scalar_compiler.kernel import Kernel as Kernel
+from seals.world.scalar_compiler.kernel import View as View
 from seals.world.scalar_compiler.kernel import compiled as compiled
 from seals.world.scalar_compiler.kernel import followed as followed
 from seals.world.scalar_compiler.program import Place as Place

@@ -31,6 +31,25 @@ class CannotCompile(ConfigError):
     """A law that has no machine code."""
 
 
+class View:
+    """Place of an array in a block of numbers.
+
+    Args:
+        shape: of the array.
+        start: numbers before it.
+    """
+
+    __slots__ = ("_bytes", "shape", "size", "start")
+
+    def __init__(self, shape: tuple[int, ...], start: int) -> None:
+        self.shape, self.start, self.size, self._bytes = shape, start, _size(shape), 8 * start
+
+    def of(self, block: Floats) -> Floats:
+        """Return the array in a block; it shares the memory."""
+        found: Floats = np.ndarray(self.shape, _FLOAT, block, self._bytes)
+        return found
+
+
 class Kernel:
     """Law as machine code: arrays of fixed shapes in, arrays out.
 
@@ -44,7 +63,7 @@ class Kernel:
         address: of the function.
         memory: its arguments, its results, and what it keeps meanwhile, numbers side by side.
         places: views of the arguments.
-        starts: of the arguments and of the results in the memory.
+        views: the places of all arguments, and of all results, in the memory.
     """
 
     def __init__(
@@ -73,7 +92,11 @@ class Kernel:
         for view, x in zip(_cut(self._out, [r.shape for r in results]), results, strict=True):
             view[:] = [0.0 if isinstance(e, Node) else e for e in x.entries.flat]
         self.memory = (self._given, self._out, self._work)
-        self.starts = (np.cumsum([0, *(_size(s) for s in shapes)]).tolist(), starts)
+        first = np.cumsum([0, *(_size(s) for s in shapes)]).tolist()
+        self.views = (
+            [View(s, k) for s, k in zip(shapes, first, strict=False)],
+            [View(x.shape, k) for x, k in zip(results, starts, strict=False)],
+        )
         self._run = functools.partial(call, *(x.ctypes.data for x in self.memory))
 
     def __call__(self, *values: Any) -> list[Floats]:
@@ -86,14 +109,6 @@ class Kernel:
         """Set the arguments."""
         for place, value in zip(self.places, values, strict=True):
             place[...] = value
-
-    def arguments(self, memory: Floats) -> list[Floats]:
-        """Return a copy of the arguments in memory like that of the law."""
-        given = memory.copy()
-        return [
-            np.ndarray(place.shape, _FLOAT, given, 8 * start)
-            for place, start in zip(self.places, self.starts[0], strict=False)
-        ]
 
     def results(self, memory: Floats) -> list[Floats]:
         """Return a copy of the results in memory like that of the law."""
