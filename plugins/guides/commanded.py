@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from seals.control import Plant, Reference, RobotState
+from seals.control.protocols import Steady
 from seals.schema import setting
 
 
@@ -43,6 +44,10 @@ class Commanded:
     def aim(self, situation: RobotState, memory: Any) -> tuple[Reference, Any]:
         """Return the reference that was set."""
         return self.wanted, memory
+
+    def steady(self, memory: Any) -> Steady:
+        """Return the reference that was set."""
+        return Steady(self.wanted)
 
     def finished(self, memory: Any) -> bool | None:
         """Return None: the caller decides when to stop."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.control import Plant, Reference, RobotState
-from seals.control.protocols import Goal
+from seals.control.protocols import Goal, Steady
 from seals.control.tracking import Place, pursued
 from seals.errors import ConfigError
 from seals.robot.limbs import Arm
@@ -106,6 +106,13 @@ class Hover:
         place = Place(memory.place, yaw=memory.yaw)
         aim = pursued(situation, place, gain=self.position_gain, speed=self.speed, joints=joints)
         return aim, memory
+
+    def steady(self, memory: HoverState) -> Steady | None:
+        """Return the place to hold; None while arms move."""
+        if self.arm is not ArmMotion.stowed:
+            return None
+        aim = Reference(yaw=memory.yaw)
+        return Steady(aim, memory.place, self.position_gain, self.speed)
 
     def finished(self, memory: HoverState) -> bool | None:
         """Return None: a hover never ends."""

@@ -196,6 +196,30 @@ Compiler = Callable[[Callable[..., Sequence[Array]], Sequence[tuple[int, ...]]],
 """Function from a law on arrays and their shapes to its machine code, a function of numbers."""
 
 
+class CommandLaw(NamedTuple):
+    """Law of a controller as machine code, for steps without Python.
+
+    Args:
+        kernel: machine code, `seals.world.scalar_compiler.Kernel`.
+        names: of its arguments: `STATE_ARRAYS`; ``force`` and ``place`` of the buoyancy; of the aim
+            ``velocity_wanted``, ``acceleration``, ``yaw``, ``yaw_rate``; ``targets`` of the joints
+            and ``memory``.
+        done: result that is zero where a command takes more than this law.
+        order: result that is the command of the drives.
+        memory: result that is the memory's numbers.
+        numbers: gives those of a memory.
+        remembered: gives the memory of numbers and of the memory before.
+    """
+
+    kernel: Any
+    names: tuple[str, ...]
+    done: int
+    order: int
+    memory: int
+    numbers: Callable[[Any], Floats]
+    remembered: Callable[[Floats, Any], Any]
+
+
 class ControllerOptions:
     """Optional attributes of a controller and their defaults; see `options_of`."""
 
@@ -209,6 +233,15 @@ class ControllerOptions:
 
     def compile(self, compiled: Compiler | None) -> None:
         """Set the compiler of laws, None for none; called after `Controller.bind`."""
+
+    def command_law(self, period: float, memory: Any) -> CommandLaw | None:
+        """Return its law for aims without a position, the joints' targets as before; or None.
+
+        Args:
+            period: between commands [s].
+            memory: its present one.
+        """
+        return None
 
     def batched(self, plant: Plant, joints: Floats | None, like: Array) -> BatchController:
         """Return the controller over a batch of robots.
@@ -277,6 +310,22 @@ class Goal(NamedTuple):
     held: bool = False
 
 
+class Steady(NamedTuple):
+    """Aim that stays as it is until somebody else changes it.
+
+    Args:
+        aim: the reference, but for the velocity where a place is led to.
+        place: that the velocity leads to, see `seals.control.tracking.pursued` [m], shape (3,).
+        gain: [1/s].
+        speed: [m/s].
+    """
+
+    aim: Reference
+    place: Floats | None = None
+    gain: float = 0.0
+    speed: float = 0.0
+
+
 class GuideOptions:
     """Optional attributes and methods of a guide and their defaults; see `options_of`."""
 
@@ -286,6 +335,10 @@ class GuideOptions:
     def goals(self, memory: Any) -> tuple[Goal, ...]:
         """Return the places that it is to reach, in order, from its memory."""
         return ()
+
+    def steady(self, memory: Any) -> Steady | None:
+        """Return its aim where that stays as it is and the memory, too; None elsewhere."""
+        return None
 
 
 @runtime_checkable

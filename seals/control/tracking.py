@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from seals.arrays import Floats
+import numpy as np
+
+from seals.arrays import Floats, namespace
 from seals.control.protocols import NOTHING, STILL, Reference, RobotState
 from seals.errors import ConfigError
 
@@ -32,6 +34,27 @@ class Place(NamedTuple):
     yaw_rate: float = 0.0
 
 
+def towards(position: Any, place: Any, gain: Any, speed: Any) -> list[Any]:
+    """Return the velocity towards a place, no faster than a speed; pure, one number at a time.
+
+    Args:
+        position: x, y and z, numbers or entries of an array of any library [m].
+        place: likewise.
+        gain: of the distance [1/s].
+        speed: largest [m/s].
+    """
+    x, y, z = (gain * (place[k] - position[k]) for k in range(3))
+    square = x * x + y * y + z * z
+    if isinstance(square, float):
+        length = math.sqrt(square)
+        share = speed / length if length > speed else 1.0
+    else:
+        xp = namespace(square)
+        length = xp.sqrt(square)
+        share = xp.where(length > speed, speed / length, 1.0)
+    return [x * share, y * share, z * share]
+
+
 def pursued(
     situation: RobotState,
     place: Place,
@@ -51,10 +74,8 @@ def pursued(
         joints: of the arms, see `Reference`.
         grip: of the grippers, see `Reference`.
     """
-    back = gain * (place.position - situation.position)
-    length = math.sqrt(back @ back)
-    if length > speed:
-        back = back * (speed / length)
+    goal, position = place.position.tolist(), situation.position.tolist()
+    back = np.array(towards(position, goal, gain, speed))
     return Reference(
         velocity=place.velocity + back,
         acceleration=place.acceleration,

@@ -44,6 +44,7 @@ from seals.world.drivetrain import Drivetrain
 from seals.world.felt import Tracker
 from seals.world.immersion import Immersion
 from seals.world.ledger import Ledger
+from seals.world.looped_command import LoopedCommand
 from seals.world.pilot import ControlInput, Pilot
 from seals.world.scalar_compiler import REFUSED, CannotCompile
 from seals.world.sensor_suite import MANY, Instant, SensorSuite
@@ -143,6 +144,7 @@ class Actor:
         choice = "false" if fluid is not None else options_of(backend, BackendOptions).compiled
         self._must, self._backend = choice == "true", backend
         self._weights: CompiledWeights | None = None
+        self._looped: dict[Any, LoopedCommand] = {}
         self.compiled: CompiledStep | None = None
         if compiles(choice, steps * repeats):
             self._compile(environment, waves)
@@ -307,26 +309,55 @@ class Actor:
             first: its number, from the start.
             most: steps.
         """
-        stretch = laws.stretch(ready)
-        if stretch is None:
-            return None
         time, train, pilot = ready.time, self.drivetrain, self.pilot
         most = min(most, self.sensor_suite.quiet(time, step))
         if most > 1:
-            most = min(most, MANY if pilot is None else 1 + pilot.free)
             most = max(1, min(most, int(min(train.quiet(time) / step, MANY))))
-        made = stretch.run(first, most, self.ledger)
+        command, calls = None, 0
+        if pilot is not None:
+            calls = pilot.calls - 1
+            if most > 1 + pilot.free:
+                command = self._commanded(laws, ready, pilot, step)
+                most = most if command is not None else 1 + pilot.free
+        stretch = laws.stretch(ready, command)
+        made = None if stretch is None else stretch.run(first, most, calls, self.ledger)
         if made is None:
             return None
-        steps, self.memory, self._speeds, self._supply, drive, voltage, held, self._passed = made
-        self.drive, self._driven = drive, drive
+        steps, self.memory, self._speeds, self._supply, *commands, self._passed = made
+        self.drive, voltage, held, asked = commands
+        self._driven = self.drive
         if self.battery is not None:
             self.voltage = voltage
         self._time = (first + steps - 1) * step
         train.passed(self._time, held)
         if pilot is not None and steps > 1:
             pilot.wait(steps - 1)
+            if command is not None and (calls + steps - 1) // pilot.every > calls // pilot.every:
+                order, numbers, velocity = command.found()
+                targets = pilot.obeyed(command.law, order, numbers, velocity)
+                self.command, self.joint_command = order[None], targets[None]
+                train.obeyed(self.command, asked)
         return steps
+
+    def _commanded(
+        self, laws: CompiledStep, ready: Ready, pilot: Pilot, step: float
+    ) -> LoopedCommand | None:
+        """Return what commands the robot in the loop, set to begin; None where Python must."""
+        look, train = ready.look, self.drivetrain
+        drive, *_, held = ready.commands[1:]
+        found = None if train.late or drive is None or held is None else pilot.steady()
+        if found is None or look.state == "given" or self._weights is None:
+            return None
+        law, steady = found
+        key = look.state, steady.place is None, law.kernel
+        command = self._looped.get(key)
+        if command is None:
+            command = self._looped[key] = LoopedCommand(
+                *(law, self._weights.kernel(look), laws.links.layout, train, look),
+                *(laws.full_voltage, steady.place is not None, step, pilot.every),
+            )
+        command.begin(pilot.memory, steady)
+        return command
 
     def _say(self, problem: Exception) -> None:
         """Say that there is no machine code; the run notes it."""
@@ -339,6 +370,7 @@ class Actor:
             raise problem
         self._say(problem)
         self.compiled = self._look = self._weights = None
+        self._looped = {}
         cast("CompiledBody", self.body).interpret()
         if self.pilot is not None:
             self.pilot.compile(None)
@@ -357,7 +389,7 @@ class Actor:
     def _told(self, laws: CompiledStep, pilot: Pilot, look: Look) -> ControlInput:
         """What guide and controller are given; their laws are compiled at the first call."""
         if self._weights is None or self._weights.pilot is not pilot:
-            self._weights = CompiledWeights(laws, pilot)
+            self._weights, self._looped = CompiledWeights(laws, pilot), {}
         weigh = partial(self._weights.now, look, self._time)
         joints = self._joints(look.moving)
         return ControlInput(self._time, look.kinematics, look.moving, joints, weigh, {})

@@ -25,6 +25,7 @@ from seals.multibody.rows import link_motion
 from seals.robot.model import RobotModel
 from seals.world.compiled_links import CompiledLinks, Look
 from seals.world.drivetrain import Drivetrain
+from seals.world.looped_command import LoopedCommand
 from seals.world.scalar_compiler import compiled, constant
 from seals.world.servos import Servoing
 from seals.world.stretch import Form, Loads, Parts, Ready, Stretch
@@ -156,21 +157,32 @@ class CompiledStep:
             if self._body.give(ready.key[0], body, ready.look):
                 return loads
 
-    def stretch(self, ready: Ready) -> Stretch | None:
-        """Return what makes steps one after the other, set to begin; None where nothing does."""
+    def stretch(self, ready: Ready, command: LoopedCommand | None) -> Stretch | None:
+        """Return what makes steps one after the other, set to begin; None where nothing does.
+
+        Args:
+            ready: the first step.
+            command: that is given in the loop; None for none.
+        """
         look, found = ready.look, self._stretch
-        if found is not None:
+        if found is not None and found.command is command:
             found.begin(ready, None)
             return found
         if not (look.begun and look.state != "given" and self._body.steps_alone()):
             return None
         form = self._form(ready)
         leap, given = self.links.leap(*self._body.native_state(), ready.key[-1])
-        if form.stretch is None:
-            form.stretch = Stretch(self._parts, ready, form, leap)
-        form.stretch.begin(ready, given)
-        self._stretch = form.stretch
-        return form.stretch
+        made = form.stretches.get(command)
+        if made is None:
+            made = form.stretches[command] = Stretch(self._parts, ready, form, leap, command)
+        made.begin(ready, given)
+        self._stretch = made
+        return made
+
+    @property
+    def full_voltage(self) -> float | None:
+        """Voltage of the full battery [V]; None without one."""
+        return self._full if self._servos.effects.batteries else None
 
     def _form(self, ready: Ready) -> Form:
         """Return the form of a step, which is compiled when it first occurs."""

@@ -37,13 +37,17 @@ class CompiledWeights:
             time: [s].
         """
         values = [look.block, time, *look.parts]
+        return self._weighing.weights(self.kernel(look)(*values))
+
+    def kernel(self, look: Look) -> Kernel:
+        """Return the law for hulls wetted as those of a robot, of the block, the time and parts."""
         kernel = self._kernels.get(look.state)
         if kernel is None:
-            shapes = [np.shape(x) or (1, 1) for x in values]
+            shapes = [np.shape(x) or (1, 1) for x in (look.block, 0.0, *look.parts)]
             kernel = self._kernels[look.state] = compiled(
                 lambda *given: self._law(look.state, *given), shapes
             )
-        return self._weighing.weights(kernel(*values))
+        return kernel
 
     def _law(self, state: str, block: Array, time: Array, *parts: Array) -> list[Array]:
         return self._weighing.numbers(*self._laws.sampled(state, block, time, parts))

@@ -189,6 +189,34 @@ class Drivetrain:
         xp, most = namespace(held), step * np.array([self._speeds])
         return held + xp.minimum(xp.maximum(goal - held, as_like(-most, held)), as_like(most, held))
 
+    def driven(self, command: Array, drive: Array, share: Array | None) -> list[Array]:
+        """Return what the drives hold and are after a command that arrives at once; pure.
+
+        Args:
+            command: in the unit of the drives, shape (1, n).
+            drive: states before, shape (1, n).
+            share: voltage of the battery by its full voltage [1], shape (1, 1); None without one.
+        """
+        r, xp = self.response, namespace(command)
+        held = xp.minimum(xp.maximum(command, self._least), self._most)
+        if self._lagging:
+            return [held, drive]
+        return [held, r.followed(drive, held if share is None else r.limited(held, share), 0.0)]
+
+    def obeyed(self, command: Floats, held: Floats) -> None:
+        """Note commands that were given without calls; shape (1, n) each.
+
+        Args:
+            command: the last one.
+            held: what it became within the limits.
+        """
+        self._asked, self._commands.now = command.tolist(), held
+
+    @property
+    def late(self) -> bool:
+        """Whether commands arrive late."""
+        return self.response.delay > 0.0
+
     def passed(self, time: float, held: Floats | None) -> None:
         """Note steps that were made without calls; arguments of the last one.
 

@@ -9,9 +9,17 @@ from typing import Any, NamedTuple
 from seals.arrays import Array, Floats
 from seals.control import ActuatorCommand, Controller, Guide, Plant, Reference, RobotState
 from seals.control.actuator_limits import ActuatorLimitEstimator, ActuatorLimits
-from seals.control.estimate import Estimate, Estimator
+from seals.control.estimate import TRUTH, Estimate, Estimator
 from seals.control.mass_properties import MassNow, MassPropertyEstimator, immersion, in_base
-from seals.control.protocols import Buoyancy, Compiler, ControllerOptions, Goal, GuideOptions
+from seals.control.protocols import (
+    Buoyancy,
+    CommandLaw,
+    Compiler,
+    ControllerOptions,
+    Goal,
+    GuideOptions,
+    Steady,
+)
 from seals.effects.binding import EffectSet
 from seals.environment.sample import Sample
 from seals.errors import PhysicsError
@@ -141,6 +149,7 @@ class Pilot:
         self._kept = NEW
         # a gait asks for none of these, and weighing costs more than walking
         self._options = options_of(controller, ControllerOptions)
+        self._leading = options_of(guide, GuideOptions)
         self._weighed: Weights | None = None
         self.bodies: Mapping[str, Floats] = {}
 
@@ -163,7 +172,7 @@ class Pilot:
     def goals(self) -> tuple[Goal, ...]:
         """Places that the guide is to reach; empty before the start."""
         memory = self._kept.guide
-        return () if memory is None else options_of(self.guide, GuideOptions).goals(memory)
+        return () if memory is None else self._leading.goals(memory)
 
     @property
     def aim(self) -> Reference | None:
@@ -197,6 +206,60 @@ class Pilot:
         heard = kept.readings, kept.estimate
         self._kept = PilotState(kept.calls + 1, guide, controller, aim, order, *heard)
         return order
+
+    def steady(self) -> tuple[CommandLaw, Steady] | None:
+        """Return law and aim of commands without Python; None where it is asked each time.
+
+        Where a sensor says where the robot is, it is: readings are taken after the steps.
+        """
+        kept = self._kept
+        if self.sense != TRUTH or not self._options.needs_mass_properties or kept.aim is None:
+            return None
+        steady = self._leading.steady(kept.guide)
+        if steady is None or steady.aim.position is not None:
+            return None
+        # an aim that the guide has not yet given waits for its turn
+        if steady.place is None and steady.aim is not kept.aim:
+            return None
+        if steady.place is not None and self._guide_every != self._every:
+            return None
+        law = self._options.command_law(self._period, kept.controller)
+        return None if law is None else (law, steady)
+
+    @property
+    def every(self) -> int:
+        """Steps from one command to the next."""
+        return self._every
+
+    @property
+    def calls(self) -> int:
+        """Steps since the start."""
+        return self._kept.calls
+
+    @property
+    def memory(self) -> Any:
+        """Memory of the controller."""
+        return self._kept.controller
+
+    def obeyed(self, law: CommandLaw, order: Floats, numbers: Floats, velocity: Any) -> Floats:
+        """Note the last command that was given without Python; return the targets of the joints.
+
+        Args:
+            law: of the controller.
+            order: of the drives, shape (n,).
+            numbers: of the controller's memory.
+            velocity: of the aim, None for the present one.
+        """
+        kept = self._kept
+        assert kept.aim is not None
+        assert kept.order is not None
+        aim = kept.aim if velocity is None else kept.aim._replace(velocity=velocity)
+        self._kept = kept._replace(
+            controller=law.remembered(numbers, kept.controller),
+            aim=aim,
+            order=ActuatorCommand(order, kept.order.joints),
+        )
+        return kept.order.joints
 
     @property
     def free(self) -> int:

@@ -8,7 +8,7 @@ stop, a drive to its limit. The step that does is refused and made one by one, s
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,6 +19,7 @@ from seals.state_records import state_record
 from seals.world.compiled_links import CompiledLinks, Look
 from seals.world.drivetrain import Drivetrain
 from seals.world.ledger import Ledger
+from seals.world.looped_command import Given, LoopedCommand
 from seals.world.scalar_compiler import Kernel, Place, Program, View, compiled
 
 
@@ -80,12 +81,12 @@ class Ready(NamedTuple):
 
 @dataclass
 class Form:
-    """One form of a step: its kernel, what the results are of, and its loop if there is one."""
+    """One form of a step: its kernel, what the results are of, and its loops by their commands."""
 
     kernel: Kernel
     remembered: list[str]
     turning: list[str]
-    stretch: Stretch | None = None
+    stretches: dict[LoopedCommand | None, Stretch] = field(default_factory=dict)
 
     def told(
         self, row: Floats, results: list[Floats], memory: Mapping[str, Floats]
@@ -124,6 +125,7 @@ class Made(NamedTuple):
         drive: states of the drives in the last step, shape (1, n); None for none.
         voltage: of the battery in it [V]; None for none.
         held: joint positions that the servos held in it; None for none.
+        asked: what the drives were asked in it, shape (1, n); None for none.
         passed: the links at the ends of the steps before the last one.
     """
 
@@ -134,6 +136,7 @@ class Made(NamedTuple):
     drive: Floats | None
     voltage: Floats | None
     held: Floats | None
+    asked: Floats | None
     passed: list[Look]
 
 
@@ -196,9 +199,13 @@ class Stretch:
         ready: a step of the form.
         form: the laws of its loads.
         leap: the law of the motion.
+        command: that is given in the loop, or None.
     """
 
-    def __init__(self, parts: Parts, ready: Ready, form: Form, leap: Kernel) -> None:
+    def __init__(
+        self, parts: Parts, ready: Ready, form: Form, leap: Kernel, command: LoopedCommand | None
+    ) -> None:
+        self.command = command
         self._parts, self._form, self._key = parts, form, ready.key
         self._loads, self._leap = _Law.of(form.kernel), _Law.of(leap)
         self._commands = [x is not None for x in ready.commands]
@@ -249,18 +256,19 @@ class Stretch:
             for place, value in zip(self._after.kernel.places[3:], (position, goal), strict=True):
                 place[...] = value
 
-    def run(self, first: int, most: int, ledger: Ledger) -> Made | None:
+    def run(self, first: int, most: int, calls: int, ledger: Ledger) -> Made | None:
         """Make steps, their rows in the ledger; None where the first one is refused.
 
         Args:
             first: number of the first one, from the start.
             most: steps.
+            calls: of the pilot, the first one's not among them.
             ledger: of the robot.
         """
         body, layout = self._parts.body, self._parts.links.layout
         body.begin_alone()
         most = min(most, MOST)
-        steps = self._loop(first, most, ledger.reserve(most), self._address)
+        steps = self._loop(first, most, calls, ledger.reserve(most), self._address)
         if not steps:
             self._end = None
             return None
@@ -284,11 +292,11 @@ class Stretch:
         self._memory = memory if kept else {**self._memory, **memory}
         supply = supply_of(*(view.of(out) for view in self._supply))
         given, views = self._loads.given.copy(), iter(self._loads.kernel.views[0][2:])
-        _, drive, voltage, held, _ = (
+        _, drive, voltage, held, asked = (
             next(views).of(given) if there else None for there in self._commands
         )
         speeds = Views(out, self._speeds)
-        return Made(steps, self._memory, speeds, supply, drive, voltage, held, passed)
+        return Made(steps, self._memory, speeds, supply, drive, voltage, held, asked, passed)
 
     def _between(self, ready: Ready, *, goal: bool) -> Kernel:
         """Compile what is asked between two steps: whether the form changes; what servos hold."""
@@ -315,6 +323,13 @@ class Stretch:
         program = Program(2)
         loads, leap = self._loads, self._leap
         first = 1 + len(form.remembered) + len(form.turning)
+        if self.command is not None:
+            block, drive, held = (
+                place for place, _ in (loads.argument(program, 0), self._argument(program, "drive"), self._argument(program, "held"))
+            )
+            battery = self._argument(program, "voltage")[0] if self._commands[2] else None
+            with program.every(self.command.every):
+                self.command.write(program, Given(block, drive, battery, held))
         program.tell_time(loads.argument(program, 1)[0], step, 0)
         program.run(loads.kernel)
         count = len(loads.kernel.views[1])
@@ -329,8 +344,8 @@ class Stretch:
         program.accept()
         for k, address in enumerate(places[-2:]):
             program.copy(program.address(address), *leap.result(program, 1 + k))
-        loads.accept(program)
-        leap.accept(program)
+        for law in (loads, leap, *([] if self.command is None else [self.command])):
+            law.accept(program)
         program.record(0, *loads.result(program, 0))
         program.record(1, *leap.result(program, 0))
         self._write_next(program, len(places), first)

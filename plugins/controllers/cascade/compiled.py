@@ -10,7 +10,14 @@ import numpy as np
 from seals.arrays import Array, Floats
 from seals.control import ActuatorCommand, Reference, RobotState
 from seals.control.bounded import ROUNDS, Search, changed, tried
-from seals.control.protocols import AIM_ARRAYS, STATE_ARRAYS, Buoyancy, Compiler, of_one
+from seals.control.protocols import (
+    AIM_ARRAYS,
+    STATE_ARRAYS,
+    Buoyancy,
+    CommandLaw,
+    Compiler,
+    of_one,
+)
 from seals.pytree import leaves, mapped
 from seals.state_records import state_record
 
@@ -106,6 +113,20 @@ class CompiledCascade:
                     break
             order, block = kernels.bounded(*given, share, bounds)
         return ActuatorCommand(order, joints), PackedState(block, joints)
+
+    def law(self, period: float) -> CommandLaw | None:
+        """Return the law of what the rotors' bounds allow; None before the first call."""
+        kernels = self._kernels.get((period, True))
+        if kernels is None:
+            return None
+        names = (*STATE_ARRAYS, "force", "place", "targets", "memory")
+        aims = ("velocity_wanted", *AIM_ARRAYS[1:])
+        within, order, block = range(3)
+        return CommandLaw(
+            *(kernels.plain, (*names, *aims), within, order, block),
+            numbers=lambda memory: memory.block,
+            remembered=lambda numbers, last: PackedState(numbers, last.joints),
+        )
 
     def _traced(self, s: RobotState, aim: Reference, given: Sequence[Any]) -> _Kernels:
         """Compile the law for arguments of these shapes."""

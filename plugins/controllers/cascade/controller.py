@@ -18,7 +18,7 @@ from seals.control.fins import Fins, with_fins
 from seals.control.limbs import Reckoned, joint_targets, servo_lag, stowed, way_of
 from seals.control.mass_properties import MassPropertyEstimator
 from seals.control.plant import ROTOR, UPWARD, lifting
-from seals.control.protocols import Compiler, of_one
+from seals.control.protocols import CommandLaw, Compiler, of_one
 from seals.control.tilts import tilted_drives, tilts_of
 from seals.errors import ConfigError
 from seals.frames import cross
@@ -258,6 +258,12 @@ class Cascade(CascadeSettings):
             self._compiled = None
         else:
             self._compiled = CompiledCascade(self, self._form(), compiled)
+
+    def command_law(self, period: float, memory: Any) -> CommandLaw | None:
+        """Return the law of what the rotors' bounds allow, where there is machine code."""
+        if self._compiled is None or not self.cog_compensation:
+            return None
+        return self._compiled.law(period) if isinstance(memory, PackedState) else None
 
     def _form(self) -> CascadeState:
         """Return a state after a call, of any numbers."""

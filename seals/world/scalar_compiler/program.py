@@ -5,8 +5,9 @@ What is repeated is copies, calls and questions; Python is entered when it ends.
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -45,7 +46,7 @@ class Program:
         >>> program.add(program.memory(x), program.memory(y), [1, 1])
         >>> program.accept()
         >>> run = program.compiled()
-        >>> run(0, 3), x.tolist()
+        >>> run(0, 3, 0), x.tolist()
         (3, [0.0, 6.0])
     """
 
@@ -122,16 +123,35 @@ class Program:
         self._lines.append(f"  store double {product}, ptr {self._at(to)}")
 
     def keep(self, place: Place, count: int) -> None:
-        """Keep some numbers as they are now, for a pass that is refused."""
-        own = self.memory(np.zeros(count))
-        self._kept.append((place, own, count))
-        self.copy(own, place, count)
+        """Keep some numbers as they are when a pass begins, for one that is refused."""
+        self._kept.append((place, self.memory(np.zeros(count)), count))
 
     def refuse_if(self, place: Place, *, integer: bool = False) -> None:
         """Refuse the pass where a number, or an integer of 32 bits, is not zero."""
         if self._ended:
             raise ValueError("an accepted pass is not refused")
         self._branch(self._asked(place, integer=integer), "back")
+
+    def refuse_unless(self, place: Place) -> None:
+        """Refuse the pass where a number is zero."""
+        found = self._new(f"load double, ptr {self._at(place)}")
+        self._branch(self._new(f"fcmp oeq double {found}, 0.0"), "back")
+
+    @contextlib.contextmanager
+    def every(self, passes: int) -> Iterator[None]:
+        """What is written inside is done in one of some passes, but never in the first.
+
+        Those whose number plus that of the first one's ``phase`` is a multiple.
+        """
+        self._blocks += 1
+        own, phase = self._blocks, self._new("add i64 %phase, %k")
+        rest = self._new(f"srem i64 {phase}, {passes}")
+        due = self._new(f"icmp eq i64 {rest}, 0")
+        later = self._new("icmp ne i64 %k, 0")
+        both = self._new(f"and i1 {due}, {later}")
+        self._lines += [f"  br i1 {both}, label %due{own}, label %past{own}", f"due{own}:"]
+        yield
+        self._lines += [f"  br label %past{own}", f"past{own}:"]
 
     def accept(self) -> None:
         """End what may be refused."""
@@ -167,6 +187,13 @@ class Program:
             return f"%p{place.row}"
         return self._new(f"getelementptr double, ptr %p{place.row}, i64 {place.start}")
 
+    def _copies(self, *, turned: bool) -> list[str]:
+        """Lines that keep what `keep` says, or put it back."""
+        self._lines = []
+        for place, own, count in self._kept:
+            self.copy(*((place, own) if turned else (own, place)), count)
+        return self._lines
+
     def compiled(self) -> Loop:
         """Compile the loop.
 
@@ -174,11 +201,12 @@ class Program:
             MissingExtra: llvmlite is not installed.
             OSError, RuntimeError: LLVM does not work here.
         """
-        body, self._lines = self._lines, []
-        for place, own, count in self._kept:
-            self.copy(place, own, count)
-        # names are numbered by line: those of what is put back begin anew
-        back = [line.replace("%v", "%w") for line in self._lines]
+        # names are numbered by line: those of what is kept and put back begin anew
+        body = self._lines
+        keep, back = (
+            [line.replace("%v", f"%{letter}") for line in self._copies(turned=turned)]
+            for letter, turned in (("u", False), ("w", True))
+        )
         self._lines = body
         tapes = "".join(f", ptr %tape{k}" for k in range(self._tapes))
         rows = [
@@ -191,12 +219,12 @@ class Program:
         ]
         text = [
             f"declare void @{_COPY}(ptr, ptr, i64, i1)",
-            f"define i64 @loop(ptr %table, i64 %first, i64 %most{tapes}) {{",
+            f"define i64 @loop(ptr %table, i64 %first, i64 %most, i64 %phase{tapes}) {{",
             *("begin:", *rows, "  br label %pass", "pass:"),
             "  %k = phi i64 [0, %begin], [%next, %end]",
             "  %next = add i64 %k, 1",
             "  %count = add i64 %first, %k",
-            *(*body, "  br label %end", "end:"),
+            *(*keep, *body, "  br label %end", "end:"),
             "  %more = icmp slt i64 %next, %most",
             "  br i1 %more, label %pass, label %enough",
             *("back:", *back, "  ret i64 %k", "enough:", "  ret i64 %next", "}", ""),
@@ -219,17 +247,18 @@ class Loop:
     ) -> None:
         self._engine, address = code
         self._table, self._owners = np.array(rows, dtype=np.uint64), owners
-        kinds = [ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64, *[ctypes.c_void_p] * tapes]
+        kinds = [ctypes.c_void_p, *[ctypes.c_int64] * 3, *[ctypes.c_void_p] * tapes]
         self._call = ctypes.CFUNCTYPE(ctypes.c_int64, *kinds)(address)
         self._first = self._table.ctypes.data
 
-    def __call__(self, first: int, most: int, *tapes: int) -> int:
+    def __call__(self, first: int, most: int, phase: int, *tapes: int) -> int:
         """Return how many passes were made and not refused.
 
         Args:
             first: number of the first pass, for `Program.tell_time`.
             most: passes, at least one.
+            phase: of the first pass, see `Program.every`.
             tapes: addresses of arrays of ``most`` rows.
         """
-        found: int = self._call(self._first, first, most, *tapes)
+        found: int = self._call(self._first, first, most, phase, *tapes)
         return found
