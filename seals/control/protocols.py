@@ -204,11 +204,17 @@ class CommandLaw(NamedTuple):
         names: of its arguments: `STATE_ARRAYS`; ``force`` and ``place`` of the buoyancy; of the aim
             ``velocity_wanted``, ``acceleration``, ``yaw``, ``yaw_rate``; ``targets`` of the joints
             and ``memory``.
-        done: result that is zero where a command takes more than this law.
+        done: result that is zero where the command is to be searched for; three more results follow
+            those of memory then, for the search.
         order: result that is the command of the drives.
         memory: result that is the memory's numbers.
         numbers: gives those of a memory.
         remembered: gives the memory of numbers and of the memory before.
+        turn: machine code of a turn of the search, of what is fixed and of its state, the first two
+            of the three; it finds shares, whether to go on, and the state.
+        found: machine code of the law with the shares and with the third of the three besides; it
+            finds the command and the memory's numbers.
+        turns: of the search, at most.
     """
 
     kernel: Any
@@ -218,6 +224,9 @@ class CommandLaw(NamedTuple):
     memory: int
     numbers: Callable[[Any], Floats]
     remembered: Callable[[Floats, Any], Any]
+    turn: Any
+    found: Any
+    turns: int
 
 
 class ControllerOptions:

@@ -1,7 +1,6 @@
 """Command of a robot within a stretch of steps: weights, aim, controller and drives in the loop.
 
-Python is asked when the guide changes its mind, a sensor tells where the robot is, or the rotors
-cannot do what is asked and the best within their bounds is to be searched for.
+Python is asked when the guide changes its mind, or a sensor tells where the robot is.
 """
 
 from __future__ import annotations
@@ -100,7 +99,7 @@ class LoopedCommand:
                 place[...] = part
 
     def write(self, program: Program, given: Given) -> None:
-        """Write a command, refused where the controller has not found one at once."""
+        """Write a command."""
         law, kernel, names = self.law, self._kernel, self.law.names
         weights, layout = self._weights, self._layout
 
@@ -131,10 +130,36 @@ class LoopedCommand:
             program.run(self._aim)
             program.copy(argument("velocity_wanted")[0], program.out(self._aim), 3)
         program.run(kernel)
-        done, order, memory = (kernel.views[1][k] for k in (law.done, law.order, law.memory))
-        program.refuse_unless(program.out(kernel, done.start))
+        order, memory = (kernel.views[1][k] for k in (law.order, law.memory))
+        with program.unless(program.out(kernel, kernel.views[1][law.done].start)):
+            self._write_search(program)
         program.copy(argument("memory")[0], program.out(kernel, memory.start), memory.size)
         self._write_drives(program, program.out(kernel, order.start), given)
+
+    def _write_search(self, program: Program) -> None:
+        """Write the search for the best command within the drives' bounds."""
+        law, kernel = self.law, self._kernel
+        turn, found, results = law.turn, law.found, kernel.views[1]
+        fixed, state, bounds = results[law.memory + 1 : law.memory + 4]
+        for view, part in zip(turn.views[0], (fixed, state), strict=True):
+            place = program.given(turn, view.start)
+            program.copy(place, program.out(kernel, part.start), part.size)
+        share, wrong, after = turn.views[1]
+        with program.repeated(law.turns, program.out(turn, wrong.start)):
+            program.run(turn)
+            own = turn.views[0][1]
+            place = program.given(turn, own.start)
+            program.copy(place, program.out(turn, after.start), own.size)
+        *_, shares, more = found.views[0]
+        program.copy(program.given(found), program.given(kernel), shares.start)
+        place = program.given(found, shares.start)
+        program.copy(place, program.out(turn, share.start), shares.size)
+        place = program.given(found, more.start)
+        program.copy(place, program.out(kernel, bounds.start), more.size)
+        program.run(found)
+        for view, k in zip(found.views[1], (law.order, law.memory), strict=True):
+            place = program.out(kernel, results[k].start)
+            program.copy(place, program.out(found, view.start), view.size)
 
     def _write_drives(self, program: Program, order: Place, given: Given) -> None:
         """Write what the drives are asked."""

@@ -115,7 +115,7 @@ class CompiledCascade:
         return ActuatorCommand(order, joints), PackedState(block, joints)
 
     def law(self, period: float) -> CommandLaw | None:
-        """Return the law of what the rotors' bounds allow; None before the first call."""
+        """Return the law for aims without a position; None before its first call."""
         kernels = self._kernels.get((period, True))
         if kernels is None:
             return None
@@ -126,6 +126,9 @@ class CompiledCascade:
             *(kernels.plain, (*names, *aims), within, order, block),
             numbers=lambda memory: memory.block,
             remembered=lambda numbers, last: PackedState(numbers, last.joints),
+            turn=kernels.round,
+            found=kernels.bounded,
+            turns=ROUNDS * kernels.plain.views[1][order].size,
         )
 
     def _traced(self, s: RobotState, aim: Reference, given: Sequence[Any]) -> _Kernels:

@@ -260,7 +260,7 @@ class Cascade(CascadeSettings):
             self._compiled = CompiledCascade(self, self._form(), compiled)
 
     def command_law(self, period: float, memory: Any) -> CommandLaw | None:
-        """Return the law of what the rotors' bounds allow, where there is machine code."""
+        """Return its law where there is machine code, after the first call."""
         if self._compiled is None or not self.cog_compensation:
             return None
         return self._compiled.law(period) if isinstance(memory, PackedState) else None

@@ -132,10 +132,34 @@ class Program:
             raise ValueError("an accepted pass is not refused")
         self._branch(self._asked(place, integer=integer), "back")
 
-    def refuse_unless(self, place: Place) -> None:
-        """Refuse the pass where a number is zero."""
-        found = self._new(f"load double, ptr {self._at(place)}")
-        self._branch(self._new(f"fcmp oeq double {found}, 0.0"), "back")
+    @contextlib.contextmanager
+    def unless(self, place: Place) -> Iterator[None]:
+        """What is written inside is done where a number is zero."""
+        self._blocks += 1
+        own, there = self._blocks, self._asked(place, integer=False)
+        self._lines += [f"  br i1 {there}, label %past{own}, label %due{own}", f"due{own}:"]
+        yield
+        self._lines += [f"  br label %past{own}", f"past{own}:"]
+
+    @contextlib.contextmanager
+    def repeated(self, most: int, place: Place) -> Iterator[None]:
+        """What is written inside is done again while a number is not zero.
+
+        Args:
+            most: how often at most.
+            place: of the number.
+        """
+        self._blocks += 1
+        own, count = self._blocks, self.memory(np.zeros(1))
+        self._lines += [f"  store i64 0, ptr {self._at(count)}", f"  br label %turn{own}"]
+        self._lines.append(f"turn{own}:")
+        yield
+        found = self._new(f"load i64, ptr {self._at(count)}")
+        done = self._new(f"add i64 {found}, 1")
+        self._lines.append(f"  store i64 {done}, ptr {self._at(count)}")
+        left = self._new(f"icmp slt i64 {done}, {most}")
+        again = self._new(f"and i1 {left}, {self._asked(place, integer=False)}")
+        self._lines += [f"  br i1 {again}, label %turn{own}, label %turned{own}", f"turned{own}:"]
 
     @contextlib.contextmanager
     def every(self, passes: int) -> Iterator[None]:
