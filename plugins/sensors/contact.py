@@ -66,6 +66,12 @@ class SensorContact(MountedSensor):
         """Return impulse and time since the last reading, both zero."""
         return 0.0, 0.0
 
+    draws: ClassVar[int] = 1
+
+    def passed(self, memory: Any, noise: Floats) -> Any:
+        """Return impulse and time since the last reading, both zero."""
+        return 0.0, 0.0
+
     def sense(
         self, felt: SensorInput, memory: Any, rng: np.random.Generator, *, due: bool
     ) -> tuple[dict[str, Floats] | None, Any]:

@@ -130,6 +130,18 @@ class SensorImu(MountedSensor):
         """Return zero bias and an empty filter."""
         return _Memory(np.zeros((2, 3)), None)
 
+    @property
+    def draws(self) -> int | None:
+        """Numbers that a reading draws: a low-pass looks at every step."""
+        return None if self.bandwidth > 0.0 else 12
+
+    def passed(self, memory: Any, noise: Floats) -> Any:
+        """Return the memory after readings: the bias walks."""
+        walk = self._drift * noise.reshape(-1, 2, 2, 3)[:, 0]
+        walk[0] += memory.bias
+        # one after the other, as `sense` adds them
+        return _Memory(np.add.accumulate(walk, axis=0)[-1], memory.filtered)
+
     def ideal(self, felt: SensorInput) -> Floats:
         """Specific force and angular velocity at the mounting point, sensor axes, shape (2, 3)."""
         here = self._mount.felt(felt)

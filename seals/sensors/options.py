@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, ClassVar
 
+from seals.arrays import Floats
+
 
 class SensorOptions:
     """Optional attributes of a sensor and their defaults; see `options_of`."""
@@ -20,6 +22,9 @@ class SensorOptions:
 
     A robot that is alone in its scene makes several steps at once where all its sensors can.
     """
+
+    draws: int | None = None
+    """Standard normal numbers that a reading takes; None where `passed` is not offered."""
 
     sees: ClassVar[bool] = False
     """Whether it is a camera, which gets a view of the scene where the run has a renderer."""
@@ -44,6 +49,17 @@ class SensorOptions:
 
     def bind(self, outfit: Any) -> None:
         """Receive the robot's equipment; called once, before ``channels``."""
+
+    def passed(self, memory: Any, noise: Floats) -> Any:
+        """Return the memory after readings that nobody looks at, each at the end of a step.
+
+        Nothing touched in these steps, and nothing is late or lost.
+
+        Args:
+            memory: before.
+            noise: what the readings would have drawn, shape (N, draws).
+        """
+        raise NotImplementedError
 
     def described(self) -> dict[str, Any]:
         """Return the metadata of the images of ``sees`` or ``records``."""

@@ -99,6 +99,13 @@ class SensorSuite:
         # those that are asked at once, and whether nothing happens while none of them is due
         self._prompt = [n for n, o in options.items() if not o.late]
         self._silent = all(self._idles[n] and self._ways[n].plain for n in self._prompt)
+        # periods and numbers drawn of sensors whose readings may be skipped, if all may
+        draws = {n: o.draws for n, o in options.items() if o.late and self._ways[n].plain}
+        plain = {n: d for n, d in draws.items() if d is not None and n not in self._chains}
+        rates = {n: max(1.0 / s.rate, 1e-9) for n, s in self.sensors.items()}
+        every = len(plain) == len(self.sensors)
+        self._skipped = {n: (rates[n], d) for n, d in plain.items()} if every else {}
+        self._drawn = sum(plain.values())
         self._forget()
 
     def meet(
@@ -151,6 +158,33 @@ class SensorSuite:
         # less a millionth of a step: rather too early than too late
         wait = (min(self._next[name] for name in self._prompt) - INSTANT - time) / step - 1e-6
         return max(1, math.ceil(min(wait, MANY)))
+
+    def skip(self, times: Sequence[float], rng: np.random.Generator) -> bool:
+        """Take readings that nobody looks at; return false, and nothing is done, if that cannot be.
+
+        Nothing touches the robot at these times, and all sensors are to read once more after them.
+
+        Args:
+            times: of the readings, one after the other [s].
+            rng: random state.
+        """
+        if not self._skipped:
+            return False
+        following = {}
+        for name, (period, _) in self._skipped.items():
+            after = self._next[name]
+            for time in times:
+                if time < after - INSTANT:
+                    return False
+                after += period
+            following[name] = after
+        self._next.update(following)
+        noise, first = rng.standard_normal((len(times), self._drawn)), 0
+        for name, (_, draws) in self._skipped.items():
+            own = noise[:, first : first + draws]
+            self._memory[name] = self.sensors[name].passed(self._memory[name], own)  # type: ignore[attr-defined]
+            first += draws
+        return True
 
     def take(self, now: Instant, rng: np.random.Generator) -> None:
         """Take the readings that are due."""
