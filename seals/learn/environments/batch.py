@@ -13,7 +13,9 @@ from seals.errors import PhysicsError
 from seals.learn.batched import StepResult
 from seals.learn.environments.episode_frame import FrameCallback
 from seals.learn.environments.episodes import FARTHEST, EpisodeOutcome, Episodes, EpisodeState
+from seals.learn.environments.machine_verdict import MachineVerdict
 from seals.learn.environments.simulator import BatchSimulator, picked
+from seals.learn.observations import each
 from seals.learn.seeding import generator_of
 from seals.learn.starts import TRAINING_END
 from seals.learn.task import Draw, Instant, Task
@@ -25,6 +27,8 @@ if TYPE_CHECKING:
 
     from seals.learn.recorded import Recorded
 
+FEW = 4
+"""Robots up to which a verdict is quicker as machine code, number by number, than as arrays."""
 PREFETCHED = 1 << 16
 """Starts drawn ahead; an episode begins at any of them with equal chance."""
 
@@ -86,6 +90,7 @@ class Environments:
         self._alone = pure and (fused or on_accelerator(simulator.like))
         self._generator: Any = generator_of(seed, device) if self._alone else None
         self._compiled = compile_law(self._law) if fused else None
+        self._verdict = MachineVerdict(self._judged) if simulator.coded and count <= FEW else None
         self._starts: Any = None
         self._recorded: Recorded | None = None
         self._scene: Any = None
@@ -166,23 +171,25 @@ class Environments:
         robots = simulator.advance(scene.robots, asked, before)
         now = simulator.instant(robots, scene.goal, asked, before.start)
         failed = simulator.failed(robots)
-        if failed is not None:
+        if failed is not None and (simulator.pure or failed.any()):
             now = picked(before, now, failed)
-        verdict, ended, ledger = self._judged(now, before, scene.ledger, failed)
-        final = self._observation(self._perceive(now, None))
+        judged = self._judged if self._verdict is None else self._verdict
+        verdict, ended, ledger, values = judged(now, before, scene.ledger, failed)
+        told = self._perceive(now, None)
+        final = self._seen(told, values if told is now else self.task.observation(told))
         after = Scene(robots, scene.goal, now, ledger)
         # nobody waits for an accelerator whose law is pure: there the answer is always yes
         if self._renew and (some(ended) if simulator.pure else bool(ended.any())):
             after = self._reset_ended(after, ended, chance)
-            seen = self._perceive(after.now, ended)
+            observation = self._observation(self._perceive(after.now, ended))
         else:
-            seen = self.perceived if not simulator.pure else now
-        return after, (self._result(verdict, final, self._observation(seen)), now)
+            observation = each(lambda leaf: leaf.clone(), final)
+        return after, (self._result(verdict, final, observation), now)
 
     def _judged(
         self, now: Instant, before: Instant, ledger: EpisodeState, failed: Array | None
-    ) -> tuple[EpisodeOutcome, Array, EpisodeState]:
-        """Return the verdict on a step, which episodes ended, and the new ledger."""
+    ) -> tuple[EpisodeOutcome, Array, EpisodeState, Array]:
+        """Return the verdict on a step, which episodes ended, the new ledger, and observations."""
         verdict, ledger = self.episodes.assess(now, before, ledger)
         xp = namespace(now.position)
         # nothing compares with what is not a number
@@ -201,7 +208,7 @@ class Environments:
             truncated=verdict.truncated & ~lost,
             success=verdict.success & ended & ~lost,
         )
-        return verdict, ended, ledger
+        return verdict, ended, ledger, self.task.observation(now)
 
     def _reset_ended(self, scene: Scene, ended: Array, chance: Array | None) -> Scene:
         """Reset the environments whose episode ended."""
@@ -306,16 +313,18 @@ class Environments:
 
     def _result(self, verdict: EpisodeOutcome, final: Tensor, observation: Tensor) -> StepResult:
         """Return the result of a step as tensors."""
+        facts = verdict.facts
+        numbers = namespace(verdict.reward).stack((verdict.reward, *facts.values()))
+        # one conversion for all
+        reward, *others = self._as_tensor(numbers, none=float("nan")).unbind()
         return StepResult(
             observation=observation,
-            reward=self._as_tensor(verdict.reward, none=float("nan")),
+            reward=reward,
             terminated=self._flag(verdict.terminated),
             truncated=self._flag(verdict.truncated),
             final=final,
             success=self._flag(verdict.success),
-            facts={
-                name: self._as_tensor(x, none=float("nan")) for name, x in verdict.facts.items()
-            },
+            facts=dict(zip(facts, others, strict=True)),
         )
 
     def _as_action(self, action: Tensor) -> Array:
@@ -338,7 +347,7 @@ class Environments:
         Raises:
             PhysicsError: an environment has one.
         """
-        if on_accelerator(values):
+        if on_accelerator(values) or (type(values) is np.ndarray and np.isfinite(values).all()):
             return
         xp = namespace(values)
         odd = ~xp.isfinite(xp.reshape(values, (self.count, -1)))
@@ -361,7 +370,10 @@ class Environments:
         return found.to(self.device)
 
     def _observation(self, now: Instant) -> Tensor:
-        values = self.task.observation(now)
+        return self._seen(now, self.task.observation(now))
+
+    def _seen(self, now: Instant, values: Array) -> Tensor:
+        """Return observations as tensors, where the positions are known."""
         if not self.simulator.pure:
             xp = namespace(values)
             known = xp.all(xp.isfinite(now.position), axis=1, keepdims=True)

@@ -105,7 +105,8 @@ class Episodes:
         facts |= {"time": now.time[:, 0], "reached_after": kept.reached[:, 0]}
         if effort is not None:
             done = kept.effort / xp.maximum(kept.gained, kept.gained * 0.0 + LEAST_WAY)
-            facts["cost_of_transport"] = (done + 0.0 * kept.reached)[:, 0]
+            known = xp.where(xp.isnan(kept.reached), kept.reached, done)
+            facts["cost_of_transport"] = known[:, 0]
         return EpisodeOutcome(reward, terminated, truncated, success, facts), kept
 
     def _account(

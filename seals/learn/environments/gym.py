@@ -101,7 +101,7 @@ class SealsEnv(gymnasium.Env[Numbers, Numbers]):
 
         turn = self._batched.step(torch.as_tensor(np.asarray(action, dtype=np.float32))[None])
         self._show()
-        values = {name: float(x[0]) for name, x in turn.facts.items()}
+        values = {name: x.tolist()[0] for name, x in turn.facts.items()}
         facts = {name: value for name, value in values.items() if not math.isnan(value)}
         ended = bool(turn.terminated[0]), bool(turn.truncated[0])
         return _numbers(turn.final, 0), float(turn.reward[0]), *ended, facts

@@ -25,6 +25,7 @@ class BatchSimulator(ABC):
             branches on values, so that they can be compiled and recorded.
         fused: whether PyTorch's compiler joins their arithmetic.
         seeded: whether each episode needs a seed of its own.
+        coded: whether its robots run as machine code, so that verdicts on them do, too.
         films: whether it calls ``frame_callback`` itself, at each of its own steps.
         frame_callback: receives frames of the first robot, or None.
     """
@@ -34,6 +35,7 @@ class BatchSimulator(ABC):
     pure: bool = False
     fused: bool = False
     seeded: bool = False
+    coded: bool = False
     films: bool = False
     frame_callback: FrameCallback | None = None
 

@@ -209,6 +209,7 @@ class WorldsInTurn(BatchSimulator):
     def __init__(self, worlds: Sequence[FullWorld]) -> None:
         self.worlds, self.like = list(worlds), np.zeros(1)
         self.robot = worlds[0].actor.robot
+        self.coded = worlds[0].actor.compiled is not None
         self._now: list[Any] = [None] * len(worlds)
         self._told: list[Any] = [None] * len(worlds)
 

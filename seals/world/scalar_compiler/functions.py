@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import itertools
+import math
 import operator
 import sys
 from types import SimpleNamespace
@@ -32,6 +33,18 @@ def astype(x: Traced, dtype: Any, *, copy: bool = True) -> Traced:
     if x.dtype == np.bool_ and dtype == np.float64:
         return _where(x, 1.0, 0.0)
     return x
+
+
+def isnan(x: Any) -> Traced:
+    """Return whether values are no numbers."""
+    found: Traced = _apply["not_equal"](x, x)
+    return found
+
+
+def isfinite(x: Any) -> Traced:
+    """Return whether values are finite."""
+    found: Traced = _apply["less"](_apply["absolute"](x), math.inf)
+    return found
 
 
 def _where(*args: Any) -> Traced:

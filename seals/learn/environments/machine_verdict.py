@@ -1,0 +1,75 @@
+"""Verdict on a control step as machine code: rewards, episodes and observations of a few robots."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Array
+from seals.pytree import leaves
+from seals.world.scalar_compiler import CannotCompile, compiled
+
+
+class MachineVerdict:
+    """Law of the array API on nests of arrays, compiled for the shapes of its first call.
+
+    A law that asks for more than arrays of the array API can do goes on as it is.
+
+    Args:
+        law: pure; takes nests of arrays and returns one.
+    """
+
+    def __init__(self, law: Callable[..., Any]) -> None:
+        self._law = law
+        self._kernel: Any = None
+        self._shapes: list[Any] = []
+        self._form: Any = None
+        self._refused = False
+
+    def __call__(self, *given: Any) -> Any:
+        """Return what the law does."""
+        flat = list(leaves(given))
+        shapes = [np.shape(x) for x in flat]
+        if self._refused or (self._kernel is not None and shapes != self._shapes):
+            return self._law(*given)
+        if self._kernel is None:
+            self._shapes = shapes
+            try:
+                self._kernel = self._compiled(given, shapes)
+            except CannotCompile:
+                self._refused = True
+                return self._law(*given)
+        found = iter(self._kernel(*flat))
+        return _filled(self._form, lambda logical: _as(next(found), logical=logical))
+
+    def _compiled(self, given: Any, shapes: list[Any]) -> Any:
+        """Compile the law; note the form of what it returns."""
+
+        def law(*arrays: Array) -> list[Array]:
+            more = iter(arrays)
+            whole = self._law(*_filled(given, lambda leaf: _entries(next(more), leaf)))
+            self._form = _filled(whole, lambda leaf: leaf.dtype == np.bool_)
+            return list(leaves(whole))
+
+        return compiled(law, shapes)
+
+
+def _entries(traced: Array, like: Any) -> Array:
+    """Return an argument as the law has it: conditions come as numbers."""
+    return traced > 0.5 if np.asarray(like).dtype == np.bool_ else traced
+
+
+def _as(values: Any, *, logical: bool) -> Any:
+    return values != 0.0 if logical else values
+
+
+def _filled(form: Any, leaf: Callable[[Any], Any]) -> Any:
+    """Return a nest with its leaves exchanged, in the order of `seals.pytree.leaves`."""
+    if isinstance(form, dict):
+        return {name: _filled(part, leaf) for name, part in form.items()}
+    if isinstance(form, tuple):
+        parts = [_filled(part, leaf) for part in form]
+        return type(form)(*parts) if hasattr(form, "_fields") else tuple(parts)
+    return form if form is None else leaf(form)
