@@ -472,9 +472,10 @@ class Actor:
         if not self.sensors:
             self._time = time
             return
-        if self._passed:
-            self._caught_up(self._passed, step, rng)
-        self._passed, self._time = [], time
+        passed, self._passed = self._passed, []
+        if passed:
+            self._caught_up(passed, step, rng)
+        self._time = time
         if self.compiled is None:
             kinematics, moving = self.look()
             seen = kinematics.origins[0], kinematics.rotations[0], moving.twists[0]

@@ -58,7 +58,9 @@ class MujocoBody:
         self._drive: _Drive | None = None
         self._loads: tuple[Floats, Floats] | None = None
         self._held, self._bound = np.zeros(robot.tree.joints, dtype=bool), False
-        self._pull = self._none = self._pulled = np.zeros(robot.tree.joints)
+        self._pull = self._none = np.zeros(robot.tree.joints)
+        # forces on the joints in the last step of a program, of whichever of them
+        self._felt = np.zeros(robot.tree.joints)
         self._push, self._wrenched = np.zeros(6), True
 
     def bind(self) -> None:
@@ -318,8 +320,7 @@ class MujocoBody:
         program.refuse_if(program.address(found.place(d, "ncon")), integer=True)
         stages("mj_makeConstraint", "mj_projectConstraint")
         stages("mj_fwdVelocity", "mj_fwdAcceleration", "mj_fwdConstraint")
-        self._pulled = np.zeros(self._joints)
-        felt = program.memory(self._pulled)
+        felt = program.memory(self._felt)
         program.keep(felt, self._joints)
         if drive:
             outer = self._write_drives(program, [*drive, outer])
@@ -353,7 +354,7 @@ class MujocoBody:
     def end_alone(self) -> Floats:
         """Note steps by `write_step`; return the forces on the joints in the last one."""
         self._bound, self._scene.stale = False, True
-        return self._pulled.copy()
+        return self._felt.copy()
 
     def drive_forces(self) -> Floats:
         """Return the drive forces on the joints over the last step, less those on the armature."""

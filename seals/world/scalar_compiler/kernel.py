@@ -137,11 +137,19 @@ def compiled(law: Callable[..., Sequence[Any]], shapes: Sequence[tuple[int, ...]
     """
     results = followed(law, shapes)
     text, work = text_of([entry for x in results for entry in x.entries.flat])
+    return Kernel(written(text, "law"), shapes, results, work)
+
+
+def written(text: str, name: str) -> tuple[Any, int]:
+    """Return an engine that holds the code of a text of LLVM, and the address of a function in it.
+
+    Raises:
+        CannotCompile: llvmlite is not installed, or broken.
+    """
     try:
-        code = machine_code(text, "law")
+        return _machine_code(text, name)
     except (MissingExtra, OSError, RuntimeError) as problem:
         raise CannotCompile(str(problem)) from problem
-    return Kernel(code, shapes, results, work)
 
 
 def followed(law: Callable[..., Sequence[Any]], shapes: Sequence[tuple[int, ...]]) -> list[Traced]:
@@ -181,13 +189,7 @@ def _cut(memory: Floats, shapes: Sequence[tuple[int, ...]]) -> list[Floats]:
     return [memory[a:b] for a, b in itertools.pairwise(ends)]
 
 
-def machine_code(text: str, name: str) -> tuple[Any, int]:
-    """Return an engine that holds the code of a text of LLVM, and the address of a function.
-
-    Raises:
-        MissingExtra: llvmlite is not installed.
-        OSError, RuntimeError: LLVM does not work here.
-    """
+def _machine_code(text: str, name: str) -> tuple[Any, int]:
     llvm, machine = _target()
     key = hashlib.sha256(f"{llvm.llvm_version_info} {machine.triple} {text}".encode()).hexdigest()
     place = cache_folder("kernels") / f"{key}.o"

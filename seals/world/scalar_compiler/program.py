@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.world.scalar_compiler.kernel import Kernel, machine_code
+from seals.world.scalar_compiler.kernel import Kernel, written
 
 _COPY = "llvm.memcpy.p0.p0.i64"
 
@@ -222,8 +222,7 @@ class Program:
         """Compile the loop.
 
         Raises:
-            MissingExtra: llvmlite is not installed.
-            OSError, RuntimeError: LLVM does not work here.
+            CannotCompile: llvmlite is not installed, or broken.
         """
         # names are numbered by line: those of what is kept and put back begin anew
         body = self._lines
@@ -253,7 +252,7 @@ class Program:
             "  br i1 %more, label %pass, label %enough",
             *("back:", *back, "  ret i64 %k", "enough:", "  ret i64 %next", "}", ""),
         ]
-        return Loop(machine_code("\n".join(text), "loop"), self._rows, self._owners, self._tapes)
+        return Loop(written("\n".join(text), "loop"), self._rows, self._owners, self._tapes)
 
 
 class Loop:

@@ -1,0 +1,252 @@
+"""Steps made in one call of machine code are those made one by one, bit for bit."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+import numpy as np
+import pytest
+
+from seals.config.compose import compose
+from seals.errors import PhysicsError
+from seals.plugins.sensors.imu import SensorImu
+from seals.run.assembly import build_world
+from seals.run.build import build_run
+from seals.world import World
+from seals.world.scalar_compiler import Program, compiled
+
+pytest.importorskip("llvmlite")
+pytest.importorskip("mujoco")
+
+HOVER = ("robot=hexacopter", "guide=hover", "initial.drives=carrying")
+WET = ("robot=box", "water=fossen", "initial.velocity=[0.3,0,-1]", "initial.rpy=[0.3,0.2,0]")
+AAM = ("robot=aam", "water=fossen", "guide=hover")
+CASES = {
+    "waves": ((*WET, "wave=airy", "initial.position=[0,0,0.2]"), 60),
+    "current": ((*WET, "+effect@effects.flow=current", "effects.flow.velocity_y=0.4"), 60),
+    "ground": (("robot=box", "initial.position=[0,0,0.4]", "environment.water_level=null"), 90),
+    "search": (("robot=hexacopter", "guide=hover"), 90),
+    "wind": ((*HOVER, "+effect@effects.wind=wind", "effects.wind.velocity_x=3"), 60),
+    "late": ((*HOVER, "+effect@effects.late=command_delay", "effects.late.delay=0.017"), 60),
+    "swing": (("experiment=swing",), 40),
+    "sensors": (
+        (
+            *(*HOVER, "+sensor@sensors.gps=gps", "+sensor@sensors.battery=battery_meter"),
+            *("+sensor@sensors.slow=imu", "sensors.slow.rate=100", "sensors.slow.latency=0.02"),
+        ),
+        60,
+    ),
+    "told": (
+        (*HOVER, "+sensor@sensors.odometry=odometry", "controller.sense=odometry"),
+        60,
+    ),
+}
+SLOW = {
+    "aam in air": ((*AAM, "initial.position=[0,0,5]"), 90),
+    "aam crossing": ((*AAM, "initial.position=[0,0,0]"), 90),
+}
+
+
+def built(words: tuple[str, ...]) -> World:
+    """A world with compiled laws."""
+    run = build_run(compose([*words, "backend=mujoco", "backend.compiled=true"]))
+    return build_world(run)
+
+
+def advanced(world: World, steps: int, seed: int) -> None:
+    """Advance in parts of random lengths."""
+    rng = np.random.default_rng(seed)
+    while steps:
+        part = min(steps, int(rng.integers(1, 24)))
+        world.advance(part)
+        steps -= part
+
+
+def looped(world: World) -> bool:
+    """Whether any step was made in a loop."""
+    laws: Any = world.actors["robot"].compiled
+    return any(form.stretches for form in laws._forms.values())
+
+
+def same(one: World, other: World) -> None:
+    """All that a world knows is equal, the state of its random numbers included."""
+    a, b = (w.actors["robot"] for w in (one, other))
+    assert one.time == other.time
+    np.testing.assert_array_equal(a.ledger.wrenches, b.ledger.wrenches)
+    np.testing.assert_array_equal(a.ledger.time, b.ledger.time)
+    for x, y in zip(a.body.poses(), b.body.poses(), strict=True):
+        np.testing.assert_array_equal(x, y)
+    np.testing.assert_equal(b.readings, a.readings)
+    for name in ("command", "joint_command", "drive", "voltage"):
+        np.testing.assert_equal(getattr(b, name), getattr(a, name))
+    kept, again = one.snapshot(), other.snapshot()
+    assert kept.random == again.random
+    np.testing.assert_equal(_plain(again.scene), _plain(kept.scene))
+    np.testing.assert_equal(_plain(again.actors), _plain(kept.actors))
+
+
+def _plain(value: Any) -> Any:
+    """Nests as lists: records differ in nothing but their numbers."""
+    if isinstance(value, dict):
+        return {str(name): _plain(part) for name, part in value.items()}
+    if isinstance(value, tuple | list):
+        return [_plain(part) for part in value]
+    return value
+
+
+def agree(words: tuple[str, ...], steps: int) -> None:
+    """One by one, and in parts."""
+    one, other = built(words), built(words)
+    for _ in range(steps):
+        one.step()
+    advanced(other, steps, seed=3)
+    assert looped(other)
+    same(one, other)
+    for world in (one, other):
+        world.close()
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_steps_at_once_are_those_one_by_one(case: str) -> None:
+    """Through surface and ground, with late commands, and sensors that tell where the robot is."""
+    agree(*CASES[case])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", SLOW)
+def test_the_manipulator_at_once(case: str) -> None:
+    """In air and at the surface, its controller every second step."""
+    agree(*SLOW[case])
+
+
+def test_the_loop_follows_numpy() -> None:
+    """A hover in wind that is stepped at once is the interpreted one."""
+    words, steps = CASES["wind"]
+    fast = built(words)
+    slow = build_world(build_run(compose([*words, "backend=mujoco", "backend.compiled=false"])))
+    advanced(fast, steps, seed=1)
+    slow.advance(steps)
+    one, other = (w.actors["robot"].ledger.wrenches for w in (slow, fast))
+    np.testing.assert_allclose(other, one, rtol=0.0, atol=1e-12 * np.abs(one).max())
+
+
+def test_a_snapshot_amid_a_control_period_continues() -> None:
+    """Bit for bit, also where the way after it is cut into other parts."""
+    world, straight = built(SLOW["aam in air"][0]), built(SLOW["aam in air"][0])
+    world.advance(31)
+    kept = world.snapshot()
+    world.advance(40)
+    world.restore(kept)
+    advanced(world, 40, seed=5)
+    straight.advance(71)
+    same(straight, world)
+
+
+def test_worlds_in_alternation_and_one_closed() -> None:
+    """Two worlds of one process know nothing of each other, and one outlives the other."""
+    words = CASES["waves"][0]
+    worlds = [built(words) for _ in range(3)]
+    for _ in range(6):
+        for world in worlds[:2]:
+            world.advance(7)
+    worlds[0].close()
+    del worlds[0]
+    worlds[0].advance(18)
+    worlds[1].advance(60)
+    same(worlds[1], worlds[0])
+
+
+def test_worlds_in_threads() -> None:
+    """Two threads step a world each, once its laws are compiled: following a law is for one."""
+    words = CASES["search"][0]
+    worlds = [built(words) for _ in range(3)]
+    for world in worlds:
+        world.advance(40)
+    threads = [threading.Thread(target=w.advance, args=(80,)) for w in worlds[:2]]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    worlds[2].advance(80)
+    for world in worlds[:2]:
+        same(worlds[2], world)
+
+
+def test_an_error_amid_steps_leaves_a_world_that_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A sensor that fails after a stretch does not make it happen again."""
+    world = built(CASES["told"][0])
+    world.advance(20)
+    read, failed = SensorImu.sense, []
+
+    def failing(*args: Any, **more: Any) -> Any:
+        if not failed:
+            failed.append(True)
+            raise PhysicsError("the sensor broke.\nTake another.")
+        return read(*args, **more)
+
+    monkeypatch.setattr(SensorImu, "sense", failing)
+    with pytest.raises(PhysicsError, match="broke"):
+        world.advance(9)
+    rows, time = world.actors["robot"].ledger.rows, world.time
+    assert rows == round(time / world.step_size)
+    world.advance(10)
+    assert world.actors["robot"].ledger.rows == rows + 10
+
+
+def test_what_somebody_sets_between_two_calls_counts() -> None:
+    """Commands and states of drives that are set from outside are those of the next step."""
+    words = tuple(w for w in HOVER if not w.startswith("guide"))
+    one, other = built(words), built(words)
+    for world, parts in ((one, [1] * 10), (other, [10])):
+        actor = world.actors["robot"]
+        for speed in (300.0, 500.0):
+            actor.command = np.full((1, 6), speed)
+            actor.drive = np.full((1, 6), 0.5 * speed)
+            for part in parts:
+                world.advance(part)
+    same(one, other)
+
+
+def test_a_refused_pass_leaves_what_was_kept() -> None:
+    """The third of three doublings is beyond the bound: two are made."""
+    kernel = compiled(lambda x: [x + x, x > 3.0], [(1,)])
+    state = np.ones(1)
+    program = Program(1)
+    place = program.memory(state)
+    program.keep(place, 1)
+    program.copy(program.given(kernel), place, 1)
+    program.run(kernel)
+    program.copy(place, program.out(kernel), 1)
+    program.refuse_if(program.out(kernel, 1))
+    program.accept()
+    program.record(0, place, 1)
+    seen = np.zeros(9)
+    assert program.compiled()(0, 9, 0, seen.ctypes.data) == 2
+    assert state.tolist() == [4.0]
+    assert seen.tolist() == [2.0, 4.0, *[0.0] * 7]
+
+
+def test_what_is_done_now_and_then() -> None:
+    """Every third pass by the phase, and never in the first; twice more while a number is left."""
+    count, left = np.zeros(1), np.zeros(1)
+    less = compiled(lambda x: [x - 1.0], [(1,)])
+    more = compiled(lambda x: [x + 1.0], [(1,)])
+    program = Program(0)
+    counted, rest = program.memory(count), program.memory(left)
+    with program.every(3), program.unless(rest):
+        program.copy(program.given(more), counted, 1)
+        program.run(more)
+        program.copy(counted, program.out(more), 1)
+    program.copy(rest, program.memory(np.array([5.0])), 1)
+    with program.repeated(9, rest):
+        program.copy(program.given(less), rest, 1)
+        program.run(less)
+        program.copy(rest, program.out(less), 1)
+    program.accept()
+    run = program.compiled()
+    assert run(0, 10, 0) == 10
+    assert count.tolist() == [3.0]
+    assert left.tolist() == [0.0]
+    run(0, 2, 2)
+    assert count.tolist() == [4.0]
