@@ -329,7 +329,7 @@ class CompiledLinks:
             most: that of the deepest one.
         """
         if self._exact is None:
-            return least < least
+            return least < -np.inf
         above, under = self._above(most), self._under(least)
         return {"dry": ~above, "submerged": above | ~under, "cut": above | under}[state]
 

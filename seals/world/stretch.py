@@ -22,7 +22,6 @@ from seals.world.ledger import Ledger
 from seals.world.looped_command import Given, LoopedCommand
 from seals.world.scalar_compiler import Kernel, Place, Program, View, compiled
 
-
 MOST = 64
 """Steps of a stretch."""
 
@@ -324,9 +323,8 @@ class Stretch:
         loads, leap = self._loads, self._leap
         first = 1 + len(form.remembered) + len(form.turning)
         if self.command is not None:
-            block, drive, held = (
-                place for place, _ in (loads.argument(program, 0), self._argument(program, "drive"), self._argument(program, "held"))
-            )
+            block, _ = loads.argument(program, 0)
+            drive, held = (self._argument(program, name)[0] for name in ("drive", "held"))
             battery = self._argument(program, "voltage")[0] if self._commands[2] else None
             with program.every(self.command.every):
                 self.command.write(program, Given(block, drive, battery, held))

@@ -16,7 +16,6 @@ from seals.robot.build import build_robot
 from seals.run.build import build_run
 from seals.run.settings import RunSettings
 
-
 MANY = 1_000_000
 """Episodes of worlds of which nobody says how long they are stepped: their laws are compiled."""
 

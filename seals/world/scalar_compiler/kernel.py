@@ -80,9 +80,7 @@ class Kernel:
             for part in (shapes, [x.shape for x in results])
         )
         self._work = np.zeros(max(1, work))
-        self.places = [
-            v.reshape(s) for v, s in zip(_cut(self._given, shapes), shapes, strict=True)
-        ]
+        self.places = [v.reshape(s) for v, s in zip(_cut(self._given, shapes), shapes, strict=True)]
         starts = np.cumsum([0, *(x.entries.size for x in results)]).tolist()
         # the end of a vector, or 0: a slice takes a third of the time of another view
         self._results = [

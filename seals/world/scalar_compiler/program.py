@@ -83,9 +83,7 @@ class Program:
             self._copy(self._at(to), self._at(of), count)
 
     def _copy(self, to: str, of: str, count: int) -> None:
-        self._lines.append(
-            f"  call void @{_COPY}(ptr {to}, ptr {of}, i64 {8 * count}, i1 false)"
-        )
+        self._lines.append(f"  call void @{_COPY}(ptr {to}, ptr {of}, i64 {8 * count}, i1 false)")
 
     def add(self, to: Place, of: Place, places: Sequence[int]) -> None:
         """Add numbers that lie side by side to those at some places."""
