@@ -66,7 +66,9 @@ class SensorContact(MountedSensor):
         """Return impulse and time since the last reading, both zero."""
         return 0.0, 0.0
 
-    draws: ClassVar[int] = 1
+    def draws(self) -> int:
+        """Return how many numbers a reading draws."""
+        return 1
 
     def passed(self, memory: Any, noise: Floats) -> Any:
         """Return impulse and time since the last reading, both zero."""

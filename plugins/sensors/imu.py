@@ -130,9 +130,8 @@ class SensorImu(MountedSensor):
         """Return zero bias and an empty filter."""
         return _Memory(np.zeros((2, 3)), None)
 
-    @property
     def draws(self) -> int | None:
-        """Numbers that a reading draws: a low-pass looks at every step."""
+        """Return how many numbers a reading draws: a low-pass looks at every step."""
         return None if self.bandwidth > 0.0 else 12
 
     def passed(self, memory: Any, noise: Floats) -> Any:

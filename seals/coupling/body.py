@@ -328,7 +328,7 @@ class CoupledBody(BodyOptions):
     def end_alone(self, followed: Floats, joints: Floats, now: Floats, middle: Floats) -> None:
         """Note steps by `write_step`, see `seals.backend.CompiledBody`."""
         engine: Any = self.engine
-        self._forces.note(engine.end_alone())
+        cast("SolvedForces", self._forces).note(engine.end_alone())
         self._contacts.note(None, None)
         self.followed, self._joints, self._speed = followed, joints, HalfStep(now, middle)
 

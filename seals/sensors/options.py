@@ -23,9 +23,6 @@ class SensorOptions:
     A robot that is alone in its scene makes several steps at once where all its sensors can.
     """
 
-    draws: int | None = None
-    """Standard normal numbers that a reading takes; None where `passed` is not offered."""
-
     sees: ClassVar[bool] = False
     """Whether it is a camera, which gets a view of the scene where the run has a renderer."""
 
@@ -50,6 +47,10 @@ class SensorOptions:
     def bind(self, outfit: Any) -> None:
         """Receive the robot's equipment; called once, before ``channels``."""
 
+    def draws(self) -> int | None:
+        """Return how many standard normal numbers a reading takes; None without `passed`."""
+        return None
+
     def passed(self, memory: Any, noise: Floats) -> Any:
         """Return the memory after readings that nobody looks at, each at the end of a step.
 
@@ -57,7 +58,7 @@ class SensorOptions:
 
         Args:
             memory: before.
-            noise: what the readings would have drawn, shape (N, draws).
+            noise: what the readings would have drawn, shape (N, `draws`).
         """
         raise NotImplementedError
 

@@ -337,7 +337,7 @@ class Actor:
                 order, numbers, velocity = command.found()
                 targets = pilot.obeyed(command.law, order, numbers, velocity)
                 self.command, self.joint_command = order[None], targets[None]
-                train.obeyed(self.command, asked)
+                train.obeyed(self.command, cast("Floats", asked))
         return steps
 
     def _commanded(
@@ -357,7 +357,7 @@ class Actor:
                 *(law, self._weights.kernel(look), laws.links.layout, train, look),
                 *(laws.full_voltage, steady.place is not None, step, pilot.every),
             )
-        command.begin(pilot.memory, steady)
+        command.begin(*pilot.left, steady)
         return command
 
     def _say(self, problem: Exception) -> None:

@@ -231,7 +231,9 @@ class CompiledStep:
                 ahead = self._response.followed(inputs.drive, held, step)
             return [row, *found.memory.values(), *speeds.values(), battery, ahead, *own]
 
-        return Form(compiled(law, [np.shape(x) or (1, 1) for x in values]), *names)
+        kernel = compiled(law, [np.shape(x) or (1, 1) for x in values])
+        remembered, turning = names
+        return Form(kernel, remembered, turning)
 
     def _row(self, found: Any) -> Array:
         """Return the wrenches of all effects on all links, shape (effects, L, 6)."""

@@ -80,16 +80,18 @@ class LoopedCommand:
             [*shapes, (1, 1)] if full is not None else shapes,
         )
 
-    def begin(self, memory: Any, steady: Steady) -> None:
+    def begin(self, memory: Any, targets: Floats, steady: Steady) -> None:
         """Set what the first command begins with.
 
         Args:
             memory: of the controller.
+            targets: of the joints, from the last command.
             steady: the guide's aim.
         """
         aim, places = steady.aim, self._kernel.places
         values = {
-            **{"memory": self.law.numbers(memory), "velocity_wanted": aim.velocity},
+            **{"memory": self.law.numbers(memory), "targets": targets},
+            "velocity_wanted": aim.velocity,
             **{"acceleration": aim.acceleration, "yaw": aim.yaw, "yaw_rate": aim.yaw_rate},
         }
         for name, value in values.items():

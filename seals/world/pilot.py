@@ -237,9 +237,11 @@ class Pilot:
         return self._kept.calls
 
     @property
-    def memory(self) -> Any:
-        """Memory of the controller."""
-        return self._kept.controller
+    def left(self) -> tuple[Any, Floats]:
+        """Memory of the controller, and the targets of the joints, after the last command."""
+        kept = self._kept
+        assert kept.order is not None
+        return kept.controller, kept.order.joints
 
     def obeyed(self, law: CommandLaw, order: Floats, numbers: Floats, velocity: Any) -> Floats:
         """Note the last command that was given without Python; return the targets of the joints.

@@ -100,7 +100,7 @@ class SensorSuite:
         self._prompt = [n for n, o in options.items() if not o.late]
         self._silent = all(self._idles[n] and self._ways[n].plain for n in self._prompt)
         # periods and numbers drawn of sensors whose readings may be skipped, if all may
-        draws = {n: o.draws for n, o in options.items() if o.late and self._ways[n].plain}
+        draws = {n: o.draws() for n, o in options.items() if o.late and self._ways[n].plain}
         plain = {n: d for n, d in draws.items() if d is not None and n not in self._chains}
         rates = {n: max(1.0 / s.rate, 1e-9) for n, s in self.sensors.items()}
         every = len(plain) == len(self.sensors)

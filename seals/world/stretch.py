@@ -280,8 +280,9 @@ class Stretch:
             tree = body.robot.tree
             passed = [Look(tree, time, block, layout, "none", True) for time, block in rows]
         found, views = self._leap.out.copy(), self._leap.kernel.views[1]
-        self._end, joints, now, middle = (views[k].of(found) for k in (0, 3, 4, 5))
-        body.end_alone(self._end, joints, now, middle)
+        end, joints, now, middle = (views[k].of(found) for k in (0, 3, 4, 5))
+        self._end = end
+        body.end_alone(end, joints, now, middle)
         return self._made(steps, passed)
 
     def _made(self, steps: int, passed: list[Look]) -> Made:
@@ -307,7 +308,10 @@ class Stretch:
             changes = links.changes(state, extent[0], extent[1])
             stops = body.reaches_stop(place, speed, step)
             changes = changes if stops is None else changes | stops
-            return [changes, *([train.moved(*held, step)] if held else [])]
+            if not held:
+                return [changes]
+            now, goal = held
+            return [changes, train.moved(now, goal, step)]
 
         return compiled(law, [(2,), (joints,), (degrees,), *[(1, joints)] * (2 * goal)])
 
@@ -342,8 +346,10 @@ class Stretch:
         program.accept()
         for k, address in enumerate(places[-2:]):
             program.copy(program.address(address), *leap.result(program, 1 + k))
-        for law in (loads, leap, *([] if self.command is None else [self.command])):
-            law.accept(program)
+        loads.accept(program)
+        leap.accept(program)
+        if self.command is not None:
+            self.command.accept(program)
         program.record(0, *loads.result(program, 0))
         program.record(1, *leap.result(program, 0))
         self._write_next(program, len(places), first)

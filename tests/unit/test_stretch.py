@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 from seals.config.compose import compose
+from seals.control import Reference
 from seals.errors import PhysicsError
 from seals.plugins.sensors.imu import SensorImu
+from seals.run import initial_configuration
 from seals.run.assembly import build_world
 from seals.run.build import build_run
 from seals.world import World
@@ -206,6 +208,28 @@ def test_what_somebody_sets_between_two_calls_counts() -> None:
             for part in parts:
                 world.advance(part)
     same(one, other)
+
+
+def test_an_episode_knows_nothing_of_the_one_before() -> None:
+    """A reset, another place of the arm, another velocity: as in a world that begins so."""
+    words = ("robot=aam", "guide=commanded", "initial.position=[0,0,5]", "initial.drives=carrying")
+    one, other = built(words), built(words)
+    aims = [
+        Reference(velocity=np.array([v, 0.0, 0.0]), joints={"arm": np.full(3, v)})
+        for v in (0.3, -0.2)
+    ]
+    settings = build_run(compose([*words, "backend=mujoco"]))
+    start = {"robot": initial_configuration(settings, one.actors["robot"].robot)}
+    for world, told in ((one, aims), (other, aims[1:])):
+        for aim in told:
+            world.reset(start)
+            pilot: Any = world.actors["robot"].pilot
+            for k in range(3):
+                pilot.guide.tell(aim._replace(yaw=0.1 * k))
+                world.advance(13)
+    a, b = (w.actors["robot"] for w in (one, other))
+    np.testing.assert_array_equal(a.ledger.wrenches, b.ledger.wrenches)
+    np.testing.assert_equal(b.readings, a.readings)
 
 
 def test_a_refused_pass_leaves_what_was_kept() -> None:

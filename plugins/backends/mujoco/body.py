@@ -354,7 +354,8 @@ class MujocoBody:
     def end_alone(self) -> Floats:
         """Note steps by `write_step`; return the forces on the joints in the last one."""
         self._bound, self._scene.stale = False, True
-        return self._felt.copy()
+        felt: Floats = self._felt.copy()
+        return felt
 
     def drive_forces(self) -> Floats:
         """Return the drive forces on the joints over the last step, less those on the armature."""
