@@ -251,9 +251,8 @@ class Stretch:
             self._leap.kernel.put(given)
         self._memory = ready.memory
         if self._goal:
-            position, goal = ready.commands[3], self._parts.drivetrain.goal
-            for place, value in zip(self._after.kernel.places[3:], (position, goal), strict=True):
-                place[...] = value
+            now, goal = self._after.kernel.places[3:]
+            now[...], goal[...] = ready.commands[3], self._parts.drivetrain.goal
 
     def run(self, first: int, most: int, calls: int, ledger: Ledger) -> Made | None:
         """Make steps, their rows in the ledger; None where the first one is refused.
