@@ -20,6 +20,8 @@ from seals.learn.environments.episode_frame import EpisodeFrame
 from seals.learn.environments.episodes import FARTHEST
 from seals.learn.observations import each
 
+FEW = 8
+"""Worlds up to which the laws of all are compiled, however long they are stepped."""
 MODES = ("human", "rgb_array")
 """Ways in which one environment is drawn."""
 Numbers = NDArray[np.float32]
@@ -182,8 +184,10 @@ class SealsVectorEnv(VectorEnv[Numbers, Numbers, Any]):
             "render_fps": float(config.task.rate),
         }
         same = self.autoreset_mode is AutoresetMode.SAME_STEP
+        # each world follows its laws by itself, for seconds
+        few = num_envs <= FEW
         self.batched: Any = batched_of(
-            config, count=num_envs, device=device, renew=same, lasting=True
+            config, count=num_envs, device=device, renew=same, lasting=few
         )
         self.num_envs = num_envs
         self.single_observation_space, self.single_action_space = _spaces(self.batched)
