@@ -19,6 +19,9 @@ class MachineVerdict:
 
     Args:
         law: pure; takes nests of arrays and returns one.
+
+    Attributes:
+        refused: whether the law has no machine code, as its first call shows.
     """
 
     def __init__(self, law: Callable[..., Any]) -> None:
@@ -26,20 +29,20 @@ class MachineVerdict:
         self._kernel: Any = None
         self._shapes: list[Any] = []
         self._form: Any = None
-        self._refused = False
+        self.refused = False
 
     def __call__(self, *given: Any) -> Any:
         """Return what the law does."""
         flat = list(leaves(given))
         shapes = [np.shape(x) for x in flat]
-        if self._refused or (self._kernel is not None and shapes != self._shapes):
+        if self.refused or (self._kernel is not None and shapes != self._shapes):
             return self._law(*given)
         if self._kernel is None:
             self._shapes = shapes
             try:
                 self._kernel = self._compiled(given, shapes)
             except CannotCompile:
-                self._refused = True
+                self.refused = True
                 return self._law(*given)
         found = iter(self._kernel(*flat))
         return _filled(self._form, lambda logical: _as(next(found), logical=logical))
