@@ -145,6 +145,19 @@ def test_a_snapshot_amid_a_control_period_continues() -> None:
     same(straight, world)
 
 
+def test_an_engine_that_does_not_describe_itself(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Steps are made one by one, and are the same."""
+    words = CASES["waves"][0]
+    at_once = built(words)
+    at_once.advance(40)
+    monkeypatch.setattr("seals.plugins.backends.mujoco.body.library", lambda engine: None)
+    plain = built(words)
+    plain.advance(40)
+    assert looped(at_once)
+    assert not looped(plain)
+    same(plain, at_once)
+
+
 def test_worlds_in_alternation_and_one_closed() -> None:
     """Two worlds of one process know nothing of each other, and one outlives the other."""
     words = CASES["waves"][0]
