@@ -53,8 +53,22 @@ def regular_file(path: str | Path, *, most: int = MOST_BYTES) -> Path:
         raise LogError(f"'{path}' cannot be opened: {error}") from error
     _refuse_strange(file, status, most)
     if status.st_size == 0:
-        raise LogError(f"'{file}' is empty.")
+        raise LogError(f"'{file}' is empty.\nGive a complete copy of the file.")
     return file
+
+
+def unreadable(file: Path, error: OSError) -> LogError:
+    """Return the refusal of a file that the system does not let us read.
+
+    Example:
+        >>> print(unreadable(Path("a.csv"), PermissionError(13, "Permission denied")))
+        'a.csv' cannot be read: Permission denied.
+        Make it readable for you, or give a copy that is.
+    """
+    return LogError(
+        f"'{file}' cannot be read: {error.strerror or error}.\n"
+        "Make it readable for you, or give a copy that is."
+    )
 
 
 def _refuse_strange(file: Path, status: os.stat_result, most: int) -> None:
@@ -103,7 +117,7 @@ def read_bytes(path: str | Path, *, most: int = MOST_BYTES, packed: bool = False
     try:
         raw = _content(file, most)
     except OSError as error:
-        raise LogError(f"'{file}' cannot be read: {error}") from error
+        raise unreadable(file, error) from error
     return _gunzip(file, raw, most) if file.suffix == ".gz" and not packed else raw
 
 
@@ -208,17 +222,21 @@ def read_yaml(path: str | Path) -> dict[str, Any]:
     try:
         content = plain_yaml(_content(file, _MOST_META_BYTES).decode("utf-8"))
     except OSError as error:
-        raise LogError(f"'{file}' cannot be read: {error}") from error
+        raise unreadable(file, error) from error
     except UnicodeDecodeError as error:
         raise LogError(f"'{file}' is not UTF-8 text ({error.reason}).") from error
     except yaml.YAMLError as error:
         reason = " ".join(str(error).split())[:200]
         raise LogError(
-            f"'{file}' is not plain YAML: {reason}\nOnly numbers, text, lists and mappings count."
+            f"'{file}' is not plain YAML: {reason}\n"
+            "Correct that line; allowed are numbers, text, lists and mappings."
         ) from error
     if not isinstance(content, dict):
         kind = type(content).__name__
-        raise LogError(f"'{file}' must hold a mapping of names to values, it holds a {kind}.")
+        raise LogError(
+            f"'{file}' must hold a mapping of names to values, it holds a {kind}.\n"
+            "Write one entry a line, NAME: VALUE."
+        )
     return content
 
 

@@ -265,6 +265,9 @@ def _tell(log: Log, vehicle: Mapping[str, Any]) -> None:
     found = check_log(log, vehicle)
     grave = [finding for finding in found if finding.severity is Severity.REFUSE]
     if grave:
-        raise SealsError(f"log '{log.name}' cannot be used: {grave[0]}")
+        raise SealsError(
+            f"log '{log.name}' cannot be used: {grave[0].channel or 'all'}: {grave[0].message}\n"
+            "Correct this column in the file or in the map: seals help convert"
+        )
     for line in lines_of(found)[:_MOST_FINDINGS]:
         print(line)

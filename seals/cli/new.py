@@ -127,6 +127,11 @@ def _robot(name: str, options: Mapping[str, list[str]]) -> int:
         hint = suggestion("", urdfs_near(Path()), label="URDF files near")
         what = "urdf is given more than once" if urdfs else "urdf is not given"
         raise ConfigError(f"{what}.\nWrite: seals new robot {name} urdf=FILE.  {hint}")
+    if "://" in urdfs[0] and not urdfs[0].startswith("package:"):
+        raise ConfigError(
+            f"urdf={urdfs[0]} is an address, a file is needed.\n"
+            f"Download it with its meshes, then: seals new robot {name} urdf=FILE"
+        )
     packages = _pairs(options, "package", "FOLDER", "NAME=FOLDER, with a folder that exists")
     values = _pairs(options, "arg", "VALUE", "namespace=rov")
     last = {key: given[-1] for key, given in options.items()}

@@ -175,6 +175,7 @@ def load_answer(where: str | Path, *, key: str = KEY) -> tuple[Path, Answer]:
 
     Raises:
         ConfigError: there is no diagnosis, or it is damaged.
+        LogError: its file may not be read.
     """
     path = Path(where)
     path = path / ANSWER if path.is_dir() else path
@@ -187,6 +188,8 @@ def load_answer(where: str | Path, *, key: str = KEY) -> tuple[Path, Answer]:
         raw = read_json(path)
         answer = read(Answer, raw, where=f"{path} is damaged:", extra=True)
     except LogError as cause:
+        if isinstance(cause.__cause__, OSError):
+            raise
         fault = str(cause).partition("\n")[0].rstrip(".")
         raise ConfigError(f"{fault}.\nDiagnose the log again.") from cause
     except ConfigError as cause:
