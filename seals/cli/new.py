@@ -188,7 +188,7 @@ def _told(name: str, made: NewRobot) -> Iterator[str]:
     robot = made.robot
     parts = [
         f"{robot.mass.sum():.4g} kg",
-        f"{len(robot.links)} links",
+        "1 link" if len(robot.links) == 1 else f"{len(robot.links)} links",
         f"{len(robot.joints)} joints",
     ]
     parts += [f"{len(drives.links)} {drives.kind}s" for drives in made.drives]
