@@ -91,7 +91,7 @@ def rebuilt(name: str, values: Mapping[str, Any]) -> Any:
     names = _names(cls)
     if set(values) != set(names):
         odd = sorted(set(values) ^ set(names))
-        raise ValueError(f"'{name}' has other fields here: {', '.join(odd)[:200]}")
+        raise ValueError(f"'{name}' has other fields in this version: {', '.join(odd)[:200]}")
     kinds = _kinds(cls)
     for field in names:
         if field in kinds and not fits(values[field], kinds[field]):

@@ -258,7 +258,7 @@ def checked_generator(state: Any) -> dict[str, Any]:
     fields = {"bit_generator", "state", "has_uint32", "uinteger"}
     inner = state.get("state") if isinstance(state, dict) else None
     if not isinstance(inner, dict) or set(state) != fields or set(inner) != {"state", "inc"}:
-        raise ValueError("its random generator is none that this version knows")
+        raise ValueError("its random generator is unknown to this version")
     bits = ((inner, "state", 128), (inner, "inc", 128), (state, "has_uint32", 1))
     whole = all(
         type(part[name]) is int and 0 <= part[name] < 1 << most

@@ -149,7 +149,7 @@ def read_json(path: str | Path, *, most: int = MOST_TEXT_BYTES) -> Any:
     except ValueError as error:
         reason = " ".join(str(error).split())[:200]
         raise LogError(
-            f"'{path}' is damaged, it is not sound JSON: {reason}.\nRestore it, or remove it."
+            f"'{path}' is damaged: it is not valid JSON: {reason}.\nRestore it, or remove it."
         ) from error
 
 
@@ -388,7 +388,7 @@ def read_xml(path: str | Path, *, most: int = MOST_TEXT_BYTES) -> ElementTree.El
     try:
         return plain_xml(read_text(path, most=most))
     except ValueError as error:
-        raise LogError(f"'{path}' is not sound XML: {error}.\nRestore it.") from error
+        raise LogError(f"'{path}' is not valid XML: {error}.\nRestore it.") from error
 
 
 def plain_xml(text: str) -> ElementTree.Element:

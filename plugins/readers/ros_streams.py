@@ -112,7 +112,7 @@ def _take(message: Message, found: dict[str, _Gathered], choice: Choice, where: 
     content = decode(message.raw, kind, message.encoding, where=place)
     got = found.setdefault(topic, _Gathered(kind=kind))
     if got.kind != kind:
-        raise LogError(f"{place} has two types, '{got.kind}' and '{kind}'.\nRecord it anew.")
+        raise LogError(f"{place} has two types, '{got.kind}' and '{kind}'.\nRecord it again.")
     got.stamps.append(_stamp(content, message.stamp, choice.clock, place))
     if topic in choice.fields:
         fields = choice.fields[topic]

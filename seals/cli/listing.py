@@ -43,7 +43,7 @@ def list_installed(arguments: list[str]) -> int:
     kinds = list(dict.fromkeys([*registry.GROUPS, *recipes]))
     if len(arguments) > 1:
         raise ConfigError(
-            f"'{' '.join(arguments)}' is more than one kind.\n"
+            f"'{' '.join(arguments)}' names more than one kind.\n"
             f"Write: seals list {arguments[0]}, or seals describe {' '.join(arguments[:2])}"
         )
     if arguments and singular(arguments[0]) not in kinds:

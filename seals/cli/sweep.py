@@ -72,7 +72,7 @@ def begun(root: str, words: Sequence[str]) -> tuple[list[str], bool, str]:
     if not any(word in MULTIRUN for word in words):
         raise ConfigError(
             f"{RESUME} belongs to a sweep, and this command does not start one.\n"
-            "Add --multirun, or take up one run: resume=FOLDER"
+            "Add --multirun, or resume one run: resume=FOLDER"
         )
     rest = [word for word in words if word != RESUME]
     stated = value_of(rest, _FOLDER)
@@ -167,14 +167,14 @@ def _note(folder: Path) -> tuple[str, list[str], str]:
             f"{folder}: there is no sweep in this folder.\n"
             f"Give the folder of one; it holds {NOTE} and jobs.csv."
         )
-    note: _Note = read_file(_Note, path, remedy="Restore it, or begin anew.", extra=True)
+    note: _Note = read_file(_Note, path, remedy="Restore it, or start again.", extra=True)
     started = note.started
     try:
         if started:
             there = datetime.datetime.fromisoformat(started).astimezone(datetime.timezone.utc)
             started = there.isoformat(timespec="microseconds")
     except (OverflowError, ValueError) as cause:
-        raise ConfigError(f"{path}: {cause}.\nRestore it, or begin anew.") from cause
+        raise ConfigError(f"{path}: {cause}.\nRestore it, or start again.") from cause
     return note.verb, note.words, started
 
 

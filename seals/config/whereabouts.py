@@ -59,7 +59,7 @@ def own_robot(given: str) -> Path:
     close = nearest(given, _folders(folder.parent))
     hint = f"Did you mean '{close}'?  " if close else ""
     raise ConfigError(
-        f"robot={given} is not a robot folder of yours.\n"
+        f"robot={given} is not one of your robot folders.\n"
         f"{hint}Make one: seals new robot NAME urdf=FILE"
     )
 

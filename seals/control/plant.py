@@ -97,7 +97,7 @@ def build_plant(robot: RobotModel, effects: EffectSet, environment: EnvironmentS
     """Return the model of a robot for guides and controllers.
 
     Raises:
-        ConfigError: a drive sits on a link that moves against the base.
+        ConfigError: a drive sits on a link that moves relative to the base.
     """
     return Plant(robot, layout_of(robot, effects), environment, effects)
 
@@ -106,7 +106,7 @@ def layout_of(robot: RobotModel, effects: EffectSet) -> Layout:
     """Return all drives of a robot in body axes, joints at zero.
 
     Raises:
-        ConfigError: a drive sits on a link that moves against the base and is no rotor on one
+        ConfigError: a drive sits on a link that moves relative to the base and is no rotor on one
             hinge, or a column has no drive or two.
     """
     bound = effects.actuators

@@ -238,7 +238,7 @@ def link_out(folder: Path) -> None:
     ("fault", "words"),
     [
         (lambda f: (f / "card.json").unlink(), "there is no card.json"),
-        (lambda f: (f / "card.json").write_text("{"), "not sound JSON"),
+        (lambda f: (f / "card.json").write_text("{"), "not valid JSON"),
         (lambda f: (f / "card.json").write_text("[" * 200_000), "nested deeper"),
         (lambda f: (f / "card.json").write_text(" " * 2_000_000), "2000000 bytes"),
         (edit_card(format="seals-policy"), "Allowed here: 'seals-demonstrations'"),

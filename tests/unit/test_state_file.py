@@ -166,7 +166,7 @@ FORGERIES: dict[str, tuple[Forgery, str]] = {
     "not a number": (text("-0.0", "NaN"), "holds NaN"),
     "infinite": (text("-0.0", "1e999"), "no finite number"),
     "long number": (text("-0.0", "1" * 4000), "4000 digits"),
-    "twice": (text('"kind":', '"kind": 1, "kind":'), "stands there twice"),
+    "twice": (text('"kind":', '"kind": 1, "kind":'), "occurs twice"),
     "other entries": (lambda about: about.update(more=1), "other entries"),
     "other kind": (lambda about: about.update(kind="run"), "of the kind 'run'"),
     "foreign class": (

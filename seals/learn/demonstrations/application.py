@@ -79,7 +79,7 @@ def _recorded(config: Any) -> tuple[Demonstrations, int]:
         environment.close()
     if len(kept) < wanted:
         raise ConfigError(
-            f"only {len(kept)} of {tried} episodes succeeded, and {wanted} were asked for.\n"
+            f"only {len(kept)} of {tried} episodes succeeded, and {wanted} are requested.\n"
             "Say keep=all, ask for fewer, or take a better policy."
         )
     task = environment.task

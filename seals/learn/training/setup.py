@@ -100,7 +100,7 @@ def agent_of(config: Any, environment: Any) -> tuple[Agent, list[str]]:
         )
     if agent.wants == "no" and config.demonstrations is not None:
         raise ConfigError(
-            f"demonstrations={config.demonstrations}: this learner would not look at them.\n"
+            f"demonstrations={config.demonstrations}: this learner does not use them.\n"
             "Choose learner=sacfd, rlpd or bc, or learner.demonstrations=buffer with sac"
         )
     if config.demonstrations is None:

@@ -141,7 +141,7 @@ def verify(config: Any) -> int:
     overlay.refuse_withdrawn(force=bool(config.force))
     if not overlay.parts:
         raise ConfigError(
-            f"model '{overlay.name}' adds no effect.\nGive it one under effects, or add one anew."
+            f"model '{overlay.name}' adds no effect.\nGive it one under effects, or add one again."
         )
     noted = overlay.provenance.get("without")
     noted = [name for name in noted if isinstance(name, str)] if isinstance(noted, list) else []

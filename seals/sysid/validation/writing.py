@@ -184,8 +184,7 @@ def _model_of(finding: Finding) -> AnswerModel:
     for name in names:
         if name not in known:
             raise ConfigError(
-                f"'{name}' is none of the effects that this vehicle could be missing.\n"
-                f"{suggestion(name, known)}"
+                f"'{name}' is not a candidate for this vehicle.\n{suggestion(name, known)}"
             )
     own = ",".join(names) or FORMULA
     found = (finding.answer.models or {}).get(own)
