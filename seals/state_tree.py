@@ -92,7 +92,7 @@ class _Packer:
             fields = {name: self.pack(part, depth) for name, part in fields_of(value).items()}
             return {"r": name_of(kind), "v": fields}
         raise TypeError(
-            f"it holds a {name_of(kind)}, which is no registered record "
+            f"it holds a {name_of(kind)}, which is not a registered record "
             "(a NamedTuple or dataclass of data becomes one by seals.state_records.state_record)"
         )
 

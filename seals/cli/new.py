@@ -165,7 +165,7 @@ def _robot(name: str, options: Mapping[str, list[str]]) -> int:
     except ConfigError as cause:
         # a folder that no run can take is none
         shutil.rmtree(made.folder)
-        raise ConfigError(f"{urdfs[0]} makes a robot that no run takes: {cause}") from cause
+        raise ConfigError(f"{urdfs[0]} gives a robot that cannot be simulated: {cause}") from cause
     print("\n".join(lines))
     return 0
 

@@ -87,7 +87,7 @@ def begun(root: str, words: Sequence[str]) -> tuple[list[str], bool, str]:
     if verb != root or sorted(begun_words) != sorted(own_words(rest)):
         raise ConfigError(
             f"{folder} was started with other overrides: seals {verb} {' '.join(begun_words)}.\n"
-            "Give the very same ones, or take it up by its folder alone: resume=FOLDER"
+            "Give the same ones, or resume it by its folder alone: resume=FOLDER"
         )
     hydras = [word for word in rest if word not in own_words(rest)]
     return _going_on([*begun_words, *hydras], folder), True, ""

@@ -284,7 +284,7 @@ def checkpoint_of(run: Path) -> Path:
             "Run it again: repeat=FOLDER"
         )
     raise ConfigError(
-        f"resume={run}: there is no checkpoint in this folder; a run that came to its end keeps "
+        f"resume={run}: there is no checkpoint in this folder; a run that was completed keeps "
         "none.\nStart again with repeat=FOLDER, and keep checkpoints: checkpoint=60"
     )
 

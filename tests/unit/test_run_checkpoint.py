@@ -151,7 +151,7 @@ def test_a_class_that_writes_files_is_no_part_of_a_state(
     mark = tmp_path / "mark"
     evil = {"r": "seals.learn.training.rows:Rows", "v": {"path": str(mark), "names": ["a"]}}
     forged(kept / checkpoint.STATE, entry("books", value=evil))
-    with pytest.raises(ConfigError, match="no registered record"):
+    with pytest.raises(ConfigError, match="not a registered record"):
         take_up(kept, flown)
     assert not mark.exists()
 

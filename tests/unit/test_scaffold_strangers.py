@@ -122,7 +122,7 @@ MISTAKES = {
             + "<plugin filename='motor.so'><jointName>i</jointName>"
             "<motorConstant>1e-5</motorConstant></plugin>"
         ),
-        "names the joint 'i', which is not there",
+        "names the joint 'i', which does not exist",
     ),
     "hydrodynamics of a link that is not there": (
         PLUGIN.format("<link_name>boddy</link_name><xU>-1</xU>"),

@@ -164,7 +164,7 @@ def _effect_estimates(
         raise ConfigError(
             f"{KEY}={finding.file.parent}: {where}, and which one of the environment that is "
             f"cannot be distinguished: {', '.join(alike)}.\n"
-            "Take the model that seals add makes of it: +model=NAME"
+            "Take the model that seals add writes from it: +model=NAME"
         )
     for field, given in parameters.items():
         if field in _PLACES:

@@ -46,7 +46,7 @@ def read_checkpoint(folder: Path, *, device: str) -> dict[str, Any]:
     if not has_checkpoint(folder):
         raise ConfigError(
             f"resume={folder}: there is no {FILE} in this folder.\n"
-            "A training that came to its end keeps none; start again without resume."
+            "A training that was completed keeps none; start again without resume."
         )
     try:
         state = read_state(

@@ -76,7 +76,7 @@ def _likeliest(problem: Problem, variants: Sequence[Candidate]) -> Candidate:
 
 
 def _fitted(problem: Problem, candidate: Candidate) -> tuple[Fit, float]:
-    """Best fit on the log and the fall of the cost against the nominal model."""
+    """Best fit on the log and the fall of the cost against the fitted stated model."""
     fitter, keys = problem.fitter, candidate.all_keys
     nominal = fitter.fit(())
     starts: list[Mapping[str, float]] = [{}]

@@ -58,7 +58,7 @@ def write_report(
         diagnosis: what was found.
         log: that was diagnosed.
         folder: where to write; made when it is not there.
-        localisation: of what the nominal model lacks, when it is known already.
+        localisation: of what the stated model lacks, when it is known already.
         residual_after: force that the model shown as 'after' lacks, when it is known already.
 
     Returns:

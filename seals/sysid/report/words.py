@@ -52,7 +52,7 @@ def first_answers(
     Args:
         diagnosis: that is told.
         data: of the diagnosis, as `Diagnosis.to_dict` returns it.
-        missing: what the nominal model lacks.
+        missing: what the stated model lacks.
         channels: residual before and after in units of what is expected, by channel.
     """
     verdict, held, effects = diagnosis.answer.verdict, data["held_out_error"], data["effects"]

@@ -277,7 +277,7 @@ def noted_logs(logs: Mapping[str, str]) -> list[str]:
         if Path(place).exists() and log_digest(place) != digest:
             raise ConfigError(
                 f"log={place} is not the log that was diagnosed: its content differs.\n"
-                "Give the very log, or diagnose this one."
+                "Give the diagnosed log, or diagnose this one."
             )
     return list(logs)
 
@@ -308,7 +308,7 @@ def _chosen(answer: Answer, choose: str | None, key: str, plan: str) -> tuple[Fo
         return tuple(answer.effects)
     if choose not in names:
         raise ConfigError(
-            f"choose={choose}: the diagnosis does not hold it.\n{suggestion(choose, names)}"
+            f"choose={choose}: the diagnosis does not contain it.\n{suggestion(choose, names)}"
         )
     return (answer.effects[names.index(choose)],)
 
