@@ -332,7 +332,7 @@ def _measure(events: Any) -> None:
 def _refuse_long_number(event: Any) -> None:
     """Refuse overlong numbers, which YAML reads to the base 60 in quadratic time."""
     if event.tag or (event.implicit[0] and _NUMBER.fullmatch(event.value)):
-        raise ValueError(f"a number of {len(event.value):,} signs, allowed are {_LONGEST_NUMBER}")
+        raise ValueError(f"a number of {len(event.value):,} digits, allowed are {_LONGEST_NUMBER}")
 
 
 def _measure_merges(root: Any) -> None:

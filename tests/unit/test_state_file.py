@@ -174,7 +174,7 @@ FORGERIES: dict[str, tuple[Forgery, str]] = {
         "not a registered record",
     ),
     "function": (state({"r": "os:system", "v": {}}), "not a registered record"),
-    "other fields": (state({"r": f"{__name__}:Level", "v": {"height": 1.0}}), "other fields"),
+    "other fields": (state({"r": f"{__name__}:Level", "v": {"height": 1.0}}), "different fields"),
     "wrong kind": (
         state({"r": f"{__name__}:Level", "v": {"height": "a", "names": {"t": []}, "before": None}}),
         "field 'height'",
