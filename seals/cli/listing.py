@@ -69,7 +69,8 @@ def _rows(kind: str, recipes: list[Path]) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
     for name, plugin in registry.plugins(kind).items():
         try:
-            summary = plugin.summary
+            # marks of code are for the documentation
+            summary = plugin.summary.replace("``", "")
         except BrokenPlugin as broken:
             summary = "broken: " + str(broken).partition("cannot be used: ")[2].partition("\n")[0]
         rows.append((name, plugin.origin, summary))

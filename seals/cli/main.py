@@ -301,7 +301,7 @@ VERBS = {
     ),
     "benchmark": Verb(
         target="seals.experiments.naming_benchmark.command:benchmark",
-        summary="score SEALS, its rivals and methods of yours on public logs with a hidden effect",
+        summary="score SEALS, its rivals and your own methods on public logs with a hidden effect",
         usage="[out=FOLDER] [logs=[NAMES]] [mujoco=PYTHON]\n  seals benchmark out=scored",
     ),
     "runs": Verb(
