@@ -44,6 +44,9 @@ def unknown_robot(given: str, installed: Sequence[str]) -> UnknownPlugin:
         )
     else:
         what, advice = "is not installed", suggestion(given, installed, label="Installed")
+        if given and nearest(given, installed) is None:
+            what = "is neither installed nor a folder here"
+            advice = f"Make your own: seals new robot NAME urdf=FILE.  {advice}"
     return UnknownPlugin(f"robot '{given}' {what}.\n{advice}")
 
 
