@@ -126,8 +126,8 @@ def layout_of(robot: RobotModel, effects: EffectSet) -> Layout:
                 or robot.tree.slides[moving[0]]
             ):
                 raise ConfigError(
-                    f"actuators.{b.name}.links: link '{robot.links[carrier]}' moves against the "
-                    "base.\n"
+                    f"actuators.{b.name}.links: link '{robot.links[carrier]}' moves relative to "
+                    "the base.\n"
                     "Drives must sit on the base or on links fixed to it; rotors also on one hinge."
                 )
         columns = slice(b.hooks.first, b.hooks.first + b.hooks.count)
