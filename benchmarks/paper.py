@@ -29,7 +29,7 @@ it is, a figure from there, and whether it is reached. Of {count} items {yes} ar
 partly, {no} not. `FILE`, `FOLDER` and `NAME` stand for yours.
 
 Written by `python benchmarks/paper.py` from `benchmarks/paper.yaml`; a test compares the two, and
-every command and link with what is there. `python benchmarks/paper.py --run` runs the commands anew
+every command and link with what is there. `python benchmarks/paper.py --run` runs them again
 (days with the trainings; `--only check` for some, `--seconds 60` for the quick ones).
 """
 TAIL = """

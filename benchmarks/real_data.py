@@ -220,7 +220,7 @@ def main() -> int:
         try:
             lines += SETS[name]()
         except SealsError as error:
-            # one set that is not at hand does not take the others with it
+            # one set that is not available does not take the others with it
             lines.append(_line(name, "could be run", False, str(error).partition("\n")[0]))
     print(table(lines))
     return sum(not line.reached for line in lines)

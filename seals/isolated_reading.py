@@ -137,7 +137,7 @@ def out_of_time(code: int, seconds: int) -> str:
 def _refused(path: str | Path, why: str) -> Exception:
     from seals.errors import LogError
 
-    return LogError(f"'{path}' cannot be read: {why}.\nThe file is damaged: take a sound copy.")
+    return LogError(f"'{path}' cannot be read: {why}.\nThe file is damaged: use an intact copy.")
 
 
 def bound(seconds: int, memory: int, *, written: int = 0) -> None:

@@ -43,5 +43,5 @@ def read_picture(path: str | Path) -> NDArray[np.uint8]:
     except (OSError, ValueError, SyntaxError, EOFError, Image.DecompressionBombError) as cause:
         reason = " ".join(str(cause).split())[:120]
         raise LogError(
-            f"'{path}' is no sound PNG ({reason}).\nRemove it, and render or run again."
+            f"'{path}' is not a valid PNG ({reason}).\nRemove it, and render or run again."
         ) from cause

@@ -226,7 +226,7 @@ def _padded(size: int) -> int:
 def _once(pairs: list[tuple[str, Any]]) -> Mapping[str, Any]:
     found = dict(pairs)
     if len(found) != len(pairs):
-        raise StateError("an entry of its JSON text stands there twice")
+        raise StateError("an entry of its JSON text occurs twice")
     return found
 
 

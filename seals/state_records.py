@@ -69,7 +69,7 @@ def class_named(name: str) -> type:
     if found is None:
         near = difflib.get_close_matches(name, _CLASSES, n=1)
         hint = f" (the nearest is '{near[0]}')" if near else ""
-        raise ValueError(f"it names '{name[:120]}', which is no registered record{hint}")
+        raise ValueError(f"it names '{name[:120]}', which is not a registered record{hint}")
     return found
 
 
@@ -91,7 +91,7 @@ def rebuilt(name: str, values: Mapping[str, Any]) -> Any:
     names = _names(cls)
     if set(values) != set(names):
         odd = sorted(set(values) ^ set(names))
-        raise ValueError(f"'{name}' has other fields here: {', '.join(odd)[:200]}")
+        raise ValueError(f"'{name}' has different fields in this version: {', '.join(odd)[:200]}")
     kinds = _kinds(cls)
     for field in names:
         if field in kinds and not fits(values[field], kinds[field]):

@@ -92,7 +92,7 @@ class _Packer:
             fields = {name: self.pack(part, depth) for name, part in fields_of(value).items()}
             return {"r": name_of(kind), "v": fields}
         raise TypeError(
-            f"it holds a {name_of(kind)}, which is no registered record "
+            f"it holds a {name_of(kind)}, which is not a registered record "
             "(a NamedTuple or dataclass of data becomes one by seals.state_records.state_record)"
         )
 
@@ -258,7 +258,7 @@ def checked_generator(state: Any) -> dict[str, Any]:
     fields = {"bit_generator", "state", "has_uint32", "uinteger"}
     inner = state.get("state") if isinstance(state, dict) else None
     if not isinstance(inner, dict) or set(state) != fields or set(inner) != {"state", "inc"}:
-        raise ValueError("its random generator is none that this version knows")
+        raise ValueError("its random generator is unknown to this version")
     bits = ((inner, "state", 128), (inner, "inc", 128), (state, "has_uint32", 1))
     whole = all(
         type(part[name]) is int and 0 <= part[name] < 1 << most

@@ -53,8 +53,22 @@ def regular_file(path: str | Path, *, most: int = MOST_BYTES) -> Path:
         raise LogError(f"'{path}' cannot be opened: {error}") from error
     _refuse_strange(file, status, most)
     if status.st_size == 0:
-        raise LogError(f"'{file}' is empty.")
+        raise LogError(f"'{file}' is empty.\nGive a complete copy of the file.")
     return file
+
+
+def unreadable(file: Path, error: OSError) -> LogError:
+    """Return the refusal of a file that the system does not let us read.
+
+    Example:
+        >>> print(unreadable(Path("a.csv"), PermissionError(13, "Permission denied")))
+        'a.csv' cannot be read: Permission denied.
+        Make it readable for you, or give a copy that is.
+    """
+    return LogError(
+        f"'{file}' cannot be read: {error.strerror or error}.\n"
+        "Make it readable for you, or give a copy that is."
+    )
 
 
 def _refuse_strange(file: Path, status: os.stat_result, most: int) -> None:
@@ -103,7 +117,7 @@ def read_bytes(path: str | Path, *, most: int = MOST_BYTES, packed: bool = False
     try:
         raw = _content(file, most)
     except OSError as error:
-        raise LogError(f"'{file}' cannot be read: {error}") from error
+        raise unreadable(file, error) from error
     return _gunzip(file, raw, most) if file.suffix == ".gz" and not packed else raw
 
 
@@ -135,7 +149,7 @@ def read_json(path: str | Path, *, most: int = MOST_TEXT_BYTES) -> Any:
     except ValueError as error:
         reason = " ".join(str(error).split())[:200]
         raise LogError(
-            f"'{path}' is damaged, it is not sound JSON: {reason}.\nRestore it, or remove it."
+            f"'{path}' is damaged: it is not valid JSON: {reason}.\nRestore it, or remove it."
         ) from error
 
 
@@ -208,17 +222,21 @@ def read_yaml(path: str | Path) -> dict[str, Any]:
     try:
         content = plain_yaml(_content(file, _MOST_META_BYTES).decode("utf-8"))
     except OSError as error:
-        raise LogError(f"'{file}' cannot be read: {error}") from error
+        raise unreadable(file, error) from error
     except UnicodeDecodeError as error:
         raise LogError(f"'{file}' is not UTF-8 text ({error.reason}).") from error
     except yaml.YAMLError as error:
         reason = " ".join(str(error).split())[:200]
         raise LogError(
-            f"'{file}' is not plain YAML: {reason}\nOnly numbers, text, lists and mappings count."
+            f"'{file}' is not plain YAML: {reason}\n"
+            "Correct that line; allowed are numbers, text, lists and mappings."
         ) from error
     if not isinstance(content, dict):
         kind = type(content).__name__
-        raise LogError(f"'{file}' must hold a mapping of names to values, it holds a {kind}.")
+        raise LogError(
+            f"'{file}' must hold a mapping of names to values, it holds a {kind}.\n"
+            "Write one entry a line, NAME: VALUE."
+        )
     return content
 
 
@@ -314,7 +332,7 @@ def _measure(events: Any) -> None:
 def _refuse_long_number(event: Any) -> None:
     """Refuse overlong numbers, which YAML reads to the base 60 in quadratic time."""
     if event.tag or (event.implicit[0] and _NUMBER.fullmatch(event.value)):
-        raise ValueError(f"a number of {len(event.value):,} signs, allowed are {_LONGEST_NUMBER}")
+        raise ValueError(f"a number of {len(event.value):,} digits, allowed are {_LONGEST_NUMBER}")
 
 
 def _measure_merges(root: Any) -> None:
@@ -370,7 +388,7 @@ def read_xml(path: str | Path, *, most: int = MOST_TEXT_BYTES) -> ElementTree.El
     try:
         return plain_xml(read_text(path, most=most))
     except ValueError as error:
-        raise LogError(f"'{path}' is not sound XML: {error}.\nRestore it.") from error
+        raise LogError(f"'{path}' is not valid XML: {error}.\nRestore it.") from error
 
 
 def plain_xml(text: str) -> ElementTree.Element:

@@ -119,7 +119,7 @@ class Counts:
 
     @property
     def false_discovery(self) -> float:
-        """Share of what is declared that is not there; 0 where nothing is declared.
+        """Share of what is declared but not present; 0 where nothing is declared.
 
         Example:
             >>> Counts(true=2, false=1).false_discovery

@@ -150,10 +150,10 @@ def _chart(found: Mapping[str, Mapping[int, Mapping[int, float]]]) -> Chart:
         values = np.array([[curve[step] for step in steps] for curve in seeds.values()])
         mean = values.mean(axis=0)
         reach = np.stack([mean - values.min(axis=0), values.max(axis=0) - mean])
-        lines.append(Series(name=arm, x=np.array(steps, dtype=float), y=mean, band=reach))
+        lines.append(Series(name=arm, x=np.array(steps) / 1e6, y=mean, band=reach))
     return Chart(
-        title="Success in the real world",
-        x_label="control steps of training",
+        title="Success in the test world",
+        x_label="control steps of training [million]",
         y_label="share of held-out starts",
         series=tuple(lines),
         note="mean of the seeds, band from the lowest to the highest",

@@ -1,4 +1,4 @@
-"""Strip and film of what both cameras see in a flight, with the place that the policy is told."""
+"""Strip and film of what both cameras see in a flight, with the place that the policy is given."""
 
 from __future__ import annotations
 

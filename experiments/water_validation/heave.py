@@ -92,7 +92,7 @@ def run(grade: Grade) -> Outcome:
         ),
     )  # fmt: skip
     remark = (
-        "Diameter, mass and period as quoted from the paper. Its curve is not at hand: the heights "
+        "Diameter, mass and period as quoted from the paper. Its curve is not available: heights "
         "are those of potential flow with radiation (Cummins 1962, Hulme 1982), where a sphere "
         "dropped from so high is near the validity of linear waves. It floats some millimetres "
         "deeper than it should, and so starts from 1.05 drops over its rest. Waves come back "

@@ -145,7 +145,7 @@ class DragQuadratic(Effect):
         """
         if self.form is not DragForm.per_axis and states_spread(self):
             raise ConfigError(
-                f"a spread is of form=per_axis, not of form={self.form.value}, which says itself "
+                f"a spread needs form=per_axis; form={self.form.value} determines by itself "
                 "where the drag acts.\nLeave spread_x to spread_z out, or give form=per_axis."
             )
 

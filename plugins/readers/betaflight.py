@@ -109,7 +109,7 @@ class ReaderBetaflight(ReaderMapped):
                 if not scale[name]:
                     raise LogError(
                         f"'{given}': '{name}' has no unit, its numbers are counts.\nDecode it so: "
-                        f"{DECODE}; or say reader.gyro_scale=1 reader.acc_1g=2048 (acc_1G of the "
+                        f"{DECODE}; or give reader.gyro_scale=1 reader.acc_1g=2048 (acc_1G of the "
                         "log)"
                     )
             elif stem == "eRPM":

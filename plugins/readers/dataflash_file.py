@@ -64,7 +64,7 @@ def parse(raw: bytes, *, where: str) -> dict[str, Messages]:
         LogError: it is not a DataFlash log, or is damaged.
     """
     if raw[:2] != HEAD:
-        raise LogError(f"'{where}' is not a DataFlash log: it does not start as one.")
+        raise LogError(f"'{where}' is not a DataFlash log: it lacks the file signature.")
     sizes: dict[int, int] = {_FMT: _FMT_SIZE}
     declared: dict[int, bytes] = {}
     places: dict[int, array[int]] = {}

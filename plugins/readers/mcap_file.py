@@ -39,7 +39,7 @@ def messages(
     file = regular_file(path, most=MOST_BYTES)
     with file.open("rb") as stream:
         if stream.read(len(MAGIC)) != MAGIC:
-            raise LogError(f"'{file}' is not an MCAP file: it does not start as one.")
+            raise LogError(f"'{file}' is not an MCAP file: it lacks the file signature.")
         stream.seek(0)
         with _damage(file):
             yield from _wanted(_records(_Bounded(stream, file), file), wants, present)

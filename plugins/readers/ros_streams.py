@@ -88,7 +88,12 @@ def gather(
     if not found:
         shown = ", ".join(f"{topic} ({kind})" for topic, kind in sorted(present.items())[:12])
         raise LogError(
-            f"'{where}' holds no topic with a known type.\nMap fields with columns. There: {shown}"
+            f"'{where}' holds no topic with a known type.\n"
+            + (
+                f"Map fields with columns. There: {shown}"
+                if shown
+                else "It holds no topic at all: take a complete copy."
+            )
         )
     streams = [_chosen(topic, got, choice) for topic, got in found.items() if got.chosen]
     taken = {column for stream in streams for column in stream.columns}
@@ -107,7 +112,7 @@ def _take(message: Message, found: dict[str, _Gathered], choice: Choice, where: 
     content = decode(message.raw, kind, message.encoding, where=place)
     got = found.setdefault(topic, _Gathered(kind=kind))
     if got.kind != kind:
-        raise LogError(f"{place} has two types, '{got.kind}' and '{kind}'.\nRecord it anew.")
+        raise LogError(f"{place} has two types, '{got.kind}' and '{kind}'.\nRecord it again.")
     got.stamps.append(_stamp(content, message.stamp, choice.clock, place))
     if topic in choice.fields:
         fields = choice.fields[topic]

@@ -57,7 +57,7 @@ def messages(path: Path, wants: Wants, present: dict[str, str]) -> Iterator[Mess
     with file.open("rb") as stream:
         if stream.read(len(MAGIC)) != MAGIC:
             raise LogError(
-                f"'{file}' is not a bag of ROS 1 (format 2.0): it does not start as one.\n"
+                f"'{file}' is not a bag of ROS 1 (format 2.0): it lacks the file signature.\n"
                 "An older bag: rosbag migrate; a rosbag2: reader=rosbag2"
             )
         try:
@@ -73,7 +73,7 @@ def messages(path: Path, wants: Wants, present: dict[str, str]) -> Iterator[Mess
 def _taken(header: dict[str, bytes], data: bytes, state: _State) -> Iterator[Message]:
     """Yield the wanted messages of one record, and of the records that a chunk packs."""
     if not header.get("op"):
-        raise ValueError("a record says not what it is")
+        raise ValueError("a record does not state its type")
     kind = header["op"][0]
     if kind == _CHUNK:
         raw = _unpacked(header, data)

@@ -79,7 +79,7 @@ def messages(place: Path, wants: Wants, present: dict[str, str]) -> Iterator[Mes
 def _database(file: Path, wants: Wants, present: dict[str, str]) -> Iterator[Message]:
     with file.open("rb") as stream:
         if stream.read(len(_MAGIC)) != _MAGIC:
-            raise LogError(f"'{file}' is not a rosbag2 file: it does not start as one.")
+            raise LogError(f"'{file}' is not a rosbag2 file: it lacks the file signature.")
     try:
         with closing(_opened(file)) as base:
             _check_tables(base, file)

@@ -68,7 +68,7 @@ def parse(raw: bytes, *, where: str) -> dict[tuple[int, int, str], Packets]:
         MissingExtra: pymavlink, which knows the fields of messages, is absent.
     """
     if not _looks_like(raw):
-        raise LogError(f"'{where}' is not a telemetry log: it does not start as one.")
+        raise LogError(f"'{where}' is not a telemetry log: it lacks the file signature.")
     known = _definitions()
     places: dict[tuple[int, int, int, int, int], array[int]] = {}
     place, strange, end, count = 0, 0, len(raw), 0

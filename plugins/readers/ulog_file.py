@@ -70,7 +70,7 @@ def parse(raw: bytes, *, where: str) -> dict[tuple[str, int], Samples]:
         LogError: it is not a ULog, is damaged, or declares more than it may.
     """
     if raw[: len(MAGIC)] != MAGIC or len(raw) < _HEADER:
-        raise LogError(f"'{where}' is not a ULog file: it does not start as one.")
+        raise LogError(f"'{where}' is not a ULog file: it lacks the file signature.")
     state = _State()
     start = _HEADER
     for stop in [*_appended(raw, where), len(raw)]:

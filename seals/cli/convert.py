@@ -59,7 +59,7 @@ def _reader_of(place: Path) -> str:
         raise ConfigError(
             f"log={place} is a log folder already; nothing is to be converted.\n"
             f"Use it as it is: {line} out=answer{own + ' out=answer' if robot else ''}; "
-            "or say reader=native"
+            "or give reader=native"
         )
     raise ConfigError(
         f"log={place}: its content does not show which reader to use.\n"
@@ -102,7 +102,7 @@ def execute(config: Any) -> int:
         # anything but a log folder is kept
         if not config.replace:
             raise ConfigError(
-                f"out={out} exists already.\nChoose another name, or say replace=true"
+                f"out={out} exists already.\nChoose another name, or give replace=true"
             )
         if not (out.is_dir() and any((out / name).is_file() for name in (*TABLES, "meta.yaml"))):
             raise ConfigError(
@@ -265,6 +265,9 @@ def _tell(log: Log, vehicle: Mapping[str, Any]) -> None:
     found = check_log(log, vehicle)
     grave = [finding for finding in found if finding.severity is Severity.REFUSE]
     if grave:
-        raise SealsError(f"log '{log.name}' cannot be used: {grave[0]}")
+        raise SealsError(
+            f"log '{log.name}' cannot be used: {grave[0].channel or 'all'}: {grave[0].message}\n"
+            "Correct this column in the file or in the map: seals help convert"
+        )
     for line in lines_of(found)[:_MOST_FINDINGS]:
         print(line)

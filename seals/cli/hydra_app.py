@@ -274,7 +274,7 @@ def _endings(sweep: Any, kind: str, place: str) -> Iterator[None]:
         if isinstance(error, OSError) and (sweep.folder is None or error.errno in _DENIED):
             raise ConfigError(
                 f"the {kind} folder cannot be made: {error}.\n"
-                f"Go to a folder in which you may write, or say {place}=FOLDER."
+                f"Go to a folder in which you may write, or give {place}=FOLDER."
             ) from error
         if sweep.folder is None:
             raise
@@ -383,7 +383,7 @@ def _refuse_flags(arguments: list[str]) -> list[str]:
             )
     if given.config_name in roots.NAMES:
         raise ConfigError(
-            f"--config-name {given.config_name}: that is the schema of a configuration, not one.\n"
+            f"--config-name {given.config_name}: that is a schema, not a configuration.\n"
             f"Leave it out: seals {given.config_name.removesuffix('_schema')} KEY=VALUE"
         )
     return untrusted(arguments)

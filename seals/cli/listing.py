@@ -43,7 +43,7 @@ def list_installed(arguments: list[str]) -> int:
     kinds = list(dict.fromkeys([*registry.GROUPS, *recipes]))
     if len(arguments) > 1:
         raise ConfigError(
-            f"'{' '.join(arguments)}' is more than one kind.\n"
+            f"'{' '.join(arguments)}' names more than one kind.\n"
             f"Write: seals list {arguments[0]}, or seals describe {' '.join(arguments[:2])}"
         )
     if arguments and singular(arguments[0]) not in kinds:
@@ -69,7 +69,8 @@ def _rows(kind: str, recipes: list[Path]) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
     for name, plugin in registry.plugins(kind).items():
         try:
-            summary = plugin.summary
+            # marks of code are for the documentation
+            summary = plugin.summary.replace("``", "")
         except BrokenPlugin as broken:
             summary = "broken: " + str(broken).partition("cannot be used: ")[2].partition("\n")[0]
         rows.append((name, plugin.origin, summary))

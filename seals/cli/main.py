@@ -17,7 +17,14 @@ from seals.cli.installed_files import overwritten_by_other
 from seals.cli.of_system import explained
 from seals.cli.slips import repeated_keys
 from seals.cli.words import with_keys
-from seals.errors import ConfigError, SealsError, printable, refuse_unlisted
+from seals.errors import (
+    ConfigError,
+    LogError,
+    RobotError,
+    SealsError,
+    printable,
+    refuse_unlisted,
+)
 from seals.registry import blame
 from seals.run.stopping import stoppable
 from seals.sound_numbers import arises_inside, numeric_fault
@@ -294,7 +301,7 @@ VERBS = {
     ),
     "benchmark": Verb(
         target="seals.experiments.naming_benchmark.command:benchmark",
-        summary="score SEALS, its rivals and methods of yours on public logs with a hidden effect",
+        summary="score SEALS, its rivals and your own methods on public logs with a hidden effect",
         usage="[out=FOLDER] [logs=[NAMES]] [mujoco=PYTHON]\n  seals benchmark out=scored",
     ),
     "runs": Verb(
@@ -357,7 +364,7 @@ def _ended(words: list[str], *, ours: bool) -> int:
     except BrokenPipeError:
         return left_by_reader()
     except SealsError as refusal:
-        return _refused(explained(refusal) or refusal)
+        return _refused(explained(refusal) or refusal, words)
     except Exception as fault:
         # what arises in a plug-in is told as its fault, all else is one of this program
         named = explained(fault) or (None if isinstance(fault, OSError) else blame(fault))
@@ -371,7 +378,7 @@ def _ended(words: list[str], *, ours: bool) -> int:
                 "Look for one far from all others, or for zeros: masses, gravity, gains, steps, "
                 "lengths of logs. SEALS_DEBUG=1 shows where it arose."
             )
-        return _refused(named)
+        return _refused(named, words)
 
 
 def left_by_reader() -> int:
@@ -383,15 +390,27 @@ def left_by_reader() -> int:
     return 0
 
 
-def _refused(refusal: SealsError) -> int:
+def _refused(refusal: SealsError, words: Sequence[str]) -> int:
     if os.environ.get("SEALS_DEBUG") == "1":
         traceback.print_exc()
-    print(two_lines(refusal), file=sys.stderr)
+    verb = next((word for word in words[:1] if word in VERBS), "")
+    print(two_lines(refusal, verb), file=sys.stderr)
     return refusal.exit_code
 
 
-def two_lines(refusal: SealsError) -> str:
+_NEXT: Mapping[type[SealsError], str] = {
+    LogError: "Give a complete file of a kind that is read: seals list reader.",
+    RobotError: "Give a complete URDF, xacro, SDF or MJCF file, or a folder with robot.yaml.",
+}
+"""What to do next where an error says only what is wrong, by its class."""
+
+
+def two_lines(refusal: SealsError, verb: str = "") -> str:
     r"""Format an error in exactly two lines: what is wrong, and what to do.
+
+    Args:
+        refusal: whose first line says what is wrong, and the others what to do.
+        verb: that was refused; empty for none.
 
     Example:
         >>> print(two_lines(SealsError("a is wrong.\nAllowed: b")))
@@ -399,7 +418,8 @@ def two_lines(refusal: SealsError) -> str:
         Allowed: b
     """
     lines = [line.strip() for line in str(refusal).splitlines() if line.strip()] or ["refused."]
-    advice = " ".join(lines[1:]) or "See: seals --help"
+    usage = f"See: seals help {verb}" if verb else "See: seals --help"
+    advice = " ".join(lines[1:]) or _NEXT.get(type(refusal), usage)
     # a message quotes what a stranger wrote
     return f"{type(refusal).__name__}: {printable(lines[0])}\n{printable(advice)}"
 

@@ -127,6 +127,11 @@ def _robot(name: str, options: Mapping[str, list[str]]) -> int:
         hint = suggestion("", urdfs_near(Path()), label="URDF files near")
         what = "urdf is given more than once" if urdfs else "urdf is not given"
         raise ConfigError(f"{what}.\nWrite: seals new robot {name} urdf=FILE.  {hint}")
+    if "://" in urdfs[0] and not urdfs[0].startswith("package:"):
+        raise ConfigError(
+            f"urdf={urdfs[0]} is an address, a file is needed.\n"
+            f"Download it with its meshes, then: seals new robot {name} urdf=FILE"
+        )
     packages = _pairs(options, "package", "FOLDER", "NAME=FOLDER, with a folder that exists")
     values = _pairs(options, "arg", "VALUE", "namespace=rov")
     last = {key: given[-1] for key, given in options.items()}
@@ -160,7 +165,7 @@ def _robot(name: str, options: Mapping[str, list[str]]) -> int:
     except ConfigError as cause:
         # a folder that no run can take is none
         shutil.rmtree(made.folder)
-        raise ConfigError(f"{urdfs[0]} makes a robot that no run takes: {cause}") from cause
+        raise ConfigError(f"{urdfs[0]} gives a robot that cannot be simulated: {cause}") from cause
     print("\n".join(lines))
     return 0
 
@@ -183,7 +188,7 @@ def _told(name: str, made: NewRobot) -> Iterator[str]:
     robot = made.robot
     parts = [
         f"{robot.mass.sum():.4g} kg",
-        f"{len(robot.links)} links",
+        "1 link" if len(robot.links) == 1 else f"{len(robot.links)} links",
         f"{len(robot.joints)} joints",
     ]
     parts += [f"{len(drives.links)} {drives.kind}s" for drives in made.drives]

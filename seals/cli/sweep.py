@@ -72,7 +72,7 @@ def begun(root: str, words: Sequence[str]) -> tuple[list[str], bool, str]:
     if not any(word in MULTIRUN for word in words):
         raise ConfigError(
             f"{RESUME} belongs to a sweep, and this command does not start one.\n"
-            "Add --multirun, or take up one run: resume=FOLDER"
+            "Add --multirun, or resume one run: resume=FOLDER"
         )
     rest = [word for word in words if word != RESUME]
     stated = value_of(rest, _FOLDER)
@@ -87,7 +87,7 @@ def begun(root: str, words: Sequence[str]) -> tuple[list[str], bool, str]:
     if verb != root or sorted(begun_words) != sorted(own_words(rest)):
         raise ConfigError(
             f"{folder} was started with other overrides: seals {verb} {' '.join(begun_words)}.\n"
-            "Give the very same ones, or take it up by its folder alone: resume=FOLDER"
+            "Give the same ones, or resume it by its folder alone: resume=FOLDER"
         )
     hydras = [word for word in rest if word not in own_words(rest)]
     return _going_on([*begun_words, *hydras], folder), True, ""
@@ -167,14 +167,14 @@ def _note(folder: Path) -> tuple[str, list[str], str]:
             f"{folder}: there is no sweep in this folder.\n"
             f"Give the folder of one; it holds {NOTE} and jobs.csv."
         )
-    note: _Note = read_file(_Note, path, remedy="Restore it, or begin anew.", extra=True)
+    note: _Note = read_file(_Note, path, remedy="Restore it, or start again.", extra=True)
     started = note.started
     try:
         if started:
             there = datetime.datetime.fromisoformat(started).astimezone(datetime.timezone.utc)
             started = there.isoformat(timespec="microseconds")
     except (OverflowError, ValueError) as cause:
-        raise ConfigError(f"{path}: {cause}.\nRestore it, or begin anew.") from cause
+        raise ConfigError(f"{path}: {cause}.\nRestore it, or start again.") from cause
     return note.verb, note.words, started
 
 

@@ -49,7 +49,7 @@ def _begun(folder: Path) -> list[str]:
             f"resume={folder}: there is no training in this folder.\n"
             "Give the folder of a training; it holds .hydra/overrides.yaml and run.json."
         )
-    remedy = "Restore it, or begin anew without resume."
+    remedy = "Restore it, or start again without resume."
     words: list[str] = read_file(list[str] | None, path, remedy=remedy) or []
     if (folder / "run.json").is_file() and (folder / "log.parquet").is_file():
         resume, repeat = (typed(key, str(folder)) for key in ("resume", "repeat"))

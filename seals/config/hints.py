@@ -6,6 +6,7 @@ from typing import Any
 
 from seals import registry
 from seals.config.recipes import recipe_groups
+from seals.config.roots import VERBS, root_schema
 
 _ADDED = ("effect", "sensor")
 """Kinds of plug-ins that are added under a name."""
@@ -35,6 +36,16 @@ def group_of(option: str, group: str) -> str | None:
     """
     found = (name for name, paths in recipe_groups().items() if option in {p.stem for p in paths})
     return next((name for name in sorted(found) if name != group), None)
+
+
+def verbs_with(key: str) -> list[str]:
+    """Return the verbs of which a name is a key by itself.
+
+    Example:
+        >>> verbs_with("span")
+        ['convert']
+    """
+    return [name for name in VERBS if key in root_schema(name).__dataclass_fields__]
 
 
 def home_of(key: str, node: Any, *, depth: int = 2) -> str | None:

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from seals import registry
-from seals.config.hints import added, group_of, home_of
+from seals.config.hints import added, group_of, home_of, verbs_with
 from seals.config.overrides import value_of
 from seals.config.recipes import recipe_groups, roots_choosing
 from seals.config.roots import VERBS
@@ -27,6 +27,8 @@ _WORDS = {
 _LIST = "Allowed: a list in brackets, for instance [a,b]"
 _SLIP = 0.8
 """Likeness from which a key is a mistyped one of its own section [1]."""
+_FEW = 3
+"""Most verbs that are named for a key that is theirs."""
 
 
 @contextmanager
@@ -196,6 +198,14 @@ def _keyed(cause: BaseException, outer: str, overrides: Sequence[str]) -> SealsE
         said = f": '{number.group(1)}' is not {_WORDS[number.group(2)]}"
     elif text.startswith("Invalid value"):
         said = ""
+    elif text == "Cannot merge DictConfig with ListConfig":
+        hint = f"To change an entry, write {full_key}.NAME.KEY=VALUE; to see them: --cfg job"
+        return ConfigError(f"{shown} is not allowed: {full_key} holds named entries.\n{hint}")
+    elif text.startswith("Invalid type assigned"):
+        said = f": {full_key} holds named entries"
+    elif found := re.search(r"Value '(.*)' is not a valid bool", text):
+        what = f"'{found[1]}' is neither true nor false"
+        return ConfigError(f"{shown} is not allowed: {what}.\nAllowed: true, false")
     hint = _allowed(parent, key, text)
     if hint == _LIST and given and "[" not in given:
         hint = f"A list is wanted, in brackets: {full_key}=[{given}]"
@@ -212,6 +222,10 @@ def _belongs(key: str, parent: Any, allowed: Sequence[str]) -> str:
     home = None if parent is None or slip else home_of(key, parent._get_root())
     if home is not None:
         return f"Did you mean '{home}'?  See all keys with: --cfg job"
+    verbs = [] if parent is None or slip else verbs_with(key)
+    if 0 < len(verbs) <= _FEW and parent._get_full_key(None) == "":
+        other = " or ".join(f"seals {name}" for name in verbs)
+        return f"It is a key of {other}.  {suggestion('', allowed)}"
     word = None if nearest(key, allowed) else added(key)
     return f"To add the plug-in: {word}.  {suggestion(key, allowed)}" if word else ""
 
@@ -325,6 +339,18 @@ def _by_words(text: str, overrides: Sequence[str], *, root: str) -> SealsError:
     return ConfigError(f"{' '.join(text.split())}\nSee the keys with: seals {root} --cfg job")
 
 
+def _cure(word: str) -> str:
+    """Say how a word that cannot be read as KEY=VALUE is to be written."""
+    key, _, value = word.partition("=")
+    for opening, closing in ("[]", "{}"):
+        missing = value.count(opening) - value.count(closing)
+        if missing > 0:
+            return f"A bracket is not closed. Write: '{word}{closing * missing}'"
+    if value.startswith("(") and value.endswith(")"):
+        return f"A list has square brackets. Write: '{key}=[{value[1:-1]}]'"
+    return "Quote values with spaces, brackets or '=', for instance 'initial.position=[0,0,1]'"
+
+
 def _of_words(words: Sequence[str], several: bool) -> ConfigError | None:
     """Explain words that are none for Hydra whatever the configuration; None for others."""
     from hydra.core.override_parser.overrides_parser import OverridesParser
@@ -339,8 +365,7 @@ def _of_words(words: Sequence[str], several: bool) -> ConfigError | None:
                 advice = "Write KEY=VALUE, for instance robot=ball or time.duration=2"
                 return ConfigError(f"{word}: the value is missing.\n{advice}")
             return ConfigError(
-                f"{word or 'an empty argument'} cannot be read as KEY=VALUE.\n"
-                "Quote values with spaces, brackets or '=', for instance 'initial.position=[0,0,1]'"
+                f"{word or 'an empty argument'} cannot be read as KEY=VALUE.\n{_cure(word)}"
             )
         swept = swept or (word if found.is_sweep_override() else "")
     if swept and not several:

@@ -44,6 +44,9 @@ def unknown_robot(given: str, installed: Sequence[str]) -> UnknownPlugin:
         )
     else:
         what, advice = "is not installed", suggestion(given, installed, label="Installed")
+        if given and nearest(given, installed) is None:
+            what = "is neither installed nor a folder here"
+            advice = f"Make your own: seals new robot NAME urdf=FILE.  {advice}"
     return UnknownPlugin(f"robot '{given}' {what}.\n{advice}")
 
 
@@ -59,7 +62,7 @@ def own_robot(given: str) -> Path:
     close = nearest(given, _folders(folder.parent))
     hint = f"Did you mean '{close}'?  " if close else ""
     raise ConfigError(
-        f"robot={given} is not a robot folder of yours.\n"
+        f"robot={given} is not one of your robot folders.\n"
         f"{hint}Make one: seals new robot NAME urdf=FILE"
     )
 

@@ -97,7 +97,7 @@ def build_plant(robot: RobotModel, effects: EffectSet, environment: EnvironmentS
     """Return the model of a robot for guides and controllers.
 
     Raises:
-        ConfigError: a drive sits on a link that moves against the base.
+        ConfigError: a drive sits on a link that moves relative to the base.
     """
     return Plant(robot, layout_of(robot, effects), environment, effects)
 
@@ -106,7 +106,7 @@ def layout_of(robot: RobotModel, effects: EffectSet) -> Layout:
     """Return all drives of a robot in body axes, joints at zero.
 
     Raises:
-        ConfigError: a drive sits on a link that moves against the base and is no rotor on one
+        ConfigError: a drive sits on a link that moves relative to the base and is no rotor on one
             hinge, or a column has no drive or two.
     """
     bound = effects.actuators
@@ -126,8 +126,8 @@ def layout_of(robot: RobotModel, effects: EffectSet) -> Layout:
                 or robot.tree.slides[moving[0]]
             ):
                 raise ConfigError(
-                    f"actuators.{b.name}.links: link '{robot.links[carrier]}' moves against the "
-                    "base.\n"
+                    f"actuators.{b.name}.links: link '{robot.links[carrier]}' moves relative to "
+                    "the base.\n"
                     "Drives must sit on the base or on links fixed to it; rotors also on one hinge."
                 )
         columns = slice(b.hooks.first, b.hooks.first + b.hooks.count)

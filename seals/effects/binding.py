@@ -246,7 +246,7 @@ def refuse_double_counting(
                     raise ConfigError(
                         f"'{clash}' and '{b.name}' both account for {phenomenon} "
                         f"on link '{links[k]}'.\n"
-                        f"Remove one of them, or say effects.{b.name}.correction=true "
+                        f"Remove one of them, or give effects.{b.name}.correction=true "
                         "if it is meant as an addition."
                     )
                 owner[phenomenon, own, k] = b.name

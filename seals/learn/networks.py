@@ -80,7 +80,7 @@ def actor_of(network: Mapping[str, Any]) -> nn.Module:
     except _UNFIT as cause:
         raise ConfigError(
             f"the description of a policy cannot be used: {cause!r}.\n"
-            "It belongs to the card.json that the training wrote; train anew where it is lost."
+            "It belongs to the card.json that the training wrote; train again if it is lost."
         ) from cause
 
 

@@ -50,5 +50,5 @@ def training_seed(seed: int) -> int:
 
 def _range(first: int, count: int) -> list[int]:
     if not 1 <= count <= _MOST:
-        raise SealsError(f"{count} starts were asked for.\nAllowed: 1 to {_MOST}")
+        raise SealsError(f"{count} starts are requested.\nAllowed: 1 to {_MOST}")
     return list(range(first, first + count))

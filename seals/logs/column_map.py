@@ -91,7 +91,7 @@ class ColumnMap:
             ready = self._in_si(values, theirs, ours, where)
         if np.any(np.isfinite(values) & ~np.isfinite(ready)):
             raise LogError(
-                f"{where} '{theirs}': scale, offset and unit make of it numbers beyond what a "
+                f"{where} '{theirs}': scale, offset and unit give numbers beyond what a "
                 "number can hold.\nGive smaller ones."
             )
         return ready

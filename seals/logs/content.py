@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from seals.errors import LogError
-from seals.untrusted_io import regular_file
+from seals.untrusted_io import regular_file, unreadable
 
 _LOOKED_AT = 1 << 12
 _MOST = 1 << 34
@@ -87,7 +87,7 @@ def _start(place: Path) -> bytes:
         with file.open("rb") as stream:
             raw = stream.read(_LOOKED_AT)
     except OSError as error:
-        raise LogError(f"'{place}' cannot be read: {error}") from error
+        raise unreadable(place, error) from error
     if raw[:2] == b"\x1f\x8b" and place.suffix == ".gz":
         try:
             raw = zlib.decompressobj(wbits=31).decompress(raw, _LOOKED_AT)

@@ -150,7 +150,9 @@ def _vector(log: str, key: str, value: ArrayLike) -> Floats:
 
 def _check_lengths(log: str, rows: int, columns: Mapping[str, NDArray[Any]]) -> None:
     if rows == 0:
-        raise LogError(f"log '{log}' has no rows.")
+        raise LogError(
+            f"log '{log}' has no rows.\nA header of column names is followed by rows of numbers."
+        )
     wrong = {key: value.shape for key, value in columns.items() if value.shape != (rows,)}
     if wrong:
         raise LogError(

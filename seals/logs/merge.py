@@ -98,7 +98,7 @@ def _sorted(stream: Stream, where: str) -> Stream:
     if steps.size and steps.min() < -_JUMP:
         raise LogError(
             f"'{where}': the clock of '{stream.name}' falls back by {-steps.min() * 1e-6:.3g} s.\n"
-            "It was set anew while recording: cut the log there."
+            "It was reset while recording: cut the log there."
         )
     order = np.argsort(stream.stamps, kind="stable")
     last = np.append(np.diff(stream.stamps[order]) > 0, True)

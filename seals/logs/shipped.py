@@ -6,6 +6,7 @@ from importlib import resources
 from pathlib import Path
 
 from seals.errors import ConfigError, nearest
+from seals.file_names import short_path
 from seals.logs.native import TABLES
 
 _HOME = "seals.experiments"
@@ -53,6 +54,20 @@ def find_log(given: str | Path, *, key: str = "log") -> Path:
     if name in shipped:
         return shipped[name]
     raise ConfigError(f"{key}={given}: there is no such file or folder.\n{_hint(place, shipped)}")
+
+
+def log_name(place: Path) -> str:
+    """Return what `find_log` takes for a log: its shipped short name, else its short path.
+
+    Args:
+        place: path of a log.
+
+    Example:
+        >>> log_name(find_log("hidden_effect/flight_a"))
+        'hidden_effect/flight_a'
+    """
+    names = {path: name for name, path in shipped_logs().items() if not Path(name).exists()}
+    return names.get(place, str(short_path(place)))
 
 
 def _hint(place: Path, shipped: dict[str, Path]) -> str:

@@ -68,14 +68,29 @@
     return [low - share * span, high + share * span];
   };
 
-  // a frame with axes; returns the functions from values to pixels and the clipped group of marks
-  const framed = (plot, chart, x, y, { log = false, rows = null } = {}) => {
+  // text is this wide for each letter of its size, on average
+  const EM = 0.58;
+  // a label in one or two lines of so many letters, cut with an ellipsis where that is too little
+  const twoLines = (words, room) => {
+    if (words.length <= room) return [words];
+    const gap = words.lastIndexOf(" ", room);
+    const lines = gap > 0 ? [words.slice(0, gap), words.slice(gap + 1)] : [words];
+    return lines.map((w) => (w.length > room ? `${w.slice(0, room - 1)}…` : w));
+  };
+
+  // a frame with axes; returns the functions from values to pixels and the clipped group of marks;
+  // `ends`: values with the letters that stand to the right of them, for which room is left
+  const framed = (plot, chart, x, y, { log = false, rows = null, ends = [] } = {}) => {
     const width = plot.clientWidth, height = plot.clientHeight, size = 11.5;
     const yTicks = rows ? rows.map((_, k) => k) : linearTicks(y[0], y[1], Math.max(height / 55, 2));
     const words = yTicks.map((v, k) => (rows ? rows[k] : figure(v)));
     const widest = Math.max(...words.map((w) => w.length), 1);
-    const left = Math.min(widest * size * 0.58 + 14, 0.42 * width) + (chart.y ? 20 : 0);
+    const left = Math.min(widest * size * EM + 14, 0.42 * width) + (chart.y ? 20 : 0);
     const box = { left, right: width - 12, top: 8, bottom: height - 40 };
+    for (const [value, letters] of ends) {
+      const room = Math.max(box.right - left - letters * size * EM, 0.2 * (box.right - left));
+      x = [x[0], Math.max(x[1], x[0] + ((value - x[0]) * (box.right - left)) / room)];
+    }
     const root = svg("svg", { width, height, role: "img", "aria-label": chart.title });
     const px = (v) => box.left + ((v - x[0]) / (x[1] - x[0])) * (box.right - box.left);
     const py = (v) => box.bottom - ((v - y[0]) / (y[1] - y[0])) * (box.bottom - box.top);
@@ -85,12 +100,17 @@
     }
     yTicks.forEach((v, k) => {
       if (!rows) svg("line", { class: v === 0 ? "zero" : "grid", x1: box.left, x2: box.right, y1: py(v), y2: py(v) }, root);
-      const room = Math.floor((box.left - 10) / (size * 0.58));
-      const shown = words[k].length > room ? `${words[k].slice(0, room - 1)}…` : words[k];
-      const label = svg("text", { class: "tick", x: box.left - 7, y: py(v) + 4, "text-anchor": "end" }, root, shown);
-      if (shown !== words[k]) svg("title", {}, label, words[k]);
+      const lines = twoLines(words[k], Math.floor((box.left - 10) / (size * EM)));
+      lines.forEach((shown, n) => {
+        const at = py(v) + 4 + (n - (lines.length - 1) / 2) * (size + 1);
+        const label = svg("text", { class: "tick", x: box.left - 7, y: at, "text-anchor": "end" }, root, shown);
+        if (lines.join(" ") !== words[k]) svg("title", {}, label, words[k]);
+      });
     });
-    svg("text", { class: "name", x: (box.left + box.right) / 2, y: height - 6, "text-anchor": "middle" }, root, chart.x);
+    // under the middle of the axis, unless it would leave the picture; smaller where it is too wide
+    const wide = chart.x.length * 12 * EM, fits = Math.min(1, (width - 8) / Math.max(wide, 1));
+    const centre = Math.min((box.left + box.right) / 2, width - 4 - (wide * fits) / 2);
+    svg("text", { class: "name", x: Math.max(centre, 4 + (wide * fits) / 2), y: height - 6, "text-anchor": "middle", style: `font-size: ${12 * fits}px` }, root, chart.x);
     if (chart.y) svg("text", { class: "name", transform: `translate(13 ${(box.top + box.bottom) / 2}) rotate(-90)`, "text-anchor": "middle" }, root, chart.y);
     const id = `clip-${charts.length}-${Math.random().toString(36).slice(2)}`;
     const clip = svg("clipPath", { id }, root);
@@ -100,7 +120,8 @@
       const [a, b] = level ? [py(at), py(at)] : [px(at), px(at)];
       if (!level && (a < box.left - 1 || a > box.right + 1)) continue;
       svg("line", level ? { class: "mark", x1: box.left, x2: box.right, y1: a, y2: b } : { class: "mark", x1: a, x2: b, y1: box.top, y2: box.bottom }, inner);
-      svg("text", level ? { class: "note", x: box.right - 3, y: a - 4, "text-anchor": "end" } : { class: "note", x: a + 4, y: box.top + 11 }, inner, label);
+      const turned = !level && a + 4 + label.length * 11 * EM > box.right;
+      svg("text", level ? { class: "note", x: box.right - 3, y: a - 4, "text-anchor": "end" } : { class: "note", x: turned ? a - 4 : a + 4, y: box.top + 11, "text-anchor": turned ? "end" : "start" }, inner, label);
     }
     return { root, inner, box, px, py };
   };
@@ -235,7 +256,8 @@
       if (!sized(area)) return;
       const count = chart.bars.length;
       const marks = chart.marks.map(([at, label]) => [scale(at), label, false]);
-      const { root, inner, box, px, py } = framed(area, { ...chart, marks }, chart.range, [count - 0.4, -0.9], { log: chart.log, rows: chart.bars.map((b) => b.label) });
+      const ends = chart.bars.map((b) => [scale(Math.max(b.start, b.value + (b.error || 0))), b.text.length]);
+      const { root, inner, box, px, py } = framed(area, { ...chart, marks }, chart.range, [count - 0.4, -0.9], { log: chart.log, rows: chart.bars.map((b) => b.label), ends });
       const half = Math.max((0.31 * (box.bottom - box.top)) / (count + 0.5), 1);
       chart.bars.forEach((bar, k) => {
         const [a, b] = [px(scale(bar.start)), px(scale(bar.value))], middle = py(k);

@@ -99,8 +99,7 @@ def _unique(where: str, kind: str, elements: list[Element]) -> None:
     twice = sorted({name for name in names if names.count(name) > 1}) if len(names) < 5000 else []
     if twice:
         raise RobotError(
-            f"{where}: the {kind} '{twice[0]}' is there twice.\n"
-            f"Give every {kind} a name of its own."
+            f"{where}: the {kind} '{twice[0]}' occurs twice.\nGive every {kind} a name of its own."
         )
 
 

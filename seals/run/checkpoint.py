@@ -206,8 +206,8 @@ def refusals(kept: Path) -> Iterator[None]:
     except Exception as cause:  # parts restore themselves, and say in their own ways what is amiss
         text = " ".join(str(cause).split()) or type(cause).__name__
         raise ConfigError(
-            f"the checkpoint in {kept} cannot be taken up: {text}.\n"
-            "It belongs to the very run and version that wrote it; begin the run anew: "
+            f"the checkpoint in {kept} cannot be resumed: {text}.\n"
+            "It belongs to the run and version that wrote it; run it again: "
             "repeat=FOLDER"
         ) from cause
 
@@ -280,12 +280,12 @@ def checkpoint_of(run: Path) -> Path:
     if (folder / OLD).exists():
         raise ConfigError(
             f"resume={run}: the checkpoint in this folder is a pickle, as SEALS wrote them before; "
-            "whoever made it could have it run commands, so that it is read no more.\n"
-            "Begin the run anew: repeat=FOLDER"
+            "whoever made it could have it run commands, so it is no longer read.\n"
+            "Run it again: repeat=FOLDER"
         )
     raise ConfigError(
-        f"resume={run}: there is no checkpoint in this folder; a run that came to its end keeps "
-        "none.\nBegin anew with repeat=FOLDER, and keep checkpoints: checkpoint=60"
+        f"resume={run}: there is no checkpoint in this folder; a run that was completed keeps "
+        "none.\nStart again with repeat=FOLDER, and keep checkpoints: checkpoint=60"
     )
 
 

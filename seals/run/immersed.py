@@ -46,7 +46,7 @@ def sink(settings: RunSettings, actors: Sequence[Actor]) -> None:
     if environment.water_level is None:
         raise ConfigError(
             f"fluid={settings.fluid.name} has no water level to fill up to.\n"
-            "Choose both at once: water=particles; or say environment.water_level=0"
+            "Choose both at once: water=particles; or give environment.water_level=0"
         )
     bodies = [g.body for a in actors if a.immersion is not None for g in a.immersion.groups]
     solids = solids_of(environment)

@@ -77,7 +77,7 @@ def copy_own(file: Path, target: Path) -> None:
                 shutil.copyfileobj(source, copy)
     except StateError as cause:
         raise ConfigError(
-            f"{file} is not taken over: {cause}.\nBegin the run anew: repeat=FOLDER"
+            f"{file} is not taken over: {cause}.\nRun it again: repeat=FOLDER"
         ) from cause
 
 

@@ -119,7 +119,7 @@ class Pictures(Recorder):
                 if not found:
                     raise ConfigError(
                         f"picture {stem} of camera '{name}' is missing in {before / FOLDER}.\n"
-                        "Begin the run anew: repeat=FOLDER"
+                        "Run it again: repeat=FOLDER"
                     )
                 (folder / FOLDER / name).mkdir(parents=True, exist_ok=True)
                 for file in found:

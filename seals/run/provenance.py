@@ -147,7 +147,7 @@ def noted_digest(folder: Path, name: str) -> str | None:
     if not near or Path(name).is_absolute():
         raise LogError(
             f"run.json names '{name[:80]}' as a file of the robot in {folder}, which lies "
-            "elsewhere.\nRestore it, or run anew."
+            "elsewhere.\nRestore it, or run again."
         )
     return digest(folder / name)
 

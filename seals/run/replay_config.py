@@ -84,11 +84,11 @@ def _read(folder: Path, key: str) -> dict[str, Any]:
             "Give the folder of a run; it holds .hydra/config.yaml and run.json."
         )
     raw: dict[str, Any] = read_file(
-        dict[str, Any], path, remedy="Give the folder of a run: restore the file, or start anew."
+        dict[str, Any], path, remedy="Give the folder of a run: restore the file, or start again."
     )
     if not path.read_bytes().endswith(b"\n"):
         # what is missing at its end would become default values
-        raise ConfigError(f"{path} was cut short.\nRestore it, or start anew with the same words.")
+        raise ConfigError(f"{path} was cut short.\nRestore it, or start again with the same words.")
     refuse_lookups(
         raw,
         where=str(path),
@@ -125,7 +125,7 @@ def _same_robot(folder: Path, config: Any, key: str) -> None:
         return
     raise RobotError(
         f"{key}={folder}: {', '.join(changed[:3])} in {robot} changed or vanished since.\n"
-        "Restore the robot's files as they were, or run anew."
+        "Restore the robot's files as they were, or run again."
     )
 
 
@@ -136,7 +136,7 @@ def _same_object(folder: Path, name: str, noted: _Files, key: str) -> None:
     if changed:
         raise RobotError(
             f"{key}={folder}: {', '.join(changed[:3])} in {home}, of the object '{name}', changed "
-            "or vanished since.\nRestore the files as they were, or run anew."
+            "or vanished since.\nRestore the files as they were, or run again."
         )
 
 

@@ -89,7 +89,7 @@ class RunSettings:
         objects: further bodies in the scene, by name.
         time: time base.
         repeat: folder of an earlier run that is repeated as it was, or None.
-        resume: folder of an interrupted run, which goes on from its last checkpoint, or None.
+        resume: folder of an interrupted run, which continues from its last checkpoint, or None.
         surface: simulated time between two saved meshes of the particle water [s], 0 for none;
             needs the extra ``render``.
         particles: simulated time between two saved sets of particles, for viewing [s], 0 for none.

@@ -261,7 +261,7 @@ def _blamed(kept: Path, fault: Exception) -> Exception:
     text = " ".join(str(fault).split())[:300]
     refusal = ConfigError(
         f"the run taken up from {kept} failed: {type(fault).__name__}: {text}.\n"
-        "Its checkpoint may be damaged or forged; begin the run anew: repeat=FOLDER"
+        "Its checkpoint may be damaged or forged; run it again: repeat=FOLDER"
     )
     refusal.__cause__ = fault
     return refusal

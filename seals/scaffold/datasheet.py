@@ -209,13 +209,14 @@ def _told(log: Log, vehicle: Mapping[str, Any], facts: FlightFacts) -> Iterator[
             f"robot.yaml states a lag of {max(stated, default=0.0) * 1e3:.0f} ms"
         )
     if facts.late is not None:
-        words = f"inertial channels {facts.late.value * 1e3:+.0f} ms late against the pose"
+        # adding zero turns -0 into 0
+        words = f"inertial channels {round(facts.late.value * 1e3) + 0:d} ms late against the pose"
         if abs(facts.late.value) > _ASSUMED["sensor_delay"].sigma:
             stems = ", ".join(f"{k}: {facts.late.value:.3f}" for k in _ONBOARD if log.has(k))
             words += f"; if one recorder wrote them and the motors: convert 'late={{{stems}}}'"
         yield f"measured: {words}"
     if facts.gyroscope_bias is None:
-        yield "assumed: biases, for the vehicle never stood still"
+        yield "assumed: biases, because the vehicle was never at rest"
     table = _tolerances(facts, vehicle, log.has("depth"))
     guesses = [name for name, each in table.items() if "assumed" in each.why]
     yield f"assumed tolerances: {', '.join(guesses)}"

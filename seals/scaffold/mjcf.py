@@ -64,8 +64,9 @@ def urdf_of_mjcf(
             names = [str(model.mesh(model.geom_dataid[geom]).name) for geom in geoms]
             file = next(bounded.missing[name] for name in names if name in bounded.missing)
             raise RobotError(
-                f"mesh '{file}' of {path} is not there, and '{model.body(body).name}' has its mass "
-                "from it.\nPut the mesh there, or state the mass in an <inertial> of the body."
+                f"mesh '{file}' of {path} does not exist; "
+                f"'{model.body(body).name}' has its mass from it.\n"
+                "Put the mesh there, or state the mass in an <inertial> of the body."
             )
     made = _Conversion(path, model, root.get("model") or path.stem, bounded.missing)
     made.run()

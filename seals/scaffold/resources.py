@@ -57,7 +57,7 @@ def find_resource(name: str, urdf: Path, packages: Mapping[str, Path]) -> Path:
     package = urlparse(name).netloc
     advice = f" Say where it is: package={package}=FOLDER" if package else ""
     raise MissingMesh(
-        f"mesh '{name}' of {urdf} is not there.\nTried: {shown}{more}.{advice} "
+        f"mesh '{name}' of {urdf} does not exist.\nTried: {shown}{more}.{advice} "
         "Or missing-meshes=boxes: boxes of the inertia in its place."
     )
 

@@ -53,7 +53,7 @@ class _Frames(NamedTuple):
             return np.eye(4)
         if name not in self.poses:
             raise RobotError(
-                f"{self.where}: the frame '{name}' is not there.\n{suggestion(name, self.poses)}"
+                f"{self.where}: the frame '{name}' does not exist.\n{suggestion(name, self.poses)}"
             )
         if depth > _DEEPEST_FRAME:
             raise RobotError(

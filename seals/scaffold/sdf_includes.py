@@ -191,7 +191,7 @@ def _file_of(path: Path, include: ElementTree.Element, packages: Mapping[str, Pa
         if file.is_file() and inside:
             return file
     raise RobotError(
-        f"SDF {path} includes the model '{first}', which is not there.\n"
+        f"SDF {path} includes the model '{first}', which does not exist.\n"
         f"Tried: {', '.join(map(str, tried))}. Say where it is: package={first}=FOLDER"
     )
 

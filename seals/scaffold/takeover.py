@@ -294,7 +294,7 @@ def _tree_of(path: Path, text: str) -> Element:
         return plain_xml(text)
     except ValueError as cause:
         raise RobotError(
-            f"{path} cannot be read as XML: {cause}.\nCorrect the file, or take a sound copy."
+            f"{path} cannot be read as XML: {cause}.\nCorrect the file, or use an intact copy."
         ) from cause
 
 

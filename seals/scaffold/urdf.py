@@ -75,7 +75,7 @@ def refuse_unknown(said: str, what: str, name: str, known: Collection[str]) -> N
     """
     if name not in known:
         raise RobotError(
-            f"{said} names the {what} '{name}', which is not there.\n{suggestion(name, known)}"
+            f"{said} names the {what} '{name}', which does not exist.\n{suggestion(name, known)}"
         )
 
 

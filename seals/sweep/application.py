@@ -103,7 +103,7 @@ def _refuse_targets(config: Any) -> None:
     for key in ("against", "by"):
         if config.get(key) and config.plot is None:
             raise ConfigError(
-                f"{key}={config[key]} is of a picture, and none is asked for.\n"
+                f"{key}={config[key]} belongs to a plot, and none is requested.\n"
                 f"Say where it goes, plot=FILE.png, or leave {key} out"
             )
 

@@ -188,7 +188,7 @@ class Sweep:
             advice = "No job began. Correct it and start again; SEALS_DEBUG=1 shows more."
             return SealsError(f"the sweep could not begin: {text:.300}\n{advice}")
         without = self._without_end(read_jobs(self.folder))
-        jobs = f"Without an end: {without}." if without else "Every job came to its end."
+        jobs = f"Without an end: {without}." if without else "Every job finished."
         advice = "The same command with --resume goes on; SEALS_DEBUG=1 shows more."
         return SealsError(f"the sweep was cut short: {text:.300}\n{jobs} {advice}")
 

@@ -44,7 +44,7 @@ class Diagnosis:
         seconds: that it took.
         source: path and checksum of the log, or a list of them, when it came from files.
         next_experiment: the flight that would settle what is open, as ``seals plan`` writes it.
-        without: effects that were left out of the nominal model.
+        without: effects that were left out of the stated model.
         hull: link of the robot that has its one hull; empty for the base.
         given_log: word of the command line that gave the log, for the commands that come next.
         given_robot: words that gave the robot and what is left out, each behind a blank.

@@ -55,7 +55,7 @@ def execute(config: Any) -> int | None:
     guide: Any = settings.guide
     if not hasattr(guide, "use"):
         raise ConfigError(
-            f"guide={type(guide).__name__.lower()} takes no keys.\nLeave it out, or say guide=stick"
+            f"guide={type(guide).__name__.lower()} takes no keys.\nLeave it out, or use guide=stick"
         )
     timed = any(word.lstrip("+").startswith("time.duration=") for word in overrides)
     device = _device(config, settings, timed)

@@ -45,7 +45,7 @@ def traced(law: Callable[..., list[Tensor]], given: Sequence[Tensor]) -> GraphMo
             raise
         raise ConfigError(
             f"this robot cannot be fused: {line_in_law(problem, _FOLLOWERS)}, asks for a number to "
-            "decide what comes next.\nGive it one way for all rows, as seals.arrays.some says, or "
+            "decide what comes next.\nWrite it without branches on numbers (seals.arrays.some), or "
             "leave out backend.fused, or fused=True"
         ) from problem
     finally:

@@ -47,7 +47,7 @@ def execute(config: Any) -> int | None:
         if others:
             raise ConfigError(
                 f"run= shows a run as it was; it cannot be changed by {others[0]}.\n"
-                "Leave the others out and turn the sliders, or start anew without run=."
+                "Leave the others out and turn the sliders, or start again without run=."
             )
         place = Path(str(config.run))
         replay = open_replay(place, key="run")

@@ -74,10 +74,10 @@ def _places(path: str) -> Floats:
     try:
         found = read_npy(path)
     except LogError as cause:
-        raise ConfigError(f"{path} cannot be read: {cause}.\nRemove it, or run anew.") from cause
+        raise ConfigError(f"{path} cannot be read: {cause}.\nRemove it, or run again.") from cause
     if found.ndim != 2 or found.shape[1] != 3 or not np.all(np.isfinite(found)):
         raise ConfigError(
             f"{path} holds no places, but numbers of shape {found.shape}.\n"
-            "Allowed: finite numbers of shape (n, 3); remove it, or run anew."
+            "Allowed: finite numbers of shape (n, 3); remove it, or run again."
         )
     return found

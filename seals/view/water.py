@@ -123,4 +123,4 @@ def _read(path: str) -> Patch:
         loaded = load_triangles(Path(path), where="surface", most=MOST_BYTES)
         return Patch(np.asarray(loaded.vertices, dtype=float), np.asarray(loaded.faces))
     except (OSError, ValueError, IndexError) as cause:
-        raise ConfigError(f"{path} cannot be read: {cause}.\nRemove it, or run anew.") from cause
+        raise ConfigError(f"{path} cannot be read: {cause}.\nRemove it, or run again.") from cause

@@ -158,7 +158,7 @@ def test_an_effect_that_is_none_is_refused(
     """Its name would stand in the comment at the head of the file, line breaks included."""
     answered(effects=[{"name": "wind\nwithdrawn: no"}], models={"wind\nwithdrawn: no": {}})
     assert main(["add", "diagnosis=diagnosis.json", "name=both"]) == 2
-    assert "is none of the effects that this vehicle could be missing" in capsys.readouterr().err
+    assert "is not a candidate for this vehicle" in capsys.readouterr().err
 
 
 def test_what_was_left_out_stays_out(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -70,6 +70,25 @@ FIFTY = [
     ("new robot x", "urdf is not given", "seals new robot x urdf=FILE"),
 ]
 
+FURTHER = [
+    # a bracket that is not closed, round ones, a list for a mapping
+    ("run robot=ball initial.position=[0,0", "[0,0 cannot be read", "initial.position=[0,0]'"),
+    ("run robot=ball 'initial.position=(0,0,1)'", "(0,0,1)", "square brackets"),
+    ("diagnose log=hidden_effect/flight_a effects=[wnd]", "named entries", "effects.NAME.KEY"),
+    ("run robot=ball optics=paper", "optics holds named entries", "optics.absorption"),
+    ("render run film=gif", "neither true nor false", "Allowed: true, false"),
+    # a key of another verb
+    ("diagnose log=hidden_effect/flight_a span=[1,2]", "'span'", "a key of seals convert"),
+    # an empty file, a header alone, a kind that its bytes belie, a list for a map
+    ("convert log=empty.csv out=e", "'empty.csv' is empty", "complete copy"),
+    ("convert log=header.csv out=e", "has no rows", "rows of numbers"),
+    ("convert log=a.csv reader=ulog out=e", "not a ULog file", "seals list reader"),
+    ("convert log=a.csv map=list.yaml out=e", "it holds a list", "NAME: VALUE"),
+    ("convert log=a.csv out=e", "2 rows", "seals help convert"),
+    ("new robot x urdf=empty.csv", "is empty", "complete copy"),
+    ("new robot x urdf=https://example.com/a.urdf", "is an address", "Download it"),
+]
+
 
 @pytest.fixture
 def desk(elsewhere: Path) -> Path:
@@ -80,12 +99,17 @@ def desk(elsewhere: Path) -> Path:
     (elsewhere / "answer" / "diagnosis.json").write_text("{}", encoding="utf-8")
     (elsewhere / "note.txt").write_text("a note", encoding="utf-8")
     (elsewhere / "a.csv").write_text("t,x\n0,1\n0.1,2\n", encoding="utf-8")
+    (elsewhere / "empty.csv").touch()
+    (elsewhere / "header.csv").write_text("t,position_x\n", encoding="utf-8")
+    (elsewhere / "list.yaml").write_text("- 1\n", encoding="utf-8")
     (elsewhere / "keys.yaml").write_text("a: [", encoding="utf-8")
     (elsewhere / "hexa.urdf").write_text("<robot name='x'><link name='a'/></robot>", "utf-8")
     return elsewhere
 
 
-@pytest.mark.parametrize(("line", "wrong", "advice"), FIFTY, ids=[line for line, *_ in FIFTY])
+@pytest.mark.parametrize(
+    ("line", "wrong", "advice"), FIFTY + FURTHER, ids=[line for line, *_ in FIFTY + FURTHER]
+)
 def test_a_wrong_command_is_answered_in_two_lines(
     line: str, wrong: str, advice: str, desk: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -101,5 +125,6 @@ def test_a_wrong_command_is_answered_in_two_lines(
 
 
 def test_there_are_fifty() -> None:
-    """Each is another one."""
+    """Each is another one, and none of the further ones is among them."""
     assert len({line for line, *_ in FIFTY}) == 50
+    assert len({line for line, *_ in FIFTY + FURTHER}) == 50 + len(FURTHER)

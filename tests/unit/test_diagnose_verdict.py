@@ -317,7 +317,7 @@ def test_noise_that_is_stated_too_large_is_told() -> None:
         "channels": [e.to_dict() for e in channel(0.8, 0.33, 0.33).errors],
     }
     assert error_lines(table)[-1].startswith(
-        "  stated noise or gusts are too large: position is left 0.33 of its own."
+        "  stated noise or gusts are too large: the residual is 0.33 (position) of"
     )
 
 

@@ -143,7 +143,7 @@ def test_zeros_are_no_records(tmp_path: Path) -> None:
     """A record says what it is: sixty megabytes of zeros would be eight million of them."""
     file = tmp_path / "a.bag"
     file.write_bytes(rosbag1_file.MAGIC + bytes(1000))
-    with pytest.raises(LogError, match="says not what it is"):
+    with pytest.raises(LogError, match="does not state its type"):
         ReaderRosbag1().read(file)
 
 

@@ -238,7 +238,7 @@ def link_out(folder: Path) -> None:
     ("fault", "words"),
     [
         (lambda f: (f / "card.json").unlink(), "there is no card.json"),
-        (lambda f: (f / "card.json").write_text("{"), "not sound JSON"),
+        (lambda f: (f / "card.json").write_text("{"), "not valid JSON"),
         (lambda f: (f / "card.json").write_text("[" * 200_000), "nested deeper"),
         (lambda f: (f / "card.json").write_text(" " * 2_000_000), "2000000 bytes"),
         (edit_card(format="seals-policy"), "Allowed here: 'seals-demonstrations'"),
@@ -305,7 +305,7 @@ def test_minari_takes_the_episodes(tmp_path: Path, monkeypatch: pytest.MonkeyPat
         np.testing.assert_array_equal(kept.action, again.actions)
         np.testing.assert_allclose(kept.reward, again.rewards, rtol=1e-6)
         assert kept.terminated.tolist() == again.terminations.tolist()
-    with pytest.raises(SealsError, match="no id"):
+    with pytest.raises(SealsError, match="data set's id"):
         write_minari(demos, "two words")
 
 

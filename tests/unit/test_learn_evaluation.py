@@ -375,7 +375,7 @@ def test_record_then_replay_then_evaluate(
     ("words", "said"),
     [
         (["evaluate", "policy=scriptd"], "Did you mean 'scripted'"),
-        (["evaluate", "episodes=0"], "at least one episode"),
+        (["evaluate", "episodes=0"], "episodes=1 or more"),
         (["evaluate", "grid=robust"], "robustness"),
         (["record", "keep=success"], "Did you mean 'successes'"),
         (["record", "who=humn"], "Did you mean 'human'"),

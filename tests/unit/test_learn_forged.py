@@ -95,7 +95,7 @@ FORGERIES: dict[str, tuple[Change, str]] = {
         "transitions",
     ),
     "rows of other lengths": (entry("agent", "memory", "rows", value=first(more)), "size|shape"),
-    "no rows at all": (entry("agent", "memory", "rows", value={}), "cannot be taken up"),
+    "no rows at all": (entry("agent", "memory", "rows", value={}), "cannot be resumed"),
     "environments of another count": (
         entry("environment", value=_doubled),
         "array",
@@ -126,4 +126,4 @@ def test_forged_trainings_are_refused(trained: Any, tmp_path: Path, name: str) -
     write_checkpoint(tmp_path, state)
     with pytest.raises(ConfigError, match=words) as refusal:
         take_up(fresh, device="cpu")
-    assert f"{FILE} cannot be taken up" in str(refusal.value)
+    assert f"{FILE} cannot be resumed" in str(refusal.value)

@@ -74,8 +74,8 @@ def test_values_that_types_let_through_are_refused(override: str, words: str) ->
 @pytest.mark.parametrize(
     ("words", "refusal"),
     [
-        (["learner=sacfd"], "wants demonstrations"),
-        (["learner=ppo", "demonstrations=x"], "would not look at them"),
+        (["learner=sacfd"], "needs demonstrations"),
+        (["learner=ppo", "demonstrations=x"], "does not use them"),
         (["learner=visual_sac"], "needs pictures"),
         (["learner=ppo", "count=1", "learner.horizon=7"], "two steps or more in each minibatch"),
         (["course.steps=-1"], "course.steps=-1"),

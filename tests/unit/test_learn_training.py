@@ -347,7 +347,7 @@ def test_a_checkpoint_is_read_without_running_anything(tmp_path: Path) -> None:
     assert state["b"] == {"c": None, "d": [1, 2.5, "x"]}
     whole = (tmp_path / FILE).read_bytes()
     (tmp_path / FILE).write_bytes(whole[: len(whole) // 2])
-    with pytest.raises(ConfigError, match="cannot be taken up"):
+    with pytest.raises(ConfigError, match="cannot be resumed"):
         read_checkpoint(tmp_path, device="cpu")
 
     class Trap:
@@ -357,10 +357,10 @@ def test_a_checkpoint_is_read_without_running_anything(tmp_path: Path) -> None:
             return os.mkdir, (str(tmp_path / "sprung"),)
 
     torch.save({"form": 1, "trap": Trap()}, tmp_path / FILE)
-    with pytest.raises(ConfigError, match="cannot be taken up"):
+    with pytest.raises(ConfigError, match="cannot be resumed"):
         read_checkpoint(tmp_path, device="cpu")
     (tmp_path / FILE).write_bytes(pickle.dumps(Trap()))
-    with pytest.raises(ConfigError, match="cannot be taken up"):
+    with pytest.raises(ConfigError, match="cannot be resumed"):
         read_checkpoint(tmp_path, device="cpu")
     assert not (tmp_path / "sprung").exists()
 

@@ -188,7 +188,7 @@ def test_a_torn_file_is_read_up_to_its_end(tmp_path: Path) -> None:
 def test_broken_files_are_refused(tmp_path: Path) -> None:
     """Another file, one that is mostly noise, one without channels, an unknown field."""
     for raw, words in (
-        (b"ULog" * 50, "does not start as one"),
+        (b"ULog" * 50, "lacks the file signature"),
         (flight()[:4000] + b"\7" * 4000, "belong to no message"),
         (declared("FMT") + declared("PIDR") + packed("PIDR", 1, 1.0, 2.0), "no sample"),
         (

@@ -196,7 +196,7 @@ def test_wrong_packets_are_passed_over(tmp_path: Path) -> None:
 
 def test_broken_files_are_refused(tmp_path: Path) -> None:
     """Another file, one that is mostly noise, unknown messages and fields."""
-    with pytest.raises(LogError, match="does not start as one"):
+    with pytest.raises(LogError, match="lacks the file signature"):
         _read(tmp_path, b"\xfe" * 400)
     with pytest.raises(LogError, match="belong to no packet"):
         _read(tmp_path, flight()[:500] + b"\xfe" * 5000)

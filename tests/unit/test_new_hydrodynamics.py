@@ -107,7 +107,7 @@ def test_refusals(buoy: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "'ellipsoid'" in refused(capsys, "robot=buoy", "method=elipsoid")
     assert "Did you mean 'body'" in refused(capsys, "robot=buoy", "link=bod", "method=ellipsoid")
     assert "60 to 4000" in refused(capsys, "robot=buoy", "panels=3")
-    assert "robot folder of yours" in refused(capsys, "robot=nowhere")
+    assert "not one of your robot folders" in refused(capsys, "robot=nowhere")
     assert "Did you mean 'buoy'" in refused(capsys, "robot=buoi")
     assert "Did you mean 'method'" in refused(capsys, "robot=buoy", "methd=bem")
     assert "need a robot folder" in refused(capsys, "method=bem")

@@ -148,7 +148,7 @@ def postscript(monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_a_picture_starts_no_program(postscript: Path) -> None:
     """The decoder is that of PNG, whatever the content."""
     Path("a.png").write_bytes(EPS)
-    with pytest.raises(LogError, match="no sound PNG"):
+    with pytest.raises(LogError, match="not a valid PNG"):
         read_picture("a.png")
     assert not postscript.exists()
     with Image.open("a.png") as bare, pytest.raises(subprocess.CalledProcessError):
@@ -177,7 +177,7 @@ KINDS = [
 def test_a_name_chooses_no_decoder(kind: str) -> None:
     """Pillow knows some forty kinds by their content; of a stranger's picture one is read."""
     Image.new("RGB", (16, 16), (9, 8, 7)).save("a.png", format=kind)
-    with pytest.raises(LogError, match="no sound PNG"):
+    with pytest.raises(LogError, match="not a valid PNG"):
         read_picture("a.png")
 
 

@@ -106,7 +106,7 @@ BROKEN: dict[str, tuple[bytes, str]] = {
         robot(BASE + ARM + joint("a", "base", "arm") + joint("b", "base", "arm")),
         "two parent joints",
     ),
-    "same name twice": (robot(BASE + BASE), "the link 'base' is there twice"),
+    "same name twice": (robot(BASE + BASE), "the link 'base' occurs twice"),
     "same joint twice": (
         robot(
             BASE

@@ -127,7 +127,7 @@ FORGERIES: dict[str, tuple[Change, str]] = {
         "a ledger of",
     ),
     "stages without names": (entry("books", "stages", value=[1.0]), "times and names"),
-    "no books": (entry("books", value=None), "cannot be taken up"),
+    "no books": (entry("books", value=None), "cannot be resumed"),
     "no scene": (entry("scene", value=None), "scene.bin was cut short or damaged"),
 }
 
@@ -141,7 +141,7 @@ def test_forged_states_of_a_run_are_refused(
     forged(kept / checkpoint.STATE, change)
     with pytest.raises(ConfigError, match=words) as refusal:
         take_up(kept, flown)
-    assert "begin the run anew" in str(refusal.value)
+    assert "run it again" in str(refusal.value)
 
 
 def test_a_class_that_writes_files_is_no_part_of_a_state(
@@ -151,7 +151,7 @@ def test_a_class_that_writes_files_is_no_part_of_a_state(
     mark = tmp_path / "mark"
     evil = {"r": "seals.learn.training.rows:Rows", "v": {"path": str(mark), "names": ["a"]}}
     forged(kept / checkpoint.STATE, entry("books", value=evil))
-    with pytest.raises(ConfigError, match="no registered record"):
+    with pytest.raises(ConfigError, match="not a registered record"):
         take_up(kept, flown)
     assert not mark.exists()
 

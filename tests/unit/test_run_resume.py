@@ -175,7 +175,7 @@ def test_a_damaged_checkpoint_is_refused(
     state = cut / checkpoint.FOLDER / checkpoint.STATE
     state.write_bytes(state.read_bytes()[:1000])
     assert main(["run", f"resume={cut}"]) == 2
-    assert "cannot be taken up" in capsys.readouterr().err
+    assert "cannot be resumed" in capsys.readouterr().err
     state.unlink()
     assert main(["run", f"resume={cut}"]) == 2
     assert "there is no checkpoint" in capsys.readouterr().err

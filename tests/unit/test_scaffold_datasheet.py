@@ -122,7 +122,7 @@ def test_a_flight_without_rest_leaves_biases_assumed(tmp_path: Path) -> None:
     log = _flight().select(np.arange(ROWS) > REST + 200)
     place = tmp_path / "datasheet.yaml"
     told = write_datasheet(log, VEHICLE, place, replace=False)
-    assert any("never stood still" in line for line in told)
+    assert any("never at rest" in line for line in told)
     line = next(x for x in place.read_text().splitlines() if "gyroscope_bias" in x)
     assert "# assumed" in line
 

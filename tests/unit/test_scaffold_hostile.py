@@ -132,7 +132,7 @@ HOSTILE: dict[str, tuple[dict[str, str], str]] = {
     ),
     "a text that is not there": (
         {"r": URDF.format(MESH.format("compiled://../../a", "1 1 1"))},
-        "is not there",
+        "does not exist",
     ),
 }
 
@@ -207,5 +207,5 @@ def test_a_link_out_of_the_folder_is_not_followed(kind: str, tmp_path: Path) -> 
     file = written(folder, files)
     (folder / "in").mkdir()
     (folder / ("in.xml" if kind == "include" else "in/model.sdf")).symlink_to(secret)
-    with pytest.raises(RobotError, match=r"outside its folder|is not there"):
+    with pytest.raises(RobotError, match=r"outside its folder|does not exist"):
         scaffold_robot("mine", file, parent=tmp_path)

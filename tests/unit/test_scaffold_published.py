@@ -45,7 +45,7 @@ def said(new: NewRobot) -> str:
 
 def test_bicopter(tmp_path: Path) -> None:
     """Rotors on two servos, a mesh of each link missing, and a joint that holds it in its stand."""
-    with pytest.raises(RobotError, match=r"base\.stl.*is not there[\s\S]*missing-meshes=boxes"):
+    with pytest.raises(RobotError, match=r"base\.stl.*does not exist[\s\S]*missing-meshes=boxes"):
         made("bicopter/model.sdf", tmp_path)
     new = made("bicopter/model.sdf", tmp_path, boxes=True)
     assert failures(new) == []

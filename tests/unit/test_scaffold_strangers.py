@@ -122,7 +122,7 @@ MISTAKES = {
             + "<plugin filename='motor.so'><jointName>i</jointName>"
             "<motorConstant>1e-5</motorConstant></plugin>"
         ),
-        "names the joint 'i', which is not there",
+        "names the joint 'i', which does not exist",
     ),
     "hydrodynamics of a link that is not there": (
         PLUGIN.format("<link_name>boddy</link_name><xU>-1</xU>"),
@@ -174,7 +174,7 @@ MISTAKES = {
         "joint 'j' names the link 'bas'",
     ),
     "two bases": (URDF.format(MASS.format(1), ""), "2 base links: a, b"),
-    "a link of a URDF twice": (URDF.format("", "<link name='a'/>"), "the link 'a' is there twice"),
+    "a link of a URDF twice": (URDF.format("", "<link name='a'/>"), "the link 'a' occurs twice"),
     "a mesh of a package that is not there": (
         URDF.format(MASS.format(1) + MESH, HINGE.format("a", "0 0 1", -1)),
         "package=gone=FOLDER",
@@ -200,7 +200,7 @@ MISTAKES = {
         SDF.format(LINK.replace("<inertial>", "<pose>0 0 0 0 0</pose><inertial>")),
         "pose='0 0 0 0 0' is not 6 finite numbers",
     ),
-    "a link of an SDF twice": (SDF.format(LINK + LINK), "the link 'body' is there twice"),
+    "a link of an SDF twice": (SDF.format(LINK + LINK), "the link 'body' occurs twice"),
     "a wing on a link that is not there": (LIFT.format("bdy", ""), "Did you mean 'body'?"),
     "a wing without span": (
         LIFT.format("body", "<forward>0 0 1</forward>"),

@@ -107,8 +107,8 @@ def nested(levels: int) -> Any:
 @pytest.mark.parametrize(
     ("thing", "words"),
     [
-        (Stranger(1.0), "no registered record"),
-        (print, "no registered record"),
+        (Stranger(1.0), "not a registered record"),
+        (print, "not a registered record"),
         (np.array([{}], dtype=object), "no kind of number"),
         (nested(70), "deeper than 64"),
         (frozenset(range(300)), "300 keys"),
@@ -166,15 +166,15 @@ FORGERIES: dict[str, tuple[Forgery, str]] = {
     "not a number": (text("-0.0", "NaN"), "holds NaN"),
     "infinite": (text("-0.0", "1e999"), "no finite number"),
     "long number": (text("-0.0", "1" * 4000), "4000 digits"),
-    "twice": (text('"kind":', '"kind": 1, "kind":'), "stands there twice"),
+    "twice": (text('"kind":', '"kind": 1, "kind":'), "occurs twice"),
     "other entries": (lambda about: about.update(more=1), "other entries"),
     "other kind": (lambda about: about.update(kind="run"), "of the kind 'run'"),
     "foreign class": (
         state({"r": "seals.learn.training.rows:Rows", "v": {"path": "x", "names": []}}),
-        "no registered record",
+        "not a registered record",
     ),
-    "function": (state({"r": "os:system", "v": {}}), "no registered record"),
-    "other fields": (state({"r": f"{__name__}:Level", "v": {"height": 1.0}}), "other fields"),
+    "function": (state({"r": "os:system", "v": {}}), "not a registered record"),
+    "other fields": (state({"r": f"{__name__}:Level", "v": {"height": 1.0}}), "different fields"),
     "wrong kind": (
         state({"r": f"{__name__}:Level", "v": {"height": "a", "names": {"t": []}, "before": None}}),
         "field 'height'",
@@ -205,7 +205,7 @@ FORGERIES: dict[str, tuple[Forgery, str]] = {
     "dates": (table(["<M8[s]", "C", [12]]), "no kind of number"),
     "a number of too few bits": (state({"b": "00"}), "1 bytes"),
     "a number that has no name": (state({"f": "__import__"}), "__import__"),
-    "a name that leads out": (state({"r": "../../etc:passwd", "v": {}}), "no registered record"),
+    "a name that leads out": (state({"r": "../../etc:passwd", "v": {}}), "not a registered record"),
     "no JSON": (lambda about: "{", "Expecting"),
     "no text": (lambda about: '{"\xe9": 1}', "ascii"),
 }

@@ -83,5 +83,5 @@ def test_a_thruster_on_a_joint_is_refused(tmp_path: Path) -> None:
     words += ["actuators.push.first=3", "actuators.push.max_force=[5]"]
     run = build_run(compose([f"robot={robot_of(tmp_path)}", *words]))
     robot = build_robot(run.robot)
-    with pytest.raises(ConfigError, match="link 'tail_tilt' moves against the base"):
+    with pytest.raises(ConfigError, match="link 'tail_tilt' moves relative to the base"):
         layout_of(robot, bind_effects(run.actuators, robot.links))

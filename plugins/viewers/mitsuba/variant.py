@@ -58,7 +58,7 @@ def _chosen(variant: Variant) -> str:
     if trouble:
         raise PhysicsError(
             f"renderer.variant={variant.value} does not run here: {trouble}.\n"
-            "Take renderer.variant=scalar_rgb, which runs everywhere; LLVM wants version 16 or "
+            "Take renderer.variant=scalar_rgb, which runs everywhere; LLVM needs version 16 or "
             "later (apt-get install libllvm19, DRJIT_LIBLLVM_PATH=.../libLLVM.so.19.1)"
         )
     return str(variant.value)

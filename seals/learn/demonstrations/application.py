@@ -79,7 +79,7 @@ def _recorded(config: Any) -> tuple[Demonstrations, int]:
         environment.close()
     if len(kept) < wanted:
         raise ConfigError(
-            f"only {len(kept)} of {tried} episodes succeeded, and {wanted} were asked for.\n"
+            f"only {len(kept)} of {tried} episodes succeeded, and {wanted} are requested.\n"
             "Say keep=all, ask for fewer, or take a better policy."
         )
     task = environment.task
@@ -153,8 +153,8 @@ def _refuse(config: Any) -> None:
     """Refuse invalid numbers and words of a recording, and paths that are taken."""
     if config.episodes < 1 or config.most < 1 or not 0.0 <= config.noise <= 1.0:
         raise ConfigError(
-            f"episodes={config.episodes}, most={config.most}, noise={config.noise} make no "
-            "recording.\nAllowed: at least one episode, most from 1 on, noise from 0 to 1"
+            f"episodes={config.episodes}, most={config.most}, noise={config.noise} is not "
+            "allowed.\nAllowed: episodes=1 or more, most=1 or more, noise from 0 to 1."
         )
     if config.keep not in KEEP:
         raise ConfigError(f"keep={config.keep} is unknown.\n{suggestion(str(config.keep), KEEP)}")

@@ -204,7 +204,7 @@ class Demonstrations:
         """
         if not 1 <= count <= len(self.episodes):
             raise SealsError(
-                f"{count} of {len(self.episodes)} demonstrations were asked for.\n"
+                f"{count} of {len(self.episodes)} demonstrations are requested.\n"
                 f"Allowed: 1 to {len(self.episodes)}"
             )
         return dataclasses.replace(self, episodes=self.episodes[:count])

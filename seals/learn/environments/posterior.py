@@ -128,7 +128,7 @@ def _correlation(finding: Finding, names: Sequence[str]) -> Floats:
     found[np.diag_indices(len(names))] = 1.0
     if not np.allclose(part, part.T, atol=_ROUNDED) or np.linalg.eigvalsh(found)[0] < -_ROUNDED:
         raise ConfigError(
-            f"{finding.file}: covariance.matrix is none: it is not symmetric, or not positive.\n"
+            f"{finding.file}: covariance.matrix is not symmetric, or not positive.\n"
             "Diagnose the log again."
         )
     return found
@@ -164,7 +164,7 @@ def _effect_estimates(
         raise ConfigError(
             f"{KEY}={finding.file.parent}: {where}, and which one of the environment that is "
             f"cannot be distinguished: {', '.join(alike)}.\n"
-            "Take the model that seals add makes of it: +model=NAME"
+            "Take the model that seals add writes from it: +model=NAME"
         )
     for field, given in parameters.items():
         if field in _PLACES:

@@ -24,7 +24,7 @@ class BatchVecEnv(VecEnv):
     What its ``Monitor`` would add is there: return, length and success of episodes that end.
 
     Args:
-        batch: whose episodes begin anew in the step that ends them.
+        batch: whose episodes restart in the step that ends them.
 
     Raises:
         ConfigError: they begin anew at another time.
@@ -34,7 +34,7 @@ class BatchVecEnv(VecEnv):
         """Take over the spaces of one environment."""
         if batch.metadata.get("autoreset_mode") != AutoresetMode.SAME_STEP:
             raise ConfigError(
-                "episodes of this vector environment do not begin anew in the step that ends them."
+                "episodes of this vector environment do not restart in the step that ends them."
                 "\nMake it by gymnasium.make_vec(..., vectorization_mode='vector_entry_point')"
             )
         self.batch = batch

@@ -123,8 +123,8 @@ def _trials_of(config: Any, *, base: Sequence[str]) -> list[_Trial]:
     """
     if config.episodes < 1 or config.count < 0:
         raise ConfigError(
-            f"episodes={config.episodes}, count={config.count} make no evaluation.\n"
-            "Allowed: at least one episode; a count of 0 chooses by the backend"
+            f"episodes={config.episodes}, count={config.count} is not allowed.\n"
+            "Allowed: episodes=1 or more, count=0 or more; count=0 chooses by the backend."
         )
     policy = str(config.policy)
     names = list(dict.fromkeys([policy, *map(str, config.beside)]))

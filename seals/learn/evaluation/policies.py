@@ -97,9 +97,9 @@ def policy_of(name: str, environment: Batched, *, device: str, key: str = "polic
     given = (found.metadata["network"].get("observation"), found.metadata["network"].get("action"))
     if given != wanted:
         raise ConfigError(
-            f"{key}={name} sees {given[0]} numbers and says {given[1]}; here there are "
-            f"{wanted[0]} and {wanted[1]}.\n"
-            "Judge it in its own environment: the card.json says which."
+            f"{key}={name} takes {given[0]} observations and returns {given[1]} actions; this "
+            f"environment has {wanted[0]} and {wanted[1]}.\n"
+            "Use the environment it was trained in; card.json of the policy names it."
         )
     return found
 

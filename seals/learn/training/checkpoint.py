@@ -46,7 +46,7 @@ def read_checkpoint(folder: Path, *, device: str) -> dict[str, Any]:
     if not has_checkpoint(folder):
         raise ConfigError(
             f"resume={folder}: there is no {FILE} in this folder.\n"
-            "A training that came to its end keeps none; begin anew without resume."
+            "A training that was completed keeps none; start again without resume."
         )
     try:
         state = read_state(
@@ -58,8 +58,8 @@ def read_checkpoint(folder: Path, *, device: str) -> dict[str, Any]:
     except (StateError, TypeError) as cause:
         words = " ".join(str(cause).split())
         raise ConfigError(
-            f"{path} cannot be taken up: {words[:200]}\n"
-            "It is damaged, or was not written by seals train; begin anew without resume."
+            f"{path} cannot be resumed: {words[:200]}\n"
+            "It is damaged, or was not written by seals train; start again without resume."
         ) from cause
     return found
 

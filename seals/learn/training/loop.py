@@ -61,7 +61,7 @@ class Training:
 
     Args:
         environment: that the agent acts in.
-        agent: that learns; taught before, where it wants demonstrations.
+        agent: that learns; taught before, where it needs demonstrations.
         course: how long, and what is written.
         folder: where to.
         eval_env: environment of the evaluations, or None for no evaluation.

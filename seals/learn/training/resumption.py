@@ -50,7 +50,7 @@ def take_up(training: Training, *, device: str) -> list[str]:
     if state.get("config") != training.metadata.get("config_hash"):
         raise ConfigError(
             f"resume={folder}: the training was begun with other settings, or another version of "
-            "robot and environment.\nBegin it anew, in a folder of its own."
+            "robot and environment.\nStart it again, in a folder of its own."
         )
     try:
         if state.get("environment") is not None:
@@ -63,13 +63,13 @@ def take_up(training: Training, *, device: str) -> list[str]:
     except Exception as cause:  # parts restore themselves, and say in their own ways what is amiss
         text = " ".join(str(cause).split())[:300] or type(cause).__name__
         raise ConfigError(
-            f"{folder / FILE} cannot be taken up: {text}.\n"
-            "It is damaged, or was not written by seals train; begin anew without resume."
+            f"{folder / FILE} cannot be resumed: {text}.\n"
+            "It is damaged, or was not written by seals train; start again without resume."
         ) from cause
     if not alike_in_all((training.step, training.updates)):
         raise ConfigError(
             f"resume={folder}: its processes were cut off at different steps, this one at "
-            f"{training.step}.\nBegin it anew, in folders of their own."
+            f"{training.step}.\nStart it again, in folders of their own."
         )
     return remarks
 

@@ -28,8 +28,8 @@ def environments(config: Any) -> Iterator[tuple[Any, Any]]:
     count, episodes = int(config.count), int(config.course.episodes)
     if count < 1 or config.judges < 0:
         raise ConfigError(
-            f"count={count}, judges={config.judges} make no training.\n"
-            "Allowed: count from 1 on, judges from 0 on."
+            f"count={count}, judges={config.judges} is not allowed.\n"
+            "Allowed: count=1 or more, judges=0 or more."
         )
     judges = int(config.judges) or (episodes if "interval" in config.backend else 1)
     seed = training_seed(int(config.seed))
@@ -94,13 +94,13 @@ def agent_of(config: Any, environment: Any) -> tuple[Agent, list[str]]:
     agent: Agent = learner.start(spaces, device=str(config.device), seed=int(config.seed))
     if agent.wants == "must" and config.demonstrations is None:
         raise ConfigError(
-            "this learner wants demonstrations, and none are given.\n"
-            "Record some: seals record; then demonstrations=FOLDER.  Without: "
-            "learner.demonstrations=none, where the learner can"
+            "this learner needs demonstrations, and none are given.\n"
+            "Record some with seals record and give demonstrations=FOLDER; learners that can "
+            "do without take learner.demonstrations=none"
         )
     if agent.wants == "no" and config.demonstrations is not None:
         raise ConfigError(
-            f"demonstrations={config.demonstrations}: this learner would not look at them.\n"
+            f"demonstrations={config.demonstrations}: this learner does not use them.\n"
             "Choose learner=sacfd, rlpd or bc, or learner.demonstrations=buffer with sac"
         )
     if config.demonstrations is None:

@@ -24,7 +24,7 @@ def with_free_numbers(
     All other parameters keep the tolerance that the log states.
 
     Args:
-        candidate_set: nominal model with its tolerances.
+        candidate_set: stated model with its tolerances.
         numbers: that are asked for.
         others: of the vehicle: each keeps its tolerance, as that of the number alone.
         base: name of the base link.
@@ -80,7 +80,7 @@ def same_number(candidate_set: CandidateSet, number: StatedNumber, base: str) ->
     They name it, or change the same field of an effect of the same law, medium and links.
 
     Args:
-        candidate_set: nominal model with its tolerances.
+        candidate_set: stated model with its tolerances.
         number: of the stated model.
         base: name of the base link.
     """

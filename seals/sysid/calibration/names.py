@@ -50,7 +50,7 @@ def _meant(name: str, offered: Mapping[str, StatedNumber]) -> list[StatedNumber]
         meant = [n for k, n in offered.items() if n.offered and k.startswith(heads)]
     if not meant:
         raise ConfigError(
-            f"parameters: '{name}' is no number of this vehicle that a log can tell.\n"
+            f"parameters: '{name}' is not a parameter that a log of this vehicle can determine.\n"
             f"{suggestion(name, offered)}"
         )
     return meant

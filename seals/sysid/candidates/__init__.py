@@ -1,1 +1,1 @@
-"""Parameters and candidate effects that may be added to a nominal model, from the registry."""
+"""Parameters and candidate effects that may be added to a stated model, from the registry."""

@@ -1,4 +1,4 @@
-"""Parameters that identification may estimate: of the nominal model and of candidate effects."""
+"""Parameters that identification may estimate: of the stated model and of candidate effects."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from seals.sysid.decision.policy import DecisionPolicy, SearchBudget
 class Parameter:
     """Parameter of a model that identification may estimate.
 
-    In the extended model of a vehicle its value is the change against the nominal model; in a model
+    In the extended model of a vehicle its value is the change against the stated model; in a model
     of an experiment, the value itself.
 
     Args:
@@ -31,7 +31,7 @@ class Parameter:
         bounds: least and largest value.
         least: size below which it makes no effect that is named.
         adds: whether the tolerance can only add, as that of a latency.
-        nominal: value in the nominal model.
+        nominal: value in the stated model.
         start: value from which a fit of a candidate starts.
         unit: SI unit of the value; empty where its effect states it.
         changes: number of the stated model that the parameter changes; None for a field of an
@@ -179,7 +179,7 @@ class CandidateSet:
         effects: instances of the extended model by name, all changes zero.
         parameters: by key.
         candidates: effects that may be missing.
-        nominal: instances of the nominal model, where it is a choice of a recipe.
+        nominal: instances of the stated model, where it is a choice of a recipe.
         unobservable: effects that could act but change no reading.
         waves: that may be missing, by the instance of their parameters.
         data_sheet: errors of the vehicle's own values that look like an effect; never searched.
@@ -252,7 +252,7 @@ class Collector:
         effect = addition.effect
         if effect is not None:
             if addition.instance in self._nominal:
-                # beside one of the nominal model
+                # beside one of the stated model
                 addition = replace(addition, instance=f"{addition.instance}_change")
             effect.correction = True
             self.effects[addition.instance] = effect

@@ -32,7 +32,7 @@ def candidate_set_of(
     """Collect the tolerances and candidate effects of a vehicle from all installed effects.
 
     Args:
-        vehicle: nominal model.
+        vehicle: stated model.
         speeds: typical speeds along the body axes [m/s], shape (3,).
         logs: number of logs that are fitted together.
         shortfall: typical missing share of the battery's full voltage [1].

@@ -1,1 +1,1 @@
-"""Measured data of one vehicle: nominal model, samples, trajectory."""
+"""Measured data of one vehicle: stated model, samples, trajectory."""

@@ -151,7 +151,7 @@ def _gravity(law: Any, environment: EnvironmentSettings) -> dict[str, float]:
 def _waves(
     entries: Sequence[Mapping[str, Any]], laws: Mapping[str, Any]
 ) -> tuple[str, dict[str, float]]:
-    """Name and parameters of the waves among the entries of a nominal model."""
+    """Name and parameters of the waves among the entries of a stated model."""
     for entry in entries:
         if str(entry["name"]) in laws:
             given = {k: float(v) for k, v in (entry.get("parameters") or {}).items()}

@@ -202,7 +202,7 @@ _SIZES = {"box": 3, "cylinder": 2, "sphere": 1, "capsule": 2}
 def _hull(spec: Mapping[str, Any]) -> HullSettings:
     """Hull of a link."""
     if not spec["primitives"]:
-        raise LogError("vehicle.hull has no primitives.\nGive at least one, or say hull: null")
+        raise LogError("vehicle.hull has no primitives.\nGive at least one, or write hull: null")
     shapes = []
     for shape in spec["primitives"]:
         kind = shape["type"]

@@ -1,4 +1,4 @@
-"""Vehicle of a log: nominal model, sensors and tolerances."""
+"""Vehicle of a log: stated model, sensors and tolerances."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ READ = (
 
 @dataclass(frozen=True, kw_only=True)
 class Vehicle(Subject):
-    """Vehicle of a log: nominal model, and the accuracy of its properties and sensors.
+    """Vehicle of a log: stated model, and the accuracy of its properties and sensors.
 
     Args:
         gust: level of unmodelled force [N] and torque [N m], shape (2,).
@@ -86,7 +86,7 @@ class Vehicle(Subject):
 
     @property
     def bound(self) -> EffectSet:
-        """Effects of the nominal model on their links."""
+        """Effects of the stated model on their links."""
         return bind_effects(self.effects, self.robot.links)
 
 
@@ -96,7 +96,7 @@ def read_vehicle(
     *,
     still: Mapping[str, float] | None = None,
 ) -> Vehicle:
-    """Build the nominal model from the metadata of a log, and the robot's folder where given.
+    """Build the stated model from the metadata of a log, and the robot's folder where given.
 
     Args:
         meta: of the log, or of several joined ones.
@@ -163,7 +163,7 @@ def _nominal(
     meta: Mapping[str, Any],
     still: Mapping[str, float],
 ) -> tuple[RobotModel, dict[str, Effect], dict[str, Effect], dict[str, str]]:
-    """Return the nominal model of a robot in the surroundings of a log.
+    """Return the stated model of a robot in the surroundings of a log.
 
     These are the robot, what acts of its folder or is commanded by the log, all effects by their
     instance names in a diagnosis, and the keys of those that stand in ``robot.yaml``.
@@ -438,7 +438,7 @@ def _undriven(meta: Mapping[str, Any]) -> bool:
 
 
 def acting(description: RobotDescription, meta: Mapping[str, Any]) -> dict[str, Effect]:
-    """Return the robot's effects in the nominal model of a log; of a run, those that it lists.
+    """Return the robot's effects in the stated model of a log; of a run, those that it lists.
 
     Each has the form of its law that the log means.
 

@@ -210,7 +210,7 @@ def _falls(search: Search[EvidenceHypothesis], errors: ChannelErrors, *, moved: 
 
 
 def explained_share(search: Search[EvidenceHypothesis]) -> float:
-    """Share of the excess misfit of the nominal model that the chosen one explains."""
+    """Share of the excess misfit of the stated model that the chosen one explains."""
     best, before = search.best, search.nominal.fit.cost
     policy = best.fitter.candidate_set.policy
     floor = policy.noise_floor * float(best.fitter.windows.observed)

@@ -21,7 +21,7 @@ def better_general_law(problem: Problem, best: EvidenceHypothesis) -> str:
     """Return the reason against a model whose effect depends on the place; empty without one.
 
     The misfit of the model is compared with the misfit that a central force of any power leaves on
-    held-out windows of the nominal model.
+    held-out windows of the stated model.
     """
     placed = [c.label for c in best.candidates if c.identification.placed]
     if not placed or not problem.samples.posed:

@@ -204,7 +204,7 @@ class DecisionPolicy:
     )
     mentioned: float = threshold(14.0, EVIDENCE, "gap within which an effect is listed as similar")
     unposed: float = threshold(
-        4.0, "1", "factor on confidence scales without a pose: whole runs are fitted, badly settled"
+        4.0, "1", "factor on confidence scales without a pose: of whole runs the start is uncertain"
     )
     confidence_further: float = threshold(
         0.6, "1", "confidence that a second or third effect needs to be reported"

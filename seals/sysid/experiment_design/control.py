@@ -41,10 +41,10 @@ SUBMERGED: dict[str, Any] = {
 
 
 def plant_of(vehicle: Vehicle, stowed: Floats) -> Plant:
-    """Return the nominal model of a vehicle for controllers; its joints are one arm.
+    """Return the stated model of a vehicle for controllers; its joints are one arm.
 
     Args:
-        vehicle: nominal model.
+        vehicle: stated model.
         stowed: joint values at rest [rad or m], shape (J,).
     """
     robot, joints = vehicle.robot, vehicle.robot.tree.joints
@@ -57,7 +57,7 @@ def controller_of(vehicle: Vehicle, tilt: float, *, rate: float) -> Any:
     """Return the controller that flies a vehicle: the cascade for rotors, else the station.
 
     Args:
-        vehicle: nominal model.
+        vehicle: stated model.
         tilt: largest lean [rad].
         rate: calls a second, those of the rows [Hz].
     """

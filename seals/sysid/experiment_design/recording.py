@@ -24,7 +24,7 @@ class _Planned(Plant):
     def twin(
         self, values: Mapping[str, Any], batch: int, *, stiff: bool = True, over_steps: bool = False
     ) -> BatchDynamics:
-        """Batch dynamics of the nominal model with changes, see `Plant.twin`."""
+        """Batch dynamics of the stated model with changes, see `Plant.twin`."""
         effects = self.candidate_set.effects
         arrays = {k.partition(".")[0] for k, v in values.items() if np.ndim(v)} & set(effects)
         moved = {n for n in arrays if has_hook(effects[n], "inertia")}

@@ -57,7 +57,7 @@ def scene_of(vehicle: Vehicle, *, around: Floats | None = None) -> Scene:
     """Return the allowed space and limits of a vehicle.
 
     Args:
-        vehicle: nominal model.
+        vehicle: stated model.
         around: position near which to stay, as far as it is safe [m], shape (3,).
     """
     kind = kind_of(vehicle)

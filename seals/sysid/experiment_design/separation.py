@@ -17,7 +17,7 @@ from seals.sysid.predictors.windows import Windows
 from seals.sysid.predictors.windows_fit import WIDE, Fitter
 
 NOTHING = "nothing"
-"""Name of the nominal model among the rivals of a single effect."""
+"""Name of the stated model among the rivals of a single effect."""
 _POLICY = DecisionPolicy()
 _NODES = 24
 """Nodes of the quadrature over the noise."""
@@ -100,7 +100,7 @@ def gram_of(fitter: Fitter, supposed: Sequence[Supposed], base: Mapping[str, flo
     """Linearise the assumed effects along a flight.
 
     Args:
-        fitter: of the nominal model along the flight.
+        fitter: of the stated model along the flight.
         supposed: effects at their sizes.
         base: changes that are known to be there, such as a known load.
     """

@@ -30,7 +30,7 @@ def supposed_of(
         known: values by parameter key for names that were fitted already.
 
     Raises:
-        ConfigError: an effect is not one that this vehicle could miss.
+        ConfigError: an effect is not a candidate for this vehicle.
     """
     known = known or {}
     return tuple(_supposed(problem, name, known.get(name)) for name in names)
@@ -59,7 +59,7 @@ def variants_of(candidate_set: CandidateSet, name: str) -> list[Candidate]:
     if not found:
         names = {c.name for c in candidate_set.candidates}
         raise ConfigError(
-            f"effects: '{name}' is none that this vehicle could miss.\n{suggestion(name, names)}"
+            f"effects: '{name}' is not a candidate for this vehicle.\n{suggestion(name, names)}"
         )
     return found
 
@@ -76,7 +76,7 @@ def _likeliest(problem: Problem, variants: Sequence[Candidate]) -> Candidate:
 
 
 def _fitted(problem: Problem, candidate: Candidate) -> tuple[Fit, float]:
-    """Best fit on the log and the fall of the cost against the nominal model."""
+    """Best fit on the log and the fall of the cost against the fitted stated model."""
     fitter, keys = problem.fitter, candidate.all_keys
     nominal = fitter.fit(())
     starts: list[Mapping[str, float]] = [{}]

@@ -33,11 +33,11 @@ _OBSERVABLE = 0.05
 
 @dataclass(frozen=True, kw_only=True)
 class Experiment:
-    """Runs of an experiment with nominal model and candidate effects.
+    """Runs of an experiment with stated model and candidate effects.
 
     Args:
         settings: of the recipe.
-        candidate_set: nominal model and candidates.
+        candidate_set: stated model and candidates.
         cases: stretches, training ones and those that only judge.
         predictor: simulates jobs; a job's values follow ``names``.
         names: keys in the order of a job's values.
@@ -71,7 +71,7 @@ class Experiment:
         return self.candidate_set.parameters[self.names[index]]
 
     def nominal(self) -> Floats:
-        """Values of the nominal model."""
+        """Values of the stated model."""
         return np.array([self.parameter(k).nominal for k in range(len(self.names))])
 
     def systematic(self, case: int) -> bool:

@@ -59,7 +59,7 @@ class Plant:
     """Model of a vehicle with all candidate parameters, evaluated at rows of a log.
 
     Args:
-        vehicle: nominal model.
+        vehicle: stated model.
         candidate_set: parameters and instances.
         samples: the log.
         parts: integration steps per row.
@@ -197,7 +197,7 @@ class Plant:
     def twin(
         self, values: Values, batch: int, *, stiff: bool = True, over_steps: bool = False
     ) -> BatchDynamics:
-        """Batch dynamics of the nominal model changed by ``values``.
+        """Batch dynamics of the stated model changed by ``values``.
 
         Args:
             values: numbers or arrays (batch,) by parameter key; those left out are zero.
@@ -221,7 +221,7 @@ class Plant:
         return twin
 
     def _bound(self, used: frozenset[str]) -> EffectSet:
-        """Bind the effects of the nominal model and some more, once for each choice."""
+        """Bind the effects of the stated model and some more, once for each choice."""
         if used not in self._sets:
             effects = self.candidate_set.effects
             chosen = {n: e for n, e in effects.items() if n in self._nominal or n in used}
@@ -229,7 +229,7 @@ class Plant:
         return self._sets[used]
 
     def _bound_alone(self, used: set[str]) -> EffectSet:
-        """Bind some effects without the nominal model, once for each choice."""
+        """Bind some effects without the stated model, once for each choice."""
         key = frozenset(used)
         if key not in self._alone:
             chosen = {n: e for n, e in self.candidate_set.effects.items() if n in used}

@@ -66,7 +66,7 @@ class Problem:
     """Identification problem of one log.
 
     Args:
-        vehicle: nominal model.
+        vehicle: stated model.
         samples: the log.
         plant: extended model.
         fitter: of the nominal linearisation.

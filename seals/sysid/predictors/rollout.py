@@ -29,7 +29,7 @@ def simulated_trajectory(
 
     Args:
         samples: the log.
-        vehicle: nominal model with a start state for every run.
+        vehicle: stated model with a start state for every run.
         parts: integration steps per row.
         plant: extended model; left out, the nominal one.
         values: changes of its parameters.

@@ -66,7 +66,7 @@ class TrajectoryCache:
 
     @cached_property
     def _posture(self) -> Posture:
-        """Poses and surroundings of the nominal model."""
+        """Poses and surroundings of the stated model."""
         return self.plant.twin({}, len(self.rows)).posture(self.state, self.time)
 
     def release(self) -> None:

@@ -92,7 +92,7 @@ def execute(config: Any) -> int:
 
 
 class _LeftOver:
-    """Analysis of what the nominal model lacks, beside the decision, and of what is left after.
+    """Analysis of what the stated model lacks, beside the decision, and of what is left after.
 
     Args:
         processes: at once.
@@ -110,14 +110,14 @@ class _LeftOver:
             self._job.stop()
 
     def start(self, problem: Problem, search: Search[EvidenceHypothesis]) -> None:
-        """Begin with the nominal model of a search, in place of that of an earlier one."""
+        """Begin with the stated model of a search, in place of that of an earlier one."""
         if self._job is not None:
             self._job.stop()
         nominal = search.nominal
         self._job = Beside(lambda: locate_residual_force(problem, nominal), self._processes)
 
     def results(self, found: Diagnosis, *, report: bool) -> tuple[Localisation, Residual | None]:
-        """Return the analysis of the nominal model, and of the one in the report."""
+        """Return the analysis of the stated model, and of the one in the report."""
         from seals.sysid.report.report import model_after
 
         assert self._job is not None

@@ -16,7 +16,7 @@ from seals.logs import refuse_if_bad
 from seals.logs.log import Log
 from seals.logs.native import TABLES
 from seals.logs.reader import logs_by
-from seals.logs.shipped import find_log
+from seals.logs.shipped import find_log, log_name
 from seals.run.hidden import hide, holds
 from seals.sysid.data.join import join_logs
 from seals.sysid.data.robot_description import RobotDescription, describe_run, described
@@ -171,7 +171,7 @@ class GivenLogs:
     @property
     def log_words(self) -> str:
         """Word of the command line that gives the logs."""
-        paths = [str(short_path(place)) for place in self.places]
+        paths = [log_name(place) for place in self.places]
         return typed("log", paths[0] if len(paths) == 1 else paths)
 
     @property
@@ -255,7 +255,7 @@ def _tell_stated(log: Log, place: Path, robot: str) -> None:
     """Print that numbers without a stated tolerance count as exact."""
     if log.meta.get("tolerance"):
         return
-    words = shlex.join([f"log={short_path(place)}", f"robot={robot}"])
+    words = shlex.join([f"log={log_name(place)}", f"robot={robot}"])
     print(
         f"log '{log.name}' states no tolerances: every number of the vehicle counts as exact, and "
         f"what misses it as an effect.\nLet the flight write them: seals new datasheet {words}",

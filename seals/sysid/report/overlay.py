@@ -92,7 +92,7 @@ def _caption(problem: Problem) -> str:
         "starts once at the beginning of each run, within the stated uncertainty of that start, "
         "and then runs freely with the logged commands"
         if stated
-        else f"starts anew every {length:.2g} s from the best-fitting start state, and then runs "
+        else f"is restarted every {length:.2g} s from the best-fitting start state, and then runs "
         "freely with the logged commands (small steps in the lines are these restarts)"
     )
     return (

@@ -58,7 +58,7 @@ def write_report(
         diagnosis: what was found.
         log: that was diagnosed.
         folder: where to write; made when it is not there.
-        localisation: of what the nominal model lacks, when it is known already.
+        localisation: of what the stated model lacks, when it is known already.
         residual_after: force that the model shown as 'after' lacks, when it is known already.
 
     Returns:
@@ -269,14 +269,14 @@ def _effects(diagnosis: Diagnosis, entries: Sequence[Entry]) -> Section:
     blocks.append(
         Paragraph(
             text="Score: fall of the misfit on the whole log, in squared standard deviations, less "
-            "the price of the values that were freed for it. Two more points of score make an "
+            "a penalty for its parameters. Two more points of score make an "
             "effect 2.7 times as likely."
         )
     )
     left = [e for e in entries if e.gain is None]
     if left:
         rows = [[e.words, e.reason] for e in left]
-        title = f"{len(left)} more effects were ruled out by a quick look"
+        title = f"{len(left)} more effects were excluded by a preliminary test"
         blocks.append(Fold(title=title, blocks=[Table(head=["effect", "why"], rows=rows)]))
     return Section(title="Which effects were tried", blocks=blocks, wide=True)
 
@@ -286,7 +286,7 @@ def _errors(diagnosis: Diagnosis, steps: Sequence[Step], values: tuple[Moved, ..
     after = model_after(diagnosis)
     model = _names(diagnosis, after)[bool(after.candidates)]
     return Section(
-        title="How the error falls, and what else moved",
+        title="How the error falls, and which data sheet values moved",
         blocks=[ablation_chart(steps, claimed=claimed), tolerance_chart(values, model=model)],
         wide=True,
     )

@@ -137,14 +137,14 @@ def error_lines(table: Mapping[str, Any]) -> list[str]:
     quiet = overstated(table)
     if quiet:
         lines.append(
-            f"  stated noise or gusts are too large: {quiet}. With smaller ones in datasheet.yaml "
-            "smaller effects show."
+            f"  stated noise or gusts are too large: the residual is {quiet} of the stated noise. "
+            "Smaller values in datasheet.yaml let smaller effects be detected."
         )
     return lines
 
 
 def overstated(table: Mapping[str, Any]) -> str:
-    """Return in words which channels are left far below the noise and gusts that are stated.
+    """Return the residuals far below the stated noise and gusts, as shares, with their channels.
 
     Args:
         table: of the diagnosis, as `Diagnosis.to_dict` returns it.
@@ -153,7 +153,7 @@ def overstated(table: Mapping[str, Any]) -> str:
     for error in table["channels"]:
         levels.setdefault(error["channel"], []).append(error["after"])
     found = {c: math.sqrt(sum(x * x for x in own) / len(own)) for c, own in levels.items()}
-    parts = [f"{c} is left {figure(x)} of its own" for c, x in found.items() if EXACT < x < QUIET]
+    parts = [f"{figure(x)} ({c})" for c, x in found.items() if EXACT < x < QUIET]
     return ", ".join(parts)
 
 

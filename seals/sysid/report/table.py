@@ -129,7 +129,7 @@ def _reason(
         return _possible(diagnosis, candidate, score)
     quiet = answer.verdict in (Verdict.cannot_tell, Verdict.nothing_missing)
     cases = (
-        (score <= 0.0, "removes no more than its own freedom costs"),
+        (score <= 0.0, "removes no more than its parameters are penalised"),
         (
             not is_significant(candidate, tried.fit, candidate_set),
             "the fitted change is within what the data sheet tolerates, or a mere trace",
@@ -214,7 +214,8 @@ def _untried(diagnosis: Diagnosis) -> list[Entry]:
     out = []
     for candidate in regular:
         gain = linear_gain(fitter, table, candidate.all_keys)[0] - common
-        words = f"a quick look promised {max(gain, 0.0):.2g} points of misfit, less than others"
+        points = f"{max(gain, 0.0):.2g} points of misfit"
+        words = f"the preliminary test predicted {points}, less than for others"
         out.append((gain, _bare(candidate, words)))
     out.sort(key=lambda item: -item[0])
     words = "the force left over gave no reason to look for it"

@@ -52,7 +52,7 @@ def first_answers(
     Args:
         diagnosis: that is told.
         data: of the diagnosis, as `Diagnosis.to_dict` returns it.
-        missing: what the nominal model lacks.
+        missing: what the stated model lacks.
         channels: residual before and after in units of what is expected, by channel.
     """
     verdict, held, effects = diagnosis.answer.verdict, data["held_out_error"], data["effects"]
@@ -100,14 +100,15 @@ def explanation(diagnosis: Diagnosis, data: Mapping[str, Any]) -> str:
     """Return what the verdict means, in a sentence or two."""
     verdict, held = diagnosis.answer.verdict, data["held_out_error"]
     if verdict in (Verdict.named, Verdict.ambiguous):
-        words = " ".join(f"{e['name']}: {effect_words(e['name'])}" for e in data["effects"])
+        each = [(e["name"], effect_words(e["name"]).rstrip(".")) for e in data["effects"]]
+        words = " ".join(f"{name} ({meaning})." for name, meaning in each)
         first, fitted, last = (figure(held[k], digits=3) for k in ("stated", "before", "after"))
         fell = (
             f"Held-out error: {first} of the stated model, {fitted} with its numbers fitted within "
             f"their tolerances, {last} with the effect"
         )
         wrong = " ".join(_wrong(n) for n in data["stated_wrong"])
-        return f"Why: {words} {fell}; 1 is noise alone. {strained(diagnosis)} {wrong}".strip()
+        return f"{words} {fell}; 1 is noise alone. {strained(diagnosis)} {wrong}".strip()
     reasons = "; ".join(diagnosis.answer.reasons)
     if verdict is Verdict.none_of_these:
         share, least = data.get("explained"), diagnosis.problem.policy.explained

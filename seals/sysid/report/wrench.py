@@ -58,7 +58,7 @@ def wrench_blocks(
         )
         options[f"{name}: {loud[k]:.2g} × its uncertainty"] = (chart,)
     return [
-        Choice(label="Axis, loudest first:", options=options),
+        Choice(label="Axis, largest force first:", options=options),
         Paragraph(text=_caption(first.regime, after), tone="caption"),
     ]
 

@@ -21,8 +21,8 @@ class EvidenceHypothesis(Hypothesis):
     Args:
         fit: of their parameters and the tolerances.
         fitter: the linearisation the fit belongs to.
-        score: fall of the cost against the nominal model less the Occam factors, also of the
-            times at which effects begin or end; 0 for the nominal model.
+        score: fall of the cost against the fitted stated model less the Occam factors, also of the
+            times at which effects begin or end; 0 for the stated model.
     """
 
     fit: Fit
@@ -86,7 +86,7 @@ def log_information(scaled: Floats) -> float:
 def scored(
     candidates: Sequence[Candidate], fit: Fit, fitter: Fitter, nominal: EvidenceHypothesis
 ) -> EvidenceHypothesis:
-    """Score a fit against that of the nominal model."""
+    """Score a fit against that of the stated model."""
     candidate_set = fitter.candidate_set
     # windows that follow a late sensor leave out rows, each worth one
     dropped = nominal.fitter.windows.observed - fitter.windows.observed

@@ -12,7 +12,7 @@ _NOMINAL_ROUNDS = 4
 
 
 def estimate_disturbance(problem: Problem) -> EvidenceHypothesis:
-    """Fit the nominal model at the most likely level of the gusts."""
+    """Fit the stated model at the most likely level of the gusts."""
     fitter = problem.fitter
     nominal = EvidenceHypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
     late = problem.plant.candidate_set.sensor_delay

@@ -187,7 +187,7 @@ def _at_times(
 def _complemented(nominal: EvidenceHypothesis, best: EvidenceHypothesis) -> EvidenceHypothesis:
     """Try each effect at all other times with the opposite sign; return the better model.
 
-    A fault that begins looks like a nominal model off by as much from the first row on, and the
+    A fault that begins looks like a stated model off by as much from the first row on, and the
     opposite until then.
     """
     for k, candidate in enumerate(best.candidates):

@@ -78,7 +78,7 @@ def refit_about_own_values(
 
     One effect alone that is then worse than none has tolerances that stand in for what is still
     missing, such as a centre of gravity far away: they make the dynamics of a model that does not
-    fly, and the next fit moves them further. They stay where the nominal model is linear.
+    fly, and the next fit moves them further. They stay where the stated model is linear.
     """
     keys = hypothesis.fit.free
     if problem.plant.candidate_set.sensor_delay in keys and hypothesis.fitter.windows.delay:

@@ -122,5 +122,5 @@ def expected_fits(experiment: Experiment) -> int:
         experiment.candidate_set.budget.paired,
     )
     pairs = min(paired * (paired - 1), several * (several - 1)) // 2
-    # singles, a second one beside the best, rivals of every claim, pairs, and the nominal model
+    # singles, a second one beside the best, rivals of every claim, pairs, and the stated model
     return 1 + 4 * several + pairs

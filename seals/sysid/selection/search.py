@@ -130,7 +130,7 @@ def search(
             break
         rounds.append(tuple(family.extended(best, rounds[0] if rounds else ())))
         tell(len(rounds))
-        # the first round may move the trajectory on which the nominal model stands, too
+        # the first round may move the trajectory on which the stated model stands, too
         best = best if best.candidates else family.nominal
         chosen = family.accepted(best, rounds[-1])
         if chosen is None:

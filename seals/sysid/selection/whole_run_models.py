@@ -35,7 +35,7 @@ _ROUNDS, _FIRST = 10, 2
 _SPARED, _RIVALS = 4, 3
 """Effects that are fitted whatever their linear gain, and rivals that are fitted once more."""
 _RANKS = (0, 1, 2, 3, 5, 8)
-"""Ranks, by distance from the readings, of the trajectories from which the nominal model starts."""
+"""Ranks, by distance from the readings, of the trajectories from which the stated model starts."""
 
 
 Pair: TypeAlias = tuple[Candidate, LinearisedModel]
@@ -45,7 +45,7 @@ class WholeRunModels:
     """Models of whole runs, each fitted along a trajectory of its own.
 
     Args:
-        base: the nominal model, fitted.
+        base: the stated model, fitted.
         outset: the same before the fit; other models start there when the fit came to nothing.
         asked: evidence that an effect must reach.
         processes: that share the fits.
@@ -130,7 +130,7 @@ class WholeRunModels:
         return tuple(sorted(out, key=lambda h: -h.score))
 
     def _again(self, found: Sequence[Pair]) -> list[Pair]:
-        """Refit the nominal model and the nearest rivals from the best one's trajectory too.
+        """Refit the stated model and the nearest rivals from the best one's trajectory too.
 
         Where an effect only led to a better trajectory, it must not take the credit for it.
         """
@@ -196,7 +196,7 @@ def whole_run_models(problem: Problem, *, asked: float, processes: int) -> Whole
 def fit_nominal(
     plant: Plant, trajectories: Sequence[Trajectory], *, processes: int
 ) -> tuple[LinearisedModel, LinearisedModel]:
-    """Fit the nominal model, starting from the trajectory nearest to the readings.
+    """Fit the stated model, starting from the trajectory nearest to the readings.
 
     A hull that comes up a little early or late turns another way, and no small step leads from the
     one trajectory to the other.

@@ -63,7 +63,7 @@ class WindowModels:
     def extended(
         self, base: EvidenceHypothesis, singles: Sequence[EvidenceHypothesis]
     ) -> tuple[EvidenceHypothesis, ...]:
-        """Fit all models with one more effect; the first round also refits the nominal model."""
+        """Fit all models with one more effect; the first round also refits the stated model."""
         problem, processes = self.problem, self.processes
         tried = extensions(problem, self.nominal, base, singles=singles, processes=processes)
         if problem.impact and not base.candidates:
@@ -264,7 +264,7 @@ def refit_nominal(
     *,
     processes: int = 1,
 ) -> tuple[EvidenceHypothesis, tuple[EvidenceHypothesis, ...]]:
-    """Refit the nominal model on the trajectory of the best extension, then the best extensions.
+    """Refit the stated model on the trajectory of the best extension, then the best extensions.
 
     A strong effect is fitted along a trajectory that follows it. Where it only led to a better one
     through an impact, it must not take the credit; of its fits along both the better one stays.

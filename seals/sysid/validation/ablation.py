@@ -1,4 +1,4 @@
-"""Ablation on one log: nominal model, calibrated model, then one more effect each."""
+"""Ablation on one log: stated model, calibrated model, then one more effect each."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ _MOVED = 0.1
 
 @dataclass(frozen=True, kw_only=True)
 class Ablation:
-    """Errors of one log from the nominal model to the model with all its effects.
+    """Errors of one log from the stated model to the model with all its effects.
 
     Args:
         name: of the log.
-        variants: from the nominal model upwards.
+        variants: from the stated model upwards.
         gains: fall of the misfit that each effect brings to the model with all others; where only
             ends were compared, the fall from each variant below.
         total: fall from the first variant to the last.
@@ -73,7 +73,7 @@ class Ablation:
 
     @property
     def first(self) -> Misfit:
-        """The nominal model."""
+        """The stated model."""
         return self.variants[0]
 
     @property

@@ -175,6 +175,7 @@ def load_answer(where: str | Path, *, key: str = KEY) -> tuple[Path, Answer]:
 
     Raises:
         ConfigError: there is no diagnosis, or it is damaged.
+        LogError: its file may not be read.
     """
     path = Path(where)
     path = path / ANSWER if path.is_dir() else path
@@ -187,6 +188,8 @@ def load_answer(where: str | Path, *, key: str = KEY) -> tuple[Path, Answer]:
         raw = read_json(path)
         answer = read(Answer, raw, where=f"{path} is damaged:", extra=True)
     except LogError as cause:
+        if isinstance(cause.__cause__, OSError):
+            raise
         fault = str(cause).partition("\n")[0].rstrip(".")
         raise ConfigError(f"{fault}.\nDiagnose the log again.") from cause
     except ConfigError as cause:
@@ -274,7 +277,7 @@ def noted_logs(logs: Mapping[str, str]) -> list[str]:
         if Path(place).exists() and log_digest(place) != digest:
             raise ConfigError(
                 f"log={place} is not the log that was diagnosed: its content differs.\n"
-                "Give the very log, or diagnose this one."
+                "Give the diagnosed log, or diagnose this one."
             )
     return list(logs)
 
@@ -305,7 +308,7 @@ def _chosen(answer: Answer, choose: str | None, key: str, plan: str) -> tuple[Fo
         return tuple(answer.effects)
     if choose not in names:
         raise ConfigError(
-            f"choose={choose}: the diagnosis does not hold it.\n{suggestion(choose, names)}"
+            f"choose={choose}: the diagnosis does not contain it.\n{suggestion(choose, names)}"
         )
     return (answer.effects[names.index(choose)],)
 

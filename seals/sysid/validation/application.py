@@ -110,14 +110,14 @@ def _refuse_other_logs(diagnosed: Mapping[str, str], given: Mapping[str, str]) -
     if len(given) != len(diagnosed) and diagnosed:
         raise ConfigError(
             f"log={','.join(given)}: {len(diagnosed)} logs were diagnosed, {len(given)} given.\n"
-            f"Give the very logs: {typed('log', list(diagnosed))}; or diagnose the given ones."
+            f"Give the diagnosed logs: {typed('log', list(diagnosed))}; or diagnose the given ones."
         )
     known = [digest for digest in diagnosed.values() if digest]
     for place, digest in given.items():
         if len(known) == len(diagnosed) > 0 and digest not in known:
             raise ConfigError(
                 f"log={place} is not the log that was diagnosed: its content differs.\n"
-                "Give the very log, or diagnose this one."
+                "Give the diagnosed log, or diagnose this one."
             )
 
 
@@ -141,7 +141,7 @@ def verify(config: Any) -> int:
     overlay.refuse_withdrawn(force=bool(config.force))
     if not overlay.parts:
         raise ConfigError(
-            f"model '{overlay.name}' adds no effect.\nGive it one under effects, or add one anew."
+            f"model '{overlay.name}' adds no effect.\nGive it one under effects, or add one again."
         )
     noted = overlay.provenance.get("without")
     noted = [name for name in noted if isinstance(name, str)] if isinstance(noted, list) else []

@@ -89,7 +89,7 @@ class Model:
 
         Args:
             name: of the new variant.
-            changes: against the nominal model, by parameter key.
+            changes: against the stated model, by parameter key.
             candidate_set: that knows the keys.
 
         Raises:

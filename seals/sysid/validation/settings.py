@@ -19,7 +19,7 @@ from seals.sysid.report.settings import GivenLogsSettings
 class AddSettings(GivenLogsSettings):
     """Settings of ``seals add``: the diagnosis to read and the model to write.
 
-    Logs and what was left out of the nominal model are those of the diagnosis, unless given.
+    Logs and what was left out of the stated model are those of the diagnosis, unless given.
 
     Args:
         diagnosis: folder that ``seals diagnose`` wrote, or the file in it.

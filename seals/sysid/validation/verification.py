@@ -141,14 +141,14 @@ def sentences(found: Verification) -> list[str]:
         )
     if not found.withdrawn and ablation.last.level > NEAR:
         lines.append(
-            f"{ablation.last.level:.3g} is not yet the floor: something is missing still, or the "
-            "effect is a near relation of the true one."
+            f"{ablation.last.level:.3g} is above the noise floor: an effect is still missing, or "
+            "the one added resembles the true one without being it."
         )
     if ablation.alone is not None:
         lines.append(
-            "Stated numbers that are fitted without the effects, in place of them, reach "
-            f"{ablation.alone.level:.3g} here: where that is as low, only the tolerances speak "
-            "for the effects."
+            "For comparison: the stated numbers fitted without the effects reach "
+            f"{ablation.alone.level:.3g} times the noise floor. If that were as low, only the "
+            "tolerances would favour the effects."
         )
     for old in found.older:
         verb = "worse" if old.regression else "better" if old.total.certain else "no worse"

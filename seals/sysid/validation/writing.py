@@ -44,7 +44,7 @@ def models_of(
 ) -> dict[str, dict[str, Any]]:
     """Return the models that an answer offers, each with the content of an overlay file.
 
-    An instance that the nominal model holds is changed, and so is an effect whose change is
+    An instance that the stated model holds is changed, and so is an effect whose change is
     negative where the whole cannot be.
 
     Args:
@@ -184,8 +184,7 @@ def _model_of(finding: Finding) -> AnswerModel:
     for name in names:
         if name not in known:
             raise ConfigError(
-                f"'{name}' is none of the effects that this vehicle could be missing.\n"
-                f"{suggestion(name, known)}"
+                f"'{name}' is not a candidate for this vehicle.\n{suggestion(name, known)}"
             )
     own = ",".join(names) or FORMULA
     found = (finding.answer.models or {}).get(own)
@@ -219,7 +218,7 @@ def write_overlay(
         option: value of ``model=`` that takes it.
         content: of the file.
         robot: word of the command line that gives the robot, behind a blank.
-        given: the same and what is left out of the nominal model; empty where the log describes its
+        given: the same and what is left out of the stated model; empty where the log describes its
             vehicle.
     """
     import yaml

@@ -46,7 +46,7 @@ def execute(config: Any) -> int | None:
         if not hasattr(chosen, needed):
             raise ConfigError(
                 f"{kind}={type(chosen).__name__.lower()} takes no autopilot.\n"
-                f"Leave it out, or say {kind}={usual}"
+                f"Leave it out, or give {kind}={usual}"
             )
     link = _open_link(config, settings.time.step)
     try:

@@ -25,7 +25,7 @@ def refuse_missing() -> Any:
     """
     with optional_import(
         "film: an MP4, unlike frames, needs PyAV",
-        "Install it: pip install 'aam-seals[render]'; or say film=false",
+        "Install it: pip install 'aam-seals[render]'; or give film=false",
     ):
         import av
     return av
@@ -47,7 +47,7 @@ def write_film(path: Path, frames: Sequence[Path], fps: float) -> None:
     if name is None:
         raise MissingExtra(
             "film: this build of PyAV has no codec for MP4; the frames are there.\n"
-            "Install the usual one: pip install 'aam-seals[render]'; or say film=false"
+            "Install the usual one: pip install 'aam-seals[render]'; or give film=false"
         )
     with atomic_path(path) as beside, av.open(str(beside), mode="w") as container:
         stream = container.add_stream(name, rate=Fraction(fps).limit_denominator(1000))

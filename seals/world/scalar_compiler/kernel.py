@@ -172,7 +172,7 @@ def followed(law: Callable[..., Sequence[Any]], shapes: Sequence[tuple[int, ...]
     except REFUSED as problem:
         raise CannotCompile(
             f"this robot cannot be compiled: {line_in_law(problem, _FOLLOWERS)}: {problem}.\n"
-            "Give it one way for all numbers, as seals.arrays.some says, or take "
+            "Write the law without branches on numbers (see seals.arrays.some), or take "
             "backend.compiled=false"
         ) from problem
     return [constant(x) for x in found]

@@ -244,7 +244,7 @@ class _DfsphPipeline(DevicePipeline):
             if left < goal:
                 break
             if left > GROWTH * least and level + 1 < len(MARGINS):
-                # the water is in more disorder than the margin covers: begin anew with a wider one
+                # the water is in more disorder than the margin covers: start again with a wider one
                 least, level, k = left, level + 1, 0
             elif left < least:
                 least = left

@@ -66,7 +66,7 @@ class Engine:
         elif Engine._started != wanted:
             have, asked = (f"{d}, {t} threads" if t else d for d, t in (Engine._started, wanted))
             raise ConfigError(
-                f"The particle engine already runs on {have}; {asked} was asked for.\n"
+                f"The particle engine already runs on {have}; {asked} is requested.\n"
                 "One process has one engine: use the same device and threads, or a new process."
             )
         Engine._waters.add(water)
@@ -83,7 +83,7 @@ class Engine:
     def _init(self) -> None:
         if self.accelerated and not bool(ti._lib.core.with_cuda()):
             raise PhysicsError(
-                "device=cuda was asked for, but no CUDA device can be used here.\n"
+                "device=cuda is requested, but no CUDA device can be used here.\n"
                 "Use device=cpu, or check the driver with: nvidia-smi"
             )
         choice: dict[str, Any] = (
