@@ -68,6 +68,7 @@ class WindowModels:
         """Fit all models with one more effect; the first round also refits the nominal model."""
         problem, processes = self.problem, self.processes
         tried = extensions(problem, self.nominal, base, singles=singles, processes=processes)
+        tried = plainest(tried, trusted=problem.policy.plain_form)
         if problem.impact and not base.candidates:
             self.nominal, tried = refit_nominal(problem, self.nominal, tried, processes=processes)
         elif tried and not base.candidates and problem.samples.posed:
@@ -237,6 +238,35 @@ class WindowModels:
             for a, b in pairs
             if {*a.names, *b.names} != known
         ]
+
+
+def plainest(
+    tried: Sequence[EvidenceHypothesis], *, trusted: float
+) -> tuple[EvidenceHypothesis, ...]:
+    """Leave out forms with more numbers than the usual form of a law that leaves little.
+
+    A power of the speed between the first and the second is no law of its own: its equivalent in
+    the usual form is what is known of such a vehicle and what other models state.
+
+    Args:
+        tried: models with one more effect each.
+        trusted: misfit per degree of freedom up to which the usual form does.
+    """
+
+    def key(candidate: Candidate) -> tuple[object, ...]:
+        activity = None if candidate.activity is None else candidate.activity.spans
+        return candidate.name, tuple(sorted(candidate.variant.items())), activity
+
+    usual = {
+        key(h.candidates[-1]): len(h.candidates[-1].keys)
+        for h in tried
+        if not h.candidates[-1].law and h.misfit <= trusted
+    }
+    return tuple(
+        h
+        for h in tried
+        if len(h.candidates[-1].keys) <= usual.get(key(h.candidates[-1]), len(h.fit.keys))
+    )
 
 
 def likeliest(singles: Sequence[EvidenceHypothesis]) -> list[EvidenceHypothesis]:
