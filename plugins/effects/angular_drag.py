@@ -85,7 +85,7 @@ class DragAngular(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return the candidates of each medium: linear; where no quadratic part is stated, that too.
+        """Return the candidates of each medium: linear; quadratic where no such part is stated.
 
         A stated quadratic part has a tolerance.
         """

@@ -79,9 +79,7 @@ class Current(Effect):
         # a drag of the second power has no slope at rest that would tell of a fast current
         starts = ((0.0, 0.0, 0.0), *_FAST)
         return [
-            Addition(
-                instance=name, effect=cls(), parameters=parameters, starts=starts, order=order
-            )
+            Addition(instance=name, effect=cls(), parameters=parameters, starts=starts, order=order)
         ]
 
     def ambient(self) -> Effect | None:

@@ -54,10 +54,10 @@ def ends_with_start(problem: Problem, hypothesis: EvidenceHypothesis) -> bool:
     The windows leave out that start as far as the stated lag needs it: a lag that was found to be
     longer goes on for longer, and looks like anything that acts on the first rows alone.
     """
-    lags, samples = problem.vehicle.lag, problem.samples
     timed = [c.activity for c in hypothesis.candidates if c.activity is not None]
-    if not timed or not len(lags):
+    if not timed or not len(problem.vehicle.lag):
         return False
+    lags, samples = problem.vehicle.lag, problem.samples
     _, change, _ = problem.plant.timing(hypothesis.fit.values)
     decayed = FORGOTTEN * (float(np.max(lags)) + max(change, 0.0))
     if decayed <= transient_rows(problem.plant) * samples.step:

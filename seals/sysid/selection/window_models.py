@@ -262,11 +262,8 @@ def plainest(
         for h in tried
         if not h.candidates[-1].law and h.misfit <= trusted
     }
-    return tuple(
-        h
-        for h in tried
-        if len(h.candidates[-1].keys) <= usual.get(key(h.candidates[-1]), len(h.fit.keys))
-    )
+    most = [usual.get(key(h.candidates[-1]), math.inf) for h in tried]
+    return tuple(h for h, n in zip(tried, most, strict=True) if len(h.candidates[-1].keys) <= n)
 
 
 def likeliest(singles: Sequence[EvidenceHypothesis]) -> list[EvidenceHypothesis]:
