@@ -151,7 +151,11 @@ class AddedMass(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return the candidates: change of the diagonal, and offset of the added-mass centre."""
+        """Return the candidates: change of the diagonal, and offset of the added-mass centre.
+
+        Where none is stated, all of it is missing: as much as the water displaced (a cube has 0.67
+        of it, a flat hull across its face more than all), and half of the body's own inertia.
+        """
         hull = subject.hull
         if not subject.has_water or hull is None:
             return []
@@ -159,8 +163,10 @@ class AddedMass(Effect):
         turn = subject.nominal(name, "inertia", MediumKind.water)
         share, displaced = subject.spread(name), FRESH_WATER * hull.volume
         length = (hull.volume) ** (1.0 / 3.0)
-        linear = np.maximum(0.5 * mass, 0.3 * displaced)
-        angular = np.maximum(0.5 * turn, 0.03 * displaced * length**2)
+        own = np.diag(subject.robot.inertia[0])
+        least = 0.03 * displaced * length**2
+        linear = np.where(mass > 0.0, np.maximum(0.5 * mass, 0.3 * displaced), displaced)
+        angular = np.where(turn > 0.0, np.maximum(0.5 * turn, least), np.maximum(0.5 * own, least))
         order = (Stage.water, 0, 2)
         parameters = {
             **along_axes("mass", share * mass, linear),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -85,18 +85,21 @@ class DragAngular(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return the candidates: linear part in each medium; the quadratic part has a tolerance."""
-        return [cls._addition(name, subject, medium) for medium in subject.media]
+        """Return the candidates of each medium: linear; quadratic where no such part is stated.
+
+        A stated quadratic part has a tolerance.
+        """
+        return [one for medium in subject.media for one in cls._forms(name, subject, medium)]
 
     @classmethod
-    def _addition(cls, name: str, subject: Subject, medium: MediumKind) -> Addition:
+    def _forms(cls, name: str, subject: Subject, medium: MediumKind) -> list[Addition]:
         nominal = subject.nominal(name, "coefficient", medium)
         squared = subject.nominal(name, "quadratic", medium)
         spread, inertia = subject.spread(f"{name}_coefficient"), np.diag(subject.robot.inertia[0])
         size = np.maximum(0.5 * nominal, 2.0 * inertia)
         linear = along_axes("coefficient", spread * nominal, size, low=-nominal)
         square = along_axes("quadratic", spread * squared, np.maximum(squared, inertia))
-        return Addition(
+        usual = Addition(
             instance=f"{name}_{medium.value}_change",
             effect=cls(medium=medium),
             parameters={**linear, **square},
@@ -104,6 +107,22 @@ class DragAngular(Effect):
             variant={"medium": int(medium is MediumKind.water)},
             order=(Stage.flow, subject.media.index(medium), 2),
         )
+        if squared.any():
+            return [usual]
+        stem = usual.instance.removesuffix("change")
+        found = [replace(usual, parameters=linear)]
+        for law, freed in (("quadratic", square), ("linear and quadratic", {**linear, **square})):
+            found.append(
+                replace(
+                    usual,
+                    instance=stem + law.replace(" ", "_"),
+                    effect=cls(medium=medium),
+                    parameters=freed,
+                    named=tuple(freed),
+                    law=law,
+                )
+            )
+        return found
 
     @staticmethod
     def loads(

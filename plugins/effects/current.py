@@ -12,6 +12,9 @@ from seals.field_roles import roles
 from seals.motion import Inputs, Medium, Motion
 from seals.schema import param
 
+_FAST = ((0.8, 0.0, 0.0), (-0.8, 0.0, 0.0), (0.0, 0.8, 0.0), (0.0, -0.8, 0.0))
+"""Fast currents from which a fit starts, too [m/s]."""
+
 
 @roles(data="links")
 @dataclass(kw_only=True)
@@ -73,7 +76,11 @@ class Current(Effect):
             return []
         order = (Stage.flow, subject.media.index(MediumKind.water), 3)
         parameters = along_axes("velocity", 0.0, 0.3)
-        return [Addition(instance=name, effect=cls(), parameters=parameters, order=order)]
+        # a drag of the second power has no slope at rest that would tell of a fast current
+        starts = ((0.0, 0.0, 0.0), *_FAST)
+        return [
+            Addition(instance=name, effect=cls(), parameters=parameters, starts=starts, order=order)
+        ]
 
     def ambient(self) -> Effect | None:
         """Return the effect for every link of another robot or object in the scene."""

@@ -37,6 +37,10 @@ _SLOWEST, _LONGEST_LAG, _ALIKE = 0.021, 0.25, 0.5
 """Step of rows [s] and lag [s] up to which a lag is looked for, and the correlation it needs."""
 _THIRD = 20.0
 """Variance of third differences of white noise, in units of its own."""
+_SCATTER = 1.5
+"""Relative 1-sigma of the noise by the median of n third differences, times the root of n."""
+_SAME = 3.0
+"""Scatters [1-sigma] by which the axes of a channel may differ and have one noise."""
 
 
 class Measured(NamedTuple):
@@ -135,7 +139,11 @@ def _step(log: Log) -> float:
 
 
 def _noise(log: Log, stem: str) -> float:
-    """White noise from the median third difference, in which slow motion cancels."""
+    """White noise from the median third difference, in which slow motion cancels.
+
+    Axes that differ by no more than the scatter of such medians share their root mean square: the
+    largest of three would be 2 to 3 % too high. Where they differ by more, the largest counts.
+    """
     from seals.frames import conjugate, multiply, rotation_vector
     from seals.logs.resample import one_sign
 
@@ -150,8 +158,10 @@ def _noise(log: Log, stem: str) -> float:
         third = np.diff(turns, 2, axis=0)
     else:
         third = np.diff(values, 3, axis=0)
-    middle = np.median(np.abs(third), axis=0) / 0.6745
-    return float(np.sqrt(np.max(middle) ** 2 / _THIRD))
+    axes = np.median(np.abs(third), axis=0) / 0.6745
+    largest, shared = float(np.max(axes)), float(np.sqrt(np.mean(axes**2)))
+    same = largest <= shared * (1.0 + _SAME * _SCATTER / np.sqrt(len(third)))
+    return float((shared if same else largest) / np.sqrt(_THIRD))
 
 
 def _rate(log: Log, stem: str) -> float:

@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.sysid.candidates.activity import Activity
+from seals.sysid.candidates.activity import Activity, Moment, Span
 from seals.sysid.decision.required_evidence import required_evidence
 from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.predictors.windows_fit import is_determined
 from seals.sysid.scores.held_out import held_out_fall
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 from seals.sysid.selection import onsets, window_models
+from seals.sysid.selection.onsets import ends_with_start
 from seals.sysid.selection.search import Refinement
 from seals.sysid.selection.window_models import WindowModels
 from tests.unit.test_diagnose_decision import POLICY, model
@@ -75,7 +76,7 @@ def test_a_misfit_below_zero_is_no_fit(misfit: tuple[float, float], sound: bool)
 def family(gust: float) -> WindowModels:
     """A family of models of a log with some level of gusts."""
     made = WindowModels.__new__(WindowModels)
-    vehicle = SimpleNamespace(gust=np.array([gust, 0.0]))
+    vehicle = SimpleNamespace(gust=np.array([gust, 0.0]), lag=np.zeros(0))
     made.problem = SimpleNamespace(policy=POLICY, vehicle=vehicle)  # type: ignore[assignment]
     return made
 
@@ -220,6 +221,9 @@ def test_an_effect_for_a_time_that_brings_too_little_hides_no_constant_one(
     made.processes, made.nominal, made._surface_error = 1, base, None
     made.problem.vehicle.servo = {}  # type: ignore[attr-defined]
     made.problem.plant = SimpleNamespace(candidate_set=None)  # type: ignore[misc]
+    made.problem.impact = False  # type: ignore[misc]
+    made.problem.samples = SimpleNamespace(posed=True)  # type: ignore[misc]
+    monkeypatch.setattr(window_models, "converged", lambda problem, nominal, best: best)
     monkeypatch.setattr(window_models, "is_significant", lambda *given: True)
     monkeypatch.setattr(window_models, "retimed", lambda problem, nominal, best, **more: best)
     level = SimpleNamespace(allowance=0.0)
@@ -280,3 +284,41 @@ def test_parameters_that_act_alike_are_told_with_their_covariance() -> None:
     assert np.diag(found) == pytest.approx([0.25, size[1] ** 2])
     held = replace(fit, known={"k.0": 0.5}).joint_covariance(("k.0", "k.1"), (0.5, size[1]))
     np.testing.assert_allclose(held, np.diag([0.25, size[1] ** 2]))
+
+
+def test_the_usual_form_of_a_law_stays_where_it_leaves_nothing() -> None:
+    """A form with more numbers counts where the usual one leaves more than a tenth of noise."""
+    usual = model(["buoyancy"], misfit=1.05, score=900.0)
+    form = replace(usual.candidates[0], law="both", keys=("buoyancy.size", "buoyancy.square"))
+    richer = replace(usual, candidates=(form,), score=1500.0)
+    other = model(["wind"], misfit=3.0, score=10.0)
+    assert window_models.plainest([richer, usual, other], trusted=1.1) == (usual, other)
+    bad = replace(usual, fit=replace(usual.fit, misfit=2.0 * usual.fit.misfit))
+    assert window_models.plainest([richer, bad, other], trusted=1.1) == (richer, bad, other)
+
+
+def test_an_effect_in_the_start_of_slow_actuators_is_none() -> None:
+    """A lag of 0.2 s beside a stated 0.05 s: the first second and a window are not its own."""
+    one = model(["buoyancy"], misfit=1.0, score=100.0)
+
+    def until(end: float, change: float) -> bool:
+        moment = Moment(value=end, low90=end, high90=end)
+        timed = one.candidates[0].acting(Activity(spans=(Span(log=0, end=moment),)))
+        samples = SimpleNamespace(time=np.arange(0.0, 30.0, 0.02), step=0.02, rows=1500, logs=())
+        parameters: dict[str, Any] = {}
+        plant = SimpleNamespace(
+            vehicle=SimpleNamespace(lag=np.array([0.05]), fall=None),
+            candidate_set=SimpleNamespace(parameters=parameters),
+            timing=lambda values: (0.0, values.get("lag", 0.0), 0.0),
+            samples=samples,
+        )
+        problem: Any = SimpleNamespace(vehicle=plant.vehicle, plant=plant, samples=samples)
+        windows: Any = SimpleNamespace(length=50)
+        fitter: Any = SimpleNamespace(windows=windows)
+        fit = replace(one.fit, values={"lag": change})
+        slow = replace(one, candidates=(timed,), fitter=fitter, fit=fit)
+        return ends_with_start(problem, slow)
+
+    assert until(1.2, change=0.15)
+    assert not until(6.0, change=0.15)
+    assert not until(1.2, change=0.0)

@@ -160,3 +160,39 @@ def test_the_exponent_of_drag_follows_the_form(form: DragForm) -> None:
     # second order in e
     np.testing.assert_allclose(found.force, -rise, rtol=1e-5)
     assert effect.medium is MediumKind.water
+
+
+def laws_of(meta: dict[str, Any]) -> dict[str, int]:
+    """Return the forms in which the angular drag of the water may be missing, with their sizes."""
+    found = candidate_set_of(read_vehicle(meta, None), speeds=np.ones(3)).candidates
+    return {
+        c.law: len(c.keys) for c in found if c.name == "angular_drag" and c.variant["medium"] == 1
+    }
+
+
+def test_angular_drag_may_be_missing_in_all_its_forms(tmp_path: Path) -> None:
+    """Linear, quadratic and both, where neither is stated; a stated quadratic part may be off."""
+    meta = read_native(ran(tmp_path / "run", *BALL)).meta
+    others = [e for e in meta["baseline"] if e["name"] != "angular_drag"]
+    meta["baseline"] = others
+    assert laws_of(meta) == {"": 3, "quadratic": 3, "linear and quadratic": 6}
+    own = {"name": "angular_drag", "medium": "water", "parameters": {"quadratic_x": 0.1}}
+    meta["baseline"] = [*others, own]
+    assert laws_of(meta) == {"": 3}
+
+
+def test_an_added_mass_that_is_missing_altogether_is_as_large_as_the_hull(tmp_path: Path) -> None:
+    """6 kg of water that a box displaces; else half of what is stated, 5 kg, or a third of those 6.
+
+    With a third of it at most, the fit of a vehicle that lacks 1.4 times its displaced water along
+    one axis made all thrusts weaker instead.
+    """
+    meta = read_native(ran(tmp_path / "run", *BOX)).meta
+
+    def scale() -> float:
+        found = candidate_set_of(read_vehicle(meta, None), speeds=np.ones(3)).parameters
+        return float(found["added_mass_change.mass_z"].scale)
+
+    assert scale() == pytest.approx(2.5)
+    meta["baseline"] = [e for e in meta["baseline"] if e["name"] != "added_mass"]
+    assert scale() == pytest.approx(6.0, rel=0.01)

@@ -146,6 +146,12 @@ class DecisionPolicy:
         "1",
         "misfit per degree of freedom above which an effect must explain more than is left over",
     )
+    plain_form: float = threshold(
+        1.1,
+        "1",
+        "misfit per degree of freedom up to which the usual form of a law is kept, whatever a form "
+        "with more numbers gains",
+    )
     data_sheet_kept: float = threshold(
         3.0,
         "sigma",

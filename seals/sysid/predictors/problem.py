@@ -49,7 +49,7 @@ _BIASES = (0.1, 1.0)
 """1-sigma of the free biases of gyroscope [rad/s] and accelerometer [m/s^2] meanwhile."""
 _FINE = 0.04
 """Spacing of the knots of the free force [s]."""
-_FORGOTTEN = 5.0
+FORGOTTEN = 5.0
 """Time constants after which the start of an actuator no longer matters."""
 GUSTS = 1.3
 """Factor on the stated level of the gusts, which is good to a factor of two."""
@@ -332,7 +332,7 @@ def transient_rows(plant: Plant) -> int:
     if not len(lags):
         return 0
     _, change, _ = plant.timing({k: p.scale for k, p in parameters.items()})
-    return int(np.ceil(_FORGOTTEN * (lags.max() + max(change, 0.0)) / plant.samples.step))
+    return int(np.ceil(FORGOTTEN * (lags.max() + max(change, 0.0)) / plant.samples.step))
 
 
 def typical_speeds(trajectory: Trajectory) -> Floats:

@@ -6,8 +6,9 @@ from seals.sysid.predictors.plant import nonzero
 from seals.sysid.predictors.problem import Problem, linearise_model, rewindowed
 from seals.sysid.scores.disturbance_level import disturbance_level
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
+from seals.sysid.selection.relinearised import SETTLED
 
-_NOMINAL_ROUNDS = 4
+_NOMINAL_ROUNDS = 8
 """Times that the nominal fit is repeated about its own values, at most."""
 
 
@@ -44,7 +45,6 @@ def _about_moved_numbers(problem: Problem, nominal: EvidenceHypothesis) -> Evide
     # what an effect leaves moves the numbers anywhere, and the responses there are no better
     if not moved or nominal.misfit > policy.misfit_trusted:
         return nominal
-    first = nominal
     for _ in range(_NOMINAL_ROUNDS):
         before = nominal.fitter
         at = {k: v for k, v in nominal.fit.values.items() if k != late}
@@ -54,6 +54,24 @@ def _about_moved_numbers(problem: Problem, nominal: EvidenceHypothesis) -> Evide
         if not gain > 0.0:
             break
         nominal = EvidenceHypothesis(candidates=(), fit=fit, fitter=fitter, score=0.0)
-        if gain < policy.screen:
+        if gain < SETTLED:
             break
-    return nominal if nominal.fit.cost < first.fit.cost - policy.relinearise else first
+    return nominal
+
+
+def about_other_numbers(
+    problem: Problem, nominal: EvidenceHypothesis, other: EvidenceHypothesis
+) -> EvidenceHypothesis:
+    """Return the nominal model at the stated numbers of a model with an effect, if it fits better.
+
+    A fit far from what is stated may be caught on its way; an effect of no size that is fitted
+    beside it shows a way on, and must not take the credit for it.
+    """
+    late = problem.plant.candidate_set.sensor_delay
+    at = {k: other.fit.values[k] for k in nominal.fit.keys if k != late}
+    before = nominal.fitter
+    fitter = linearise_model(problem.plant, before.trajectory, at, gusts=before.windows.gusts)
+    fit = fitter.fit((), around=other.fit.values)
+    if not fit.cost < nominal.fit.cost - SETTLED:
+        return nominal
+    return EvidenceHypothesis(candidates=(), fit=fit, fitter=fitter, score=0.0)

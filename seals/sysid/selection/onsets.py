@@ -19,7 +19,7 @@ from seals.sysid.predictors.linear_screen import (
     linear_gain,
 )
 from seals.sysid.predictors.normal_equations import Fit
-from seals.sysid.predictors.problem import Problem
+from seals.sysid.predictors.problem import FORGOTTEN, Problem, transient_rows
 from seals.sysid.predictors.windows import Windows
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, scored
 from seals.sysid.selection.change_points import ChangePoints, ChangePointSearch
@@ -45,6 +45,28 @@ def may_act_for_a_time(problem: Problem, candidate: Candidate) -> bool:
         and candidate.instance not in plant.timed
         and candidate.instance not in plant.candidate_set.waves
         and plant.candidate_set.sensor_delay not in candidate.throughout.all_keys
+    )
+
+
+def ends_with_start(problem: Problem, hypothesis: EvidenceHypothesis) -> bool:
+    """Return true if an effect acts in windows alone that begin in the actuators' unknown start.
+
+    The windows leave out that start as far as the stated lag needs it: a lag that was found to be
+    longer goes on for longer, and looks like anything that acts on the first rows alone.
+    """
+    timed = [c.activity for c in hypothesis.candidates if c.activity is not None]
+    if not timed or not len(problem.vehicle.lag):
+        return False
+    lags, samples = problem.vehicle.lag, problem.samples
+    _, change, _ = problem.plant.timing(hypothesis.fit.values)
+    decayed = FORGOTTEN * (float(np.max(lags)) + max(change, 0.0))
+    if decayed <= transient_rows(problem.plant) * samples.step:
+        return False
+    last = decayed + hypothesis.fitter.windows.length * samples.step
+    first = [samples.time[begin] for begin, _ in log_rows(samples)]
+    return any(
+        all(s.end is not None and s.end.value - first[s.log] <= last for s in activity.spans)
+        for activity in timed
     )
 
 

@@ -20,10 +20,12 @@ from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, scored
 from seals.sysid.selection.sensor_delay import estimate_sensor_delay
 from seals.sysid.selection.shortlist import hopeful
 
-_SETTLED = 2.0
+SETTLED = 2.0
 """Change of the cost below which a repeated fit has converged."""
 _ROUNDS = 2
 """Linearisations of one hypothesis, at most."""
+_REPEATS = 4
+"""Times that those are repeated for a hypothesis that is built on, at most."""
 
 
 def relinearise(
@@ -96,7 +98,7 @@ def refit_about_own_values(
                 level = fitter.windows.gusts
                 fitter = linearise_model(fitter.plant, fitter.trajectory, at, gusts=level)
             before, fit = fit, fitter.fit(keys, start=fit.values)
-            if abs(before.cost - fit.cost) < _SETTLED:
+            if abs(before.cost - fit.cost) < SETTLED:
                 break
         return fit, fitter
 
@@ -105,6 +107,24 @@ def refit_about_own_values(
     if alone and not followed and fit.cost > nominal.fit.cost + problem.policy.screen_near:
         fit, fitter = min((fit, fitter), repeated(keys), key=lambda one: one[0].cost)
     return scored(hypothesis.candidates, replace(fit, known=known), fitter, nominal)
+
+
+def converged(
+    problem: Problem, nominal: EvidenceHypothesis, hypothesis: EvidenceHypothesis
+) -> EvidenceHypothesis:
+    """Repeat a fit about its own values until its cost has settled; the best of them.
+
+    Whatever is added to a fit that has not settled takes the credit for the way that is left.
+    """
+    for _ in range(_REPEATS):
+        found = refit_about_own_values(problem, nominal, hypothesis)
+        gain = hypothesis.fit.cost - found.fit.cost
+        if not gain > 0.0:
+            break
+        hypothesis = found
+        if gain < SETTLED:
+            break
+    return hypothesis
 
 
 def repeat_worse_fits(

@@ -30,14 +30,16 @@ from seals.sysid.scores.disturbance_level import disturbance_level
 from seals.sysid.scores.held_out import held_out_fall, held_out_misfit
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant, scored
 from seals.sysid.selection.initial_guesses import initial_guesses
-from seals.sysid.selection.nominal_model import estimate_disturbance
+from seals.sysid.selection.nominal_model import about_other_numbers, estimate_disturbance
 from seals.sysid.selection.onsets import (
+    ends_with_start,
     in_place_of_timed,
     may_act_for_a_time,
     proposals,
     retimed,
 )
 from seals.sysid.selection.relinearised import (
+    converged,
     refit_about_own_values,
     relinearise,
     repeat_worse_fits,
@@ -66,8 +68,14 @@ class WindowModels:
         """Fit all models with one more effect; the first round also refits the stated model."""
         problem, processes = self.problem, self.processes
         tried = extensions(problem, self.nominal, base, singles=singles, processes=processes)
+        tried = plainest(tried, trusted=problem.policy.plain_form)
         if problem.impact and not base.candidates:
             self.nominal, tried = refit_nominal(problem, self.nominal, tried, processes=processes)
+        elif tried and not base.candidates and problem.samples.posed:
+            moved = about_other_numbers(problem, self.nominal, tried[0])
+            if moved is not self.nominal:
+                self.nominal = moved
+                tried = tuple(scored(h.candidates, h.fit, h.fitter, moved) for h in tried)
         return tried
 
     def accepted(
@@ -85,6 +93,7 @@ class WindowModels:
         if self.settled(base):
             return None
         tried = [h for h in tried if is_significant(h.candidates[-1], h.fit, candidate_set)]
+        tried = [h for h in tried if not ends_with_start(self.problem, h)]
         if self.problem.vehicle.servo:
             arm = policy.evidence_arm
             tried.sort(key=lambda h: -h.score + (0.0 if h.candidates[-1].in_arm else arm))
@@ -95,7 +104,11 @@ class WindowModels:
             return None
         # stronger gusts, as far as they are admitted, may do as well as the effect
         calm = disturbance_level(base).allowance - disturbance_level(best).allowance
-        return None if best.score - calm < least[best.label] else self._retimed(best)
+        if best.score - calm < least[best.label]:
+            return None
+        best = self._retimed(best)
+        followed = self.problem.impact or not self.problem.samples.posed
+        return best if followed else converged(self.problem, self.nominal, best)
 
     def _release(self, best: EvidenceHypothesis, others: Sequence[EvidenceHypothesis]) -> None:
         """Release the linearisations that neither the nominal nor the best model stands on."""
@@ -135,7 +148,7 @@ class WindowModels:
         fitter = self.nominal.fitter if pairs else best.fitter
         tried = fitted(fitter, jobs, self.nominal, best, processes=self.processes)
         before = best
-        for rival in tried:
+        for rival in (h for h in tried if not ends_with_start(self.problem, h)):
             if rival.score > best.score + self.problem.policy.exchange_gain:
                 best = rival
         self._release(best, (before,))
@@ -225,6 +238,32 @@ class WindowModels:
             for a, b in pairs
             if {*a.names, *b.names} != known
         ]
+
+
+def plainest(
+    tried: Sequence[EvidenceHypothesis], *, trusted: float
+) -> tuple[EvidenceHypothesis, ...]:
+    """Leave out forms with more numbers than the usual form of a law that leaves little.
+
+    A power of the speed between the first and the second is no law of its own: its equivalent in
+    the usual form is what is known of such a vehicle and what other models state.
+
+    Args:
+        tried: models with one more effect each.
+        trusted: misfit per degree of freedom up to which the usual form does.
+    """
+
+    def key(candidate: Candidate) -> tuple[object, ...]:
+        activity = None if candidate.activity is None else candidate.activity.spans
+        return candidate.name, tuple(sorted(candidate.variant.items())), activity
+
+    usual = {
+        key(h.candidates[-1]): len(h.candidates[-1].keys)
+        for h in tried
+        if not h.candidates[-1].law and h.misfit <= trusted
+    }
+    most = [usual.get(key(h.candidates[-1]), math.inf) for h in tried]
+    return tuple(h for h, n in zip(tried, most, strict=True) if len(h.candidates[-1].keys) <= n)
 
 
 def likeliest(singles: Sequence[EvidenceHypothesis]) -> list[EvidenceHypothesis]:
