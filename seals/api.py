@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from seals import registry
-from seals.errors import ConfigError, LogError, suggestion
+from seals.errors import ConfigError, LogError, refuse_unlisted, suggestion
 
 if TYPE_CHECKING:
     from seals.arrays import Array
@@ -130,10 +130,7 @@ def load_logs(source: str | Path, *, reader: str | None = None, **options: Any) 
     cls = registry.get("reader", name).load()
     fields = [field.name for field in dataclasses.fields(cls) if field.init]
     for option in options:
-        if option not in fields:
-            raise ConfigError(
-                f"'{option}' is not a field of the reader '{name}'.\n{suggestion(option, fields)}"
-            )
+        refuse_unlisted(option, fields, f"'{option}' is not a field of the reader '{name}'")
     logs: list[Log] = cls(**options).read(place)
     return logs
 

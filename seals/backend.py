@@ -15,7 +15,7 @@ import numpy as np
 from seals.arrays import Array, Floats
 from seals.effects.evaluation import Evaluation
 from seals.environment.settings import EnvironmentSettings
-from seals.errors import ConfigError, suggestion
+from seals.errors import refuse_unlisted
 from seals.motion import JointDrive, Motion
 from seals.multibody.kinematics import Kinematics, LinkVelocities
 from seals.robot.model import RobotModel
@@ -278,11 +278,7 @@ def checked_choice(compiled: str | bool) -> str:
         ('true', 'auto')
     """
     word = str(compiled).lower()
-    if word not in ("auto", "true", "false"):
-        raise ConfigError(
-            f"backend.compiled={compiled} is not allowed.\n"
-            f"{suggestion(word, ['auto', 'true', 'false'], label='Allowed')}"
-        )
+    refuse_unlisted(word, ["auto", "true", "false"], f"backend.compiled={compiled} is not allowed")
     return word
 
 

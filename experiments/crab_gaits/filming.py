@@ -7,7 +7,7 @@ from pathlib import Path
 
 from seals.cli.main import main as seals
 from seals.config.compose import compose
-from seals.errors import ConfigError, suggestion
+from seals.errors import refuse_unlisted
 from seals.experiments.crab_gaits.cases import GAITS
 from seals.logs.native import TABLES
 from seals.run.build import build_run
@@ -36,8 +36,7 @@ def film(out: Path, names: Sequence[str], words: Sequence[str]) -> int:
     """
     words = [*words, *(name for name in names if "=" in name)]
     for name in [name for name in names if "=" not in name] or FILMED:
-        if name not in FILMED:
-            raise ConfigError(f"there is no gait '{name}'.\n{suggestion(name, list(FILMED))}")
+        refuse_unlisted(name, FILMED, f"there is no gait '{name}'")
         folder = out / name
         if not (folder / TABLES[0]).is_file():
             code = seals(["run", *FILMED[name], f"hydra.run.dir={folder}"])

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from seals.errors import LogError, suggestion
+from seals.errors import LogError, refuse_unlisted
 from seals.untrusted_io import read_yaml, regular_file
 
 OFFLINE = "SEALS_DATA"
@@ -93,10 +93,9 @@ class Dataset:
             LogError: the set has no such file.
         """
         by_stem = {file.stem: file for file in self.files}
-        if stem not in by_stem:
-            raise LogError(
-                f"data set '{self.folder}' has no file '{stem}'.\n" + suggestion(stem, by_stem)
-            )
+        refuse_unlisted(
+            stem, by_stem, f"data set '{self.folder}' has no file '{stem}'", error=LogError
+        )
         return by_stem[stem]
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TypeAlias
 from xml.etree import ElementTree
 
-from seals.errors import RobotError, printable, suggestion
+from seals.errors import RobotError, printable, refuse_unlisted
 from seals.robot.macros import holds_macros
 
 Element: TypeAlias = "ElementTree.Element[str]"
@@ -147,8 +147,7 @@ def _joint(where: str, joint: Element, *, endless: bool) -> None:
         if element is None or not element.get("link"):
             raise RobotError(f"{where} has no {end} link.\nGive it: <{end} link=...>.")
     kind = joint.get("type", "")
-    if kind not in JOINT_TYPES:
-        raise RobotError(f"{where} has the type '{kind}'.\n{suggestion(kind, JOINT_TYPES)}")
+    refuse_unlisted(kind, JOINT_TYPES, f"{where} has the type '{kind}'", error=RobotError)
     _origin(where, joint)
     axis, limit = joint.find("axis"), joint.find("limit")
     if axis is not None:

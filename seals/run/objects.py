@@ -15,7 +15,7 @@ from seals.control.estimate import check_sense
 from seals.control.plant import build_plant
 from seals.effects.binding import EffectSet, bind_effects
 from seals.effects.effect import Effect
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError, refuse_unlisted, suggestion
 from seals.fluid import Fluid
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.robot.build import build_robot
@@ -139,11 +139,11 @@ def _own_effects(name: str, found: RobotFile, settings: ObjectSettings) -> dict[
     """Effects of the object's folder, with values that the run overrides."""
     parts = found.parts.get("effects", {})
     for key in settings.effects:
-        if key not in parts:
-            raise ConfigError(
-                f"objects.{name}.effects.{key}: '{found.settings.name}' has no effect '{key}'.\n"
-                f"{suggestion(str(key), list(parts))}"
-            )
+        refuse_unlisted(
+            str(key),
+            parts,
+            f"objects.{name}.effects.{key}: '{found.settings.name}' has no effect '{key}'",
+        )
     out: dict[str, Effect] = {}
     for key, (plugin, values) in parts.items():
         where = f"objects.{name}.effects.{key}"

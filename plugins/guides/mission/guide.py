@@ -10,7 +10,7 @@ from typing import Any
 from seals.arrays import Floats
 from seals.control import Plant, Reference, RobotState
 from seals.control.tracking import pursued
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError, refuse_unlisted
 from seals.field_roles import roles
 from seals.plugins.guides.mission.parse import stages_of
 from seals.plugins.guides.mission.scene import Hand, MissionState, Move, Outcome, Scene
@@ -191,9 +191,5 @@ def _chosen(parts: Mapping[str, Any], name: str, word: str, robot: str) -> Any:
     """The named part, the first one without a name, or None where there is none."""
     if not name:
         return next(iter(parts.values()), None)
-    if name not in parts:
-        raise ConfigError(
-            f"guide.{word}={name}: robot '{robot}' has no such {word}.\n"
-            f"{suggestion(name, list(parts))}"
-        )
+    refuse_unlisted(name, parts, f"guide.{word}={name}: robot '{robot}' has no such {word}")
     return parts[name]
