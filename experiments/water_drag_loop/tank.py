@@ -84,7 +84,10 @@ def towed_in_particles(
     """
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
-        _write(place)
+        text = URDF.format(mass=MASS, moment=MOMENT, radius=RADIUS)
+        (place / "sphere.urdf").write_text(text, encoding="utf-8")
+        text = ROBOT.format(radius=RADIUS, lag=LAG)
+        (place / "robot.yaml").write_text(text, encoding="utf-8")
         length, width, depth = tank.size
         words = [
             f"robot={folder}",
@@ -103,14 +106,6 @@ def towed_in_particles(
         return _followed(world, steps, until, label)
     finally:
         world.close()
-
-
-def _write(folder: Path) -> None:
-    """A robot folder for the sphere."""
-    text = URDF.format(mass=MASS, moment=MOMENT, radius=RADIUS)
-    (folder / "sphere.urdf").write_text(text, encoding="utf-8")
-    text = ROBOT.format(radius=RADIUS, lag=LAG)
-    (folder / "robot.yaml").write_text(text, encoding="utf-8")
 
 
 def _followed(world: World, steps: Steps, until: float, label: str) -> Course:

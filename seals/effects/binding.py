@@ -191,20 +191,16 @@ def bind_effects(
         chosen = _link_indices(name, effect.links, links)
         kind = options_of(effect, EffectOptions).medium
         params = _params(effect, {}, np.zeros(1), len(chosen), 1)
-        _check_hooks(name, effect)
+        # refuse hooks with arguments that the simulation does not pass
+        for hook in ARGUMENTS:
+            if _defines(effect, hook):
+                try:
+                    arguments_of(effect, hook)
+                except ConfigError as cause:
+                    raise ConfigError(f"effects.{name}: {cause}") from cause
         bound.append(BoundEffect(name=name, effect=effect, links=chosen, kind=kind, params=params))
     refuse_double_counting(bound, links, others)
     return EffectSet(bound)
-
-
-def _check_hooks(name: str, effect: Effect) -> None:
-    """Refuse hooks with arguments that the simulation does not pass."""
-    for hook in ARGUMENTS:
-        if _defines(effect, hook):
-            try:
-                arguments_of(effect, hook)
-            except ConfigError as cause:
-                raise ConfigError(f"effects.{name}: {cause}") from cause
 
 
 def refuse_double_counting(

@@ -129,19 +129,7 @@ def build_pilot(settings: RunSettings, actor: Actor) -> Pilot | None:
     """
     if settings.guide is None:
         return None
-    _refuse_blind(settings)
-    check_sense(settings.controller.sense, {n: s.channels() for n, s in actor.sensors.items()})
-    return Pilot(
-        build_plant(actor.robot, plant_effects(settings, actor), settings.environment),
-        settings.controller,
-        settings.guide,
-        volume=actor.evaluator.surroundings.volume,
-        step=settings.time.step,
-    )
-
-
-def _refuse_blind(settings: RunSettings) -> None:
-    """Refuse a guide without the sensors that it names."""
+    # refuse a guide without the sensors that it names
     asked = options_of(settings.guide, GuideOptions).sensors
     missing = [name for name in asked if name not in settings.sensors]
     if missing:
@@ -152,6 +140,14 @@ def _refuse_blind(settings: RunSettings) -> None:
             f"Add object and sensors, as experiment=grasp_lift does.  "
             f"{suggestion(missing[0], settings.sensors, label='Sensors')}"
         )
+    check_sense(settings.controller.sense, {n: s.channels() for n, s in actor.sensors.items()})
+    return Pilot(
+        build_plant(actor.robot, plant_effects(settings, actor), settings.environment),
+        settings.controller,
+        settings.guide,
+        volume=actor.evaluator.surroundings.volume,
+        step=settings.time.step,
+    )
 
 
 def build_twin(

@@ -87,7 +87,12 @@ def build_object(
     effects = {key: effect for key, effect in ambient.items() if effect is not None}
     own = _own_effects(name, found, settings)
     if moves(settings, found):
-        own |= _actuators(name, found)
+        own |= {
+            key: build_from_values(
+                "actuator", plugin, values, {}, where=f"objects.{name}.actuators.{key}"
+            )
+            for key, (plugin, values) in found.parts.get("actuators", {}).items()
+        }
     if fluid is not None:
         own = {key: effect for key, effect in own.items() if not owned(effect, fluid)}
     effects |= own
@@ -151,16 +156,6 @@ def _own_effects(name: str, found: RobotFile, settings: ObjectSettings) -> dict[
             "effect", plugin, values, settings.effects.get(key) or {}, where=where
         )
     return out
-
-
-def _actuators(name: str, found: RobotFile) -> dict[str, Effect]:
-    """Actuators of the object's folder."""
-    return {
-        key: build_from_values(
-            "actuator", plugin, values, {}, where=f"objects.{name}.actuators.{key}"
-        )
-        for key, (plugin, values) in found.parts.get("actuators", {}).items()
-    }
 
 
 def _weighed(robot: RobotModel, mass: float | None, surface: Surface) -> RobotModel:

@@ -76,7 +76,12 @@ class Piece:
     def __init__(self, law: Callable[..., Any], given: Any) -> None:
         import torch
 
-        rows = _apart(list(tensors(given)))
+        # copy tensors that occur twice: later calls may give different ones
+        seen: set[int] = set()
+        rows = []
+        for x in tensors(given):
+            rows.append(x.clone() if id(x) in seen else x)
+            seen.add(id(x))
         with torch.no_grad():
             # what a law prepares at its first call must not be prepared while it is followed
             with undecided():
@@ -119,16 +124,6 @@ class Piece:
 
         kinds = ((x.shape, x.stride(), x.dtype, x.device) for x in self._sample)
         return [torch.empty_strided(a, b, dtype=c, device=d) for a, b, c, d in kinds]
-
-
-def _apart(rows: list[Tensor]) -> list[Tensor]:
-    """Copy tensors that occur twice: later calls may give different ones."""
-    seen: set[int] = set()
-    out = []
-    for x in rows:
-        out.append(x.clone() if id(x) in seen else x)
-        seen.add(id(x))
-    return out
 
 
 class _Place:
