@@ -144,8 +144,7 @@ def read_own(results: Path, folder: Path, name: str) -> dict[str, Any] | None:
     """Read the answer of SEALS from a results folder, or from the folder of the log."""
     for path in (results / name / "diagnosis.json", folder / "diagnosis.json"):
         if path.exists():
-            found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-            return found
+            return json.loads(path.read_text(encoding="utf-8"))
     return None
 
 

@@ -72,10 +72,7 @@ def answered(case: Path, question: dict[str, Any]) -> dict[str, Any]:
     from seals.sysid.calibration.calibration import calibrated
 
     held = read_native(case / "held_out" / "h")
-    found: dict[str, Any] = calibrated(
-        logs, question["parameters"], robot=robot, held_out=held
-    ).to_dict()
-    return found
+    return calibrated(logs, question["parameters"], robot=robot, held_out=held).to_dict()
 
 
 def read(path: Path) -> dict[str, Any]:

@@ -50,8 +50,7 @@ class View:
         """Camera less target, world [m], shape (3,)."""
         yaw, pitch = np.radians(self.yaw), np.radians(self.pitch)
         ahead = np.cos(pitch) * np.array([-np.sin(yaw), np.cos(yaw), np.tan(pitch)])
-        offset: Floats = -self.distance * ahead
-        return offset
+        return -self.distance * ahead
 
 
 def draw_frames(

@@ -391,5 +391,4 @@ def solve_scaled(matrix: Floats, right: Floats, *, damping: float = 0.0) -> Floa
     # rounding can leave a diagonal below zero: such a value has a size, too
     scale = 1.0 / np.sqrt(np.maximum(np.abs(np.diag(matrix)), 1e-300))
     scaled = matrix * scale[:, None] * scale[None, :] + (damping + 1e-12) * np.eye(len(scale))
-    solved: Floats = np.linalg.solve(scaled, right * scale) * scale
-    return solved
+    return np.linalg.solve(scaled, right * scale) * scale

@@ -110,10 +110,7 @@ def param(
     meta = Parameter(
         unit=unit, bounds=bounds, tolerance=tolerance, relative=relative, source=source, fit=fit
     )
-    field: float = dataclasses.field(
-        default=default, metadata={_KEY: meta, **(LATER if later else {})}
-    )
-    return field
+    return dataclasses.field(default=default, metadata={_KEY: meta, **(LATER if later else {})})
 
 
 def setting(
@@ -143,8 +140,7 @@ def count(default: int, *, bounds: tuple[int, int]) -> int:
         default: value.
         bounds: lowest and highest admissible value.
     """
-    field: int = dataclasses.field(default=default, metadata={_SPAN: bounds})
-    return field
+    return dataclasses.field(default=default, metadata={_SPAN: bounds})
 
 
 def later_defaults(plugin: type) -> dict[str, Any]:
@@ -242,8 +238,7 @@ def vector(
     anchor = default[0] if default else bounds[0]
     meta = _metadata(anchor, unit, bounds=bounds, tolerance=tolerance, source=source)
     meta[_LENGTH] = len(default) or None
-    field: list[float] = dataclasses.field(default_factory=lambda: list(default), metadata=meta)
-    return field
+    return dataclasses.field(default_factory=lambda: list(default), metadata=meta)
 
 
 def named(unit: str, *, bounds: tuple[float, float], source: str) -> dict[str, float]:
@@ -255,8 +250,7 @@ def named(unit: str, *, bounds: tuple[float, float], source: str) -> dict[str, f
         source: where the law or the choice comes from.
     """
     meta = _metadata(bounds[0], unit, bounds=bounds, tolerance=0.0, source=source)
-    field: dict[str, float] = dataclasses.field(default_factory=dict, metadata=meta | LATER)
-    return field
+    return dataclasses.field(default_factory=dict, metadata=meta | LATER)
 
 
 def check_tree(thing: object, *, where: str) -> None:

@@ -69,8 +69,7 @@ def says_nothing(effect: dict[str, Any]) -> bool:
 def answer_of(folder: Path) -> dict[str, Any]:
     """Return what SEALS answered; a refused step counts as bad data."""
     if (folder / "diagnosis.json").exists():
-        found: dict[str, Any] = json.loads((folder / "diagnosis.json").read_text(encoding="utf-8"))
-        return found
+        return json.loads((folder / "diagnosis.json").read_text(encoding="utf-8"))
     steps = folder / "steps.json"
     codes = [s["rc"] for s in json.loads(steps.read_text()).values()] if steps.exists() else []
     return {"verdict": "bad_data" if 2 in codes else "failed", "effects": []}

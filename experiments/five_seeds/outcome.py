@@ -117,5 +117,4 @@ def _seeds(tables: Tables) -> list[float]:
 
 
 def _curve(tables: Tables, seed: float, name: str) -> Floats:
-    found: Floats = tables.looks[name][tables.looks["seed"] == seed]
-    return found
+    return tables.looks[name][tables.looks["seed"] == seed]

@@ -114,8 +114,7 @@ def by_mujoco(log: Log, python: str) -> dict[str, Any] | None:
     if done.returncode != 0:
         last = (done.stderr.strip().splitlines() or ["no words"])[-1]
         raise ConfigError(f"mujoco={python}: {last}.\n{ADVICE}")
-    found: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
-    return found
+    return json.loads(done.stdout.splitlines()[-1])
 
 
 ADVICE = (

@@ -222,8 +222,7 @@ def _line_of(fluid: FluidWindow, time: float) -> Floats:
     rest[:, 0] = np.linspace(box.lower[0] + rim, box.upper[0] - rim, POINTS)
     rest[:, 1] = box.upper[1] - rim
     rest[:, 2] = domain.outer.level
-    places: Floats = domain.outer.places(rest, time)
-    return places
+    return domain.outer.places(rest, time)
 
 
 def _moves(fluid: FluidWindow, state: BodyStates, time: float) -> bool:

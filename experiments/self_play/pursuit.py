@@ -140,8 +140,7 @@ class Scripted:
             wanted = (EXPERT_GAIN * observation[:, :3] + observation[:, 3:6]) / self.speed
             return wanted.clamp(-1.0, 1.0)
         way = observation[:, 3:5]
-        ran: Tensor = way / way.norm(dim=1, keepdim=True).clamp(min=_NEAR)
-        return ran
+        return way / way.norm(dim=1, keepdim=True).clamp(min=_NEAR)
 
 
 class Squad:

@@ -45,8 +45,7 @@ def _picture(eye: Eye, name: str, surface: Surface, floor: float, time: float = 
     view = seen(eye, plain, floor=floor, balls=balls)
     mean = float(np.mean(np.clip(plain.look(view, surface, time, None), 0.0, 1.0)))
     optics = Optics(water_type=name, cells=128, rays=2, exposure=MEAN / max(mean, 1e-3))
-    light: Pixels = optics.look(view, surface, time, np.random.default_rng(SEED))[0]
-    return light
+    return optics.look(view, surface, time, np.random.default_rng(SEED))[0]
 
 
 def depths(surface: Surface) -> list[list[Pixels]]:
@@ -128,8 +127,7 @@ class Eye(NamedTuple):
         down = (np.arange(rows) + 0.5 - 0.5 * rows) * (2.0 * half / columns)
         line = ahead + across[None, :, None] * right - down[:, None, None] * up
         line /= np.linalg.norm(line, axis=-1, keepdims=True)
-        found: Pixels = line[None].astype(np.float32)
-        return found
+        return line[None].astype(np.float32)
 
 
 def seen(eye: Eye, optics: Optics, *, floor: float, balls: list[tuple[float, ...]]) -> Sight:

@@ -156,8 +156,7 @@ def _spread(cells: Floats, values: Floats, shape: tuple[int, int]) -> tuple[Floa
 def _extended(field: Floats, known: Mask) -> Floats:
     """Return a field with the nearest known value where there is none."""
     nearest = distance_transform_edt(~known, return_distances=False, return_indices=True)
-    found: Floats = field[tuple(nearest)]
-    return found
+    return field[tuple(nearest)]
 
 
 class _Sides(NamedTuple):

@@ -253,8 +253,7 @@ class SensorSonar(MountedSensor):
     def echo(self, felt: SensorInput) -> Floats:
         """Return mean intensities relative to the source's at 1 m, shape (beams, bins)."""
         if self.device != "numpy":
-            there: Floats = self._tensor_echo(felt).cpu().numpy().astype(float)
-            return there
+            return self._tensor_echo(felt).cpu().numpy().astype(float)
         columns = sum(
             echoes.over_range(
                 self.columns,
@@ -265,8 +264,7 @@ class SensorSonar(MountedSensor):
             )
             for echoes in self._echoes(felt)
         )
-        found: Floats = (self._beams @ np.asarray(columns, dtype=np.float32)).astype(float)
-        return found
+        return (self._beams @ np.asarray(columns, dtype=np.float32)).astype(float)
 
     def _echoes(self, felt: SensorInput) -> list[Echoes]:
         """Echoes of all rays: direct ones, and those by way of the surface."""

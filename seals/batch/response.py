@@ -87,8 +87,7 @@ class Response:
             # links that do not move: their twists are constant maps of that of the base
             return np.stack(body.maps if isinstance(body, FusedBody) else [np.eye(6)])[None]
         assert self.posture.kinematics is not None
-        jacobian: Floats = self.posture.kinematics.jacobian
-        return jacobian
+        return self.posture.kinematics.jacobian
 
     @cached_property
     def _rise(self) -> Floats:
@@ -102,8 +101,7 @@ class Response:
             assert kinematics is not None
             assert moving is not None
             rise = kinematics.move(self._change).twists + kinematics.bias(moving)
-        rows: Floats = rise.transpose(1, 0, 2).reshape(-1, 6)
-        return rows
+        return rise.transpose(1, 0, 2).reshape(-1, 6)
 
     @property
     def sample(self) -> Sample:
@@ -187,8 +185,7 @@ class Response:
                 total -= pull
             else:
                 total[rows] -= pull
-        out: Floats = by_batch(total, links)
-        return out
+        return by_batch(total, links)
 
     def _joint_force(self, found: Evaluation) -> Floats:
         force: Floats = np.zeros_like(self._joints.velocity)

@@ -52,7 +52,7 @@ class Comparison:
 
     def as_data(self) -> dict[str, Any]:
         """Return the result as JSON-ready data, without the samples."""
-        out: dict[str, Any] = finite(
+        return finite(
             {
                 "name": self.name,
                 "model": self.model,
@@ -62,7 +62,6 @@ class Comparison:
                 "groups": [_group(g) for g in self.groups],
             }
         )
-        return out
 
 
 def _group(group: Group) -> dict[str, Any]:

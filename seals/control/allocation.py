@@ -185,8 +185,7 @@ class Allocation:
 
     def wrench(self, command: Floats, centre: Floats, gain: Floats | None = None) -> Floats:
         """Return the controlled components of the wrench that commands produce [N, N m]."""
-        made: Floats = self.matrix(centre, gain) @ self._squares(command[None])[0]
-        return made
+        return self.matrix(centre, gain) @ self._squares(command[None])[0]
 
     def _squares(self, command: Array) -> Array:
         """Signed squared speeds, or forces, scaled where a drive runs backwards, (B, n)."""

@@ -144,8 +144,7 @@ class InertiaSplit:
         terms = self._assembly.velocity_terms(d.motion, d.found)
         load = d.wrench - terms - _times(total, bias)
         parts = self._assembly.system(d.kinematics, total, load, d.joint_force)
-        found: Floats = _accelerations(*parts, d.joint_force, acting)[1][0]
-        return found
+        return _accelerations(*parts, d.joint_force, acting)[1][0]
 
     def _wanted(self, found: Evaluation) -> Floats | None:
         """Return the isotropic part of the added inertias, shape (L, 2); None for nothing."""

@@ -215,8 +215,7 @@ class Evaluator:
     def supplied(self, memory: Memory) -> Array | None:
         """Return the voltage of the battery [V], shape (batch, 1); None without one."""
         for b in self.effects.batteries:
-            voltage: Array = b.hooks.state(memory[b.name], b.params)[0]
-            return voltage
+            return b.hooks.state(memory[b.name], b.params)[0]
         return None
 
     def _driven(  # noqa: PLR0917  one instant of the scene

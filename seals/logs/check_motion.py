@@ -65,8 +65,7 @@ def _shift(moved: Floats, felt: Floats, there: NDArray[np.bool_]) -> int:
 
 
 def _centred(values: Floats) -> Floats:
-    centred: Floats = values - values.mean(axis=0)
-    return centred
+    return values - values.mean(axis=0)
 
 
 def _size(values: Floats) -> float:

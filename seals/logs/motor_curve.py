@@ -194,10 +194,7 @@ def _full_speeds(rotors: Any) -> Floats:
 def _speed(curve: MotorCurve, kind: str, share: Floats, full: Floats) -> Floats:
     if len(curve.points):
         points = np.asarray([list(p) for p in curve.points], dtype=float)
-        found: Floats = np.where(
-            np.isfinite(share), np.interp(share, points[:, 0], points[:, 1]), np.nan
-        )
-        return found
+        return np.where(np.isfinite(share), np.interp(share, points[:, 0], points[:, 1]), np.nan)
     if kind == _SHARES_THRUST:
         return full * np.sqrt(share)
     factor = curve.thrust_factor
@@ -229,5 +226,4 @@ def _sag(log: Log, curve: MotorCurve) -> Floats:
             "Leave motors.full_voltage out, or map the voltage."
         )
     even = np.interp(log.time, log.time[good], volts[good])
-    sag: Floats = np.clip(even / curve.full_voltage, 0.0, None) ** curve.voltage_power
-    return sag
+    return np.clip(even / curve.full_voltage, 0.0, None) ** curve.voltage_power

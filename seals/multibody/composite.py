@@ -109,8 +109,7 @@ def generalised_force(many: Kinematics, load: Floats) -> Floats:
         push += tree.slides * (pull - push)
     joints = (many.hinges * push).sum(axis=0)
     lead = [] if tree.fixed_base else [force[:, 0], torque[:, 0]]
-    force_of_all: Floats = np.concatenate([*lead, joints]).T
-    return force_of_all
+    return np.concatenate([*lead, joints]).T
 
 
 def _turned(turn: Floats, inertia: Floats) -> Floats:

@@ -30,8 +30,7 @@ def solved(matrix: Floats, right: Floats) -> Floats:
     _, _, found, trouble = dgesv(matrix, right)
     if trouble:
         raise np.linalg.LinAlgError("Singular matrix")
-    result: Floats = found
-    return result
+    return found
 
 
 def solution(matrix: Array, right: Array) -> Array:
@@ -90,8 +89,7 @@ class Factors:
         for i in reversed(range(len(x))):
             x[i] *= inverse[i]
             x[:i] -= lower[i, :i] * x[i]
-        solution: Floats = x.transpose(2, 0, 1).reshape(right.shape)
-        return solution
+        return x.transpose(2, 0, 1).reshape(right.shape)
 
 
 class LeadFactors:
@@ -133,8 +131,7 @@ class LeadFactors:
         for i in reversed(range(len(below))):
             below[i] *= self._inverse[i]
             below[:i] -= self._lower[i, :i, None] * below[i]
-        found: Floats = np.concatenate((first, below)).transpose(2, 0, 1)
-        return found
+        return np.concatenate((first, below)).transpose(2, 0, 1)
 
     def _forward(self, x: Floats) -> Floats:
         """Substitute forward by L in place, shape (n - lead, k, N)."""

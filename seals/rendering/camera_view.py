@@ -184,5 +184,4 @@ def _directions(axes: Floats, lens: Lens) -> NDArray[np.float32]:
         >>> _directions(OPTICAL, Lens(width=1, height=1))[0, 0].tolist()
         [1.0, 0.0, 0.0]
     """
-    ways: NDArray[np.float32] = units(lens) @ np.asarray(axes, dtype=np.float32).T
-    return ways
+    return units(lens) @ np.asarray(axes, dtype=np.float32).T

@@ -57,8 +57,7 @@ class Gripper:
             array([0.25])
         """
         share = min(max(grip, 0.0), 1.0)
-        values: Floats = self.open + share * (self.closed - self.open)
-        return values
+        return self.open + share * (self.closed - self.open)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -145,5 +145,4 @@ def _facts(folder: Path) -> _Facts:
     path = folder / "run.json"
     if not os.path.lexists(path):
         return _Facts(robot=_Files(folder="", files={}))
-    facts: _Facts = read_file(_Facts, path, remedy="Restore it, or remove it.", extra=True)
-    return facts
+    return read_file(_Facts, path, remedy="Restore it, or remove it.", extra=True)

@@ -167,8 +167,7 @@ def _left(values: Floats, known: list[Floats], there: NDArray[np.bool_]) -> Floa
     columns = np.concatenate([np.ones((len(values), 1)), *known], axis=1)
     inner = _inner(there)
     model = np.linalg.lstsq(columns[inner], values[inner], rcond=None)[0]
-    left: Floats = values[inner] - columns[inner] @ model
-    return left
+    return values[inner] - columns[inner] @ model
 
 
 def _inner(there: NDArray[np.bool_]) -> NDArray[np.bool_]:

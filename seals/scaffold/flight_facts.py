@@ -307,8 +307,7 @@ def _mean(values: Floats, rows: int) -> Floats:
 def _pace(log: Log) -> Floats:
     """Speed over ground [m/s], shape (T,); infinite where it is unknown."""
     if log.has("velocity"):
-        known: Floats = np.linalg.norm(np.nan_to_num(log.channel("velocity")), axis=1)
-        return known
+        return np.linalg.norm(np.nan_to_num(log.channel("velocity")), axis=1)
     fast = np.full(log.rows, np.inf)
     if not log.has("position"):
         return fast

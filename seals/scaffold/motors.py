@@ -113,8 +113,7 @@ def axis_of(robot: RobotModel, link: int, kind: str) -> Floats:
     joint = robot.tree.joint[link]
     ahead = np.array([0.0, 0.0, 1.0] if kind == ROTOR else [1.0, 0.0, 0.0])
     own = robot.tree.axis[joint] if joint >= 0 else ahead
-    axis: Floats = rest_poses(robot)[1][link] @ own
-    return axis
+    return rest_poses(robot)[1][link] @ own
 
 
 def link_of(motor: Motor, robot: RobotModel, source: Takeover) -> int:

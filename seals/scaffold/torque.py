@@ -111,8 +111,7 @@ def _lagged(thrust: Floats, lag: float, step: float) -> Floats:
     from scipy.signal import lfilter
 
     keep = np.exp(-step / lag) if lag > 0.0 else 0.0
-    found: Floats = thrust[0] + lfilter([1.0 - keep], [1.0, -keep], thrust - thrust[0], axis=0)
-    return found
+    return thrust[0] + lfilter([1.0 - keep], [1.0, -keep], thrust - thrust[0], axis=0)
 
 
 def _time(left: Floats, step: float) -> float:
@@ -138,8 +137,7 @@ def unexplained_force(force: Floats, velocity: Floats, thrust: Floats) -> Floats
     own = np.abs(velocity) * velocity
     whole = np.linalg.norm(velocity, axis=1, keepdims=True) * velocity
     known = np.column_stack([np.ones(len(force)), velocity, own, whole, thrust])
-    left: Floats = force - known @ np.linalg.lstsq(known, force, rcond=None)[0]
-    return left
+    return force - known @ np.linalg.lstsq(known, force, rcond=None)[0]
 
 
 def inertia_of(vehicle: Mapping[str, Any]) -> Floats:

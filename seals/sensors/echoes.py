@@ -59,8 +59,7 @@ class Echoes(NamedTuple):
         rise = np.bincount(place, slope, total).reshape(columns, bins + 1).cumsum(axis=1)
         less = np.bincount(place, slope * edges, total).reshape(columns, bins + 1).cumsum(axis=1)
         integral = rise * np.arange(bins + 1) - less
-        found: Floats = np.maximum(np.diff(integral, axis=1), 0.0)
-        return found
+        return np.maximum(np.diff(integral, axis=1), 0.0)
 
 
 def scattered(

@@ -191,8 +191,7 @@ class _BackendCheck:
 def _turn(c: Configuration) -> Floats:
     from seals.frames import matrix_of
 
-    turn: Floats = matrix_of(c.quaternion[None])[0]
-    return turn
+    return matrix_of(c.quaternion[None])[0]
 
 
 def _centre_height(c: Configuration, centre: Floats) -> float:

@@ -121,8 +121,7 @@ def follow(
 
 
 def _still() -> Waves:
-    waves: Waves = registry.get("wave", "still").load()()
-    return waves
+    return registry.get("wave", "still").load()()
 
 
 def _read(actors: dict[str, Actor]) -> Track:
@@ -144,5 +143,4 @@ def _flat(quaternions: Floats) -> Floats:
 
 
 def _angle(quaternions: Floats) -> Floats:
-    angle: Floats = np.linalg.norm(rotation_vector(quaternions), axis=1)
-    return angle
+    return np.linalg.norm(rotation_vector(quaternions), axis=1)

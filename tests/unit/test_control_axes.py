@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -22,9 +21,7 @@ from seals.control.axes import (
 from seals.errors import ConfigError
 from seals.run.assembly import build_world
 from seals.run.build import build_run
-
-sys.path.insert(0, str(Path(__file__).parent))
-from rov_layouts import LAYOUTS, PASSIVE, rov_folder
+from tests.unit.rov_layouts import LAYOUTS, PASSIVE, rov_folder
 
 CENTRE = np.array([0.0, 0.0, -0.03])
 FORCE = 40.0

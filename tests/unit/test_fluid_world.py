@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -29,9 +28,7 @@ from seals.run.immersed import owners
 from seals.testing.backend import momentum_of
 from seals.testing.bodies import free_body, moving_arm
 from seals.world import Actor, World
-
-sys.path.insert(0, str(Path(__file__).parent))
-from still_water import StillWater
+from tests.unit.still_water import StillWater
 
 Floats = NDArray[np.float64]
 STEP = 0.004

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -20,9 +19,7 @@ from seals.run.assembly import build_world
 from seals.run.build import build_run
 from seals.run.goals import goal_results
 from seals.run.simulation import simulate
-
-sys.path.insert(0, str(Path(__file__).parent))
-from rov_layouts import LAYOUTS, rov_folder
+from tests.unit.rov_layouts import LAYOUTS, rov_folder
 
 MASS = 11.5
 

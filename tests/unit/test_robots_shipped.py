@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import itertools
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -21,9 +20,7 @@ from seals.robots.workshop.links import Machine
 from seals.run import build_world, initial_configuration
 from seals.run.build import build_run
 from seals.run.settings import RunSettings
-
-sys.path.insert(0, str(Path(__file__).parent))
-from texts import same_text
+from tests.unit.texts import same_text
 
 ROOT = Path(__file__).parents[2]
 MADE = ("aam", "hexacopter", "aam_dual_arm", "auv")

@@ -7,7 +7,6 @@ import json
 import os
 import pickle
 import shutil
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -27,9 +26,7 @@ from seals.run.pictures import COLUMNS, Pictures
 from seals.run.recorder import Moment
 from seals.run.simulation import _Books, _books
 from seals.world import World
-
-sys.path.insert(0, str(Path(__file__).parent))
-from stored_states import entries, forged, parts
+from tests.unit.stored_states import entries, forged, parts
 
 FLIGHT = ["robot=crazyflie", "controller=cascade", "guide=hover", "initial.position=[0,0,1]"]
 FLIGHT += ["time.step=0.004", "time.duration=0.2"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import pytest
@@ -13,12 +12,7 @@ from seals.logs.native import read_native
 from seals.sysid.diagnosis import Diagnosis, diagnose
 from seals.sysid.report.sentence import sentence
 from seals.sysid.validation.writing import models_of
-
-ROOT = Path(__file__).parents[2]
-if str(ROOT) not in sys.path:
-    sys.path.append(str(ROOT))
-
-from tests.validation.hidden import generate  # noqa: E402
+from tests.validation.hidden import generate
 
 
 def answered(folder: Path, *words: str) -> tuple[Diagnosis, dict[str, dict[str, float]]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -13,9 +12,7 @@ from seals.logs import Log
 from seals.run.build import build_run
 from seals.run.simulation import simulate
 from seals.scaffold.robot import scaffold_robot
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "unit"))
-from rov_layouts import LAYOUTS, rov_folder
+from tests.unit.rov_layouts import LAYOUTS, rov_folder
 
 SURVEY = Path(__file__).parents[1] / "unit/urdfs/vehicles/survey_auv.sdf"
 

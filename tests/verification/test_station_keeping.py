@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +13,7 @@ from seals.run import build_world
 from seals.run.build import build_run
 from seals.run.simulation import simulate
 from seals.scaffold.robot import scaffold_robot
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "unit"))
-from rov_layouts import LAYOUTS, PASSIVE, rov_folder
+from tests.unit.rov_layouts import LAYOUTS, PASSIVE, rov_folder
 
 GOAL, YAW = (1.2, 0.8, -2.4), 1.0
 COMMON = (

@@ -133,8 +133,7 @@ class ParticleFluid:
     def exchange(self, states: BodyStates, time: float, step: float) -> Floats:
         """Advance one step; return the impulses on the bodies [N s, N m s], shape (K, 6)."""
         self._time = time + step
-        out: Floats = self.simulation.exchange(states, time, step)
-        return out
+        return self.simulation.exchange(states, time, step)
 
     def surface(self, position: Array) -> Sea:
         """Return the height of the water surface over points, as last updated."""
@@ -143,13 +142,11 @@ class ParticleFluid:
 
     def momentum_balance(self) -> MomentumBalance | None:
         """Return the momentum balance of the last step."""
-        out: MomentumBalance | None = self.simulation.last
-        return out
+        return self.simulation.last
 
     def diagnostics(self) -> Mapping[str, float]:
         """Return diagnostics: particle count, compression, added and lost particles, gauges."""
-        out: Mapping[str, float] = self.simulation.diagnostics()
-        return out
+        return self.simulation.diagnostics()
 
     def particles(self) -> tuple[Floats, Floats]:
         """Return positions [m] and velocities [m/s], shape (n, 3) each."""

@@ -196,8 +196,7 @@ def apply_beach(
         return velocities
     s = np.clip((places[:, 0] - basin.upper[0] + beach.length) / beach.length, 0.0, 1.0)
     keep = np.exp(-beach.rate * s * s * step)
-    out: Floats = velocities * np.stack([keep, keep, keep * keep], axis=1)
-    return out
+    return velocities * np.stack([keep, keep, keep * keep], axis=1)
 
 
 def apply_wind(  # noqa: PLR0917  the water as it stands

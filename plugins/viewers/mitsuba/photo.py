@@ -90,5 +90,4 @@ def wet_share(frame: Frame) -> NDArray[np.float64]:
     rays = np.stack([x, y, np.ones_like(x)], axis=-1) @ axes.T
     wet = frame.water.covers(origin + frame.port * rays, frame.time).astype(float)
     split = wet.reshape(lens.height, FINER, lens.width, FINER)
-    found: NDArray[np.float64] = split.mean(axis=(1, 3))
-    return found
+    return split.mean(axis=(1, 3))

@@ -97,8 +97,7 @@ class Environments:
         """Present state of all robots; before the first reset that of one."""
         if self._scene is None:
             self.reset()
-        found: Instant = self._scene.now
-        return found
+        return self._scene.now
 
     @property
     def perceived(self) -> Instant:

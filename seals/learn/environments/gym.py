@@ -108,8 +108,7 @@ class SealsEnv(gymnasium.Env[Numbers, Numbers]):
 
     def scripted_policy(self) -> Numbers:
         """Return the action of the task's scripted policy."""
-        found: Numbers = self._batched.scripted_policy().numpy()[0]
-        return found
+        return self._batched.scripted_policy().numpy()[0]
 
     def render(self) -> NDArray[np.uint8] | None:
         """Return the image of the state after the last step, shape (height, width, 3).
@@ -118,8 +117,7 @@ class SealsEnv(gymnasium.Env[Numbers, Numbers]):
         """
         if self.render_mode != "rgb_array" or self._frame is None:
             return None
-        found: NDArray[np.uint8] = self._picture.image(self._frame)
-        return found
+        return self._picture.image(self._frame)
 
     def close(self) -> None:
         """Release the world and the window."""

@@ -69,8 +69,7 @@ class Posterior(NamedTuple):
         """Return correlated from independent unit normal draws, shape (k, N)."""
         sizes, axes = np.linalg.eigh(self.correlation)
         # rounding may leave a size just below zero
-        found: Floats = (axes * np.sqrt(np.maximum(sizes, 0.0))) @ axes.T @ normal
-        return found
+        return (axes * np.sqrt(np.maximum(sizes, 0.0))) @ axes.T @ normal
 
 
 def posterior_of(

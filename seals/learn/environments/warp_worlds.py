@@ -130,8 +130,7 @@ class WarpWorlds(BatchSimulator):
         return torch.as_tensor(np.asarray(values), dtype=torch.float32, device=self.device)
 
     def _zeros(self, width: int) -> Tensor:
-        found: Tensor = self.like.new_zeros(self.count, width)
-        return found
+        return self.like.new_zeros(self.count, width)
 
     def _start(self, draw: Draw) -> tuple[Tensor, Tensor, Tensor, Tensor]:
         """Return position, quaternion, velocity and goal of starts as tensors."""
@@ -209,8 +208,7 @@ class WalkingWorlds(WarpWorlds):
     def _wished(self, action: Array, now: Instant) -> tuple[Any, ...]:
         """Velocity, rate of turn, and the manner of stepping by name."""
         task: Any = self.task
-        found: tuple[Any, ...] = task.steer(action, now)
-        return found
+        return task.steer(action, now)
 
     def _stepped(self) -> None:
         """Let the gaits command the servos for their next period."""

@@ -90,8 +90,7 @@ class Memory:
 
     def share(self, batch: Any) -> Tensor:
         """Return the fraction of demonstrations in a batch, shape ()."""
-        found: Tensor = (batch["index"] < self.protected).float().mean()
-        return found
+        return (batch["index"] < self.protected).float().mean()
 
     def update_priorities(self, batch: Any, error: Tensor) -> None:
         """Pass errors (batch,) to a prioritised sampler."""

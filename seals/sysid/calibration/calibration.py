@@ -116,8 +116,7 @@ class Calibration:
         signs = np.sign([n.slope for n in self.numbers])
         covariance = fit.covariance[np.ix_(at, at)] * signs[:, None] * signs[None, :]
         size = np.sqrt(np.diag(covariance))
-        correlation: Floats = covariance / size[:, None] / size[None, :]
-        return correlation
+        return covariance / size[:, None] / size[None, :]
 
     def tied(self) -> list[tuple[str, str, float]]:
         """Return strongly correlated pairs of numbers and their correlation, strongest first."""

@@ -44,8 +44,7 @@ def base_inertial(
 
 
 def _steiner(arm: Floats) -> Floats:
-    shifted: Floats = (arm @ arm) * np.eye(3) - np.outer(arm, arm)
-    return shifted
+    return (arm @ arm) * np.eye(3) - np.outer(arm, arm)
 
 
 def with_inertial(text: str, link: str, mass: float, centre: Floats, inertia: Floats) -> str:

@@ -96,8 +96,7 @@ def _each(logs: Sequence[Log]) -> list[dict[str, Any]]:
 
 
 def _channels(log: Log) -> Mapping[str, Any]:
-    channels: Mapping[str, Any] = (log.meta.get("sensors") or {}).get("channels") or {}
-    return channels
+    return (log.meta.get("sensors") or {}).get("channels") or {}
 
 
 def _sensors(logs: Sequence[Log]) -> dict[str, Any]:

@@ -49,8 +49,7 @@ class SeaOfLogs:
                 each = np.array([np.broadcast_to(v, count) for v in value])
                 chosen = each[log, np.arange(count)]
             setattr(here, name, chosen)
-        found: Sea = here.at(position, clock - self.shift[log][:, None], level)
-        return found
+        return here.at(position, clock - self.shift[log][:, None], level)
 
 
 class Span(Protocol):

@@ -196,8 +196,7 @@ def _full_voltage(spec: Mapping[str, Any]) -> float | None:
         LogError: it is no voltage.
     """
     given = (spec.get("battery") or {}).get("full_voltage")
-    found: float | None = read(_Volts, given, where="battery.full_voltage", error=LogError)
-    return found
+    return read(_Volts, given, where="battery.full_voltage", error=LogError)
 
 
 def _part(meta: Mapping[str, Any], name: str) -> Mapping[str, Any]:
@@ -227,8 +226,7 @@ def _maybe(value: Any) -> float | None:
 
 def _turn(wxyz: Any) -> Floats:
     w, x, y, z = (float(c) for c in wxyz)
-    turned: Floats = matrix_of(np.array([[x, y, z, w]]))[0].T
-    return turned
+    return matrix_of(np.array([[x, y, z, w]]))[0].T
 
 
 def _merged(

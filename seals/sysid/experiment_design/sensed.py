@@ -71,8 +71,7 @@ def _noisy(name: str, values: Floats, sigma: float, rng: np.random.Generator) ->
     if name == "orientation":
         turned = multiply(values, exponential(sigma * rng.standard_normal((len(values), 3))))
         return np.asarray(turned, dtype=np.float64)[:, [3, 0, 1, 2]]
-    noisy: Floats = values + sigma * rng.standard_normal(values.shape)
-    return noisy
+    return values + sigma * rng.standard_normal(values.shape)
 
 
 def _exact(experiment: Experiment, model: Model, track: Track, parts: int) -> dict[str, Floats]:

@@ -55,8 +55,7 @@ class Conditions:
     @property
     def speed(self) -> Floats:
         """Speed relative to the medium [m/s], shape (n,)."""
-        out: Floats = np.linalg.norm(self.velocity, axis=1)
-        return out
+        return np.linalg.norm(self.velocity, axis=1)
 
     @property
     def wet(self) -> bool:

@@ -151,23 +151,20 @@ class Evidence:
         level = np.maximum(level, _ROUNDING * level[:, -1:])
         absorbed = axes.transpose(0, 2, 1) @ (self.gram[:, :m] / scale)
         absorbed /= np.sqrt(level)[:, :, None]
-        table: Floats = self.gram - np.matmul(absorbed.transpose(0, 2, 1), absorbed)
-        return table
+        return self.gram - np.matmul(absorbed.transpose(0, 2, 1), absorbed)
 
 
 def _even(block: Floats) -> Floats:
     """Return a symmetric block with a lower bound on its diagonal."""
     level = np.einsum("wii->wi", block)
-    out: Floats = block + 1e-12 * level[:, :, None] * np.eye(block.shape[1])
-    return out
+    return block + 1e-12 * level[:, :, None] * np.eye(block.shape[1])
 
 
 def _inverse(block: Floats) -> Floats:
     """Inverse of symmetric positive blocks after scaling their diagonals to one."""
     scale = 1.0 / np.sqrt(np.maximum(np.einsum("wii->wi", block), 1e-300))
     scaled = block * scale[:, :, None] * scale[:, None, :] + 1e-12 * np.eye(block.shape[1])
-    out: Floats = np.linalg.inv(scaled) * scale[:, :, None] * scale[:, None, :]
-    return out
+    return np.linalg.inv(scaled) * scale[:, :, None] * scale[:, None, :]
 
 
 def evidence(problem: Problem, hypothesis: EvidenceHypothesis | None = None) -> Evidence:

@@ -93,16 +93,14 @@ class Table:
     def misfit(self, chosen: Sequence[int], at: Floats) -> Floats:
         """Misfit of every window at given coefficients, shape (W,)."""
         weights = np.append(-at, 1.0)
-        out: Floats = np.einsum("i,wij,j->w", weights, self._block(chosen), weights)
-        return out
+        return np.einsum("i,wij,j->w", weights, self._block(chosen), weights)
 
     def covariance(self, chosen: Sequence[int]) -> Floats:
         """Posterior covariance of the chosen columns' coefficients."""
         total = self._block(chosen).sum(axis=0)[:-1, :-1]
         scale = 1.0 / np.sqrt(np.maximum(np.diag(total), 1e-300))
         inverse = np.linalg.inv(total * scale[:, None] * scale + 1e-12 * np.eye(len(scale)))
-        out: Floats = inverse * scale[:, None] * scale
-        return out
+        return inverse * scale[:, None] * scale
 
     def fall(self, chosen: Sequence[int], beside: Sequence[int] = ()) -> float:
         """Decrease of the misfit by some columns added to others, fitted to all windows."""
@@ -130,8 +128,7 @@ class Table:
 
     def _block(self, chosen: Sequence[int]) -> Floats:
         index = [*chosen, self.width]
-        block: Floats = self.gram[:, index][:, :, index]
-        return block
+        return self.gram[:, index][:, :, index]
 
 
 def folds(count: int, *, mixed: bool = False) -> NDArray[np.integer]:

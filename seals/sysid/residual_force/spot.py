@@ -84,8 +84,7 @@ def spot(
     def miss(x: Floats) -> Floats:
         shape = _shape(position, x)[:, None] * weight
         size = (shape * force * weight).sum(axis=0) / np.maximum((shape**2).sum(axis=0), 1e-300)
-        out: Floats = (size * shape - force * weight).ravel()
-        return out
+        return (size * shape - force * weight).ravel()
 
     fit = bounded_fit(miss, [begin], low, high, scale=0.2)
     if fit is None or float(_shape(position, fit[0]).max()) < _SEEN:
@@ -108,8 +107,7 @@ def spot(
 
 
 def _shape(position: Floats, x: Floats) -> Floats:
-    out: Floats = np.exp(-0.5 * ((position - x[:3]) ** 2).sum(axis=1) / x[3] ** 2)
-    return out
+    return np.exp(-0.5 * ((position - x[:3]) ** 2).sum(axis=1) / x[3] ** 2)
 
 
 def _start(position: Floats, force: Floats, weight: Floats, span: Floats) -> Floats:

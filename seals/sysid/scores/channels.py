@@ -199,8 +199,7 @@ def _variance(windows: Windows) -> Floats:
     factor = windows._weights.inverse[:, :, :n] * windows._weights.scale[:, None, :n]
     noise = 1.0 + np.einsum("wkm,wkm->wk", np.matmul(pushed, gusts), pushed)
     taken = np.matmul(carried, factor.transpose(0, 2, 1))
-    variance: Floats = np.maximum(noise - np.einsum("wkq,wkq->wk", taken, taken), _LEAST)
-    return variance
+    return np.maximum(noise - np.einsum("wkq,wkq->wk", taken, taken), _LEAST)
 
 
 def component(channel: str, axis: int, width: int) -> str:

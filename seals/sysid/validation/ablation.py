@@ -306,13 +306,11 @@ def _starts(loose: Windows, ruler: Yardstick, rng: np.random.Generator) -> Float
     size = problem.fitter.trajectory.size
     if not problem.samples.posed:
         spread = stated_starts(problem.plant, problem.fitter.trajectory)[1]
-        drawn: Floats = spread * rng.standard_normal((count, size))
-        return drawn
+        return spread * rng.standard_normal((count, size))
     noise = rng.standard_normal(loose.weight.shape) * (loose.weight > 0.0)
     found, _ = loose.explained(noise.reshape(loose.count, -1))
     nearest = np.argmin(np.abs(loose.rows[:, :1] - ruler.rows[None, :, 0]), axis=0)
-    starts: Floats = found[nearest]
-    return starts
+    return found[nearest]
 
 
 def _gusts(ruler: Yardstick, rng: np.random.Generator) -> Floats:

@@ -44,8 +44,7 @@ class Model:
     @property
     def lag(self) -> Floats:
         """Time constants of the drives [s], shape (n,)."""
-        lag: Floats = response_of(self.bound).lag
-        return lag
+        return response_of(self.bound).lag
 
     @property
     def command_delay(self) -> float:

@@ -263,8 +263,7 @@ def _at_rows(rate: Floats, at: NDArray[np.int64], *, straddle: bool) -> Floats:
     """
     if straddle:
         return rate[at]
-    out: Floats = 2.0 * rate[np.maximum(at - 1, 0)] - rate[np.maximum(at - 2, 0)]
-    return out
+    return 2.0 * rate[np.maximum(at - 1, 0)] - rate[np.maximum(at - 2, 0)]
 
 
 def _before_rows(rate: Floats, at: NDArray[np.int64], count: int) -> Floats:
@@ -312,13 +311,11 @@ def reported(model: Model, felt: Floats, late: int, delay: float) -> Floats:
     turns = [b.hooks.pose_turn(b.params) for b in model.bound.having("pose_turn")]
     if turns:
         parts.append(np.broadcast_to(np.sum(turns, axis=0), (len(flat), 3)))
-    shaped: Floats = np.concatenate(parts, axis=1).reshape(*seen.shape[:2], -1)
-    return shaped
+    return np.concatenate(parts, axis=1).reshape(*seen.shape[:2], -1)
 
 
 def between_rows(values: Floats, at: NDArray[np.floating[Any]]) -> Floats:
     """Interpolate values (W, K, k) at fractions of rows ``at`` (n,); ends continue straight."""
     low = np.clip(np.floor(at).astype(int), 0, values.shape[1] - 2)
     share = (at - low)[None, :, None]
-    found: Floats = values[:, low] + share * (values[:, low + 1] - values[:, low])
-    return found
+    return values[:, low] + share * (values[:, low + 1] - values[:, low])

@@ -165,8 +165,7 @@ class Px4:
         return None
 
     def _noisy(self, values: Floats, sigma: float) -> list[float]:
-        noisy: list[float] = (values + sigma * self._rng.normal(size=len(values))).tolist()
-        return noisy
+        return (values + sigma * self._rng.normal(size=len(values))).tolist()
 
     def _sensors(self, state: FlightState, stamp: int) -> None:
         hil = self._hil

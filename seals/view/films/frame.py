@@ -46,8 +46,7 @@ class WaterBody(NamedTuple):
         x, y = points[..., 0], points[..., 1]
         inside = (x > self.lower[0]) & (x < self.upper[0])
         inside &= (y > self.lower[1]) & (y < self.upper[1])
-        found: NDArray[np.bool_] = inside & (points[..., 2] < self.surface.height(x, y, time))
-        return found
+        return inside & (points[..., 2] < self.surface.height(x, y, time))
 
 
 class Frame(NamedTuple):
