@@ -296,7 +296,7 @@ DESCRIPTIONS: dict[str, Guard] = {
         "MEMORY + UNPACKED * size",
         "1 << 40",
         TRIAL,
-        "swells",
+        "_swell",
     ),
     "channels of sensors": Guard(
         "seals.logs.check_meta",

@@ -50,7 +50,8 @@ class View:
         """Camera less target, world [m], shape (3,)."""
         yaw, pitch = np.radians(self.yaw), np.radians(self.pitch)
         ahead = np.cos(pitch) * np.array([-np.sin(yaw), np.cos(yaw), np.tan(pitch)])
-        return -self.distance * ahead
+        offset: Floats = -self.distance * ahead
+        return offset
 
 
 def draw_frames(

@@ -131,7 +131,8 @@ def load_logs(source: str | Path, *, reader: str | None = None, **options: Any) 
     fields = [field.name for field in dataclasses.fields(cls) if field.init]
     for option in options:
         refuse_unlisted(option, fields, f"'{option}' is not a field of the reader '{name}'")
-    return cls(**options).read(place)
+    logs: list[Log] = cls(**options).read(place)
+    return logs
 
 
 def load_log(

@@ -299,6 +299,34 @@ def check_fields(cls: type, values: dict[str, Any], *, where: str) -> None:
             check_value(key, value, declared[name])
 
 
+def check_order(thing: object, low: str, high: str, *, where: str, equal: bool = False) -> None:
+    """Refuse two numbers of a dataclass of which the first is not below the second.
+
+    Args:
+        thing: that has the fields.
+        low: field of the lower number.
+        high: field of the higher one.
+        where: what the fields belong to, named in the message.
+        equal: whether they may be equal.
+
+    Raises:
+        ConfigError: they are not in order.
+
+    Example:
+        >>> check_order(Within(2.0, 1.0), "low", "high", where="band")
+        Traceback (most recent call last):
+        seals.errors.ConfigError: band.low=2.0 is not below band.high=1.0.
+        Allowed: low below high.
+    """
+    first, last = getattr(thing, low), getattr(thing, high)
+    if not (first < last or (equal and first == last)):
+        wrong, right = ("above", "up to") if equal else ("not below", "below")
+        raise ConfigError(
+            f"{where}.{low}={first} is {wrong} {where}.{high}={last}.\n"
+            f"Allowed: {low} {right} {high}."
+        )
+
+
 def vars_of(thing: Any) -> dict[str, Any]:
     """Return the field values of a dataclass instance by name, not copied."""
     return {field.name: getattr(thing, field.name) for field in dataclasses.fields(thing)}

@@ -117,4 +117,5 @@ def _seeds(tables: Tables) -> list[float]:
 
 
 def _curve(tables: Tables, seed: float, name: str) -> Floats:
-    return tables.looks[name][tables.looks["seed"] == seed]
+    found: Floats = tables.looks[name][tables.looks["seed"] == seed]
+    return found

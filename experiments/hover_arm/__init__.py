@@ -70,7 +70,8 @@ def _titled(case: str) -> str:
 
 def _start_of(log: Log) -> Floats:
     """Return the wanted position of the hover, that of its start [m], shape (3,)."""
-    return log.channel("position")[0]
+    place: Floats = log.channel("position")[0]
+    return place
 
 
 def _later(log: Log) -> Log:
@@ -83,7 +84,8 @@ def _later(log: Log) -> Log:
 def largest(log: Log) -> Floats:
     """Return the largest deviation along x, y and z after settling [m], shape (3,)."""
     away = _later(log).channel("position") - _start_of(log)
-    return np.abs(away).max(axis=0)
+    found: Floats = np.abs(away).max(axis=0)
+    return found
 
 
 def _kept(found: dict[str, Any]) -> bool:

@@ -96,7 +96,8 @@ def _stacked(problem: Problem, defect: Floats, reading: Floats) -> Floats:
     joints = problem.fitter.trajectory.joints.shape[1]
     used = np.concatenate([np.arange(a + skip, b - 1) for a, b in samples.runs])
     change = np.concatenate([defect[:, 6:12], defect[:, 12 + joints :]], axis=1) / samples.step
-    return np.concatenate([change, reading], axis=1)[used]
+    both: Floats = np.concatenate([change, reading], axis=1)[used]
+    return both
 
 
 def _whitened(target: Floats, table: Floats) -> tuple[Floats, Floats]:
@@ -117,7 +118,8 @@ def _whitened(target: Floats, table: Floats) -> tuple[Floats, Floats]:
 def _level(values: Floats, good: Floats) -> Floats:
     """Root mean square of every channel."""
     count = np.maximum(good.sum(axis=0), 1)
-    return np.maximum(np.sqrt((values**2).sum(axis=0) / count), 1e-12)
+    level: Floats = np.maximum(np.sqrt((values**2).sum(axis=0) / count), 1e-12)
+    return level
 
 
 def _ridge(columns: Floats, residual: Floats, ridge: float = 1e-9) -> tuple[Floats, Floats]:

@@ -114,7 +114,8 @@ def by_mujoco(log: Log, python: str) -> dict[str, Any] | None:
     if done.returncode != 0:
         last = (done.stderr.strip().splitlines() or ["no words"])[-1]
         raise ConfigError(f"mujoco={python}: {last}.\n{ADVICE}")
-    return json.loads(done.stdout.splitlines()[-1])
+    found: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
+    return found
 
 
 ADVICE = (

@@ -222,7 +222,8 @@ def _line_of(fluid: FluidWindow, time: float) -> Floats:
     rest[:, 0] = np.linspace(box.lower[0] + rim, box.upper[0] - rim, POINTS)
     rest[:, 1] = box.upper[1] - rim
     rest[:, 2] = domain.outer.level
-    return domain.outer.places(rest, time)
+    places: Floats = domain.outer.places(rest, time)
+    return places
 
 
 def _moves(fluid: FluidWindow, state: BodyStates, time: float) -> bool:

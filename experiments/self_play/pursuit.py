@@ -140,7 +140,8 @@ class Scripted:
             wanted = (EXPERT_GAIN * observation[:, :3] + observation[:, 3:6]) / self.speed
             return wanted.clamp(-1.0, 1.0)
         way = observation[:, 3:5]
-        return way / way.norm(dim=1, keepdim=True).clamp(min=_NEAR)
+        ran: Tensor = way / way.norm(dim=1, keepdim=True).clamp(min=_NEAR)
+        return ran
 
 
 class Squad:

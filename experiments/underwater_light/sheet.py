@@ -45,7 +45,8 @@ def _picture(eye: Eye, name: str, surface: Surface, floor: float, time: float = 
     view = seen(eye, plain, floor=floor, balls=balls)
     mean = float(np.mean(np.clip(plain.look(view, surface, time, None), 0.0, 1.0)))
     optics = Optics(water_type=name, cells=128, rays=2, exposure=MEAN / max(mean, 1e-3))
-    return optics.look(view, surface, time, np.random.default_rng(SEED))[0]
+    light: Pixels = optics.look(view, surface, time, np.random.default_rng(SEED))[0]
+    return light
 
 
 def depths(surface: Surface) -> list[list[Pixels]]:
@@ -127,7 +128,8 @@ class Eye(NamedTuple):
         down = (np.arange(rows) + 0.5 - 0.5 * rows) * (2.0 * half / columns)
         line = ahead + across[None, :, None] * right - down[:, None, None] * up
         line /= np.linalg.norm(line, axis=-1, keepdims=True)
-        return line[None].astype(np.float32)
+        found: Pixels = line[None].astype(np.float32)
+        return found
 
 
 def seen(eye: Eye, optics: Optics, *, floor: float, balls: list[tuple[float, ...]]) -> Sight:

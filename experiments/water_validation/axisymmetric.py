@@ -156,7 +156,8 @@ def _spread(cells: Floats, values: Floats, shape: tuple[int, int]) -> tuple[Floa
 def _extended(field: Floats, known: Mask) -> Floats:
     """Return a field with the nearest known value where there is none."""
     nearest = distance_transform_edt(~known, return_distances=False, return_indices=True)
-    return field[tuple(nearest)]
+    found: Floats = field[tuple(nearest)]
+    return found
 
 
 class _Sides(NamedTuple):

@@ -23,7 +23,7 @@ HERE = Grade(quick=True)
 
 
 def filled_box(
-    size: Sequence[float],
+    size: Sequence[float] | Floats,
     spacing: float,
     inside: Callable[[Floats], Any] | None = None,
     *,

@@ -55,7 +55,8 @@ def _disc(depth: Floats | float) -> Floats:
         0.866
     """
     b = np.asarray(depth, dtype=float)
-    return 4.0 / 3.0 * (2.0 * b - b * b) ** 1.5
+    found: Floats = 4.0 / 3.0 * (2.0 * b - b * b) ** 1.5
+    return found
 
 
 def raised(depth: Floats | float) -> Floats:
@@ -137,7 +138,8 @@ def cone(depth: Floats | float) -> Floats:
     b = np.asarray(depth, dtype=float)
     drag: Floats = 0.5 * np.pi * CONE_DRAG * np.maximum(b - EDGE, 0.0)
     most = np.pi / 6.0 * cone_force(DEADRISE) * EDGE
-    return most * (np.minimum(b, EDGE) / EDGE) ** 3 + drag
+    impulse: Floats = most * (np.minimum(b, EDGE) / EDGE) ** 3 + drag
+    return impulse
 
 
 class Slam(NamedTuple):

@@ -81,7 +81,8 @@ def unit_axes(key: str, values: Sequence[Sequence[float]], count: int) -> Floats
             f"{key}={[list(row) for row in values]} has an axis of no length.\n"
             "Allowed: directions of positive thrust, such as [0, 0, 1]."
         )
-    return array / length
+    axes: Floats = array / length
+    return axes
 
 
 def check_first(key: str, first: int) -> None:

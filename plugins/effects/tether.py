@@ -180,7 +180,8 @@ def _cables(position: Floats, force: Floats) -> list[dict[str, float]]:
             gap = position - x[:3]
             length = np.maximum(np.linalg.norm(gap, axis=1, keepdims=True), 1e-6)
             model = -x[4] * np.maximum(length - x[3], 0.0) * gap / length
-            return (force - model).ravel()
+            out: Floats = (force - model).ravel()
+            return out
 
         bounds = ([-50, -50, -50, 0.0, 0.0], [50, 50, 50, 50.0, 1e3])
         start = np.clip(first, np.array(bounds[0]) + 1e-6, np.array(bounds[1]) - 1e-6)

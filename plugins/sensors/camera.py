@@ -150,4 +150,5 @@ class SensorCamera(MountedSensor):
         noise = rng.standard_normal(depth.shape, dtype=np.float32)
         known = np.where(np.isfinite(depth), depth, np.float32(0.0))
         spread = np.float32(self.depth_floor) + np.float32(self.depth_growth) * known * known
-        return np.maximum(depth + spread * noise, np.float32(0.0))
+        read: NDArray[np.float32] = np.maximum(depth + spread * noise, np.float32(0.0))
+        return read

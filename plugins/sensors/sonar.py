@@ -11,7 +11,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import ConfigError
 from seals.field_roles import roles
-from seals.schema import check_tree, count, param
+from seals.schema import check_order, check_tree, count, param
 from seals.sensors.acoustics import absorption, line_pattern, linear
 from seals.sensors.casting import Hits, cast
 from seals.sensors.echoes import Echoes, scattered
@@ -153,11 +153,7 @@ class SensorSonar(MountedSensor):
     def __post_init__(self) -> None:
         """Check the numbers; lay out rays and patterns."""
         check_tree(self, where="sonar")
-        if not self.nearest < self.farthest:
-            raise ConfigError(
-                f"sonar: nearest={self.nearest}, farthest={self.farthest}.\n"
-                "Allowed: nearest below farthest."
-            )
+        check_order(self, "nearest", "farthest", where="sonar")
         if self.device not in _DEVICES or (self.multipath and self.device != "numpy"):
             allowed = "numpy" if self.multipath else ", ".join(_DEVICES)
             raise ConfigError(
@@ -253,7 +249,8 @@ class SensorSonar(MountedSensor):
     def echo(self, felt: SensorInput) -> Floats:
         """Return mean intensities relative to the source's at 1 m, shape (beams, bins)."""
         if self.device != "numpy":
-            return self._tensor_echo(felt).cpu().numpy().astype(float)
+            there: Floats = self._tensor_echo(felt).cpu().numpy().astype(float)
+            return there
         columns = sum(
             echoes.over_range(
                 self.columns,

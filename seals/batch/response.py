@@ -87,7 +87,8 @@ class Response:
             # links that do not move: their twists are constant maps of that of the base
             return np.stack(body.maps if isinstance(body, FusedBody) else [np.eye(6)])[None]
         assert self.posture.kinematics is not None
-        return self.posture.kinematics.jacobian
+        jacobian: Floats = self.posture.kinematics.jacobian
+        return jacobian
 
     @cached_property
     def _rise(self) -> Floats:
@@ -101,7 +102,8 @@ class Response:
             assert kinematics is not None
             assert moving is not None
             rise = kinematics.move(self._change).twists + kinematics.bias(moving)
-        return rise.transpose(1, 0, 2).reshape(-1, 6)
+        rows: Floats = rise.transpose(1, 0, 2).reshape(-1, 6)
+        return rows
 
     @property
     def sample(self) -> Sample:
@@ -185,7 +187,8 @@ class Response:
                 total -= pull
             else:
                 total[rows] -= pull
-        return by_batch(total, links)
+        out: Floats = by_batch(total, links)
+        return out
 
     def _joint_force(self, found: Evaluation) -> Floats:
         force: Floats = np.zeros_like(self._joints.velocity)

@@ -53,9 +53,10 @@ class FusedSlopes:
             ahead = Rates._make([*(x * 0.0 for x in state), still]), 0.0
         rates, span = ahead
         given = inputs._replace(step=self._number(inputs.step))
-        return self._law(
+        found: tuple[Rates, Mapping[str, Array]] = self._law(
             state, (rates, self._number(span)), column_of(time, self._like), given, memory
         )
+        return found
 
     def _number(self, value: Any) -> Array:
         """Return a number as an array (1, 1), cached."""

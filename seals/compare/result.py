@@ -52,7 +52,7 @@ class Comparison:
 
     def as_data(self) -> dict[str, Any]:
         """Return the result as JSON-ready data, without the samples."""
-        return finite(
+        out: dict[str, Any] = finite(
             {
                 "name": self.name,
                 "model": self.model,
@@ -62,6 +62,7 @@ class Comparison:
                 "groups": [_group(g) for g in self.groups],
             }
         )
+        return out
 
 
 def _group(group: Group) -> dict[str, Any]:

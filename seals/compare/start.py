@@ -160,7 +160,8 @@ def _attitude(log: Log) -> Floats | None:
     if not good.size:
         return None
     w, x, y, z = values[good[0]]
-    return np.array([x, y, z, w]) / np.linalg.norm(values[good[0]])
+    out: Floats = np.array([x, y, z, w]) / np.linalg.norm(values[good[0]])
+    return out
 
 
 def _filled(measured: Floats, fallback: list[float], sigma: Floats, wide: float) -> Floats:

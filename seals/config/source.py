@@ -249,4 +249,5 @@ def _typed_node(schema: type) -> Container:
 
 @functools.cache
 def _read_schema(schema: type) -> Container:
-    return OmegaConf.structured(schema)
+    node: Container = OmegaConf.structured(schema)
+    return node

@@ -53,7 +53,8 @@ def respond(
     if fall is not None and np.any(fall != lag):
         goal, span = _in_turn(held, following), _in_turn(before, part - before)
         kept = (np.exp(-span / np.maximum(t, 1e-6)[:, None]) for t in (lag, fall))
-        return _by_sign(goal, *kept)[:, ::2].T.reshape(rows, parts, count)
+        states: Floats = _by_sign(goal, *kept)[:, ::2].T.reshape(rows, parts, count)
+        return states
     early, late = np.exp(-before / tau), np.exp(-(part - before) / tau)
     decay = np.exp(-part / tau)
     gained = held * (1.0 - early) * late + following * (1.0 - late)

@@ -185,7 +185,8 @@ class Allocation:
 
     def wrench(self, command: Floats, centre: Floats, gain: Floats | None = None) -> Floats:
         """Return the controlled components of the wrench that commands produce [N, N m]."""
-        return self.matrix(centre, gain) @ self._squares(command[None])[0]
+        made: Floats = self.matrix(centre, gain) @ self._squares(command[None])[0]
+        return made
 
     def _squares(self, command: Array) -> Array:
         """Signed squared speeds, or forces, scaled where a drive runs backwards, (B, n)."""

@@ -112,5 +112,6 @@ def servo_lag(plant: Plant, default: float) -> Floats:
         servo = bound.hooks
         if hasattr(servo, "of_joints"):
             stiff = np.maximum(servo.of_joints("kp", joints), 1e-9)
-            return np.clip(servo.of_joints("kd", joints) / stiff, 1e-3, 1.0)
+            lag: Floats = np.clip(servo.of_joints("kd", joints) / stiff, 1e-3, 1.0)
+            return lag
     return np.full(joints, default)

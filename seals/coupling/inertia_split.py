@@ -144,7 +144,8 @@ class InertiaSplit:
         terms = self._assembly.velocity_terms(d.motion, d.found)
         load = d.wrench - terms - _times(total, bias)
         parts = self._assembly.system(d.kinematics, total, load, d.joint_force)
-        return _accelerations(*parts, d.joint_force, acting)[1][0]
+        found: Floats = _accelerations(*parts, d.joint_force, acting)[1][0]
+        return found
 
     def _wanted(self, found: Evaluation) -> Floats | None:
         """Return the isotropic part of the added inertias, shape (L, 2); None for nothing."""

@@ -103,4 +103,5 @@ class JointServo:
             matrix = heavier(inertia[None], acting.armature[None])
             both = driven(matrix, right[None], drive, acting.gain)
             change, pull = both[0][0], both[1][0]
-        return outer + pull - acting.armature * change
+        given: Floats = outer + pull - acting.armature * change
+        return given

@@ -29,24 +29,19 @@ class Cuttable(Protocol):
     @property
     def resolution(self) -> tuple[int, int] | None:
         """Cells along an octahedron edge and depths of its table; None lets its grain choose."""
-        ...
 
     @property
     def grain(self) -> int:
         """Cost of one cut: number of faces or samples."""
-        ...
 
     def spread(self) -> Vector:
         """Return the second moments of the volume about its centroid, per volume [m^2], (3, 3)."""
-        ...
 
     def extents(self, ups: Vector) -> tuple[Vector, Vector]:
         """Return lowest and highest level of the hull along each normal [m], shape (N,) each."""
-        ...
 
     def cut(self, ups: Vector, levels: Vector) -> Vector:
         """Return volume, moments, area and area moments, shape (normals, levels, 8)."""
-        ...
 
 
 class OctahedralTable:

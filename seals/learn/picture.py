@@ -61,7 +61,8 @@ class Picture:
         here = Episode(self._stage, [frame])
         now = self._shooting._replace(replay=here, times=np.array([frame.time]))
         light = self._photographer.photograph(now.frame_at(0, self._look.port))
-        return to_bytes(np.clip(self._look.light * light, 0.0, 1.0))
+        found: NDArray[np.uint8] = to_bytes(np.clip(self._look.light * light, 0.0, 1.0))
+        return found
 
     def show(self, frame: EpisodeFrame, rate: float) -> None:
         """Show an instant in a window, at most so many a second.

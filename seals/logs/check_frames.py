@@ -71,7 +71,8 @@ def _mean_rates(early: Floats, late: Floats, span: Floats) -> Floats:
     turn *= np.where(turn[:, :1] < 0.0, -1.0, 1.0)
     sine = np.linalg.norm(turn[:, 1:], axis=1, keepdims=True)
     angle = 2.0 * np.arctan2(sine, turn[:, :1])
-    return angle * turn[:, 1:] / np.maximum(sine, 1e-12) / span[:, None]
+    rates: Floats = angle * turn[:, 1:] / np.maximum(sine, 1e-12) / span[:, None]
+    return rates
 
 
 def _pairs(log: Log) -> tuple[Floats, Floats, Floats, Floats]:

@@ -65,7 +65,8 @@ def _shift(moved: Floats, felt: Floats, there: NDArray[np.bool_]) -> int:
 
 
 def _centred(values: Floats) -> Floats:
-    return values - values.mean(axis=0)
+    centred: Floats = values - values.mean(axis=0)
+    return centred
 
 
 def _size(values: Floats) -> float:

@@ -26,7 +26,6 @@ class Reader(Protocol):
         Raises:
             seals.errors.LogError: the source cannot be used.
         """
-        ...
 
 
 def logs_by(reader: Reader, source: str | Path | None) -> list[Log]:

@@ -109,7 +109,8 @@ def generalised_force(many: Kinematics, load: Floats) -> Floats:
         push += tree.slides * (pull - push)
     joints = (many.hinges * push).sum(axis=0)
     lead = [] if tree.fixed_base else [force[:, 0], torque[:, 0]]
-    return np.concatenate([*lead, joints]).T
+    force_of_all: Floats = np.concatenate([*lead, joints]).T
+    return force_of_all
 
 
 def _turned(turn: Floats, inertia: Floats) -> Floats:

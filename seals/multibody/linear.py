@@ -30,7 +30,8 @@ def solved(matrix: Floats, right: Floats) -> Floats:
     _, _, found, trouble = dgesv(matrix, right)
     if trouble:
         raise np.linalg.LinAlgError("Singular matrix")
-    return found
+    result: Floats = found
+    return result
 
 
 def solution(matrix: Array, right: Array) -> Array:
@@ -89,7 +90,8 @@ class Factors:
         for i in reversed(range(len(x))):
             x[i] *= inverse[i]
             x[:i] -= lower[i, :i] * x[i]
-        return x.transpose(2, 0, 1).reshape(right.shape)
+        solution: Floats = x.transpose(2, 0, 1).reshape(right.shape)
+        return solution
 
 
 class LeadFactors:
@@ -131,7 +133,8 @@ class LeadFactors:
         for i in reversed(range(len(below))):
             below[i] *= self._inverse[i]
             below[:i] -= self._lower[i, :i, None] * below[i]
-        return np.concatenate((first, below)).transpose(2, 0, 1)
+        found: Floats = np.concatenate((first, below)).transpose(2, 0, 1)
+        return found
 
     def _forward(self, x: Floats) -> Floats:
         """Substitute forward by L in place, shape (n - lead, k, N)."""

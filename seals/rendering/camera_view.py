@@ -25,26 +25,21 @@ class Recorded(Protocol):
     @property
     def number(self) -> int:
         """Number, from 0 on."""
-        ...
 
     @property
     def time(self) -> float:
         """Time at which it was taken [s]."""
-        ...
 
     @property
     def position(self) -> Floats:
         """Place of the sensor, world [m], shape (3,)."""
-        ...
 
     @property
     def axes(self) -> Floats:
         """Axes of the image in the world as columns, shape (3, 3)."""
-        ...
 
     def files(self) -> Mapping[str, bytes]:
         """Return the files by the ending of their names."""
-        ...
 
 
 @state_record
@@ -184,4 +179,5 @@ def _directions(axes: Floats, lens: Lens) -> NDArray[np.float32]:
         >>> _directions(OPTICAL, Lens(width=1, height=1))[0, 0].tolist()
         [1.0, 0.0, 0.0]
     """
-    return units(lens) @ np.asarray(axes, dtype=np.float32).T
+    ways: NDArray[np.float32] = units(lens) @ np.asarray(axes, dtype=np.float32).T
+    return ways

@@ -92,4 +92,5 @@ def _along(rays: Image, way: Floats) -> Image:
     """Component of all rays along a direction: row and column parts of the pinhole camera."""
     columns = rays[0, :, 0] * np.float32(way[0])
     rows = rays[:, 0, 1] * np.float32(way[1]) + np.float32(way[2])
-    return rows[:, None] + columns[None, :]
+    found: Image = rows[:, None] + columns[None, :]
+    return found

@@ -33,7 +33,8 @@ def normals_of(
     normal = np.where(size > 0.0, normal / np.maximum(size, np.float32(1e-30)), np.float32(0.0))
     away = (normal * lens.rays()).sum(axis=-1, keepdims=True) > 0.0
     normal = np.where(away, -normal, normal) * met[..., None]
-    return (normal @ rotation.T.astype(np.float32)).astype(np.float32)
+    found: NDArray[np.float32] = (normal @ rotation.T.astype(np.float32)).astype(np.float32)
+    return found
 
 
 def _step(points: Image, parts: NDArray[np.int32], axis: int) -> Image:

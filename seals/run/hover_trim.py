@@ -54,4 +54,5 @@ def carrying_speeds(plant: Plant, joints: Floats) -> Floats:
         return np.zeros((1, plant.layout.drives))
     mass = MassPropertyEstimator(plant.robot).at(np.asarray(joints, dtype=float))
     weight = np.array([mass.mass * plant.gravity, 0.0, 0.0, 0.0])
-    return Allocation(plant.layout).commands(weight, mass.centre)[None]
+    speeds: Floats = Allocation(plant.layout).commands(weight, mass.centre)[None]
+    return speeds

@@ -145,4 +145,5 @@ def _facts(folder: Path) -> _Facts:
     path = folder / "run.json"
     if not os.path.lexists(path):
         return _Facts(robot=_Files(folder="", files={}))
-    return read_file(_Facts, path, remedy="Restore it, or remove it.", extra=True)
+    facts: _Facts = read_file(_Facts, path, remedy="Restore it, or remove it.", extra=True)
+    return facts

@@ -167,7 +167,8 @@ def _left(values: Floats, known: list[Floats], there: NDArray[np.bool_]) -> Floa
     columns = np.concatenate([np.ones((len(values), 1)), *known], axis=1)
     inner = _inner(there)
     model = np.linalg.lstsq(columns[inner], values[inner], rcond=None)[0]
-    return values[inner] - columns[inner] @ model
+    left: Floats = values[inner] - columns[inner] @ model
+    return left
 
 
 def _inner(there: NDArray[np.bool_]) -> NDArray[np.bool_]:

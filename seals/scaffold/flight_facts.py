@@ -307,7 +307,8 @@ def _mean(values: Floats, rows: int) -> Floats:
 def _pace(log: Log) -> Floats:
     """Speed over ground [m/s], shape (T,); infinite where it is unknown."""
     if log.has("velocity"):
-        return np.linalg.norm(np.nan_to_num(log.channel("velocity")), axis=1)
+        known: Floats = np.linalg.norm(np.nan_to_num(log.channel("velocity")), axis=1)
+        return known
     fast = np.full(log.rows, np.inf)
     if not log.has("position"):
         return fast

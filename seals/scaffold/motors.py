@@ -113,7 +113,8 @@ def axis_of(robot: RobotModel, link: int, kind: str) -> Floats:
     joint = robot.tree.joint[link]
     ahead = np.array([0.0, 0.0, 1.0] if kind == ROTOR else [1.0, 0.0, 0.0])
     own = robot.tree.axis[joint] if joint >= 0 else ahead
-    return rest_poses(robot)[1][link] @ own
+    axis: Floats = rest_poses(robot)[1][link] @ own
+    return axis
 
 
 def link_of(motor: Motor, robot: RobotModel, source: Takeover) -> int:

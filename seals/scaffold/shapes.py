@@ -40,7 +40,8 @@ class Box(NamedTuple):
     def areas(self) -> Floats:
         """Projected area along each link axis [m^2], shape (3,)."""
         x, y, z = self.edges
-        return np.abs(self.turn) @ np.array([y * z, x * z, x * y])
+        shadow: Floats = np.abs(self.turn) @ np.array([y * z, x * z, x * y])
+        return shadow
 
     @property
     def size(self) -> Floats:
@@ -156,7 +157,8 @@ def _centre_of(robot: RobotModel, part: list[int]) -> Floats:
     if mass.sum() <= 0.0:
         return np.zeros(3)
     places = np.array([origins[k] + turns[k] @ robot.centre[k] for k in part])
-    return turns[part[0]].T @ (mass @ places / mass.sum() - origins[part[0]])
+    centre: Floats = turns[part[0]].T @ (mass @ places / mass.sum() - origins[part[0]])
+    return centre
 
 
 def extents_of(robot: UrdfDraft, folder: Path) -> Mapping[str, float]:

@@ -111,7 +111,8 @@ def _lagged(thrust: Floats, lag: float, step: float) -> Floats:
     from scipy.signal import lfilter
 
     keep = np.exp(-step / lag) if lag > 0.0 else 0.0
-    return thrust[0] + lfilter([1.0 - keep], [1.0, -keep], thrust - thrust[0], axis=0)
+    found: Floats = thrust[0] + lfilter([1.0 - keep], [1.0, -keep], thrust - thrust[0], axis=0)
+    return found
 
 
 def _time(left: Floats, step: float) -> float:
@@ -137,7 +138,8 @@ def unexplained_force(force: Floats, velocity: Floats, thrust: Floats) -> Floats
     own = np.abs(velocity) * velocity
     whole = np.linalg.norm(velocity, axis=1, keepdims=True) * velocity
     known = np.column_stack([np.ones(len(force)), velocity, own, whole, thrust])
-    return force - known @ np.linalg.lstsq(known, force, rcond=None)[0]
+    left: Floats = force - known @ np.linalg.lstsq(known, force, rcond=None)[0]
+    return left
 
 
 def inertia_of(vehicle: Mapping[str, Any]) -> Floats:

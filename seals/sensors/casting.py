@@ -120,7 +120,8 @@ def _normals(shape: Shape, points: Floats) -> Floats:
         cap = shape.size[0] - aside > np.abs(0.5 * shape.size[1] - np.abs(points[:, 2]))
         out[:, 2] = 0.0
         out[cap] = np.array([0.0, 0.0, 1.0]) * np.sign(points[cap, 2:])
-    return out / np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-30)
+    unit: Floats = out / np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-30)
+    return unit
 
 
 def _tree(corners: Floats) -> tuple[float, Any, Floats]:

@@ -59,7 +59,8 @@ class Echoes(NamedTuple):
         rise = np.bincount(place, slope, total).reshape(columns, bins + 1).cumsum(axis=1)
         less = np.bincount(place, slope * edges, total).reshape(columns, bins + 1).cumsum(axis=1)
         integral = rise * np.arange(bins + 1) - less
-        return np.maximum(np.diff(integral, axis=1), 0.0)
+        found: Floats = np.maximum(np.diff(integral, axis=1), 0.0)
+        return found
 
 
 def scattered(

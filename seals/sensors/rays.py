@@ -159,7 +159,8 @@ def _mesh(corners: Floats, start: Floats, ways: Floats) -> Floats:
     v = (ways @ turned.T) / scale
     way = np.sum(second * turned, axis=1) / scale
     met = (np.abs(scale) > _TINY) & (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (way >= 0.0)
-    return np.where(met, way, math.inf).min(axis=1, initial=math.inf)
+    nearest: Floats = np.where(met, way, math.inf).min(axis=1, initial=math.inf)
+    return nearest
 
 
 def _placed(kind: str, size: tuple[float, ...], hull: HullPlaced) -> Shape:

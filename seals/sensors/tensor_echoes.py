@@ -195,4 +195,5 @@ class TensorEchoes:
         if seed is not None:
             self._random.manual_seed(seed)
             mean = mean * mean.new_empty(mean.shape).exponential_(generator=self._random)
-        return (10.0 * mean.clamp(min=1e-3).log10()).cpu().numpy().astype(np.float64)
+        levels: Floats = (10.0 * mean.clamp(min=1e-3).log10()).cpu().numpy().astype(np.float64)
+        return levels

@@ -191,7 +191,8 @@ class _BackendCheck:
 def _turn(c: Configuration) -> Floats:
     from seals.frames import matrix_of
 
-    return matrix_of(c.quaternion[None])[0]
+    turn: Floats = matrix_of(c.quaternion[None])[0]
+    return turn
 
 
 def _centre_height(c: Configuration, centre: Floats) -> float:

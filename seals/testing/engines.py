@@ -121,7 +121,8 @@ def follow(
 
 
 def _still() -> Waves:
-    return registry.get("wave", "still").load()()
+    waves: Waves = registry.get("wave", "still").load()()
+    return waves
 
 
 def _read(actors: dict[str, Actor]) -> Track:
@@ -143,4 +144,5 @@ def _flat(quaternions: Floats) -> Floats:
 
 
 def _angle(quaternions: Floats) -> Floats:
-    return np.linalg.norm(rotation_vector(quaternions), axis=1)
+    angle: Floats = np.linalg.norm(rotation_vector(quaternions), axis=1)
+    return angle

@@ -156,7 +156,8 @@ class _WaveCheck:
             else:
                 place[:, axis] += sign * SHIFT
             ends.append(of(self.wave.at(place, time, LEVEL)) + np.zeros((ROWS, 1)))
-        return (ends[0] - ends[1]) / (2.0 * SHIFT)
+        slope: Floats = (ends[0] - ends[1]) / (2.0 * SHIFT)
+        return slope
 
     def _compare(
         self, what: str, found: Any, expected: Floats, most: float, *, scale: float | None = None

@@ -149,4 +149,5 @@ def continuous(quaternion: Floats) -> Floats:
     unit = np.where(length > 0.0, quaternion / np.maximum(length, 1e-12), [0.0, 0.0, 0.0, 1.0])
     flips = np.sum(unit[1:] * unit[:-1], axis=1) < 0.0
     side = np.concatenate([[1.0], np.cumprod(np.where(flips, -1.0, 1.0))])
-    return unit * side[:, None]
+    found: Floats = unit * side[:, None]
+    return found

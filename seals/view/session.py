@@ -43,7 +43,6 @@ class Show(Protocol):
             MissingExtra: a package is missing.
             ConfigError: the address cannot be listened on.
         """
-        ...
 
 
 class Session:

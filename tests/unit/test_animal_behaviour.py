@@ -86,7 +86,7 @@ def test_an_enemy_that_is_not_there_is_refused() -> None:
     guide = Flee(enemy="robott")
     with pytest.raises(ConfigError, match=r"flee\.enemy=robott is not the name"):
         guide.aim(seen((0.0, 0.0), robot=(1.0, 0.0)), guide.start(seen((0.0, 0.0))))
-    with pytest.raises(ConfigError, match=r"flee\.calm=0\.2 is below"):
+    with pytest.raises(ConfigError, match=r"flee\.alarm=.* is above flee\.calm=0\.2"):
         Flee(calm=0.2)
     with pytest.raises(ConfigError, match=r"guide\.place=\[1\.0\] has 1 numbers"):
         read(Seek, {"place": [1.0]}, where="guide")

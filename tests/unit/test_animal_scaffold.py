@@ -22,8 +22,7 @@ SHIPPED = Path(__file__).parents[2] / "experiments/own_animal/beetle_description
 def made(folder: Path, text: str) -> Path:
     """Take a URDF over and return the robot's folder."""
     (folder / "beetle.urdf").write_text(text, encoding="utf-8")
-    found: Path = scaffold_robot("my_beetle", urdf=folder / "beetle.urdf", parent=folder).folder
-    return found
+    return scaffold_robot("my_beetle", urdf=folder / "beetle.urdf", parent=folder).folder
 
 
 def test_the_shipped_file_is_that_of_the_script() -> None:

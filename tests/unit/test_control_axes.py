@@ -124,8 +124,7 @@ def in_turn(
         found = optimize.lsq_linear(a * scale[:, None], goal * scale, (-FORCE, FORCE), tol=1e-14)
         # what a rank has got is what it keeps
         goal = np.where(weights >= weight, a @ found.x, goal)
-    result: NDArray[np.float64] = goal - tau
-    return result
+    return goal - tau
 
 
 def test_ranks_become_weights_in_equal_ratios() -> None:

@@ -19,10 +19,7 @@ def acceleration(*options: str) -> np.ndarray:
     twin, state = build_twin(run)
     rates = twin.rates(state, 0.0)
     turn = matrix_of(state.quaternion)[0]
-    found: np.ndarray = (
-        turn @ (rates.velocity + np.cross(state.angular_velocity, state.velocity))[0]
-    )
-    return found
+    return turn @ (rates.velocity + np.cross(state.angular_velocity, state.velocity))[0]
 
 
 @pytest.mark.parametrize("yaw", [0.0, 1.0, 3.0])

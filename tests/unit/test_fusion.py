@@ -26,8 +26,7 @@ def _kept(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
 
     def compiled(graph: Any, given: Any) -> Callable[..., Any]:
         graphs.append(graph)
-        run: Callable[..., Any] = graph
-        return run
+        return graph
 
     monkeypatch.setattr("seals.tensor_compiler.fused.compiled", compiled)
     return graphs

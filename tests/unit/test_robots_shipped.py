@@ -34,8 +34,7 @@ GRASP = np.array([0.0, 0.0, -0.107])
 def machine(name: str) -> Machine:
     """Return what the script of a robot or an animal makes."""
     script = f"animals.{name}.make_{name}" if name in ANIMALS else f"robots.{name}.make_meshes"
-    made: Machine = importlib.import_module(f"seals.{script}").machine()
-    return made
+    return importlib.import_module(f"seals.{script}").machine()
 
 
 def run_of(name: str, *more: str) -> RunSettings:

@@ -65,8 +65,7 @@ def taken(parent: Path, text: str, ending: str = "urdf") -> NewRobot:
 def servos_of(made: NewRobot) -> dict[str, list[float]]:
     """Return the servos of a new robot."""
     text = (made.folder / "robot.yaml").read_text(encoding="utf-8")
-    found: dict[str, list[float]] = yaml.safe_load(text)["actuators"]["servos"]
-    return found
+    return yaml.safe_load(text)["actuators"]["servos"]
 
 
 def joints_of(world: World) -> np.ndarray:

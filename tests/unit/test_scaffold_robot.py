@@ -88,10 +88,7 @@ def made(tmp_path: Path, elements: str, medium: str | None = None) -> NewRobot:
 
 def yaml_of(new: NewRobot) -> dict[str, dict[str, dict[str, object]]]:
     """Return ``robot.yaml`` as data."""
-    data: dict[str, dict[str, dict[str, object]]] = yaml.safe_load(
-        (new.folder / "robot.yaml").read_text(encoding="utf-8")
-    )
-    return data
+    return yaml.safe_load((new.folder / "robot.yaml").read_text(encoding="utf-8"))
 
 
 def test_a_quadrotor_hovers_at_half_thrust(tmp_path: Path) -> None:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import builtins
 import math
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -174,18 +174,11 @@ def test_a_scene_that_cannot_be_drawn_is_refused(change: dict[str, Any], words: 
         check_scene(Scene((box._replace(**change),), ("nothing", "a"), ()))
 
 
-def test_what_is_missing_for_the_ray_caster_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_missing_for_the_ray_caster_is_named(absent: Callable[..., None]) -> None:
     """Without torch: the extra and the other renderer. Unknown devices: the known ones."""
     with pytest.raises(ConfigError, match="cpu, cuda"):
         RendererRaycast(device="gpu")
-    real = builtins.__import__
-
-    def without(name: str, *rest: Any) -> Any:
-        if name == "torch":
-            raise ImportError(name)
-        return real(name, *rest)
-
-    monkeypatch.setattr(builtins, "__import__", without)
+    absent("torch")
     with pytest.raises(MissingExtra, match=r"aam-seals\[learn\]"):
         RendererRaycast().open(Scene((), ("nothing",), ()), Light())
 

@@ -47,8 +47,7 @@ def backends() -> list[Any]:
 def force_of(world: World) -> np.ndarray:
     """Specific force that was read last."""
     reading: Any = world.actors["robot"].readings["imu"]
-    found: np.ndarray = reading["specific_force"]
-    return found
+    return reading["specific_force"]
 
 
 @pytest.mark.parametrize(("kind", "compiled"), backends())

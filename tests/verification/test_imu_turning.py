@@ -41,8 +41,7 @@ def read(bench: Any, backend: Backend, step: float) -> np.ndarray:
         for _ in range(round(0.04 / step)):
             actor.command = np.array([[PUSH]])
             world.step()
-        force: np.ndarray = actor.readings["imu"]["specific_force"]
-        return force
+        return actor.readings["imu"]["specific_force"]
     finally:
         world.close()
 

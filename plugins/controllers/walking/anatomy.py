@@ -199,7 +199,8 @@ def _row(robot: RobotModel, leg: Leg, zero: Pose, folded: Pose, stands: Pose) ->
 
 
 def _toe(leg: Leg, pose: Pose) -> Floats:
-    return pose[0][leg.foot] + pose[1][leg.foot] @ leg.toe
+    place: Floats = pose[0][leg.foot] + pose[1][leg.foot] @ leg.toe
+    return place
 
 
 def _segments(plane: Floats, pose: Pose, links: list[int], toe: Floats) -> tuple[Floats, Floats]:

@@ -64,7 +64,8 @@ class Support(NamedTuple):
         lift = weight * (rows.T @ np.linalg.lstsq(spread, load, rcond=None)[0])
         force = self.share * np.maximum(lift, 0.0)[:, None] * up
         torque = np.einsum("nij,ni->nj", self.legs.jacobian(self.legs.angles(toes)), force)
-        return -torque / self.stiffness
+        offsets: Floats = -torque / self.stiffness
+        return offsets
 
 
 def leg_stiffness(plant: Plant, columns: Floats) -> Floats | None:
@@ -77,5 +78,6 @@ def leg_stiffness(plant: Plant, columns: Floats) -> Floats | None:
     joints = plant.robot.tree.joints
     for bound in plant.effects.joint_drives:
         if hasattr(bound.hooks, "of_joints"):
-            return np.maximum(bound.hooks.of_joints("kp", joints), 1e-6)[columns]
+            found: Floats = np.maximum(bound.hooks.of_joints("kp", joints), 1e-6)[columns]
+            return found
     return None

@@ -133,7 +133,8 @@ class ParticleFluid:
     def exchange(self, states: BodyStates, time: float, step: float) -> Floats:
         """Advance one step; return the impulses on the bodies [N s, N m s], shape (K, 6)."""
         self._time = time + step
-        return self.simulation.exchange(states, time, step)
+        out: Floats = self.simulation.exchange(states, time, step)
+        return out
 
     def surface(self, position: Array) -> Sea:
         """Return the height of the water surface over points, as last updated."""
@@ -142,11 +143,13 @@ class ParticleFluid:
 
     def momentum_balance(self) -> MomentumBalance | None:
         """Return the momentum balance of the last step."""
-        return self.simulation.last
+        out: MomentumBalance | None = self.simulation.last
+        return out
 
     def diagnostics(self) -> Mapping[str, float]:
         """Return diagnostics: particle count, compression, added and lost particles, gauges."""
-        return self.simulation.diagnostics()
+        out: Mapping[str, float] = self.simulation.diagnostics()
+        return out
 
     def particles(self) -> tuple[Floats, Floats]:
         """Return positions [m] and velocities [m/s], shape (n, 3) each."""

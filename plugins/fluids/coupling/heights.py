@@ -79,14 +79,16 @@ class HeightField:
         # drops above the first that has company below count as if they lay on it
         calm = np.minimum(ranks[:, :LAYER], ranks[:, [LAYER]] + 1.5 * self.spacing)
         out[some] = calm.mean(axis=1) + 0.5 * self.spacing
-        return out.reshape(self.shape)
+        tops: Floats = out.reshape(self.shape)
+        return tops
 
     def _extreme(self, points: Floats, *, highest: bool) -> Floats:
         """Highest or lowest point of every cell; where there is none, minus or plus infinity."""
         cells, heights = self._cells(points)
         out = np.full(int(self.shape.prod()), -np.inf if highest else np.inf)
         (np.maximum if highest else np.minimum).at(out, cells, heights)
-        return out.reshape(self.shape)
+        tops: Floats = out.reshape(self.shape)
+        return tops
 
     def at(self, places: Floats) -> Floats:
         """Return the heights at points, interpolated linearly [m], shape (N,).
@@ -102,7 +104,8 @@ class HeightField:
         h = self.heights
         near = (1.0 - v) * h[low[:, 0], low[:, 1]] + v * h[low[:, 0], high[:, 1]]
         far = (1.0 - v) * h[high[:, 0], low[:, 1]] + v * h[high[:, 0], high[:, 1]]
-        return (1.0 - u) * near + u * far
+        out: Floats = (1.0 - u) * near + u * far
+        return out
 
 
 def _closed(heights: Floats, level: float) -> Floats:

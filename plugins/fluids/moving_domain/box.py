@@ -69,7 +69,8 @@ class Box(NamedTuple):
         """Return a mask of the rest positions inside the box, shape (n,)."""
         low, high = self.lower - slack, self.upper + slack
         east, north = rest[:, 0], rest[:, 1]
-        return (east >= low[0]) & (east < high[0]) & (north >= low[1]) & (north < high[1])
+        found: Marks = (east >= low[0]) & (east < high[0]) & (north >= low[1]) & (north < high[1])
+        return found
 
     def lattice(self) -> Floats:
         """Particle positions of water at rest, compressed by its weight [m], shape (n, 3)."""
@@ -87,7 +88,8 @@ class Box(NamedTuple):
         inner = [np.minimum(rest[:, k] - self.lower[k], self.upper[k] - rest[:, k]) for k in (0, 1)]
         gap = np.minimum(*inner)
         s = np.clip(1.0 - gap / (self.ring * self.spacing), 0.0, 1.0)
-        return np.expm1(s**SOFT) / math.expm1(1.0)
+        out: Floats = np.expm1(s**SOFT) / math.expm1(1.0)
+        return out
 
     @property
     def boundary(self) -> int:

@@ -196,7 +196,8 @@ def apply_beach(
         return velocities
     s = np.clip((places[:, 0] - basin.upper[0] + beach.length) / beach.length, 0.0, 1.0)
     keep = np.exp(-beach.rate * s * s * step)
-    return velocities * np.stack([keep, keep, keep * keep], axis=1)
+    out: Floats = velocities * np.stack([keep, keep, keep * keep], axis=1)
+    return out
 
 
 def apply_wind(  # noqa: PLR0917  the water as it stands

@@ -134,10 +134,12 @@ class Hand:
         if self.arm is None:
             return np.zeros(3)
         origins, turns = self._poses(joints)
-        return origins[self.arm.tool] + turns[self.arm.tool] @ self._grasp
+        held: Floats = origins[self.arm.tool] + turns[self.arm.tool] @ self._grasp
+        return held
 
     def body_for(self, held: Floats, yaw: float, joints: Floats) -> Floats:
         """Return the position of the level body with the hand at a point, world [m], shape (3,)."""
         x, y, z = self.offset(joints)
         c, s = math.cos(yaw), math.sin(yaw)
-        return held - np.array([c * x - s * y, s * x + c * y, z])
+        place: Floats = held - np.array([c * x - s * y, s * x + c * y, z])
+        return place

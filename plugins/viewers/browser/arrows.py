@@ -75,4 +75,5 @@ def _points(origins: Floats, arrows: Floats, length: float) -> Floats:
     long = np.linalg.norm(arrows, axis=1, keepdims=True)
     cut = arrows * np.minimum(1.0, MOST * length / np.maximum(long, 1e-12))
     seen = long[:, 0] > LEAST * length
-    return np.stack([origins, origins + cut], axis=1)[seen].astype(np.float32)
+    found: Floats = np.stack([origins, origins + cut], axis=1)[seen].astype(np.float32)
+    return found

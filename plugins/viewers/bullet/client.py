@@ -175,7 +175,8 @@ class Bodies:
         for axis, steep in enumerate((lens.cx / lens.fx, lens.cy / lens.fy)):
             out = np.abs(middles[:, axis]) - steep * middles[:, 2]
             seen &= out < reach * np.sqrt(1.0 + steep * steep)
-        return seen.tolist()
+        found: list[bool] = seen.tolist()
+        return found
 
     def _turn(self, frame: int, rotation: Floats) -> list[float]:
         """Quaternion of a frame, cached because several cameras ask for it."""

@@ -131,4 +131,5 @@ def _projection(lens: Lens, shift: tuple[float, float]) -> list[float]:
     matrix[0, 2], matrix[1, 2] = -2.0 * shift[0] / w, 2.0 * shift[1] / h
     matrix[2, 2], matrix[2, 3] = -(far + near) / (far - near), -2.0 * far * near / (far - near)
     matrix[3, 2] = -1.0
-    return matrix.T.ravel().tolist()
+    flat: list[float] = matrix.T.ravel().tolist()
+    return flat

@@ -90,4 +90,5 @@ def wet_share(frame: Frame) -> NDArray[np.float64]:
     rays = np.stack([x, y, np.ones_like(x)], axis=-1) @ axes.T
     wet = frame.water.covers(origin + frame.port * rays, frame.time).astype(float)
     split = wet.reshape(lens.height, FINER, lens.width, FINER)
-    return split.mean(axis=(1, 3))
+    found: NDArray[np.float64] = split.mean(axis=(1, 3))
+    return found

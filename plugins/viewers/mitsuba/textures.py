@@ -57,7 +57,8 @@ def sand(
         x, y = (((m + along > a) & (m + along < b)) for m, a, b in zip(middle, *wet, strict=True))
         weight = share * _faded() * (y[:, None] & x)
         base = base * (1.0 + weight * (bright - 1.0))[..., None]
-    return np.clip(base, 0.0, BRIGHTEST).astype(np.float32)
+    found: NDArray[np.float32] = np.clip(base, 0.0, BRIGHTEST).astype(np.float32)
+    return found
 
 
 @lru_cache(maxsize=1)
@@ -78,7 +79,8 @@ def _faded() -> NDArray[np.float64]:
     """Weight that fades to zero at the edges, which hides them."""
     along = np.abs(np.arange(CELLS) + 0.5 - 0.5 * CELLS) / (0.5 * CELLS)
     edge = np.clip((1.0 - along) / 0.25, 0.0, 1.0)
-    return edge[:, None] * edge[None, :]
+    weight: NDArray[np.float64] = edge[:, None] * edge[None, :]
+    return weight
 
 
 def sky_map(optics: Optics, sun_radius: float) -> NDArray[np.float32]:
@@ -111,4 +113,5 @@ def _sun_disc(optics: Optics, ways: NDArray[np.float64], radius: float) -> NDArr
     rows, columns = ways.shape[:2]
     solid = np.sin((np.arange(rows) + 0.5) * (math.pi / rows)) * (2.0 * math.pi**2 / rows / columns)
     level = float(np.sum(shape * np.maximum(ways[..., 2], 0.0) * solid[:, None]))
-    return shape * (math.pi * optics.sun_share / max(level, 1e-9))
+    found: NDArray[np.float64] = shape * (math.pi * optics.sun_share / max(level, 1e-9))
+    return found

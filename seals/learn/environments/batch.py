@@ -97,7 +97,8 @@ class Environments:
         """Present state of all robots; before the first reset that of one."""
         if self._scene is None:
             self.reset()
-        return self._scene.now
+        found: Instant = self._scene.now
+        return found
 
     @property
     def perceived(self) -> Instant:

@@ -106,4 +106,5 @@ def batched_of(
             # a scene belongs to one backend object: each world is built from the configuration anew
             worlds.append(FullWorld(*build_learning(config), episodes=episodes))
         simulator = WorldsInTurn(worlds)
-    return batch(simulator, task, count=count, device=device, seed=seed, renew=renew)
+    found: Batched = batch(simulator, task, count=count, device=device, seed=seed, renew=renew)
+    return found

@@ -108,7 +108,8 @@ class SealsEnv(gymnasium.Env[Numbers, Numbers]):
 
     def scripted_policy(self) -> Numbers:
         """Return the action of the task's scripted policy."""
-        return self._batched.scripted_policy().numpy()[0]
+        found: Numbers = self._batched.scripted_policy().numpy()[0]
+        return found
 
     def render(self) -> NDArray[np.uint8] | None:
         """Return the image of the state after the last step, shape (height, width, 3).
@@ -117,7 +118,8 @@ class SealsEnv(gymnasium.Env[Numbers, Numbers]):
         """
         if self.render_mode != "rgb_array" or self._frame is None:
             return None
-        return self._picture.image(self._frame)
+        found: NDArray[np.uint8] = self._picture.image(self._frame)
+        return found
 
     def close(self) -> None:
         """Release the world and the window."""

@@ -69,7 +69,8 @@ class Posterior(NamedTuple):
         """Return correlated from independent unit normal draws, shape (k, N)."""
         sizes, axes = np.linalg.eigh(self.correlation)
         # rounding may leave a size just below zero
-        return (axes * np.sqrt(np.maximum(sizes, 0.0))) @ axes.T @ normal
+        found: Floats = (axes * np.sqrt(np.maximum(sizes, 0.0))) @ axes.T @ normal
+        return found
 
 
 def posterior_of(

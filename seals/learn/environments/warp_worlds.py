@@ -130,7 +130,8 @@ class WarpWorlds(BatchSimulator):
         return torch.as_tensor(np.asarray(values), dtype=torch.float32, device=self.device)
 
     def _zeros(self, width: int) -> Tensor:
-        return self.like.new_zeros(self.count, width)
+        found: Tensor = self.like.new_zeros(self.count, width)
+        return found
 
     def _start(self, draw: Draw) -> tuple[Tensor, Tensor, Tensor, Tensor]:
         """Return position, quaternion, velocity and goal of starts as tensors."""
@@ -208,7 +209,8 @@ class WalkingWorlds(WarpWorlds):
     def _wished(self, action: Array, now: Instant) -> tuple[Any, ...]:
         """Velocity, rate of turn, and the manner of stepping by name."""
         task: Any = self.task
-        return task.steer(action, now)
+        found: tuple[Any, ...] = task.steer(action, now)
+        return found
 
     def _stepped(self) -> None:
         """Let the gaits command the servos for their next period."""

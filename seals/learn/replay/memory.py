@@ -90,7 +90,8 @@ class Memory:
 
     def share(self, batch: Any) -> Tensor:
         """Return the fraction of demonstrations in a batch, shape ()."""
-        return (batch["index"] < self.protected).float().mean()
+        found: Tensor = (batch["index"] < self.protected).float().mean()
+        return found
 
     def update_priorities(self, batch: Any, error: Tensor) -> None:
         """Pass errors (batch,) to a prioritised sampler."""

@@ -112,4 +112,5 @@ def _gaussian(size: int, count: int, width: float, step: int) -> Floats:
     fine = np.arange(size) + 0.5
     coarse = (np.arange(count) + 0.5) * step
     weights = np.exp(-0.5 * ((fine[:, None] - coarse) / width) ** 2)
-    return weights / weights.sum(axis=1, keepdims=True)
+    scaled: Floats = weights / weights.sum(axis=1, keepdims=True)
+    return scaled

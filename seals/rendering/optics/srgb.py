@@ -66,7 +66,8 @@ def to_bytes(linear: Array) -> Array:
 def _encoded() -> NDArray[np.uint8]:
     """Table of sRGB levels over `STEPS` even steps of light."""
     light = np.linspace(0.0, 1.0, STEPS)
-    return np.floor(to_srgb(light) * 255.0 + 0.5).astype(np.uint8)
+    table: NDArray[np.uint8] = np.floor(to_srgb(light) * 255.0 + 0.5).astype(np.uint8)
+    return table
 
 
 def from_bytes(picture: Array, dtype: Array | None = None) -> Array:

@@ -150,7 +150,8 @@ def positive(matrix: Floats) -> Floats:
     # one unit for all motions: a turn that moves nothing must not be cut by the size of a mass
     scale = np.sqrt(np.maximum(np.diag(matrix), 1e-12 * np.abs(matrix).max() + 1e-300))
     values, vectors = np.linalg.eigh(matrix / np.outer(scale, scale))
-    return (vectors * np.maximum(values, 0.0)) @ vectors.T * np.outer(scale, scale)
+    out: Floats = (vectors * np.maximum(values, 0.0)) @ vectors.T * np.outer(scale, scale)
+    return out
 
 
 @contextmanager

@@ -281,4 +281,5 @@ def _without_folds(faces: NDArray[np.int64]) -> NDArray[np.int64]:
     """Remove faces that share all three points with another face."""
     key = np.sort(faces, axis=1)
     _, number, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
-    return faces[count[number.reshape(-1)] == 1]
+    kept: NDArray[np.int64] = faces[count[number.reshape(-1)] == 1]
+    return kept

@@ -207,4 +207,5 @@ def _response(frequency: Floats, damping: Floats, coupling: Floats, s: Any) -> A
 def _transfer(frequency: Floats, damping: Floats, coupling: Floats, w: Floats) -> Floats:
     """K = i w G^T (W^2 - w^2 + i w D)^-1 G, complex, shape (W, n, n)."""
     s = 1j * np.asarray(w)[:, None, None]
-    return s * (coupling.T @ _response(frequency, damping, coupling, s))
+    out: Floats = s * (coupling.T @ _response(frequency, damping, coupling, s))
+    return out

@@ -49,7 +49,8 @@ class SeaOfLogs:
                 each = np.array([np.broadcast_to(v, count) for v in value])
                 chosen = each[log, np.arange(count)]
             setattr(here, name, chosen)
-        return here.at(position, clock - self.shift[log][:, None], level)
+        found: Sea = here.at(position, clock - self.shift[log][:, None], level)
+        return found
 
 
 class Span(Protocol):
@@ -58,12 +59,10 @@ class Span(Protocol):
     @property
     def begin(self) -> float:
         """Common clock at the first row [s]."""
-        ...
 
     @property
     def shift(self) -> float:
         """Common clock less the log's own time [s]."""
-        ...
 
 
 def sea_of(calm: Any, values: Mapping[str, Any], logs: Sequence[Span]) -> Any:

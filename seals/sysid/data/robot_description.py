@@ -264,4 +264,5 @@ def _servos(controller: Mapping[str, Any], joints: int) -> Effect:
         options |= {gain: each[0]} if len(each) == 1 else {f"{gain}_each": each}
     if "speed_limit" in controller:
         options["speed_limit"] = np.ravel(controller["speed_limit"]).astype(float).tolist()
-    return get("actuator", "servos").load()(**options)
+    servos: Effect = get("actuator", "servos").load()(**options)
+    return servos

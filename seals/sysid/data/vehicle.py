@@ -196,7 +196,8 @@ def _full_voltage(spec: Mapping[str, Any]) -> float | None:
         LogError: it is no voltage.
     """
     given = (spec.get("battery") or {}).get("full_voltage")
-    return read(_Volts, given, where="battery.full_voltage", error=LogError)
+    found: float | None = read(_Volts, given, where="battery.full_voltage", error=LogError)
+    return found
 
 
 def _part(meta: Mapping[str, Any], name: str) -> Mapping[str, Any]:
@@ -226,7 +227,8 @@ def _maybe(value: Any) -> float | None:
 
 def _turn(wxyz: Any) -> Floats:
     w, x, y, z = (float(c) for c in wxyz)
-    return matrix_of(np.array([[x, y, z, w]]))[0].T
+    turned: Floats = matrix_of(np.array([[x, y, z, w]]))[0].T
+    return turned
 
 
 def _merged(

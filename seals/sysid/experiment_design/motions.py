@@ -67,7 +67,8 @@ def sweep(time: Floats, *, push: float, low: float, high: float, seconds: float)
     frequency = low * np.exp(rise * share)
     phase = 2.0 * np.pi * low * seconds / rise * np.expm1(rise * share)
     fade = smooth(time, 0.0, 0.5 / low) * (1.0 - smooth(time, seconds - 0.7, 0.7))
-    return fade * push / (2.0 * np.pi * frequency) ** 2 * np.sin(phase)
+    wave: Floats = fade * push / (2.0 * np.pi * frequency) ** 2 * np.sin(phase)
+    return wave
 
 
 def sine(

@@ -92,7 +92,8 @@ class Contest:
         """Odds of the rival against the truth at a deviation of the noise in sigmas."""
         asked = _POLICY.evidence if self.rival == NOTHING else 0.0
         gap = self.gap - asked + 2.0 * np.sqrt(max(self.separation, 0.0)) * deviate
-        return np.exp(-np.clip(gap / _POLICY.temperature, -50.0, 50.0))
+        odds: Floats = np.exp(-np.clip(gap / _POLICY.temperature, -50.0, 50.0))
+        return odds
 
 
 def gram_of(fitter: Fitter, supposed: Sequence[Supposed], base: Mapping[str, float]) -> Gram:

@@ -163,7 +163,8 @@ def _kept(track: Track, most: int) -> NDArray[np.intp]:
     ends = np.flatnonzero(np.diff(good // track.rows.shape[1]))
     bins = max(most // 2 - len(ends), 50)
     kept = np.concatenate([extremes(residual, bins), ends, ends + 1])
-    return good[np.unique(kept)]
+    rows: NDArray[np.intp] = good[np.unique(kept)]
+    return rows
 
 
 def _series(

@@ -90,7 +90,8 @@ def log_rows(problem: Problem, time: Floats) -> NDArray[np.int64]:
         run = np.concatenate([[0], np.cumsum(np.diff(time) < 0.0)])
     run = np.clip(run, 0, len(first) - 1)
     steps = np.round((time - begin[run]) / samples.step).astype(np.int64)
-    return np.clip(first[run] + steps, first[run], last[run] - 1)
+    rows: NDArray[np.int64] = np.clip(first[run] + steps, first[run], last[run] - 1)
+    return rows
 
 
 def regime_names(problem: Problem, rows: NDArray[np.int64]) -> NDArray[np.str_]:

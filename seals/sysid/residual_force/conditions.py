@@ -55,7 +55,8 @@ class Conditions:
     @property
     def speed(self) -> Floats:
         """Speed relative to the medium [m/s], shape (n,)."""
-        return np.linalg.norm(self.velocity, axis=1)
+        out: Floats = np.linalg.norm(self.velocity, axis=1)
+        return out
 
     @property
     def wet(self) -> bool:

@@ -187,14 +187,16 @@ def spread(around: Conditions, weights: Floats, frame: str) -> Floats:
         axes = np.tile(np.eye(6), (count, 1, 1))
     else:
         axes = np.concatenate([around.turn.transpose(0, 2, 1), np.zeros((count, 3, 3))], axis=1)
-    return np.einsum("nk,nai->naki", weights, axes).reshape(count, 6, -1)
+    both: Floats = np.einsum("nk,nai->naki", weights, axes).reshape(count, 6, -1)
+    return both
 
 
 def widths(found: Evidence, basis: Floats) -> Floats:
     """Prior precision of columns that allows each the size of the free force, shape (c,)."""
     level = LOOSE * np.repeat(np.maximum(found.gust, 1e-9), 3)
     size = np.sqrt(np.mean(np.sum((basis / level[None, :, None]) ** 2, axis=1), axis=0))
-    return size**2 + 1e-12
+    out: Floats = size**2 + 1e-12
+    return out
 
 
 def _held(

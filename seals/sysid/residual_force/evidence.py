@@ -151,20 +151,23 @@ class Evidence:
         level = np.maximum(level, _ROUNDING * level[:, -1:])
         absorbed = axes.transpose(0, 2, 1) @ (self.gram[:, :m] / scale)
         absorbed /= np.sqrt(level)[:, :, None]
-        return self.gram - np.matmul(absorbed.transpose(0, 2, 1), absorbed)
+        table: Floats = self.gram - np.matmul(absorbed.transpose(0, 2, 1), absorbed)
+        return table
 
 
 def _even(block: Floats) -> Floats:
     """Return a symmetric block with a lower bound on its diagonal."""
     level = np.einsum("wii->wi", block)
-    return block + 1e-12 * level[:, :, None] * np.eye(block.shape[1])
+    out: Floats = block + 1e-12 * level[:, :, None] * np.eye(block.shape[1])
+    return out
 
 
 def _inverse(block: Floats) -> Floats:
     """Inverse of symmetric positive blocks after scaling their diagonals to one."""
     scale = 1.0 / np.sqrt(np.maximum(np.einsum("wii->wi", block), 1e-300))
     scaled = block * scale[:, :, None] * scale[:, None, :] + 1e-12 * np.eye(block.shape[1])
-    return np.linalg.inv(scaled) * scale[:, :, None] * scale[:, None, :]
+    out: Floats = np.linalg.inv(scaled) * scale[:, :, None] * scale[:, None, :]
+    return out
 
 
 def evidence(problem: Problem, hypothesis: EvidenceHypothesis | None = None) -> Evidence:

@@ -117,7 +117,8 @@ def _shape(position: Floats, x: Floats) -> Floats:
     """Force of unit strength toward a point, shape (n, 3)."""
     away = x[:3] - position
     reach = np.sqrt((away**2).sum(axis=1) + x[3] ** 2 + 1e-4)
-    return away * reach[:, None] ** (-1.0 - x[4])
+    shape: Floats = away * reach[:, None] ** (-1.0 - x[4])
+    return shape
 
 
 def _best(position: Floats, force: Floats, spread: Floats) -> tuple[Floats, Floats] | None:
@@ -132,7 +133,8 @@ def _best(position: Floats, force: Floats, spread: Floats) -> tuple[Floats, Floa
     def miss(x: Floats) -> Floats:
         shape = _shape(position, x) * weight
         strength = (shape * force * weight).sum() / max(float((shape**2).sum()), 1e-300)
-        return (strength * shape - force * weight).ravel()
+        out: Floats = (strength * shape - force * weight).ravel()
+        return out
 
     return bounded_fit(miss, begins, low, high, scale=0.3)
 

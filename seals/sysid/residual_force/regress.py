@@ -93,7 +93,8 @@ class Table:
     def misfit(self, chosen: Sequence[int], at: Floats) -> Floats:
         """Misfit of every window at given coefficients, shape (W,)."""
         weights = np.append(-at, 1.0)
-        return np.einsum("i,wij,j->w", weights, self._block(chosen), weights)
+        out: Floats = np.einsum("i,wij,j->w", weights, self._block(chosen), weights)
+        return out
 
     def covariance(self, chosen: Sequence[int]) -> Floats:
         """Posterior covariance of the chosen columns' coefficients."""

@@ -84,7 +84,8 @@ def spot(
     def miss(x: Floats) -> Floats:
         shape = _shape(position, x)[:, None] * weight
         size = (shape * force * weight).sum(axis=0) / np.maximum((shape**2).sum(axis=0), 1e-300)
-        return (size * shape - force * weight).ravel()
+        out: Floats = (size * shape - force * weight).ravel()
+        return out
 
     fit = bounded_fit(miss, [begin], low, high, scale=0.2)
     if fit is None or float(_shape(position, fit[0]).max()) < _SEEN:
@@ -107,7 +108,8 @@ def spot(
 
 
 def _shape(position: Floats, x: Floats) -> Floats:
-    return np.exp(-0.5 * ((position - x[:3]) ** 2).sum(axis=1) / x[3] ** 2)
+    out: Floats = np.exp(-0.5 * ((position - x[:3]) ** 2).sum(axis=1) / x[3] ** 2)
+    return out
 
 
 def _start(position: Floats, force: Floats, weight: Floats, span: Floats) -> Floats:

@@ -199,7 +199,8 @@ def _variance(windows: Windows) -> Floats:
     factor = windows._weights.inverse[:, :, :n] * windows._weights.scale[:, None, :n]
     noise = 1.0 + np.einsum("wkm,wkm->wk", np.matmul(pushed, gusts), pushed)
     taken = np.matmul(carried, factor.transpose(0, 2, 1))
-    return np.maximum(noise - np.einsum("wkq,wkq->wk", taken, taken), _LEAST)
+    variance: Floats = np.maximum(noise - np.einsum("wkq,wkq->wk", taken, taken), _LEAST)
+    return variance
 
 
 def component(channel: str, axis: int, width: int) -> str:

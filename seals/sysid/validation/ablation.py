@@ -310,7 +310,8 @@ def _starts(loose: Windows, ruler: Yardstick, rng: np.random.Generator) -> Float
     noise = rng.standard_normal(loose.weight.shape) * (loose.weight > 0.0)
     found, _ = loose.explained(noise.reshape(loose.count, -1))
     nearest = np.argmin(np.abs(loose.rows[:, :1] - ruler.rows[None, :, 0]), axis=0)
-    return found[nearest]
+    starts: Floats = found[nearest]
+    return starts
 
 
 def _gusts(ruler: Yardstick, rng: np.random.Generator) -> Floats:

@@ -44,7 +44,8 @@ class Model:
     @property
     def lag(self) -> Floats:
         """Time constants of the drives [s], shape (n,)."""
-        return response_of(self.bound).lag
+        lag: Floats = response_of(self.bound).lag
+        return lag
 
     @property
     def command_delay(self) -> float:

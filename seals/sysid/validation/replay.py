@@ -318,4 +318,5 @@ def between_rows(values: Floats, at: NDArray[np.floating[Any]]) -> Floats:
     """Interpolate values (W, K, k) at fractions of rows ``at`` (n,); ends continue straight."""
     low = np.clip(np.floor(at).astype(int), 0, values.shape[1] - 2)
     share = (at - low)[None, :, None]
-    return values[:, low] + share * (values[:, low + 1] - values[:, low])
+    found: Floats = values[:, low] + share * (values[:, low + 1] - values[:, low])
+    return found

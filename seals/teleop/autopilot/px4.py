@@ -165,7 +165,8 @@ class Px4:
         return None
 
     def _noisy(self, values: Floats, sigma: float) -> list[float]:
-        return (values + sigma * self._rng.normal(size=len(values))).tolist()
+        noisy: list[float] = (values + sigma * self._rng.normal(size=len(values))).tolist()
+        return noisy
 
     def _sensors(self, state: FlightState, stamp: int) -> None:
         hil = self._hil

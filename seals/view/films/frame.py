@@ -46,7 +46,8 @@ class WaterBody(NamedTuple):
         x, y = points[..., 0], points[..., 1]
         inside = (x > self.lower[0]) & (x < self.upper[0])
         inside &= (y > self.lower[1]) & (y < self.upper[1])
-        return inside & (points[..., 2] < self.surface.height(x, y, time))
+        found: NDArray[np.bool_] = inside & (points[..., 2] < self.surface.height(x, y, time))
+        return found
 
 
 class Frame(NamedTuple):
@@ -79,15 +80,12 @@ class Photographer(Protocol):
         Raises:
             SealsError: a package or a device is missing, or the scene cannot be drawn.
         """
-        ...
 
     def photograph(self, frame: Frame) -> Image:
         """Render a frame: linear red, green, blue, white is 1, shape (H, W, 3)."""
-        ...
 
     def close(self) -> None:
         """Release memory and devices; a second call does nothing."""
-        ...
 
 
 class Drawn:
