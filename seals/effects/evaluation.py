@@ -159,7 +159,7 @@ class Evaluator:
                 loads += self._driven(b, motion, sample, joints, inputs, memory, new, seen, running)
         for b in self.effects.batteries:
             new[b.name] = b.hooks.battery_update(
-                power_of(running, memory[b.name]), inputs, memory[b.name], b.params
+                _power_of(running, memory[b.name]), inputs, memory[b.name], b.params
             )
         joint_drives = [
             (b, b.hooks.joint_drive(joints, inputs, b.params)) for b in self.effects.joint_drives
@@ -390,7 +390,7 @@ def is_dry(sample: Sample) -> bool:
     return type(sample.submersion) is np.ndarray and not np.count_nonzero(sample.submersion)
 
 
-def power_of(running: list[tuple[BoundEffect, Drives]], like: Array) -> Array:
+def _power_of(running: list[tuple[BoundEffect, Drives]], like: Array) -> Array:
     """Electrical power of all drives [W], shape (batch, 1).
 
     Args:

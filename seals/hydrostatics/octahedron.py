@@ -65,7 +65,7 @@ class OctahedralTable:
         sizes, axes = np.linalg.eigh(hull.spread())
         stretch = axes * np.sqrt(np.maximum(sizes, sizes.max() * LEAST_SPREAD))
         self._stretch, self._centre = stretch.T.tolist(), hull.centroid.tolist()
-        ups = octant_nodes(cells) @ np.linalg.inv(stretch)
+        ups = _octant_nodes(cells) @ np.linalg.inv(stretch)
         ups /= np.sqrt((ups * ups).sum(axis=1))[:, None]
         low, high = hull.extents(ups)
         bend = np.sin(np.linspace(-BEND, BEND, depths + 1)) / np.sin(BEND)
@@ -164,7 +164,7 @@ class OctahedralTable:
         return [xp.astype(node, xp.int64) for node in (corner, left, right)], weights
 
 
-def octant_nodes(cells: int) -> Vector:
+def _octant_nodes(cells: int) -> Vector:
     """Return the nodes of the four upper octants.
 
     Args:

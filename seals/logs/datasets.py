@@ -117,13 +117,13 @@ def _described(package: str) -> dict[str, Any]:
     return read_yaml(str(files(package) / "datasets.yaml"))
 
 
-def show_on_stderr(text: str) -> None:
+def _show_on_stderr(text: str) -> None:
     """Print a licence notice where it does not mix with results."""
     print(text, file=sys.stderr)
 
 
 def locate(
-    dataset: Dataset, file: DataFile, *, show: Callable[[str], None] = show_on_stderr
+    dataset: Dataset, file: DataFile, *, show: Callable[[str], None] = _show_on_stderr
 ) -> Path:
     """Return the path of a data file, fetching it on first use.
 
@@ -150,7 +150,7 @@ def paths_of(
     source: str | Path | None,
     *,
     files: tuple[DataFile, ...] | None = None,
-    show: Callable[[str], None] = show_on_stderr,
+    show: Callable[[str], None] = _show_on_stderr,
 ) -> list[Path]:
     """Return the files to read, in the order of the data set.
 

@@ -83,7 +83,7 @@ def build_world(settings: RunSettings, *, repeats: int = 1) -> World:
     """
     robot, effects = build_model(settings)
     check_gains(robot, effects, settings.time.step)
-    check_step(settings, robot)
+    _check_step(settings, robot)
     steps = step_count(settings)
     settings.backend.open(surroundings(settings), settings.time.step)
     actor = Actor(
@@ -247,7 +247,7 @@ third as often, it no longer does (the manipulator's at 125 Hz: 16 ms is calm, 3
 """
 
 
-def check_step(settings: RunSettings, robot: RobotModel) -> None:
+def _check_step(settings: RunSettings, robot: RobotModel) -> None:
     """Refuse a step that is too long for the controller or for a spring.
 
     What these bounds do not see, such as steep drag, is refused while it runs, when the motion

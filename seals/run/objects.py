@@ -58,7 +58,7 @@ def add_objects(settings: RunSettings, *, steps: int, repeats: int = 1) -> dict[
             fluid=settings.fluid,
             repeats=repeats,
         )
-        animate(name, thing, found, settings, actor)
+        _animate(name, thing, found, settings, actor)
         actors[name] = actor
     return actors
 
@@ -174,7 +174,7 @@ def moves(settings: ObjectSettings, found: RobotFile) -> bool:
     return settings.guide is not None or "guide" in found.parts
 
 
-def animate(
+def _animate(
     name: str, thing: ObjectSettings, found: RobotFile, settings: RunSettings, actor: Actor
 ) -> None:
     """Attach guide and controller to an object that has a guide.

@@ -43,7 +43,7 @@ class Fused:
 
     def __call__(self, *given: Any) -> Any:
         """Return the result of the law."""
-        given = mapped(given, lambda leaf: columnar(leaf) if is_tensor(leaf) else leaf)
+        given = mapped(given, lambda leaf: _columnar(leaf) if is_tensor(leaf) else leaf)
         form = form_of(given)
         if form not in self._pieces:
             self._pieces[form] = Piece(self._law, given)
@@ -148,11 +148,11 @@ def _made(found: Any, given: Sequence[Tensor]) -> tuple[list[Tensor], Any]:
     for x in tensors(found):
         if id(x) not in places:
             places[id(x)] = _Place(len(made), given=False)
-            made.append(columnar(x).clone(memory_format=torch.preserve_format))
+            made.append(_columnar(x).clone(memory_format=torch.preserve_format))
     return made, mapped(found, lambda leaf: places.get(id(leaf), leaf))
 
 
-def columnar(x: Tensor) -> Tensor:
+def _columnar(x: Tensor) -> Tensor:
     """Return a tensor with its first axis fastest in memory, which is efficient on CPU and GPU.
 
     Tensors of one layout also keep a law in one piece, whoever made them.

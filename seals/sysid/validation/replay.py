@@ -114,7 +114,7 @@ def replay(
     return Track(rows=rows, error=error, reading=reading)
 
 
-def drive_states(model: Model, samples: Samples, *, parts: int) -> Floats | None:
+def _drive_states(model: Model, samples: Samples, *, parts: int) -> Floats | None:
     """States of all drives at every step of the simulator, shape (T, parts, n).
 
     The law is that of the drivetrain; it runs over the whole log, so that a window starts with
@@ -146,7 +146,7 @@ class _Runner:
         self.latency = model.vehicle.command_latency
         self.mean_over = round((model.vehicle.simulated_step or 0.0) / world.step_size)
         self.world, self.samples, self.trajectory = world, samples, trajectory
-        self.drive, self.parts = drive_states(model, samples, parts=parts), parts
+        self.drive, self.parts = _drive_states(model, samples, parts=parts), parts
         self.actor = world.actors[VEHICLE]
         if samples.voltage is not None:
             # as measured: the model's battery is full again at the start of every window
