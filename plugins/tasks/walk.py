@@ -114,10 +114,6 @@ class TaskWalk(Task):
         """Refuse an empty start ring, a goal that is no position, and empty ranges."""
         self._names: tuple[str, ...] = ()
         check_order(self, "nearest", "farthest", where="task", equal=True)
-        if len(self.goal) != 2:
-            raise ConfigError(
-                f"task.goal={list(self.goal)} is not a position.\nAllowed: two numbers [x, y]."
-            )
         for name, pair in self.manner.items():
             numbers = isinstance(pair, list) and all(isinstance(v, int | float) for v in pair)
             if not numbers or len(pair) != 2 or pair[0] > pair[1]:

@@ -17,10 +17,8 @@ from seals.control.plant import build_plant
 from seals.control.protocols import GuideOptions
 from seals.effects.binding import EffectSet, bind_effects
 from seals.errors import ConfigError, suggestion
-from seals.frames import quaternion_of_rpy
 from seals.plugin_options import options_of
 from seals.robot.build import build_robot
-from seals.robot.limbs import standing
 from seals.robot.model import RobotModel
 from seals.run.hover_trim import carrying
 from seals.run.immersed import (
@@ -32,7 +30,7 @@ from seals.run.immersed import (
     surroundings,
     without,
 )
-from seals.run.objects import add_objects, object_configuration
+from seals.run.objects import add_objects, stated_configuration
 from seals.run.settings import DriveStart, RunSettings
 from seals.run.sight import open_cameras
 from seals.world import Actor, World
@@ -111,7 +109,7 @@ def build_world(settings: RunSettings, *, repeats: int = 1) -> World:
         watch=watch,
     )
     places = {
-        name: object_configuration(name, settings.objects[name], thing.robot)
+        name: stated_configuration(f"objects.{name}", settings.objects[name], thing.robot)
         for name, thing in objects.items()
     }
     start = initial_configuration(settings, robot)
@@ -204,39 +202,12 @@ def initial_configuration(settings: RunSettings, robot: RobotModel) -> Configura
         ConfigError: the numbers of joint values and of joints differ.
     """
     initial = settings.initial
-    quaternion = quaternion_of_rpy(np.asarray([initial.rpy], dtype=float))
-    turn, count = _matrix(quaternion), robot.tree.joints
-    joints = _joint_values("joint_position", initial.joint_position, robot)
-    rates = _joint_values("joint_velocity", initial.joint_velocity, robot)
-    return Configuration(
-        position=np.asarray(initial.position, dtype=float),
-        quaternion=quaternion[0],
-        velocity=np.asarray(initial.velocity, dtype=float),
-        angular_velocity=turn @ np.asarray(initial.angular_velocity, dtype=float),
-        joints=standing(robot.legs, count) if joints is None else joints,
-        joint_velocity=np.zeros(count) if rates is None else rates,
-    )
+    return stated_configuration("initial", initial, robot, initial.joint_velocity)
 
 
 def step_count(settings: RunSettings) -> int:
     """Return the number of steps of a run."""
     return max(1, round(settings.time.duration / settings.time.step))
-
-
-def _matrix(quaternion: Any) -> Any:
-    from seals.frames import matrix_of
-
-    return matrix_of(quaternion)[0]
-
-
-def _joint_values(key: str, values: list[float], robot: RobotModel) -> Any:
-    if values and len(values) != robot.tree.joints:
-        raise ConfigError(
-            f"initial.{key} has {len(values)} values, "
-            f"robot '{robot.name}' has {robot.tree.joints} joints.\n"
-            f"Joints in order: {', '.join(robot.joints) or '(none)'}; leave it empty for zeros."
-        )
-    return np.asarray(values, dtype=float) if values else None
 
 
 PERIODS = 2.0

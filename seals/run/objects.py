@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -25,7 +25,7 @@ from seals.robot.robot_file import RobotFile
 from seals.robot.settings import RobotSettings
 from seals.run.immersed import owned, owners
 from seals.run.object_settings import ObjectSettings
-from seals.run.settings import RunSettings
+from seals.run.settings import InitialSettings, RunSettings
 from seals.schema import read
 from seals.world import Actor
 from seals.world.pilot import Pilot
@@ -115,28 +115,42 @@ def object_robot(found: RobotFile) -> RobotSettings:
     return read(RobotSettings, values, where=f"robot '{s.name}'")
 
 
-def object_configuration(name: str, settings: ObjectSettings, robot: RobotModel) -> Configuration:
-    """Return the initial configuration of an object.
+def stated_configuration(
+    where: str,
+    stated: InitialSettings | ObjectSettings,
+    robot: RobotModel,
+    rates: Sequence[float] = (),
+) -> Configuration:
+    """Return the configuration in which a run, or one of its objects, starts.
+
+    Args:
+        where: key of the settings, for refusals.
+        stated: the settings.
+        robot: model of the robot or object.
+        rates: of its joints; none for zeros [rad/s or m/s].
 
     Raises:
         ConfigError: the numbers of joint values and of joints differ.
     """
+    position = np.asarray(stated.joint_position, dtype=float)
+    rate = np.asarray(rates, dtype=float)
     joints = robot.tree.joints
-    if settings.joint_position and len(settings.joint_position) != joints:
-        raise ConfigError(
-            f"objects.{name}.joint_position has {len(settings.joint_position)} values, "
-            f"'{robot.name}' has {joints} joints.\n"
-            f"Joints in order: {', '.join(robot.joints) or '(none)'}; leave it empty for zeros."
-        )
-    quaternion = quaternion_of_rpy(np.asarray([settings.rpy], dtype=float))
+    for key, values in (("joint_position", position), ("joint_velocity", rate)):
+        if values.size not in (0, joints):
+            raise ConfigError(
+                f"{where}.{key} has {values.size} values, "
+                f"robot '{robot.name}' has {joints} joints.\n"
+                f"Joints in order: {', '.join(robot.joints) or '(none)'}; leave it empty for zeros."
+            )
+    quaternion = quaternion_of_rpy(np.asarray([stated.rpy], dtype=float))
     turn = matrix_of(quaternion)[0]
     return Configuration(
-        position=np.asarray(settings.position, dtype=float),
+        position=np.asarray(stated.position, dtype=float),
         quaternion=quaternion[0],
-        velocity=np.asarray(settings.velocity, dtype=float),
-        angular_velocity=turn @ np.asarray(settings.angular_velocity, dtype=float),
-        joints=np.asarray(settings.joint_position or standing(robot.legs, joints), dtype=float),
-        joint_velocity=np.zeros(joints),
+        velocity=np.asarray(stated.velocity, dtype=float),
+        angular_velocity=turn @ np.asarray(stated.angular_velocity, dtype=float),
+        joints=position if position.size else standing(robot.legs, joints),
+        joint_velocity=rate if rate.size else np.zeros(joints),
     )
 
 
