@@ -15,7 +15,7 @@ from seals.control.plant import build_plant
 from seals.control.protocols import Guide
 from seals.errors import ConfigError
 from seals.plugins.guides.mission import Grasp, Mission
-from seals.plugins.guides.mission.parse import stages_of
+from seals.plugins.guides.mission.guide import stages_of
 from seals.run.assembly import build_model
 from seals.run.build import build_run
 
