@@ -212,12 +212,10 @@ _SHEET["actuators"]["rotors"].pop("axis")
 
 def first_step(*words: str) -> Callable[[Path], None]:
     """Return what loads a robot's folder into a world, up to the first step of its engine."""
-    from seals.config.compose import compose
-    from seals.run.assembly import build_world
-    from seals.run.build import build_run
+    from seals.api import make
 
     def load(folder: Path) -> None:
-        world = build_world(build_run(compose([f"robot='{folder}'", *words])))
+        world = make([f"robot='{folder}'", *words])
         try:
             world.step()
         finally:

@@ -98,12 +98,11 @@ def _of_folder(
 
 def _state() -> Target:
     """The checkpoint of a run, taken up in a world of the same settings."""
-    from seals.config.compose import compose
     from seals.run.assembly import build_world
-    from seals.run.build import build_run
+    from seals.run.build import run_settings
     from seals.run.checkpoint import STATE, take_up, write_checkpoint
 
-    settings = build_run(compose([w for w in _RUN if w != "run"]))
+    settings = run_settings([w for w in _RUN if w != "run"])
     place = Path(tempfile.mkdtemp(prefix="fuzz_state_")) / "checkpoint"
     world = build_world(settings)
     write_checkpoint(place, world, {"rows": [1.0, 2.0], "note": "a"})

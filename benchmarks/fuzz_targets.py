@@ -212,12 +212,10 @@ def _robot() -> Target:
 
 def _built() -> Target:
     """A robot folder as ``seals run robot=FOLDER`` takes it, up to the world."""
-    from seals.config.compose import compose
-    from seals.run.assembly import build_world
-    from seals.run.build import build_run
+    from seals.api import make
 
     def load(folder: Path) -> None:
-        build_world(build_run(compose([f"robot='{folder}'", "backend=free"]))).close()
+        make([f"robot='{folder}'", "backend=free"]).close()
 
     return robot_folder(_ROBOT.encode(), load)
 

@@ -40,11 +40,10 @@ def make(overrides: Sequence[str] = ()) -> World:
         0.001
         >>> world.close()
     """
-    from seals.config.compose import compose
     from seals.run import build_world
-    from seals.run.build import build_run
+    from seals.run.build import run_settings
 
-    return build_world(build_run(compose(overrides)))
+    return build_world(run_settings(overrides))
 
 
 def make_batch(
@@ -72,11 +71,10 @@ def make_batch(
         >>> state.position.shape
         (3, 3)
     """
-    from seals.config.compose import compose
     from seals.run import build_twin
-    from seals.run.build import build_run
+    from seals.run.build import run_settings
 
-    return build_twin(build_run(compose(overrides)), batch=batch, like=like, values=values)
+    return build_twin(run_settings(overrides), batch=batch, like=like, values=values)
 
 
 def simulate(overrides: Sequence[str], out: str | Path) -> Log:
@@ -177,11 +175,10 @@ def load_robot(source: str | Path) -> RobotModel:
         >>> load_robot("ball").links
         ('base',)
     """
-    from seals.config.compose import compose
     from seals.robot.build import build_robot
-    from seals.run.build import build_run
+    from seals.run.build import run_settings
 
-    return build_robot(build_run(compose([f"robot={source}"])).robot)
+    return build_robot(run_settings([f"robot={source}"]).robot)
 
 
 def list_plugins(kind: str) -> dict[str, str]:

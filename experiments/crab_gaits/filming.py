@@ -6,11 +6,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from seals.cli.main import main as seals
-from seals.config.compose import compose
 from seals.errors import refuse_unlisted
 from seals.experiments.crab_gaits.cases import GAITS
 from seals.logs.native import TABLES
-from seals.run.build import build_run
+from seals.run.build import run_settings
 
 FILMED: Mapping[str, Sequence[str]] = {**GAITS, "learned": ("experiment=crab_learned",)}
 """Overrides of every gait that is filmed."""
@@ -50,7 +49,7 @@ def film(out: Path, names: Sequence[str], words: Sequence[str]) -> int:
 
 def _camera(words: Sequence[str]) -> list[str]:
     """Words for a camera beside the animal, which goes along with it."""
-    settings = build_run(compose(list(words)))
+    settings = run_settings(list(words))
     place = settings.initial.position
     size = SHOWN[settings.robot.name]
     camera = [x + size * reach for x, reach in zip(place, REACH, strict=True)]

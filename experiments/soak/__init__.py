@@ -6,14 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from seals.config.compose import compose
 from seals.errors import ConfigError
 from seals.experiments.command import folder_of, markdown, parser_of, show_table
 from seals.experiments.soak.flight import OVERRIDES
 from seals.experiments.soak.running import soaked
 from seals.report.figures import Chart, Mark, Series
 from seals.report.pictures import write_picture
-from seals.run.build import build_run
+from seals.run.build import run_settings
 
 MILLION = 1_000_000
 GROWTH = 0.02
@@ -32,7 +31,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if given.steps < 1:
         raise ConfigError(f"--steps {given.steps} is not allowed.\nAllowed: one step or more.")
     out = folder_of(given, "soak")
-    settings = build_run(compose([*OVERRIDES, *given.overrides]))
+    settings = run_settings([*OVERRIDES, *given.overrides])
     rows = soaked(out, settings, given.steps, given.overrides)
     found = figures(rows)
     show_table(out, _table(found))

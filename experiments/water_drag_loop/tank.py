@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.compose import compose
 from seals.experiments.water_drag_loop.textbook import (
     ADDED,
     DENSITY,
@@ -23,7 +22,7 @@ from seals.experiments.water_drag_loop.textbook import (
 )
 from seals.frames import matrix_of
 from seals.run.assembly import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.progress import progress
 from seals.world import World
 
@@ -101,7 +100,7 @@ def towed_in_particles(
             f"fluid.size=[{length},{width},{depth}]",
             *more,
         ]
-        world = build_world(build_run(compose(words)))
+        world = build_world(run_settings(words))
     try:
         return _followed(world, steps, until, label)
     finally:

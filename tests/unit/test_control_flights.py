@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
+from seals.api import make
 from seals.control.estimate import ORIENTATION, POSITION, SPIN, VELOCITY
 from seals.control.protocols import ActuatorCommand, Reference, RobotState
 from seals.errors import ConfigError
@@ -17,7 +17,7 @@ from seals.plugins.guides.hover import ArmMotion, Hover
 from seals.plugins.guides.oval import Oval
 from seals.plugins.sensors.odometry import SensorOdometry
 from seals.run.assembly import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.simulation import simulate
 from seals.sensors.protocol import SensorInput
 
@@ -28,7 +28,7 @@ NOISY = ("+sensor@sensors.odometry=odometry", "controller.sense=odometry")
 
 def flown(*overrides: str) -> Log:
     """Simulate a run and return its log."""
-    record = simulate(build_run(compose(overrides)))
+    record = simulate(run_settings(overrides))
     assert record.error is None
     return record.log
 
@@ -52,7 +52,7 @@ def test_a_quadrotor_goes_back_to_its_place_from_a_tumble() -> None:
 
 def test_the_log_holds_what_was_commanded_from_its_row_on() -> None:
     """Commands of drives and servos stand at the row of their time and hold until the next."""
-    settings = build_run(compose([*ARM, "time.duration=0.1"]))
+    settings = run_settings([*ARM, "time.duration=0.1"])
     log = simulate(settings).log
     world = build_world(settings)
     actor = world.actors["robot"]
@@ -69,7 +69,7 @@ def test_the_log_holds_what_was_commanded_from_its_row_on() -> None:
 
 def test_a_controlled_run_continues_from_a_snapshot_bit_for_bit() -> None:
     """The memory of guide, controller and estimate is part of the snapshot."""
-    world = build_world(build_run(compose([*ARM, *NOISY, "water=fossen"])))
+    world = make([*ARM, *NOISY, "water=fossen"])
     actor = world.actors["robot"]
     for _ in range(40):
         world.step()
@@ -99,7 +99,7 @@ def test_a_controlled_run_repeats_bit_for_bit() -> None:
 def test_the_controller_is_called_at_its_own_rate(monkeypatch: pytest.MonkeyPatch) -> None:
     """At a quarter of the steps' rate it is called every fourth step, and its order is held."""
     words = [*QUAD, "controller.rate=62.5", "guide.rate=62.5", "time.step=0.004"]
-    world = build_world(build_run(compose(words)))
+    world = make(words)
     actor = world.actors["robot"]
     assert actor.pilot is not None
     law, called = actor.pilot.controller.command, list[float]()
@@ -149,7 +149,7 @@ def test_odometry_spreads_as_it_says() -> None:
 
 def test_a_sweep_uses_the_whole_range_of_every_joint() -> None:
     """Within a period every arm joint comes to both of its limits, starting from rest."""
-    world = build_world(build_run(compose([*ARM])))
+    world = make([*ARM])
     pilot = world.actors["robot"].pilot
     assert pilot is not None
     guide, robot = pilot.guide, pilot.plant.robot
@@ -191,7 +191,7 @@ def test_the_oval_s_velocity_is_the_slope_of_its_place() -> None:
 def test_what_cannot_fly_is_refused_in_words(overrides: tuple[str, ...], words: str) -> None:
     """Two lines say what does not fit."""
     with pytest.raises(ConfigError, match=words) as refusal:
-        build_world(build_run(compose(overrides)))
+        make(overrides)
     assert "\n" in str(refusal.value)
 
 

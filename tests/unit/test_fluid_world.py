@@ -10,7 +10,6 @@ import pytest
 from numpy.typing import NDArray
 
 from seals.backend import Configuration
-from seals.config.compose import compose
 from seals.effects.binding import bind_effects
 from seals.environment.settings import EnvironmentSettings
 from seals.errors import ConfigError
@@ -23,7 +22,7 @@ from seals.plugins.effects.gravity import Gravity
 from seals.plugins.waves.still import WaveStill
 from seals.robot.model import RobotModel
 from seals.run.assembly import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.immersed import owners
 from seals.testing.backend import momentum_of
 from seals.testing.bodies import free_body, moving_arm
@@ -147,7 +146,7 @@ def test_links_are_foreseen(tmp_path: Path) -> None:
 def test_a_body_on_the_ground_does_not_fall(tmp_path: Path) -> None:
     """Contact holds a body that rests on the bottom: the fluid is told that it stays."""
     environment = EnvironmentSettings(water_level=0.0, tank_bottom=-1.0)
-    run = build_run(compose(["robot=cube", "water=none", "time.step=0.004"]))
+    run = run_settings(["robot=cube", "water=none", "time.step=0.004"])
     run.environment, run.fluid = environment, StillWater()
     run.effects = {"weight": Gravity()}
     run.initial.position = [0.0, 0.0, -0.85]
@@ -163,7 +162,7 @@ def test_a_body_on_the_ground_does_not_fall(tmp_path: Path) -> None:
 
 def test_fixed_links_are_one_body() -> None:
     """Links that no joint moves apart are one body for the fluid; the arm's are their own."""
-    run = build_run(compose(["robot=aam", "water=none"]))
+    run = run_settings(["robot=aam", "water=none"])
     run.environment.water_level, run.fluid = 0.0, StillWater()
     run.effects = {"weight": Gravity()}
     run.initial.position = [0.0, 0.0, 3.0]

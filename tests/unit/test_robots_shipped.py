@@ -13,12 +13,11 @@ import pytest
 
 from seals.check.floating import FloatingBody
 from seals.check.robot import Verdict, check_robot
-from seals.config.compose import compose
 from seals.robot.build import build_robot
 from seals.robots.workshop.files import write
 from seals.robots.workshop.links import Machine
 from seals.run import build_world, initial_configuration
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.settings import RunSettings
 from tests.unit.texts import same_text
 
@@ -39,7 +38,7 @@ def machine(name: str) -> Machine:
 
 def run_of(name: str, *more: str) -> RunSettings:
     """Return the settings of a run with a robot."""
-    return build_run(compose([f"robot={name}", *more]))
+    return run_settings([f"robot={name}", *more])
 
 
 @pytest.fixture

@@ -15,13 +15,12 @@ import numpy as np
 import pytest
 
 from seals.cli.main import main
-from seals.config.compose import compose
 from seals.errors import ConfigError
 from seals.learn.training.rows import Rows
 from seals.plugins.backends.pybullet import backend, trial
 from seals.run import checkpoint
 from seals.run.assembly import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.pictures import COLUMNS, Pictures
 from seals.run.recorder import Moment
 from seals.run.simulation import _Books, _books
@@ -36,7 +35,7 @@ STEPS = 5
 @pytest.fixture(scope="module")
 def flown(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, World, _Books]]:
     """Keep a flight after some steps; the world stands as after its start."""
-    settings = build_run(compose(FLIGHT))
+    settings = run_settings(FLIGHT)
     world = build_world(settings)
     books, folder = _books(settings, world, 50), tmp_path_factory.mktemp("flown") / "checkpoint"
     start, first = world.snapshot(), books.snapshot()

@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 import yaml
 
-from seals.config.compose import compose
+from seals.api import make
 from seals.errors import RobotError
 from seals.multibody.tree import forward
-from seals.run.assembly import ROBOT, build_world
-from seals.run.build import build_run
+from seals.run.assembly import ROBOT
 from seals.scaffold.robot import NewRobot, scaffold_robot
 from seals.world.world import World
 
@@ -116,7 +115,7 @@ def test_a_rig_bobs(tmp_path: Path, text: str, ending: str) -> None:
     assert any("no servo holds" in line for line in made.changes)
     assert servos_of(made)["kp_each"] == [0.0]
     words = [f"robot={made.folder}", "water=fossen", "environment.water_density=1000"]
-    world = build_world(build_run(compose([*words, "backend=mujoco"])))
+    world = make([*words, "backend=mujoco"])
     try:
         for _ in range(5000):
             world.step()
@@ -180,7 +179,7 @@ def test_bolted_block_runs_in_both_engines(tmp_path: Path) -> None:
     made = taken(tmp_path, urdf().replace("prismatic", "fixed"))
     for backend in ("mujoco", "pybullet"):
         words = [f"robot={made.folder}", "water=fossen", f"backend={backend}"]
-        world = build_world(build_run(compose(words)))
+        world = make(words)
         try:
             world.step()
             assert np.all(np.isfinite(joints_of(world)))
@@ -210,7 +209,7 @@ def test_the_armature_of_mjcf_joints_is_that_of_their_servos(tmp_path: Path) -> 
     assert given["armature_each"] == [0.1]
     assert (given["kp_each"], given["kd_each"]) == ([500.0], [20.0])
     words = [f"robot={made.folder}", "time.step=0.004"]
-    world = build_world(build_run(compose(words)))
+    world = make(words)
     try:
         world.step()
     finally:

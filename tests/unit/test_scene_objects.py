@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 
 from seals.cli.main import main
-from seals.config.compose import compose
 from seals.config.source import find_robot
 from seals.errors import ConfigError
 from seals.logs.native import read_native
 from seals.logs.table import read_parquet
 from seals.run.assembly import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.folder import write_log
 from seals.run.settings import RunSettings
 from seals.run.simulation import simulate
@@ -24,7 +23,7 @@ from seals.run.simulation import simulate
 def settings(*overrides: str) -> RunSettings:
     """A ball far from a cube, in calm water with a bottom."""
     base = ["robot=ball", "water=fossen", "environment.tank_bottom=-1", "initial.position=[5,0,1]"]
-    return build_run(compose([*base, "+objects.cube.robot=cube", *overrides]))
+    return run_settings([*base, "+objects.cube.robot=cube", *overrides])
 
 
 def test_a_cube_sinks_and_rests_on_the_bottom() -> None:

@@ -7,12 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
+from seals.api import make
 from seals.control.estimate import POSITION
 from seals.errors import ConfigError
 from seals.plugins.sensors.odometry import SensorOdometry
-from seals.run import build_world
-from seals.run.build import build_run
 from seals.sensors.delivery import NEW, Delivery
 from seals.sensors.noise import Noise
 from seals.state_tree import packed, unpacked
@@ -43,7 +41,7 @@ EYE = [*DEEP, *QUIET, "sensors.eye={rate: 250, farthest: 100}"]
 
 def world_of(*words: str) -> World:
     """A world as composed."""
-    return build_world(build_run(compose(list(words))))
+    return make(list(words))
 
 
 def advance(world: World, steps: int) -> list[dict[str, Any]]:

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from seals import registry
-from seals.config.compose import compose
+from seals.api import make
 from seals.errors import ConfigError, MissingExtra, PhysicsError, SealsError
 from seals.plugins.sensors.camera import SensorCamera
 from seals.plugins.viewers.bullet import RendererEgl, RendererTiny
@@ -25,8 +25,6 @@ from seals.rendering.light import TABLE
 from seals.rendering.normals import normals_of
 from seals.rendering.optics import to_linear
 from seals.rendering.scene import check_scene
-from seals.run import build_world
-from seals.run.build import build_run
 from seals.run.sight import renderer_of
 from seals.testing.inertial import felt
 
@@ -221,7 +219,7 @@ def test_runs_with_senseless_cameras_are_refused(words: list[str], message: str)
     """Unknown links, sizes, angles, renderers, waters and details, each with what is allowed."""
     base = ["robot=aam", "+cameras=aam", "water=fossen"]
     with pytest.raises(SealsError) as refusal:
-        build_world(build_run(compose([*base, *words])))
+        make([*base, *words])
     assert message in str(refusal.value)
 
 

@@ -7,18 +7,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seals.api import make
 from seals.backend import Dynamics
-from seals.config.compose import compose
 from seals.motion import Wrench
-from seals.run import build_world
-from seals.run.build import build_run
 from seals.world import Ledger
 
 
 def test_the_sum_is_what_the_backend_is_given(monkeypatch: pytest.MonkeyPatch) -> None:
     """At every step the wrench handed to the backend is the sum over the effects in the ledger."""
     options = ["robot=free_arm", "water=fossen", "initial.position=[0,0,0.1]"]
-    world = build_world(build_run(compose([*options, "initial.velocity=[0.3,0.1,-0.5]"])))
+    world = make([*options, "initial.velocity=[0.3,0.1,-0.5]"])
     actor, given = world.actors["robot"], []
     apply = actor.body.apply
 
@@ -39,7 +37,7 @@ def test_the_sum_is_what_the_body_feels() -> None:
     still = [f"effects.added_mass.mass_{a}=0" for a in "xyz"]
     options = ["robot=ball", "water=fossen", "initial.position=[0,0,0.03]", "time.step=0.001"]
     moving = ["initial.velocity=[0.5,0,-1]", "effects.slamming.coefficient=0"]
-    world = build_world(build_run(compose([*options, *moving, *still])))
+    world = make([*options, *moving, *still])
     actor, speeds = world.actors["robot"], []
     for _ in range(101):
         speeds.append(actor.body.read().velocity)
@@ -53,9 +51,7 @@ def test_the_sum_is_what_the_body_feels() -> None:
 
 def test_weight_and_lift_are_told_apart() -> None:
     """At rest under water the ledger holds -m g and rho g V by their names."""
-    world = build_world(
-        build_run(compose(["robot=ball", "water=fossen", "initial.position=[0,0,-5]"]))
-    )
+    world = make(["robot=ball", "water=fossen", "initial.position=[0,0,-5]"])
     world.step()
     ledger = world.actors["robot"].ledger
     weight, lift = ledger.of("gravity")[0, 0], ledger.of("buoyancy")[0, 0]

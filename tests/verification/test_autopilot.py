@@ -7,9 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
 from seals.logs import Log
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.simulation import simulate
 from seals.scaffold.robot import scaffold_robot
 from tests.unit.rov_layouts import LAYOUTS, rov_folder
@@ -30,7 +29,7 @@ BOAT = ("robot=boat", "guide.speed=1", "guide.acceptance=8", "guide.places=[[0.1
 
 def driven(*words: str) -> Log:
     """Simulate a run and return its log."""
-    record = simulate(build_run(compose([*COMMON, *words])))
+    record = simulate(run_settings([*COMMON, *words]))
     assert record.error is None
     return record.log
 

@@ -5,18 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
 from seals.errors import PhysicsError
 from seals.plugins.backends.free import BackendFree
 from seals.run import build_world, initial_configuration
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.world import World
 from tests.verification.conftest import Bench
 
 
 def world_of(*words: str) -> World:
     """Return a world that stands at its start."""
-    settings = build_run(compose(words))
+    settings = run_settings(words)
     world = build_world(settings)
     robot = world.actors["robot"].robot
     world.reset({"robot": initial_configuration(settings, robot)})

@@ -9,14 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
 from seals.errors import PhysicsError
 from seals.plugins.actuators.servos import Servos
 from seals.plugins.backends.mujoco import BackendMujoco
 from seals.plugins.backends.pybullet import BackendPybullet
 from seals.plugins.effects.added_mass import AddedMass
 from seals.run.assembly import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.settings import RunSettings
 from seals.testing.backend import momentum_of
 from seals.world import World
@@ -31,7 +30,7 @@ GRAVITY = 9.81
 def cube(*overrides: str) -> RunSettings:
     """A cube of 0.1 kg with edges of 0.05 m on the ground or above it."""
     given = ["robot=cube", "backend=mujoco", "environment.ground_level=0"]
-    return build_run(compose([*given, *overrides]))
+    return run_settings([*given, *overrides])
 
 
 def stepped(world: World, seconds: float) -> list[Any]:
@@ -200,21 +199,19 @@ def test_a_drive_keeps_its_limit(bench: Bench) -> None:
 
 def scene(*overrides: str) -> RunSettings:
     """A manipulator under water whose hand closes on a cube on the ground."""
-    return build_run(
-        compose(
-            [
-                "robot=aam",
-                "backend=mujoco",
-                "water=fossen",
-                "robot.fixed_base=true",
-                "initial.position=[-0.07,0,0.452]",
-                "initial.joint_position=[0,0,0,-0.5,-0.5,-0.5]",
-                "environment.ground_level=0",
-                "environment.water_level=1.5",
-                "+objects.cube={robot: cube, position: [0,0,0.0255]}",
-                *overrides,
-            ]
-        )
+    return run_settings(
+        [
+            "robot=aam",
+            "backend=mujoco",
+            "water=fossen",
+            "robot.fixed_base=true",
+            "initial.position=[-0.07,0,0.452]",
+            "initial.joint_position=[0,0,0,-0.5,-0.5,-0.5]",
+            "environment.ground_level=0",
+            "environment.water_level=1.5",
+            "+objects.cube={robot: cube, position: [0,0,0.0255]}",
+            *overrides,
+        ]
     )
 
 

@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
 from seals.errors import ConfigError, PhysicsError
 from seals.plugins.effects.linear_drag import DragLinear
 from seals.plugins.effects.tether import Tether
 from seals.run import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.simulation import Ending, Record, simulate
 from seals.world import World
 
@@ -24,7 +23,7 @@ HOVER = ("robot=aam", "guide=hover", "initial.position=[0,0,20]", "initial.drive
 
 def flown(*words: str) -> Record:
     """Run to the end, whatever ends it."""
-    return simulate(build_run(compose([*HOVER, *words])))
+    return simulate(run_settings([*HOVER, *words]))
 
 
 def stepped(world: World, steps: int) -> None:
@@ -70,10 +69,10 @@ def test_with_a_dead_sensor_the_pilot_goes_on_blind() -> None:
 def test_without_weight_nothing_falls() -> None:
     """Zero gravity: a body at rest stays, one that moves goes straight at its speed."""
     words = ["robot=ball", "environment.gravity=0", "initial.position=[0,0,5]"]
-    still = simulate(build_run(compose([*words, "time.duration=1"])))
+    still = simulate(run_settings([*words, "time.duration=1"]))
     assert still.log.channel("position")[-1] == pytest.approx([0.0, 0.0, 5.0], abs=1e-12)
-    settings = build_run(
-        compose([*words, "initial.velocity=[1,2,-3]", "~effects.air_drag", "time.duration=1"])
+    settings = run_settings(
+        [*words, "initial.velocity=[1,2,-3]", "~effects.air_drag", "time.duration=1"]
     )
     world = build_world(settings)
     try:

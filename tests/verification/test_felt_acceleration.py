@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
+from seals.api import make
 from seals.frames import matrix_of
 from seals.plugins.actuators.thrusters import Thrusters
 from seals.plugins.backends.free import BackendFree
@@ -16,7 +16,6 @@ from seals.plugins.backends.mujoco import BackendMujoco
 from seals.plugins.backends.pybullet import BackendPybullet
 from seals.plugins.sensors.imu import SensorImu
 from seals.run import build_world
-from seals.run.build import build_run
 from seals.world import World
 
 ENGINES = ("pybullet", "mujoco")
@@ -92,7 +91,7 @@ def test_through_impacts_the_integral_is_the_change_of_velocity(engine: str, com
     words += ["initial.position=[0,0,0.2]", "initial.velocity=[1,0.5,-1]"]
     words += ["initial.angular_velocity=[8,-5,3]", f"backend={engine}"]
     with_imu = ["+sensor@sensors.imu=imu", *WORDS]
-    world = build_world(build_run(compose([*words, *with_imu, f"backend.compiled={compiled}"])))
+    world = make([*words, *with_imu, f"backend.compiled={compiled}"])
     body, step = world.actors["robot"].body, world.step_size
     before = body.read()
     total, touched, start = np.zeros(3), 0, before.velocity.copy()
@@ -117,7 +116,7 @@ def test_a_moving_link_feels_how_its_own_origin_moves(engine: str, compiled: str
     words = ["robot=free_arm", "sensors.imu.link=fore", "initial.position=[0,0,20]", *WORDS]
     words += ["initial.joint_velocity=[6,-5]", "initial.angular_velocity=[0.3,0.5,0.2]"]
     words += [f"backend={engine}", f"backend.compiled={compiled}"]
-    world = build_world(build_run(compose(words)))
+    world = make(words)
     actor, step = world.actors["robot"], world.step_size
     link = actor.robot.links.index("fore")
     poses, read = [actor.body.poses()], []
@@ -141,7 +140,7 @@ def test_readings_after_a_snapshot_are_the_same_bit_for_bit(engine: str, compile
     needs(engine, compiled)
     words = ["robot=ball", "water=fossen", "initial.position=[0,0,0.08]", *WORDS]
     words += ["initial.velocity=[0.4,0,-4]", f"backend={engine}", f"backend.compiled={compiled}"]
-    world = build_world(build_run(compose(words)))
+    world = make(words)
     for _ in range(6):
         world.step()
     kept, runs = world.snapshot(), []
@@ -163,7 +162,7 @@ def test_an_entry_is_felt_as_the_place_tells_it(engine: str) -> None:
         needs(engine)
     words = ["robot=ball", "water=fossen", "effects.slamming.coefficient=5", *WORDS]
     words += ["initial.position=[0,0,0.08]", "initial.velocity=[0,0,-4]", f"backend={engine}"]
-    world = build_world(build_run(compose(words)))
+    world = make(words)
     body = world.actors["robot"].body
     heights, read = [body.read().position[2]], []
     for _ in range(14):
@@ -179,7 +178,7 @@ def test_an_entry_is_felt_as_the_place_tells_it(engine: str) -> None:
 def through(words: list[str], steps: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Sum of the specific force, change of the mean velocity of a step, and the readings."""
     with_imu = [] if any("robot=ball" in word for word in words) else ["+sensor@sensors.imu=imu"]
-    world = build_world(build_run(compose([*words, *with_imu, *WORDS])))
+    world = make([*words, *with_imu, *WORDS])
     body, step = world.actors["robot"].body, world.step_size
     before = body.read()
     total, start, rows, moved = np.zeros(3), before.velocity.copy(), [], np.zeros(3)

@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from seals.config.compose import compose
+from seals.api import make
 from seals.errors import ConfigError, PhysicsError
 from seals.plugins.fluids.tank.fluid import FluidParticles
 from seals.plugins.fluids.tank.settings import Maker, MakerSettings
-from seals.run.assembly import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.settings_remarks import find_unused
 from seals.run.simulation import simulate
 from seals.world import World
@@ -51,7 +50,7 @@ def ball(folder: Path, mass: float, radius: float = 0.1) -> str:
 
 def world_of(*words: str) -> World:
     """Build a world in a small tank."""
-    return build_world(build_run(compose([*TANK, *words])))
+    return make([*TANK, *words])
 
 
 def heights(world: World, steps: int) -> Floats:
@@ -150,7 +149,7 @@ def test_a_maker_that_begins_before_the_water_settles_is_refused(start: float) -
 def test_a_run_says_what_rests_and_writes_the_fluid(tmp_path: Path) -> None:
     """Coefficients of the robot's folder rest, the user is told, figures of the fluid are kept."""
     words = [*TANK, "robot=ball", "time.duration=0.02", "+fluid.gauges.side=[0.2,0.2]"]
-    settings = build_run(compose(words))
+    settings = run_settings(words)
     (remark,) = find_unused(settings, words)
     assert "water_drag, spin_drag, added_mass, slamming of ball rest" in remark
     record = simulate(settings)
@@ -199,22 +198,18 @@ def test_a_world_of_particles_goes_on_from_a_snapshot() -> None:
 @pytest.mark.slow
 def test_the_manipulator_falls_into_the_water() -> None:
     """Seven bodies on a limp chain enter the water, slow down and stay whole."""
-    world = build_world(
-        build_run(
-            compose(
-                [
-                    "robot=aam",
-                    "water=particles",
-                    "time.step=0.004",
-                    "fluid.spacing=0.04",
-                    "fluid.size=[0.9,0.9,0.7]",
-                    "fluid.freeboard=1.0",
-                    "initial.position=[0,0,0.45]",
-                    "initial.velocity=[0,0,-2]",
-                    "initial.joint_position=[0,0,0,-0.6,-0.6,-0.6]",
-                ]
-            )
-        )
+    world = make(
+        [
+            "robot=aam",
+            "water=particles",
+            "time.step=0.004",
+            "fluid.spacing=0.04",
+            "fluid.size=[0.9,0.9,0.7]",
+            "fluid.freeboard=1.0",
+            "initial.position=[0,0,0.45]",
+            "initial.velocity=[0,0,-2]",
+            "initial.joint_position=[0,0,0,-0.6,-0.6,-0.6]",
+        ]
     )
     found = heights(world, 200)
     assert np.abs(np.diff(found[-50:, 0])).max() < 0.001

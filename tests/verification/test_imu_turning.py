@@ -8,15 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seals.api import make
 from seals.backend import Backend
-from seals.config.compose import compose
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.plugins.actuators.thrusters import Thrusters
 from seals.plugins.backends.free import BackendFree
 from seals.plugins.backends.pybullet import BackendPybullet
 from seals.plugins.sensors.imu import SensorImu
 from seals.run import build_world
-from seals.run.build import build_run
 
 SPIN = 5.0
 PUSH = 9.81
@@ -78,7 +77,7 @@ def off_the_arm(engine: str, compiled: str, step: float) -> tuple[float, float]:
     sides = ("accelerometer", "gyroscope")
     words += [f"sensors.imu.{s}_{k}=0" for s in sides for k in ("noise", "walk", "step")]
     words += [f"backend.compiled={compiled}"] if engine != "free" else []
-    world = build_world(build_run(compose(words)))
+    world = make(words)
     actor, places, turns, read = world.actors["robot"], [], [], []
     for k in range(round(0.4 / step) + 1):
         now = actor.body.read()

@@ -7,12 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from seals.api import make
 from seals.arrays import Floats
 from seals.cli.main import main
-from seals.config.compose import compose
 from seals.multibody.kinematics import Kinematics
-from seals.run import build_world
-from seals.run.build import build_run
 from seals.world.actor import Actor
 
 ENGINES = ("pybullet", "mujoco")
@@ -80,7 +78,7 @@ def test_a_stop_leaves_the_momentum_as_it_is(tmp_path: Path, engine: str, compil
     words = [f"robot={place}", "water=none", "environment.gravity=0", f"backend={engine}"]
     words += ["initial.velocity=[0.3,-0.2,0.1]", "initial.angular_velocity=[1.5,2.0,-1.0]"]
     words += ["initial.joint_velocity=[4,-3]", f"backend.compiled={compiled}"]
-    world = build_world(build_run(compose(words)))
+    world = make(words)
     actor = world.actors["robot"]
     lower, upper = actor.robot.lower + 1e-6, actor.robot.upper - 1e-6
     before, stood, hits = momentum(actor), False, 0
@@ -121,7 +119,7 @@ def test_limbs_at_their_stops_propel_nothing(
     assert main(words) == 0
     start = [f"robot={tmp_path / 'limbs'}", "water=fossen", "initial.position=[0,0,-0.05]"]
     start += ["initial.joint_position=[-0.7,-0.7]", f"backend={engine}"]
-    world = build_world(build_run(compose(start)))
+    world = make(start)
     body, places = world.actors["robot"].body, []
     for k in range(6000):
         world.step()

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
 from seals.plugins.sensors.contact import SensorContact
 from seals.plugins.sensors.locator import SensorLocator
 from seals.run.assembly import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.settings import RunSettings
 from seals.run.simulation import simulate
 from seals.sensors.protocol import SensorInput
@@ -22,7 +21,7 @@ def settings(*overrides: str) -> RunSettings:
     """A cube as pad on the ground, with a contact sensor without noise."""
     base = ["robot=cube", "environment.ground_level=0", "initial.position=[0,0,0.0255]"]
     sensor = ["+sensor@sensors.pad=contact", "sensors.pad.noise=0"]
-    return build_run(compose([*base, *sensor, *overrides]))
+    return run_settings([*base, *sensor, *overrides])
 
 
 def felt(pressing: float, step: float = 0.004) -> SensorInput:
@@ -98,18 +97,16 @@ def test_a_slow_sensor_reads_the_mean_since_its_last_reading() -> None:
 def test_a_locator_sees_the_offset_in_its_own_axes() -> None:
     """An object to the north is on the left of a robot that heads east, and ahead after a turn."""
     for yaw, expected in ((0.0, [0, 2, 0]), (np.pi / 2, [2, 0, 0])):
-        run = build_run(
-            compose(
-                [
-                    "robot=cube",
-                    "environment.gravity=0",
-                    "+sensor@sensors.eye=locator",
-                    "sensors.eye={target: thing, noise: 0, floor: 0, rate: 250}",
-                    "+objects.thing={robot: ball, position: [0, 2, 0]}",
-                    f"initial.rpy=[0,0,{yaw}]",
-                    "time.duration=0.01",
-                ]
-            )
+        run = run_settings(
+            [
+                "robot=cube",
+                "environment.gravity=0",
+                "+sensor@sensors.eye=locator",
+                "sensors.eye={target: thing, noise: 0, floor: 0, rate: 250}",
+                "+objects.thing={robot: ball, position: [0, 2, 0]}",
+                f"initial.rpy=[0,0,{yaw}]",
+                "time.duration=0.01",
+            ]
         )
         log = simulate(run).log
         found = [log.columns[f"offset_{axis}"][-1] for axis in "xyz"]

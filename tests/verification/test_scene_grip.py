@@ -7,9 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
 from seals.run.assembly import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.settings import RunSettings
 from seals.world import World
 
@@ -21,19 +20,17 @@ HAND = np.array([0.07, 0.0, -0.427])
 def settings(*overrides: str, wet: bool = False) -> RunSettings:
     """The manipulator bolted above a cube that lies on the ground."""
     height = -HAND[2] + 0.025
-    return build_run(
-        compose(
-            [
-                "robot=aam",
-                "robot.fixed_base=true",
-                f"initial.position=[{-HAND[0]},0,{height}]",
-                "initial.joint_position=[0,0,0,-0.5,-0.5,-0.5]",
-                "environment.ground_level=0",
-                "+objects.cube={robot: cube, position: [0,0,0.0255], rpy: [0,0,0]}",
-                *(["water=fossen", "environment.water_level=1.5"] if wet else []),
-                *overrides,
-            ]
-        )
+    return run_settings(
+        [
+            "robot=aam",
+            "robot.fixed_base=true",
+            f"initial.position=[{-HAND[0]},0,{height}]",
+            "initial.joint_position=[0,0,0,-0.5,-0.5,-0.5]",
+            "environment.ground_level=0",
+            "+objects.cube={robot: cube, position: [0,0,0.0255], rpy: [0,0,0]}",
+            *(["water=fossen", "environment.water_level=1.5"] if wet else []),
+            *overrides,
+        ]
     )
 
 
@@ -80,17 +77,15 @@ def test_a_grip_does_not_depend_on_the_speed_of_hand_and_cube() -> None:
     found = []
     for speed in (0.0, 1.0):
         place = f"position: [{HAND[0]},0,{HAND[2]}], velocity: [0,0,{speed}]"
-        run = build_run(
-            compose(
-                [
-                    "robot=aam",
-                    "environment.gravity=0",
-                    f"initial.velocity=[0,0,{speed}]",
-                    "initial.joint_position=[0,0,0,-0.3,-0.3,-0.3]",
-                    f"+objects.cube={{robot: cube, {place}, effects: {{{free}}}}}",
-                    *still,
-                ]
-            )
+        run = run_settings(
+            [
+                "robot=aam",
+                "environment.gravity=0",
+                f"initial.velocity=[0,0,{speed}]",
+                "initial.joint_position=[0,0,0,-0.3,-0.3,-0.3]",
+                f"+objects.cube={{robot: cube, {place}, effects: {{{free}}}}}",
+                *still,
+            ]
         )
         world = build_world(run)
         actor = world.actors["robot"]

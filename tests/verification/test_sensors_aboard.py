@@ -8,16 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
-from seals.run import build_world
-from seals.run.build import build_run
+from seals.api import make
+from seals.run.build import run_settings
 from seals.run.simulation import simulate
 from seals.world import World
 
 
 def world_of(*words: str) -> World:
     """A world as composed."""
-    return build_world(build_run(compose(list(words))))
+    return make(list(words))
 
 
 def sensor(name: str, plugin: str, **values: Any) -> list[str]:
@@ -161,7 +160,7 @@ def test_silence_is_an_empty_cell_of_the_log() -> None:
     dvl = sensor("dvl", "dvl", rate=50, rpy="[0,0,0]")
     words = ["robot=ball", "water=fossen", "environment.tank_bottom=-1", "time.duration=1.0"]
     words += ["initial.position=[0,0,0.5]", "initial.velocity=[0.4,0,0]", *gps, *dvl]
-    record = simulate(build_run(compose(words)))
+    record = simulate(run_settings(words))
     assert record.error is None
     log = record.log
     due = np.arange(5, len(log.time), 5)
