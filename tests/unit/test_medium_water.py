@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+
 import numpy as np
 import pytest
 
@@ -56,10 +58,9 @@ def test_lift_follows_the_density_at_depth(depth: float, density: float) -> None
     """The lift of a submerged ball is rho(depth) g V: above, inside and below a salinity step."""
     water = ["environment.water_temperature=[[0,5]]", "environment.salinity=[[0,0],[10,0],[20,35]]"]
     run = run_settings(["robot=ball", "water=fossen", f"initial.position=[0,0,{-depth}]", *water])
-    world = build_world(run)
-    world.step()
-    lift = world.actors["robot"].ledger.of("buoyancy")[0, 0, 2]
-    world.close()
+    with contextlib.closing(build_world(run)) as world:
+        world.step()
+        lift = world.actors["robot"].ledger.of("buoyancy")[0, 0, 2]
     volume = 4.0 / 3.0 * np.pi * 0.05**3
     assert lift == pytest.approx(density * 9.81 * volume, rel=1e-7)
 
@@ -74,10 +75,9 @@ def test_no_water_is_no_lift() -> None:
             "initial.position=[0,0,-3]",
         ]
     )
-    world = build_world(run)
-    world.step()
-    assert not world.actors["robot"].ledger.of("buoyancy").any()
-    world.close()
+    with contextlib.closing(build_world(run)) as world:
+        world.step()
+        assert not world.actors["robot"].ledger.of("buoyancy").any()
 
 
 def test_the_water_level_may_be_anywhere() -> None:
@@ -85,9 +85,8 @@ def test_the_water_level_may_be_anywhere() -> None:
     for level in (0.0, 2.5):
         place = [f"environment.water_level={level}", f"initial.position=[0,0,{level}]"]
         run = run_settings(["robot=ball", "water=fossen", *place])
-        world = build_world(run)
-        world.step()
-        lift = world.actors["robot"].ledger.of("buoyancy")[0, 0, 2]
-        world.close()
+        with contextlib.closing(build_world(run)) as world:
+            world.step()
+            lift = world.actors["robot"].ledger.of("buoyancy")[0, 0, 2]
         half = 2.0 / 3.0 * np.pi * 0.05**3
         assert lift == pytest.approx(998.206 * 9.81 * half, rel=1e-6)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from pathlib import Path
 
 import numpy as np
@@ -115,13 +116,10 @@ def test_a_rig_bobs(tmp_path: Path, text: str, ending: str) -> None:
     assert any("no servo holds" in line for line in made.changes)
     assert servos_of(made)["kp_each"] == [0.0]
     words = [f"robot={made.folder}", "water=fossen", "environment.water_density=1000"]
-    world = make([*words, "backend=mujoco"])
-    try:
+    with contextlib.closing(make([*words, "backend=mujoco"])) as world:
         for _ in range(5000):
             world.step()
         depth = float(joints_of(world)[0])
-    finally:
-        world.close()
     assert depth == pytest.approx(0.1 - 16.0 / (0.16 * 1000.0), abs=2e-3)
 
 
@@ -179,12 +177,9 @@ def test_bolted_block_runs_in_both_engines(tmp_path: Path) -> None:
     made = taken(tmp_path, urdf().replace("prismatic", "fixed"))
     for backend in ("mujoco", "pybullet"):
         words = [f"robot={made.folder}", "water=fossen", f"backend={backend}"]
-        world = make(words)
-        try:
+        with contextlib.closing(make(words)) as world:
             world.step()
             assert np.all(np.isfinite(joints_of(world)))
-        finally:
-            world.close()
 
 
 def test_drives_of_a_rig_are_refused(tmp_path: Path) -> None:
@@ -209,9 +204,6 @@ def test_the_armature_of_mjcf_joints_is_that_of_their_servos(tmp_path: Path) -> 
     assert given["armature_each"] == [0.1]
     assert (given["kp_each"], given["kd_each"]) == ([500.0], [20.0])
     words = [f"robot={made.folder}", "time.step=0.004"]
-    world = make(words)
-    try:
+    with contextlib.closing(make(words)) as world:
         world.step()
-    finally:
-        world.close()
     assert "joint@armature" not in (made.folder / "README.md").read_text(encoding="utf-8")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+
 import numpy as np
 import pytest
 
@@ -25,14 +27,13 @@ def world_of(*words: str) -> World:
 def way(backend: str) -> tuple[np.ndarray, np.ndarray]:
     """Places and joints of a manipulator that swims while its servos turn the arm."""
     words = ["robot=aam", "water=fossen", "initial.position=[0,0,-2]", "time.step=0.004"]
-    world = world_of(f"backend={backend}", *words)
-    actor, rows = world.actors["robot"], []
-    actor.joint_command = np.array([[0.4, -0.3, 0.2, 0.0, 0.0, 0.0]])
-    for _ in range(250):
-        world.step()
-        found = actor.body.read()
-        rows.append(np.concatenate([found.position, found.joints]))
-    world.close()
+    with contextlib.closing(world_of(f"backend={backend}", *words)) as world:
+        actor, rows = world.actors["robot"], []
+        actor.joint_command = np.array([[0.4, -0.3, 0.2, 0.0, 0.0, 0.0]])
+        for _ in range(250):
+            world.step()
+            found = actor.body.read()
+            rows.append(np.concatenate([found.position, found.joints]))
     table = np.array(rows)
     return table[:, :3], table[:, 3:]
 
@@ -60,16 +61,15 @@ def test_the_ground_is_refused_in_words_or_passed(passable: bool) -> None:
     """A ball falls from ten centimetres; without contacts it must not lie on the ground."""
     words = ["robot=ball", "backend=free", "environment.ground_level=0.0"]
     words += ["initial.position=[0,0,0.1]", f"backend.passable={str(passable).lower()}"]
-    world = world_of(*words)
-    steps = round(0.3 / world.step_size)
-    if passable:
-        fall(world, steps)
-        height = world.actors["robot"].body.read().position[2]
-        assert height == pytest.approx(0.1 - 0.5 * 9.81 * 0.3**2, abs=0.02)
-    else:
-        with pytest.raises(PhysicsError, match="pybullet"):
+    with contextlib.closing(world_of(*words)) as world:
+        steps = round(0.3 / world.step_size)
+        if passable:
             fall(world, steps)
-    world.close()
+            height = world.actors["robot"].body.read().position[2]
+            assert height == pytest.approx(0.1 - 0.5 * 9.81 * 0.3**2, abs=0.02)
+        else:
+            with pytest.raises(PhysicsError, match="pybullet"):
+                fall(world, steps)
 
 
 def test_a_joint_beyond_its_limit_ends_the_run(bench: Bench) -> None:

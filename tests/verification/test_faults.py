@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -74,12 +75,9 @@ def test_without_weight_nothing_falls() -> None:
     settings = run_settings(
         [*words, "initial.velocity=[1,2,-3]", "~effects.air_drag", "time.duration=1"]
     )
-    world = build_world(settings)
-    try:
+    with contextlib.closing(build_world(settings)) as world:
         stepped(world, 250)
         at = world.actors["robot"].body.read()
-    finally:
-        world.close()
     assert at.position == pytest.approx([1.0, 2.0, 2.0], abs=1e-9)
     assert at.velocity == pytest.approx([1.0, 2.0, -3.0], abs=1e-12)
 
@@ -117,16 +115,13 @@ def test_the_bound_of_a_cable_is_where_the_motion_breaks(bench: Bench) -> None:
         step=0.5 * bound,
         duration=1.0,
     )
-    world = build_world(settings)
-    try:
+    with contextlib.closing(build_world(settings)) as world:
         actor = world.actors["robot"]
         # the same world, its spring 4.84 times as stiff: the step is 1.1 bounds long
         bound_effect = next(b for b in actor.effects.bound if b.name == "cable")
         bound_effect.params["stiffness"] = bound_effect.params["stiffness"] * 4.84
         with pytest.raises(PhysicsError, match=r"take a smaller time\.step"):
             stepped(world, 400)
-    finally:
-        world.close()
 
 
 def test_a_step_ten_times_too_long_for_the_controller_is_refused() -> None:
@@ -143,12 +138,11 @@ def test_a_step_too_long_for_a_drag_is_refused_while_it_runs(bench: Bench) -> No
     settings = bench.settings(
         robot, {"drag": drag}, weight=False, step=0.004, duration=1.0, velocity=[1.0, 0.0, 0.0]
     )
-    world = build_world(settings)
-    try:
-        with pytest.raises(PhysicsError, match=r"take a smaller time\.step"):
-            stepped(world, 250)
-    finally:
-        world.close()
+    with (
+        contextlib.closing(build_world(settings)) as world,
+        pytest.raises(PhysicsError, match=r"take a smaller time\.step"),
+    ):
+        stepped(world, 250)
 
 
 def test_after_a_cable_snaps_the_body_goes_straight(bench: Bench) -> None:
@@ -163,8 +157,7 @@ def test_after_a_cable_snaps_the_body_goes_straight(bench: Bench) -> None:
         position=[1.1, 0.0, 0.0],
         velocity=[0.0, 2.0, 0.0],
     )
-    world = build_world(settings)
-    try:
+    with contextlib.closing(build_world(settings)) as world:
         actor = world.actors["robot"]
         stepped(world, 300)
         held = actor.body.read()
@@ -175,8 +168,6 @@ def test_after_a_cable_snaps_the_body_goes_straight(bench: Bench) -> None:
         after = actor.body.read()
         stepped(world, 250)
         end = actor.body.read()
-    finally:
-        world.close()
     # the velocity at the snap holds half of the last kick, which the next step takes back: one
     # kick of the cable at most, and nothing from then on
     kick = 0.004 * 200.0 * 0.5 / 2.0

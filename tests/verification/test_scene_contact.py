@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+
 import numpy as np
 import pytest
 
@@ -50,21 +52,20 @@ def test_contact_is_reported_only_when_the_engine_has_a_contact() -> None:
         "environment.restitution=0.8",
         "sensors.pad.threshold=1e-6",
     )
-    world = build_world(run)
-    actor = world.actors["robot"]
-    seen = []
-    for _ in range(250):
-        world.step()
-        reading = actor.readings["pad"]
-        assert reading is not None
-        points = run.backend._engine.getContactPoints(
-            bodyA=actor.body.engine.body, physicsClientId=run.backend._client
-        )
-        force = sum(point[9] for point in points)
-        assert reading["contact"][0] == float(force >= 1e-6)
-        assert reading["pressing"][0] == pytest.approx(min(force, 50.0), abs=1e-9)
-        seen.append(reading["contact"][0])
-    world.close()
+    with contextlib.closing(build_world(run)) as world:
+        actor = world.actors["robot"]
+        seen = []
+        for _ in range(250):
+            world.step()
+            reading = actor.readings["pad"]
+            assert reading is not None
+            points = run.backend._engine.getContactPoints(
+                bodyA=actor.body.engine.body, physicsClientId=run.backend._client
+            )
+            force = sum(point[9] for point in points)
+            assert reading["contact"][0] == float(force >= 1e-6)
+            assert reading["pressing"][0] == pytest.approx(min(force, 50.0), abs=1e-9)
+            seen.append(reading["contact"][0])
     # it falls for 0.17 s before it can touch
     assert not any(seen[:30])
     assert 0.2 < np.mean(seen) < 0.95
@@ -124,11 +125,12 @@ def test_a_locator_refuses_a_body_that_is_not_there() -> None:
 def test_the_surface_of_a_link_comes_from_its_urdf_or_from_the_run() -> None:
     """Friction stated in the URDF reaches the engine, and the run's value rules over it."""
     for more, expected in (([], 1.0), (["+objects.top.friction=0.3"], 0.3)):
-        world = build_world(settings("+objects.top={robot: cube, position: [0, 0, 1]}", *more))
-        body = world.actors["top"].body
-        engine = body.engine
-        info = engine._p.getDynamicsInfo(engine.body, -1, physicsClientId=engine._client)
-        world.close()
+        with contextlib.closing(
+            build_world(settings("+objects.top={robot: cube, position: [0, 0, 1]}", *more))
+        ) as world:
+            body = world.actors["top"].body
+            engine = body.engine
+            info = engine._p.getDynamicsInfo(engine.body, -1, physicsClientId=engine._client)
         assert info[1] == pytest.approx(expected)
         assert info[6] == pytest.approx(0.0005)
         assert info[7] == pytest.approx(0.002)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 
 import numpy as np
@@ -52,9 +53,10 @@ def lifted(world: World) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize(("yaw", "wet"), [(0.35, False), (0.0, True), (0.8, True)])
 def test_a_cube_is_lifted_whichever_way_it_lies(yaw: float, wet: bool) -> None:
     """Friction alone carries the cube through a swing of 1.2 rad, in air and under water."""
-    world = build_world(settings(f"objects.cube.rpy=[0,0,{yaw}]", wet=wet))
-    place, forces = lifted(world)
-    world.close()
+    with contextlib.closing(
+        build_world(settings(f"objects.cube.rpy=[0,0,{yaw}]", wet=wet))
+    ) as world:
+        place, forces = lifted(world)
     # the shoulder is 0.08 m below the body's origin and 0.07 m ahead of it
     reach = -HAND[2] - 0.08
     expected = [-reach * math.sin(1.2), 0.0, -HAND[2] + 0.025 - 0.08 - reach * math.cos(1.2)]
@@ -64,9 +66,8 @@ def test_a_cube_is_lifted_whichever_way_it_lies(yaw: float, wet: bool) -> None:
 
 def test_a_cube_without_friction_stays_on_the_ground() -> None:
     """Nothing but friction holds: a slippery cube is not lifted."""
-    world = build_world(settings("+objects.cube.friction=0"))
-    place, _ = lifted(world)
-    world.close()
+    with contextlib.closing(build_world(settings("+objects.cube.friction=0"))) as world:
+        place, _ = lifted(world)
     assert place[2] < 0.05
 
 
@@ -87,14 +88,13 @@ def test_a_grip_does_not_depend_on_the_speed_of_hand_and_cube() -> None:
                 *still,
             ]
         )
-        world = build_world(run)
-        actor = world.actors["robot"]
-        for k in range(300):
-            finger = -0.3 + min(k * STEP / 0.5, 1.0) * 0.56
-            actor.joint_command = np.array([[0.0, 0.0, 0.0, finger, finger, finger]])
-            world.step()
-        tips = [actor.robot.links.index(f"tip_{n}") for n in (1, 2, 3)]
-        found.append(actor.body.contact_normals()[tips])
-        world.close()
+        with contextlib.closing(build_world(run)) as world:
+            actor = world.actors["robot"]
+            for k in range(300):
+                finger = -0.3 + min(k * STEP / 0.5, 1.0) * 0.56
+                actor.joint_command = np.array([[0.0, 0.0, 0.0, finger, finger, finger]])
+                world.step()
+            tips = [actor.robot.links.index(f"tip_{n}") for n in (1, 2, 3)]
+            found.append(actor.body.contact_normals()[tips])
     assert found[0].min() > 1.0
     np.testing.assert_allclose(found[1], found[0], rtol=0.02)
